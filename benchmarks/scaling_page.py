@@ -77,12 +77,18 @@ is small beside that.
 class Taken:
     """A study that was carried out.
 
-    Attributes:
-        seconds: from its first chunk's begin to its last one's end.
-        there: of all workers, from their first chunk's begin to their last one's end.
-        busy: of that, computing.
-        waiting: of all workers, from their last chunk's end to the study's.
-        chunks: how many.
+    Attributes
+    ----------
+    seconds
+        from its first chunk's begin to its last one's end.
+    there
+        of all workers, from their first chunk's begin to their last one's end.
+    busy
+        of that, computing.
+    waiting
+        of all workers, from their last chunk's end to the study's.
+    chunks
+        how many.
     """
 
     seconds: float

@@ -63,10 +63,14 @@ def score(rows: Iterable[dict[str, Any]], name: str, key: str) -> dict[str, floa
 
     A clearance without a forecast counts as one that is off by one.
 
-    Args:
-        rows: of ``measure_one``.
-        name: "linearised" or "told".
-        key: "mean_slope" or "gain".
+    Parameters
+    ----------
+    rows
+        of ``measure_one``.
+    name
+        "linearised" or "told".
+    key
+        "mean_slope" or "gain".
     """
     errors = [
         1.0 if np.isnan(error) else error

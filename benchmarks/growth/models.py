@@ -75,10 +75,14 @@ def unlike(i: int) -> float:
 def gearbox(n: int, clearances: int, cycles: int = 100) -> gr.Model:
     """Return a gearbox of n inertias, with a clutch in stages and ``clearances`` - 1 loose gears.
 
-    Args:
-        n: inertias; at least ``clearances`` + 1.
-        clearances: elements with corners; the first is the clutch.
-        cycles: length of the run, half of it discarded.
+    Parameters
+    ----------
+    n
+        inertias; at least ``clearances`` + 1.
+    clearances
+        elements with corners; the first is the clutch.
+    cycles
+        length of the run, half of it discarded.
     """
     loose = clearances - 1
     on_shaft = n - 1 - loose

@@ -11,18 +11,34 @@ from dataclasses import dataclass
 
 
 class GearRattleError(Exception):
-    """Base of all errors this package raises on purpose."""
+    """Base of all errors this package raises on purpose.
+
+    Examples
+    --------
+    >>> issubclass(gr.ModelError, gr.GearRattleError)
+    True
+    """
 
 
 @dataclass(frozen=True)
 class Problem:
     """One thing wrong with the input.
 
-    Attributes:
-        place: where, e.g. ``"case3.toml:12: coupling.clutch.stiffness"``.
-        value: what was found, as the user wrote it; empty if something is absent.
-        rule: what is allowed.
-        remedy: what to do, e.g. ``'did you mean "hub"?'``; may be empty.
+    Attributes
+    ----------
+    place
+        where, e.g. ``"case3.toml:12: coupling.clutch.stiffness"``.
+    value
+        what was found, as the user wrote it; empty if something is absent.
+    rule
+        what is allowed.
+    remedy
+        what to do, e.g. ``'did you mean "hub"?'``; may be empty.
+
+    Examples
+    --------
+    >>> print(gr.Problem("mesh.gear.backlash", "-1 mm", "must not be negative", "leave it out for no backlash"))
+    mesh.gear.backlash: found -1 mm; must not be negative (leave it out for no backlash)
     """
 
     place: str
@@ -38,7 +54,16 @@ class Problem:
 
 
 class ModelError(GearRattleError):
-    """Bad input: a model file, a model or a call's arguments. Carries every problem found, not only the first."""
+    """Bad input: a model file, a model or a call's arguments. Carries every problem found, not only the first.
+
+    Examples
+    --------
+    >>> try:
+    ...     gr.example("case3").with_({"mesh.gear.backlash": "-1 mm"})
+    ... except gr.ModelError as error:
+    ...     print(error.problems[0].rule)
+    must not be negative
+    """
 
     def __init__(self, problems: Problem | Iterable[Problem]) -> None:
         self.problems: tuple[Problem, ...] = (problems,) if isinstance(problems, Problem) else tuple(problems)
@@ -52,10 +77,19 @@ class NotInstalled(ModelError):
 class ConvergenceError(GearRattleError):
     """A computation failed or went unstable.
 
-    Attributes:
-        time: model time of the failure [s]; NaN where time plays no part.
-        state: what was known then, by name.
-        remedy: what to try.
+    Attributes
+    ----------
+    time
+        model time of the failure [s]; NaN where time plays no part.
+    state
+        what was known then, by name.
+    remedy
+        what to try.
+
+    Examples
+    --------
+    >>> issubclass(gr.ConvergenceError, gr.GearRattleError)
+    True
     """
 
     def __init__(
@@ -74,8 +108,15 @@ class SchedulerLost(GearRattleError):
 class Cancelled(GearRattleError):
     """The caller asked a long computation to stop.
 
-    Attributes:
-        kept: what of it has been kept, and how to go on; empty if nothing was written.
+    Attributes
+    ----------
+    kept
+        what of it has been kept, and how to go on; empty if nothing was written.
+
+    Examples
+    --------
+    >>> gr.Cancelled(kept="3 of 12 cases are kept").kept
+    '3 of 12 cases are kept'
     """
 
     def __init__(self, message: str = "", *, kept: str = "") -> None:

@@ -37,9 +37,12 @@ _ROOT: ContextVar[Path | None] = ContextVar("root", default=None)
 class Refused(OSError):
     """A file that is not opened.
 
-    Attributes:
-        rule: what it breaks.
-        remedy: what to do; may be empty.
+    Attributes
+    ----------
+    rule
+        what it breaks.
+    remedy
+        what to do; may be empty.
     """
 
     def __init__(self, rule: str, remedy: str = "") -> None:
@@ -50,10 +53,14 @@ class Refused(OSError):
 def opened(path: str | os.PathLike[str]) -> BinaryIO:
     """Open a regular file to read bytes.
 
-    Raises:
-        Refused: a folder, a pipe, a device or a socket.
-        OSError: no such file, or the machine refused.
-        ValueError: no possible name of a file.
+    Raises
+    ------
+    Refused
+        a folder, a pipe, a device or a socket.
+    OSError
+        no such file, or the machine refused.
+    ValueError
+        no possible name of a file.
     """
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
@@ -90,8 +97,10 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
 def limit() -> int:
     """Return how many bytes of a file, unpacked, are read at most.
 
-    Raises:
-        Refused: the environment variable holds no number of bytes.
+    Raises
+    ------
+    Refused
+        the environment variable holds no number of bytes.
     """
     text = os.environ.get(LIMIT, "")
     if not text:
@@ -108,8 +117,10 @@ def limit() -> int:
 def within_limit(size: float) -> None:
     """Refuse a number of bytes above the limit.
 
-    Raises:
-        Refused: it is above.
+    Raises
+    ------
+    Refused
+        it is above.
     """
     most = limit()
     if size > most:
@@ -126,8 +137,10 @@ def check_archive(path: str | os.PathLike[str]) -> None:
 def opened_hdf5(path: str | os.PathLike[str]) -> Any:
     """Open an HDF5 file (``h5py.File``), unless it points elsewhere or its datasets are larger than the limit together.
 
-    Raises:
-        Refused: external links, external storage, virtual datasets, too large, or damaged; and as ``opened``.
+    Raises
+    ------
+    Refused
+        external links, external storage, virtual datasets, too large, or damaged; and as ``opened``.
     """
     import h5py
 
@@ -157,8 +170,10 @@ def _check_hdf5(file: Any) -> None:
 def _check_types(item: Any) -> None:
     """Refuse a dataset or an attribute with a type on which the library ends the process (HDF5 2.0.0).
 
-    Raises:
-        Refused: a type of variable length that is neither a sequence nor a string.
+    Raises
+    ------
+    Refused
+        a type of variable length that is neither a sequence nor a string.
     """
     import h5py
 
@@ -187,8 +202,10 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
     A string is told by its length (4 bytes), the heap's address and the object's index (4 bytes); the library takes as
     much memory as the length says. These are looked for as well, but in files of very many heaps.
 
-    Raises:
-        Refused: such an object, or a string longer than the file.
+    Raises
+    ------
+    Refused
+        such an object, or a string longer than the file.
     """
     import h5py
 
@@ -272,8 +289,10 @@ def datasets(file: Any) -> Iterator[tuple[str, Any]]:
 def _objects(file: Any) -> Iterator[tuple[str, Any]]:
     """Yield names, groups and datasets of an HDF5 file, in its order; soft links and what was visited are left out.
 
-    Raises:
-        Refused: an external link, external storage or a virtual dataset.
+    Raises
+    ------
+    Refused
+        an external link, external storage or a virtual dataset.
     """
     import h5py
 
@@ -337,13 +356,18 @@ def allowed_root(folder: str | os.PathLike[str] | None) -> Iterator[None]:
 def reachable(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> Path:
     """Return the path of a file that an input file names, all symbolic links resolved.
 
-    Args:
-        path: as it stands in the input file; relative to ``folder``.
-        folder: the folder of the input file. Files under it may be read; those under the working directory if that
-            holds the folder; those under the folder of ``allowed_root``.
+    Parameters
+    ----------
+    path
+        as it stands in the input file; relative to ``folder``.
+    folder
+        the folder of the input file. Files under it may be read; those under the working directory if that
+        holds the folder; those under the folder of ``allowed_root``.
 
-    Raises:
-        Refused: the file lies elsewhere. It is not opened.
+    Raises
+    ------
+    Refused
+        the file lies elsewhere. It is not opened.
     """
     home, working = Path(folder).resolve(), Path.cwd()
     target = (home / path).resolve()

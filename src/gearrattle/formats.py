@@ -20,10 +20,14 @@ from gearrattle.errors import ModelError, Problem
 class Format:
     """A kind of saved file.
 
-    Attributes:
-        version: that is written.
-        again: how such a file is made anew.
-        oldest: the earliest version that can be read; 0 if files of the first versions name no format.
+    Attributes
+    ----------
+    version
+        that is written.
+    again
+        how such a file is made anew.
+    oldest
+        the earliest version that can be read; 0 if files of the first versions name no format.
     """
 
     version: int
@@ -53,13 +57,19 @@ def format_name(kind: str) -> str:
 def check_format(name: object, source: object, *kinds: str) -> None:
     """Refuse a file whose format cannot be read.
 
-    Args:
-        name: of its format, as the file tells it; empty if it tells none.
-        source: the file, for the message.
-        kinds: that are wanted, any of them.
+    Parameters
+    ----------
+    name
+        of its format, as the file tells it; empty if it tells none.
+    source
+        the file, for the message.
+    kinds
+        that are wanted, any of them.
 
-    Raises:
-        ModelError: a file of another kind or origin, or of a version that is not read; the remedy says what to do.
+    Raises
+    ------
+    ModelError
+        a file of another kind or origin, or of a version that is not read; the remedy says what to do.
     """
     text = str(name)
     if not text and any(FORMATS[kind].oldest == 0 for kind in kinds):

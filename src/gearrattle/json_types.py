@@ -17,12 +17,15 @@ import numpy as np
 def json_value(value: Any) -> Any:
     """Return a value in JSON types: arrays become lists, dataclasses objects; what is not finite becomes None.
 
-    Args:
-        value: numbers, text and None; arrays, lists, tuples, mappings and dataclasses of them, nested.
+    Parameters
+    ----------
+    value
+        numbers, text and None; arrays, lists, tuples, mappings and dataclasses of them, nested.
 
-    Example:
-        >>> json_value({"ratio": float("inf"), "levels": (1.5, 2)})
-        {'ratio': None, 'levels': [1.5, 2]}
+    Examples
+    --------
+    >>> json_value({"ratio": float("inf"), "levels": (1.5, 2)})
+    {'ratio': None, 'levels': [1.5, 2]}
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {entry.name: json_value(getattr(value, entry.name)) for entry in dataclasses.fields(value)}

@@ -43,15 +43,29 @@ if TYPE_CHECKING:
 class Findings(Result):
     """Everything one pass through the procedure found out; ``gearrattle.run`` returns it.
 
-    Attributes:
-        model: the driveline.
-        equilibrium: static rest under the mean loads.
-        modes: natural frequencies and shapes about that rest, each clearance in the region it rests in.
-        modes_contact: the same with every clearance in full contact.
-        motion: the motion, its events, notes and cost.
-        verdict: the judgement.
-        advice: what was advised before the run; None if its pilot failed, and under records or a sweep.
-        scores: what became of its forecasts.
+    Attributes
+    ----------
+    model
+        the driveline.
+    equilibrium
+        static rest under the mean loads.
+    modes
+        natural frequencies and shapes about that rest, each clearance in the region it rests in.
+    modes_contact
+        the same with every clearance in full contact.
+    motion
+        the motion, its events, notes and cost.
+    verdict
+        the judgement.
+    advice
+        what was advised before the run; None if its pilot failed, and under records or a sweep.
+    scores
+        what became of its forecasts.
+
+    Examples
+    --------
+    >>> gr.run(gr.example("case3"), cycles=20, discard=10).verdict.verdict
+    'double-sided'
     """
 
     kind: ClassVar[str] = "run"
@@ -90,26 +104,37 @@ def run(
 ) -> Findings:
     """Carry out the whole procedure: check, rest, modes, advice, motion, verdict.
 
-    Args:
-        model: the driveline.
-        algorithm, cycles, samples_per_cycle, discard, tolerance, step, initial: settings as of ``simulate``; None
-            leaves each to the model file, then to its default.
-        progress: called now and then with the finished share of the simulation, 0 to 1; may raise to cancel.
-        phase: called with words as another part of the procedure begins.
+    Parameters
+    ----------
+    model
+        the driveline.
+    algorithm, cycles, samples_per_cycle, discard, tolerance, step, initial
+        settings as of ``simulate``; None
+        leaves each to the model file, then to its default.
+    progress
+        called now and then with the finished share of the simulation, 0 to 1; may raise to cancel.
+    phase
+        called with words as another part of the procedure begins.
 
-    Returns:
+    Returns
+    -------
+    Findings
         The findings: ``verdict``, ``motion`` (a ``Run``), ``advice``, ``modes`` and more; ``save`` writes the report.
 
-    Raises:
-        ModelError: a setting out of range, or a driveline that cannot bear its mean loads.
-        ConvergenceError: the algorithm failed or went unstable.
+    Raises
+    ------
+    ModelError
+        a setting out of range, or a driveline that cannot bear its mean loads.
+    ConvergenceError
+        the algorithm failed or went unstable.
 
-    Example:
-        >>> import gearrattle as gr
-        >>> findings = gr.run(gr.example("case3"), cycles=20)
-        >>> findings.verdict.verdict
-        'double-sided'
-        >>> page = findings.save("case3-results")
+    Examples
+    --------
+    >>> import gearrattle as gr
+    >>> findings = gr.run(gr.example("case3"), cycles=20)
+    >>> findings.verdict.verdict
+    'double-sided'
+    >>> page = findings.save("case3-results")
     """
     if phase is not None:
         phase("static rest and modes")

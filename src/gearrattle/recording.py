@@ -48,12 +48,24 @@ _UNEVEN = 1e-6  # of a sample interval: steps that differ by more are no uniform
 class Channel:
     """One signal.
 
-    Attributes:
-        name: what it is called; unique in its recording.
-        quantity: one of ``QUANTITIES``; empty where a file does not say it.
-        subject: the inertia, element or place it is about; empty where the recording does not say.
-        unit: SI unit of the values, "1" for pure numbers; the file's where the quantity is empty.
-        values: (N,).
+    Attributes
+    ----------
+    name
+        what it is called; unique in its recording.
+    quantity
+        one of ``QUANTITIES``; empty where a file does not say it.
+    subject
+        the inertia, element or place it is about; empty where the recording does not say.
+    unit
+        SI unit of the values, "1" for pure numbers; the file's where the quantity is empty.
+    values
+        (N,).
+
+    Examples
+    --------
+    >>> channel = gr.Channel("n", "speed", "flywheel", "rad/s", np.array([83.8, 84.0, 83.7]))
+    >>> channel.unit
+    'rad/s'
     """
 
     name: str
@@ -67,14 +79,28 @@ class Channel:
 class Recording:
     """Channels over one time axis.
 
-    Attributes:
-        time: (N,) strictly ascending [s].
-        channels: in the order of their source.
-        source: where it came from, in words: a file's name, an algorithm.
-        notes: what the user must know about it.
+    Attributes
+    ----------
+    time
+        (N,) strictly ascending [s].
+    channels
+        in the order of their source.
+    source
+        where it came from, in words: a file's name, an algorithm.
+    notes
+        what the user must know about it.
 
-    Raises:
-        ModelError: two channels have one name.
+    Raises
+    ------
+    ModelError
+        two channels have one name.
+
+    Examples
+    --------
+    >>> channel = gr.Channel("n", "speed", "flywheel", "rad/s", np.array([83.8, 84.0, 83.7]))
+    >>> record = gr.Recording(np.array([0.0, 0.01, 0.02]), (channel,), "rig")
+    >>> float(record["n"].values.max())
+    84.0
     """
 
     time: Array

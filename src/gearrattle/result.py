@@ -32,17 +32,21 @@ KIND = "result"
 class Result:
     """Base of every answer: words, tables, figures, files.
 
-    Attributes:
-        kind: of result; how it is shown stands in ``gearrattle.report.kinds`` under this name.
-        notes: what the user must know about the numbers.
+    Attributes
+    ----------
+    kind
+        of result; how it is shown stands in ``gearrattle.report.kinds`` under this name.
+    notes
+        what the user must know about the numbers.
 
-    Example:
-        >>> import gearrattle as gr
-        >>> modes = gr.modes(gr.example("case3"))
-        >>> print(modes.sentence[:36])
-        3 modes from 53.921 Hz to 5894.3 Hz,
-        >>> modes.data.sizes["mode"]
-        4
+    Examples
+    --------
+    >>> import gearrattle as gr
+    >>> modes = gr.modes(gr.example("case3"))
+    >>> print(modes.sentence[:36])
+    3 modes from 53.921 Hz to 5894.3 Hz,
+    >>> modes.data.sizes["mode"]
+    4
     """
 
     kind: ClassVar[str]
@@ -81,16 +85,23 @@ class Result:
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Save the result, whole or not at all.
 
-        Args:
-            path: a file that ends in .nc (netCDF-4, all numbers) or .csv (a table of them); or a folder, which gets
-                report.html, summary.json, results.nc and figures/. It need not exist.
+        Parameters
+        ----------
+        path
+            a file that ends in .nc (netCDF-4, all numbers) or .csv (a table of them); or a folder, which gets
+            report.html, summary.json, results.nc and figures/. It need not exist.
 
-        Returns:
+        Returns
+        -------
+        Path
             The file, or the page in the folder.
 
-        Raises:
-            ModelError: another ending, or a folder that holds something else than a page of gearrattle.
-            OSError: it cannot be written; then nothing has changed.
+        Raises
+        ------
+        ModelError
+            another ending, or a folder that holds something else than a page of gearrattle.
+        OSError
+            it cannot be written; then nothing has changed.
         """
         written: Path = import_module("gearrattle.report.saved").save(self, path)
         return written

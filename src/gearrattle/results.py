@@ -61,9 +61,18 @@ _Samples = dict[str, tuple[tuple[str, ...], Array, str]]
 class Run(Result):
     """A simulated motion with its model.
 
-    Attributes:
-        trajectory: plain arrays (see ``Trajectory``).
-        model: the model with the settings this run used.
+    Attributes
+    ----------
+    trajectory
+        plain arrays (see ``Trajectory``).
+    model
+        the model with the settings this run used.
+
+    Examples
+    --------
+    >>> run = gr.simulate(gr.example("case3"), cycles=20, discard=10)
+    >>> run.data["deflection"].dims
+    ('time', 'clearance')
     """
 
     kind = "motion"
@@ -305,12 +314,17 @@ class Run(Result):
 def check_run(value: object, also: tuple[type, ...] = ()) -> None:
     """Refuse what is no run, such as the path of one.
 
-    Args:
-        value: what a call was given.
-        also: other types that serve it.
+    Parameters
+    ----------
+    value
+        what a call was given.
+    also
+        other types that serve it.
 
-    Raises:
-        ModelError: it is none; the remedy says how to get one.
+    Raises
+    ------
+    ModelError
+        it is none; the remedy says how to get one.
     """
     if isinstance(value, (Run, *also)):
         return
@@ -387,14 +401,28 @@ def _energy(listed: dict[str, list[float]] | None) -> EnergyAudit | None:
 def open_run(path: str | os.PathLike[str]) -> Run:
     """Read a run written by ``Run.save``.
 
-    Args:
-        path: a netCDF-4 file.
+    Parameters
+    ----------
+    path
+        a netCDF-4 file.
 
-    Returns:
+    Returns
+    -------
+    Run
         The run, criteria and all.
 
-    Raises:
-        ModelError: the file is missing, or no netCDF file of a run.
+    Raises
+    ------
+    ModelError
+        the file is missing, or no netCDF file of a run.
+
+    Examples
+    --------
+    >>> gr.simulate(gr.example("case3"), cycles=5, discard=1).save("run.nc")
+    PosixPath('run.nc')
+    >>> run = gr.open_run("run.nc")
+    >>> len(run.events) > 0
+    True
     """
     rule = "must be a netCDF file written by Run.save"
     try:

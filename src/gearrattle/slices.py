@@ -13,9 +13,12 @@ _NUMBERS = 250_000  # 2 MB of a slice
 def slices(rows: int, width: int) -> Iterator[slice]:
     """Return slices that cover the rows of an array one after the other, of some 250 000 numbers each.
 
-    Args:
-        rows: how many there are.
-        width: numbers worked on in a row.
+    Parameters
+    ----------
+    rows
+        how many there are.
+    width
+        numbers worked on in a row.
     """
     step = max(1, _NUMBERS // max(1, width))
     return (slice(first, min(first + step, rows)) for first in range(0, rows, step))

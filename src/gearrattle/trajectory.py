@@ -31,29 +31,50 @@ Signal = tuple[str, str]
 class Layout:
     """Names and constants of the driveline a trajectory belongs to.
 
-    Attributes:
-        inertia_names: (n,) names of the rotating bodies.
-        inertia: (n,) J [kg m^2].
-        drag_torque: (n,) mean drag torque [N m].
-        stiffness: (m,) largest slope of every element; 0 for a pure damper [N m/rad or N/m].
-        element_names: (m,) couplings, then meshes.
-        is_mesh: (m,) whether the element is a gear mesh (deflection in m, force in N).
-        between: (m, 2) indices of the two inertias the element lies between; -1 is ground.
-        radii: (m, 2) base radii of these two gears [m]; 1, 1 for a coupling. ``radii[:, 0]`` refers a force to the
-            first of them.
-        rows: (m, n) W: deflections from angles, transmission errors apart [m or 1].
-        clearance: (K,) indices of the elements that have a corner.
-        corners: K ascending arrays of corner positions [rad or m].
-        region_of_first_piece: (K,) label of the piece below the lowest corner (<= 0); labels count up by one.
-        stiffness_of_piece, damping_of_piece: K arrays, slope and damping of each piece, lowest first.
-        omega: reference speed Omega [rad/s].
-        period: common period T of all orders [s].
-        orders: ascending distinct orders of the excitation (torques and transmission errors).
-        reference: index of the inertia transmissibility refers to (the first torque table's; 0 without torques).
-        auxiliary_names: (C,) sliders ("damper.0", "damper.drive.1": the second drive stage's), limiters ("gear.pull",
-            "gear.push") and alternating stiffness ("gear.pairs").
-        auxiliary_words: what the pieces of each stand for.
-        prescribed: indices of the bodies whose motion is prescribed: no impact moves them.
+    Attributes
+    ----------
+    inertia_names
+        (n,) names of the rotating bodies.
+    inertia
+        (n,) J [kg m^2].
+    drag_torque
+        (n,) mean drag torque [N m].
+    stiffness
+        (m,) largest slope of every element; 0 for a pure damper [N m/rad or N/m].
+    element_names
+        (m,) couplings, then meshes.
+    is_mesh
+        (m,) whether the element is a gear mesh (deflection in m, force in N).
+    between
+        (m, 2) indices of the two inertias the element lies between; -1 is ground.
+    radii
+        (m, 2) base radii of these two gears [m]; 1, 1 for a coupling. ``radii[:, 0]`` refers a force to the
+        first of them.
+    rows
+        (m, n) W: deflections from angles, transmission errors apart [m or 1].
+    clearance
+        (K,) indices of the elements that have a corner.
+    corners
+        K ascending arrays of corner positions [rad or m].
+    region_of_first_piece
+        (K,) label of the piece below the lowest corner (<= 0); labels count up by one.
+    stiffness_of_piece, damping_of_piece
+        K arrays, slope and damping of each piece, lowest first.
+    omega
+        reference speed Omega [rad/s].
+    period
+        common period T of all orders [s].
+    orders
+        ascending distinct orders of the excitation (torques and transmission errors).
+    reference
+        index of the inertia transmissibility refers to (the first torque table's; 0 without torques).
+    auxiliary_names
+        (C,) sliders ("damper.0", "damper.drive.1": the second drive stage's), limiters ("gear.pull",
+        "gear.push") and alternating stiffness ("gear.pairs").
+    auxiliary_words
+        what the pieces of each stand for.
+    prescribed
+        indices of the bodies whose motion is prescribed: no impact moves them.
     """
 
     inertia_names: tuple[str, ...]
@@ -88,13 +109,19 @@ class Layout:
 class EventLog:
     """Every crossing of a corner, ordered by time, then element.
 
-    Attributes:
-        time: (E,) [s].
-        clearance: (E,) index into ``Layout.clearance``.
-        from_region, to_region: (E,) region labels of the contract (0 centre, + drive, - coast).
-        velocity: (E,) signed deflection rate at the crossing [rad/s or m/s].
-        force_integral: (E,) integral of the element's force from t = 0 to the crossing [N m s or N s]; a contact
-            impulse is the difference between its end and its begin. NaN where a solver does not supply it.
+    Attributes
+    ----------
+    time
+        (E,) [s].
+    clearance
+        (E,) index into ``Layout.clearance``.
+    from_region, to_region
+        (E,) region labels of the contract (0 centre, + drive, - coast).
+    velocity
+        (E,) signed deflection rate at the crossing [rad/s or m/s].
+    force_integral
+        (E,) integral of the element's force from t = 0 to the crossing [N m s or N s]; a contact
+        impulse is the difference between its end and its begin. NaN where a solver does not supply it.
     """
 
     time: Array
@@ -160,23 +187,40 @@ class Exact(Protocol):
 class Trajectory:
     """A sampled motion with its exact log of corner crossings.
 
-    Attributes:
-        layout: names and constants of the driveline.
-        time: (Nt,) uniform grid t = k T / samples_per_cycle, from first_cycle T on [s].
-        angle, velocity, acceleration: (Nt, n) [rad, rad/s, rad/s^2]; accelerations are right limits.
-        deflection, force: (Nt, K) of the elements with a corner [rad or m, N m or N].
-        region: (Nt, K) region labels.
-        element_torque: (Nt, m) torque of every element referred to ``between[0]`` [N m].
-        events: every crossing from the first sample (0 < t) to the last.
-        initial_region: (K,) region labels just after the first sample.
-        final_force_integral: (K,) force integral at the end [N m s or N s]; NaN where unknown.
-        samples_per_cycle, cycles, discard: the output grid; criteria use [discard T, end].
-        cost: what it took.
-        notes: everything the user must know about this motion.
-        energy: where the energy went (None: no audit).
-        first_cycle: whole cycles before the first sample: more than 0 for a later chunk of a long run.
-        auxiliaries: sliders, limiters, alternating stiffness (None: the driveline has none).
-        exact: what knows the motion between its samples (None: nothing does).
+    Attributes
+    ----------
+    layout
+        names and constants of the driveline.
+    time
+        (Nt,) uniform grid t = k T / samples_per_cycle, from first_cycle T on [s].
+    angle, velocity, acceleration
+        (Nt, n) [rad, rad/s, rad/s^2]; accelerations are right limits.
+    deflection, force
+        (Nt, K) of the elements with a corner [rad or m, N m or N].
+    region
+        (Nt, K) region labels.
+    element_torque
+        (Nt, m) torque of every element referred to ``between[0]`` [N m].
+    events
+        every crossing from the first sample (0 < t) to the last.
+    initial_region
+        (K,) region labels just after the first sample.
+    final_force_integral
+        (K,) force integral at the end [N m s or N s]; NaN where unknown.
+    samples_per_cycle, cycles, discard
+        the output grid; criteria use [discard T, end].
+    cost
+        what it took.
+    notes
+        everything the user must know about this motion.
+    energy
+        where the energy went (None: no audit).
+    first_cycle
+        whole cycles before the first sample: more than 0 for a later chunk of a long run.
+    auxiliaries
+        sliders, limiters, alternating stiffness (None: the driveline has none).
+    exact
+        what knows the motion between its samples (None: nothing does).
     """
 
     layout: Layout

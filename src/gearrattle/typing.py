@@ -1,9 +1,10 @@
 """Classes of what calls return, for annotations; nobody makes one by hand.
 
-Example:
-    >>> from gearrattle.typing import Modes
-    >>> isinstance(gr.modes(gr.example("case3")), Modes)
-    True
+Examples
+--------
+>>> from gearrattle.typing import Modes
+>>> isinstance(gr.modes(gr.example("case3")), Modes)
+True
 """
 
 from gearrattle.advice import Advice

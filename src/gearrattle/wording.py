@@ -15,10 +15,14 @@ _NARROWEST = 24
 def counted(number: float, noun: str, plural: str | None = None) -> str:
     """Return a number with its noun: "1 impact", "2 impacts", "0 impacts", "0.5 cycles".
 
-    Args:
-        number: shown as ``str`` for whole numbers, else with three digits.
-        noun: singular.
-        plural: where it is not the noun with an s.
+    Parameters
+    ----------
+    number
+        shown as ``str`` for whole numbers, else with three digits.
+    noun
+        singular.
+    plural
+        where it is not the noun with an s.
     """
     shown = f"{number:.3g}" if isinstance(number, float) else str(number)
     return f"{shown} {noun_of(number, noun, plural)}"
@@ -27,10 +31,14 @@ def counted(number: float, noun: str, plural: str | None = None) -> str:
 def noun_of(number: float, noun: str, plural: str | None = None) -> str:
     """Return the noun in the number that goes with a number: singular for what is shown as 1.
 
-    Args:
-        number: how many.
-        noun: singular.
-        plural: where it is not the noun with an s.
+    Parameters
+    ----------
+    number
+        how many.
+    noun
+        singular.
+    plural
+        where it is not the noun with an s.
     """
     return noun if f"{number:.3g}" == "1" else plural or f"{noun}s"
 
@@ -52,12 +60,17 @@ def columns(
 ) -> str:
     """Return a table as lines: the columns of words aligned left, the others right, two spaces between.
 
-    Args:
-        head: titles of the columns; none of them: no line of titles.
-        rows: cells, as long as ``head``.
-        words: indices of the columns of words.
-        width: of a line, in characters: cells of words continue below themselves where lines are longer, in columns
-            of at least 24 characters. None: no limit.
+    Parameters
+    ----------
+    head
+        titles of the columns; none of them: no line of titles.
+    rows
+        cells, as long as ``head``.
+    words
+        indices of the columns of words.
+    width
+        of a line, in characters: cells of words continue below themselves where lines are longer, in columns
+        of at least 24 characters. None: no limit.
     """
     table = [*([list(head)] if any(head) else []), *(list(row) for row in rows)]
     widths = _widths(table)

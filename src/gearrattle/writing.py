@@ -52,9 +52,12 @@ _FLUSHING = 8  # threads: the disk takes several requests at once
 def staged(destination: Path | None, send: Callable[[Path], None]) -> Iterator[Path]:
     """Give a folder to fill, whose content moves to its destination if nothing goes wrong meanwhile.
 
-    Args:
-        destination: a folder of this machine; None for one elsewhere.
-        send: takes the filled folder to one elsewhere.
+    Parameters
+    ----------
+    destination
+        a folder of this machine; None for one elsewhere.
+    send
+        takes the filled folder to one elsewhere.
     """
     if destination is None:
         with temporary_folder() as path:
@@ -90,10 +93,14 @@ def in_temporary_folder(path: Path) -> bool:
 def whole(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give the path of a new file, which takes the place of ``path`` if nothing goes wrong meanwhile.
 
-    Raises:
-        FileNotFoundError: there is no such folder.
-        IsADirectoryError: it is a folder.
-        OSError: it cannot be written.
+    Raises
+    ------
+    FileNotFoundError
+        there is no such folder.
+    IsADirectoryError
+        it is a folder.
+    OSError
+        it cannot be written.
     """
     target = Path(path)
     if not target.parent.is_dir():
@@ -110,9 +117,12 @@ class Staging:
 
     Use it as a context manager; leaving it without ``commit`` discards everything.
 
-    Attributes:
-        destination: the folder the results are for; it need not exist.
-        path: the folder to write into; exists while the context is open.
+    Attributes
+    ----------
+    destination
+        the folder the results are for; it need not exist.
+    path
+        the folder to write into; exists while the context is open.
     """
 
     def __init__(self, destination: str | os.PathLike[str]) -> None:
@@ -124,9 +134,12 @@ class Staging:
     def __enter__(self) -> Self:
         """Make the hidden folder, and see to what killed programs have left beside it.
 
-        Raises:
-            NotADirectoryError: a file stands where the folder should be.
-            OSError: the place cannot be written.
+        Raises
+        ------
+        NotADirectoryError
+            a file stands where the folder should be.
+        OSError
+            the place cannot be written.
         """
         anchor = _existing(self.destination)
         if not anchor.is_dir():
@@ -155,8 +168,10 @@ class Staging:
 
         When this returns, everything is on the disk.
 
-        Raises:
-            OSError: the destination cannot be written; it is as it was.
+        Raises
+        ------
+        OSError
+            the destination cannot be written; it is as it was.
         """
         assert self._hidden is not None
         flush(self.path)
@@ -208,8 +223,10 @@ def is_left(name: str) -> bool:
 def sweep(folder: Path) -> None:
     """Complete or remove what programs that are no more have left in a folder; nothing if it cannot be read.
 
-    Raises:
-        OSError: results that a killed program had begun to move into the folder cannot be moved; it is as it was.
+    Raises
+    ------
+    OSError
+        results that a killed program had begun to move into the folder cannot be moved; it is as it was.
     """
     try:
         with os.scandir(folder) as entries:
@@ -336,9 +353,12 @@ def _turn(folder: Path) -> Iterator[None]:
 def put(path: Path, content: bytes, *, new: bool = False) -> None:
     """Write a small file, whole or not at all; when this returns it is on the disk.
 
-    Raises:
-        FileExistsError: it must be new, and is there.
-        OSError: it cannot be written.
+    Raises
+    ------
+    FileExistsError
+        it must be new, and is there.
+    OSError
+        it cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     while True:
@@ -380,8 +400,10 @@ def _linked(temporary: Path, path: Path) -> bool:
 def flush(folder: Path) -> None:
     """Have the disk take all files of a folder, and the folder, before anything that is written later.
 
-    Raises:
-        OSError: the disk refused.
+    Raises
+    ------
+    OSError
+        the disk refused.
     """
     folders, files = [], []
     for root, _, names in os.walk(folder):
@@ -427,9 +449,12 @@ class Lock:
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         """Take the lock.
 
-        Raises:
-            Refused: somebody else has it.
-            OSError: the machine refused.
+        Raises
+        ------
+        Refused
+            somebody else has it.
+        OSError
+            the machine refused.
         """
         resolved = str(Path(folder).resolve())
         if (earlier := _LOCKS.get(resolved)) is not None:
@@ -458,9 +483,12 @@ _LOCKS: weakref.WeakValueDictionary[str, Lock] = weakref.WeakValueDictionary()
 def _opened_lock(path: Path, *, make: bool = True) -> int:
     """Open a file to be locked, made if need be; never through a symbolic link, for it is written.
 
-    Raises:
-        Refused: it is no regular file.
-        OSError: it cannot be written.
+    Raises
+    ------
+    Refused
+        it is no regular file.
+    OSError
+        it cannot be written.
     """
     flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     handle = os.open(path, os.O_RDWR | (os.O_CREAT if make else 0) | flags, 0o666)

@@ -14,9 +14,15 @@ from tests.architecture.places import SOURCE, source_files
 from tests.architecture.public import PUBLIC
 
 
-def _has_line(parameter: str, words: str) -> bool:
-    """Return whether an ``Args:`` line, perhaps shared with other parameters, explains this one."""
-    return re.search(rf"^\s+(?:\w+, )*{parameter}(?:, \w+)*(?: \[.*\])?:", words, flags=re.MULTILINE) is not None
+def _documented(docstring: str) -> list[str]:
+    """Return the parameters that a docstring explains."""
+    section = re.search(
+        r"^( *)Parameters\n\1-+\n((?:.*\n?)*?)(?=^\1\w+\n\1--+$|\Z)", f"{docstring}\n", flags=re.MULTILINE
+    )
+    if section is None:
+        return []
+    lines = re.findall(rf"^{section[1]}(\S.*)\n{section[1]}    \S", section[2], flags=re.MULTILINE)
+    return [name.strip(" *") for line in lines for name in line.split(",")]
 
 
 @pytest.mark.parametrize("path", source_files(), ids=lambda path: str(path.relative_to(SOURCE)))
@@ -44,17 +50,6 @@ def test_names_say_what_they_hold(path: Path) -> None:
     assert names & EMPTY_NAMES <= allowed
 
 
-def _documented(docstring: str) -> list[str]:
-    """Return the parameters that the section ``Args:`` of a docstring explains."""
-    section = re.search(r"^( *)Args:\n((?:\1    .*\n?|\n(?=\1    ))+)", docstring, flags=re.MULTILINE)
-    if section is None:
-        return []
-    lines = re.findall(
-        rf"^{section[1]}    (\*{{0,2}}\w+(?:, \*{{0,2}}\w+)*,?)(?: \(.*?\)| \[.*?\])?:", section[2], re.MULTILINE
-    )
-    return [name.strip(" *") for line in lines for name in line.split(",") if name.strip()]
-
-
 @pytest.mark.parametrize("path", source_files(), ids=lambda path: str(path.relative_to(SOURCE)))
 def test_docstrings_explain_parameters_that_exist(path: Path) -> None:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -64,7 +59,8 @@ def test_docstrings_explain_parameters_that_exist(path: Path) -> None:
 
 
 def test_a_parameter_that_is_not_there_is_noticed() -> None:
-    assert _documented("Do.\n\nArgs:\n    a, b: two.\n        more: of them.\n    *c: rest.\n") == ["a", "b", "c"]
+    text = "Do.\n\nParameters\n----------\na, b\n    two.\n    more: of them.\n*c\n    rest.\n\nReturns\n-------\nint"
+    assert _documented(text) == ["a", "b", "c"]
 
 
 @pytest.mark.parametrize("name", PUBLIC)
@@ -73,7 +69,7 @@ def test_public_name_is_explained(name: str) -> None:
     words = inspect.getdoc(thing) or ""
     assert len(words.split()) >= 5
     if inspect.isfunction(thing):
-        assert [p for p in inspect.signature(thing).parameters if not _has_line(p, words)] == []
+        assert [p for p in inspect.signature(thing).parameters if p not in _documented(words)] == []
 
 
 @pytest.mark.parametrize("name", [name for name in PUBLIC if inspect.isclass(PUBLIC[name])])

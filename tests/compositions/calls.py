@@ -18,9 +18,12 @@ from gearrattle.recording import Channel, Recording
 class Kit:
     """A model of one kind, and what is made of it once.
 
-    Attributes:
-        model: the driveline.
-        folder: to write into; empty at first.
+    Attributes
+    ----------
+    model
+        the driveline.
+    folder
+        to write into; empty at first.
     """
 
     model: gr.Model

@@ -95,9 +95,12 @@ LOOP = {"name": "bypass", "between": ["engine", "wheel"], "stiffness": 100.0, "d
 class Kind:
     """A kind of model.
 
-    Attributes:
-        words: what is special about it.
-        make: makes a small driveline of it.
+    Attributes
+    ----------
+    words
+        what is special about it.
+    make
+        makes a small driveline of it.
     """
 
     words: str

@@ -23,8 +23,10 @@ WORKS = "works"
 def outcome_of(call: Call, kit: Kit) -> str:
     """Return ``WORKS``, or why the call is refused.
 
-    Raises:
-        Exception: whatever is no error that the package raises on purpose.
+    Raises
+    ------
+    Exception
+        whatever is no error that the package raises on purpose.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
@@ -38,8 +40,10 @@ def outcome_of(call: Call, kit: Kit) -> str:
 def outcome_of_command(words: Sequence[str]) -> str:
     """Return ``WORKS``, or why a command is refused.
 
-    Raises:
-        AssertionError: it ended with anything but an error that the package raises on purpose, or without a word.
+    Raises
+    ------
+    AssertionError
+        it ended with anything but an error that the package raises on purpose, or without a word.
     """
     raised: list[BaseException] = []
 

@@ -64,8 +64,10 @@ Outcomes = Mapping[str, Mapping[str, str]]
 def outcomes(kind: str, rows: Iterable[str]) -> dict[str, str]:
     """Return what becomes of calls and commands on one kind of model, by row.
 
-    Raises:
-        AssertionError: one of them ended with an internal error; it says which.
+    Raises
+    ------
+    AssertionError
+        one of them ended with an internal error; it says which.
     """
     found = {}
     with TemporaryDirectory() as name:
@@ -98,8 +100,10 @@ def kept() -> dict[str, dict[str, str]]:
 def page(found: Outcomes) -> str:
     """Return the page of the manual.
 
-    Args:
-        found: outcomes of all rows, by row and kind.
+    Parameters
+    ----------
+    found
+        outcomes of all rows, by row and kind.
     """
     lines = [*_HEAD.splitlines(), "", "| kind of model | what it has |", "|---|---|"]
     lines += [f"| {name} | {kind.words} |" for name, kind in KINDS.items()]

@@ -72,11 +72,16 @@ def law_of(element: Element) -> Law:
 class Case:
     """A driveline, its inputs, its start, and how long it is followed.
 
-    Attributes:
-        inertia, drag: (n,). rows: (m, n) W. elements: m of them.
-        period: T of the inputs; harmonic j makes cycles[j] oscillations in it.
-        mean: (n,) constant torque. torque_sine, torque_cosine: (n, H). error_sine, error_cosine: (m, H).
-        angle, velocity: (n,) at t = 0. length: periods; samples: stored a period.
+    Attributes
+    ----------
+    inertia, drag
+        (n,). rows: (m, n) W. elements: m of them.
+    period
+        T of the inputs; harmonic j makes cycles[j] oscillations in it.
+    mean
+        (n,) constant torque. torque_sine, torque_cosine: (n, H). error_sine, error_cosine: (m, H).
+    angle, velocity
+        (n,) at t = 0. length: periods; samples: stored a period.
     """
 
     name: str

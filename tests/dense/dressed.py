@@ -51,11 +51,16 @@ class Pairs:
 class Dressed(Case):
     """A case with auxiliaries and signals.
 
-    Attributes:
-        sliders: in the order of their auxiliaries, behind those of the clipped elements.
-        clipped: elements with clipped contact damping.
-        pairs: alternating elements; their instants come again every period if ``repeats``.
-        signals: knots, coefficients, and what they act on; None without.
+    Attributes
+    ----------
+    sliders
+        in the order of their auxiliaries, behind those of the clipped elements.
+    clipped
+        elements with clipped contact damping.
+    pairs
+        alternating elements; their instants come again every period if ``repeats``.
+    signals
+        knots, coefficients, and what they act on; None without.
     """
 
     sliders: tuple[Slider, ...] = ()

@@ -39,9 +39,12 @@ PENETRATION = 1e-12
 class Verdict:
     """Faults in words, and what was looked at.
 
-    Attributes:
-        worst: largest error of each kind in units of what was allowed.
-        blur: largest rounding allowed to a deflection, relative to its clearance's scale.
+    Attributes
+    ----------
+    worst
+        largest error of each kind in units of what was allowed.
+    blur
+        largest rounding allowed to a deflection, relative to its clearance's scale.
     """
 
     faults: list[str] = field(default_factory=list)

@@ -73,8 +73,10 @@ def at_start(case: Dressed, pieces: tuple[int, ...], delta: np.ndarray, rate: np
 def after(case: Dressed, modes: Modes, watch: int, upward: int) -> tuple[Modes, dict[int, float]]:
     """The modes after one of those watched has left its own, and the stretches that are new (or known again).
 
-    Raises:
-        Impossible: there is nothing beyond.
+    Raises
+    ------
+    Impossible
+        there is nothing beyond.
     """
     count = len(case.clearances)
     if watch < count:

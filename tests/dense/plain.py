@@ -32,14 +32,22 @@ TERMS = 20
 class Region:
     """Matrices of one region; ``disagreement`` is the largest of |expm - sum| relative to the largest entry.
 
-    Attributes:
-        matrix, size: (Z, Z) M, and its absolute terms.
-        h: step. radius: estimate of the largest rate.
-        strides: exp(M h 2^i), grown as needed.
-        taylor: (TERMS + 1, Z, Z) (M h)^j / j!.
-        watch: (4, K, Z) rows of the clearances' deflections (of what is watched) and their first three derivatives.
-        series: (K, TERMS + 1, Z) Taylor coefficients of the same over a step.
-        lower, upper: (K,) corners around the region.
+    Attributes
+    ----------
+    matrix, size
+        (Z, Z) M, and its absolute terms.
+    h
+        step. radius: estimate of the largest rate.
+    strides
+        exp(M h 2^i), grown as needed.
+    taylor
+        (TERMS + 1, Z, Z) (M h)^j / j!.
+    watch
+        (4, K, Z) rows of the clearances' deflections (of what is watched) and their first three derivatives.
+    series
+        (K, TERMS + 1, Z) Taylor coefficients of the same over a step.
+    lower, upper
+        (K,) corners around the region.
     """
 
     matrix: np.ndarray
@@ -118,10 +126,14 @@ def region_between(
 ) -> Region:
     """A region in which K quantities stay between bounds.
 
-    Args:
-        M, size: (Z, Z) the matrix, and its absolute terms.
-        probes: (K, Z) rows of the quantities watched. lower, upper: (K,) their bounds.
-        slowest: rate below which no step is made longer.
+    Parameters
+    ----------
+    M, size
+        (Z, Z) the matrix, and its absolute terms.
+    probes
+        (K, Z) rows of the quantities watched. lower, upper: (K,) their bounds.
+    slowest
+        rate below which no step is made longer.
     """
     balanced, (scale, _) = matrix_balance(M, permute=False, separate=True)
     radius = max(spectral_radius(balanced), slowest)

@@ -30,12 +30,18 @@ _SECOND = _ORDERS[2:] * (_ORDERS[2:] - 1)
 class Segment:
     """What one segment came to.
 
-    Attributes:
-        end: (Z,) state at its end. spread: (Z, Z) squared rounding there.
-        noise: (K,) rounding of the clearances' deflections anywhere in it.
-        states: (Z, N + 2) at the steps, the end included. lengths: (N + 1,) of the steps.
-        gap: (K, 2) smallest distance from the lower and the upper corner, where near; inf where not.
-        when: (K, 2) time of it since the start.
+    Attributes
+    ----------
+    end
+        (Z,) state at its end. spread: (Z, Z) squared rounding there.
+    noise
+        (K,) rounding of the clearances' deflections anywhere in it.
+    states
+        (Z, N + 2) at the steps, the end included. lengths: (N + 1,) of the steps.
+    gap
+        (K, 2) smallest distance from the lower and the upper corner, where near; inf where not.
+    when
+        (K, 2) time of it since the start.
     """
 
     end: np.ndarray
@@ -52,12 +58,17 @@ def follow(
 ) -> Segment:
     """Follow one region for a duration.
 
-    Args:
-        region: the region. z: (Z,) state. spread: (Z, Z) its squared rounding.
-        duration: how long.
-        sums: what the deflections are made from.
-        size: (Z,) largest state of the whole run: a solver may round at that size, if it adds a forced motion to a free
-            one.
+    Parameters
+    ----------
+    region
+        the region. z: (Z,) state. spread: (Z, Z) its squared rounding.
+    duration
+        how long.
+    sums
+        what the deflections are made from.
+    size
+        (Z,) largest state of the whole run: a solver may round at that size, if it adds a forced motion to a free
+        one.
     """
     count = int(duration // region.h)
     rest = min(max(duration - count * region.h, 0.0), region.h)

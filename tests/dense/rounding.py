@@ -18,12 +18,17 @@ from tests.dense.plain import EPS
 class Sums:
     """Sizes of the terms.
 
-    Attributes:
-        loops: (m, m) identity plus the terms by which dependent deflections are sums of the kept ones. Where those
-            are nearly dependent themselves, the terms are large.
-        ratios: (m, m) length of a row over that of another: how one deflection shows in another, at least.
-        carried: (m,) transmission errors, with the rounding of their phases.
-        inverses: from deflections (and one angle, for every choice of it, in a free train) to angles.
+    Attributes
+    ----------
+    loops
+        (m, m) identity plus the terms by which dependent deflections are sums of the kept ones. Where those
+        are nearly dependent themselves, the terms are large.
+    ratios
+        (m, m) length of a row over that of another: how one deflection shows in another, at least.
+    carried
+        (m,) transmission errors, with the rounding of their phases.
+    inverses
+        from deflections (and one angle, for every choice of it, in a free train) to angles.
     """
 
     loops: np.ndarray

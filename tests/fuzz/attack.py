@@ -38,10 +38,14 @@ class SlowError(BaseException):
 class Result:
     """What became of the inputs of one target.
 
-    Attributes:
-        tried: inputs.
-        refused: by an error of ours.
-        finds: input by what is wrong with its answer.
+    Attributes
+    ----------
+    tried
+        inputs.
+    refused
+        by an error of ours.
+    finds
+        input by what is wrong with its answer.
     """
 
     tried: int = 0
@@ -86,10 +90,14 @@ class Attack:
     def run(self, count: int, seed: int, before: Callable[[int, bytes], object] = lambda *_: None) -> Result:
         """Try damaged inputs.
 
-        Args:
-            count: how many.
-            seed: of their damage; the same seed gives the same inputs.
-            before: called with the number and content of every input before it is tried.
+        Parameters
+        ----------
+        count
+            how many.
+        seed
+            of their damage; the same seed gives the same inputs.
+        before
+            called with the number and content of every input before it is tried.
         """
         with quiet(), self.target.while_open():
             self.read_sound_files()

@@ -118,14 +118,22 @@ RESPONSE = """frequency [Hz], real [rad/s^2/(N*m)], imag [rad/s^2/(N*m)], error 
 class Target:
     """One way to read a file.
 
-    Attributes:
-        name: of it.
-        file: name of the damaged file.
-        seeds: writes sound files into a folder and returns their contents.
-        run: reads the damaged file; takes its path.
-        text: whether it is a text.
-        around: what the folder holds besides; takes the folder.
-        while_open: a context in which the target runs.
+    Attributes
+    ----------
+    name
+        of it.
+    file
+        name of the damaged file.
+    seeds
+        writes sound files into a folder and returns their contents.
+    run
+        reads the damaged file; takes its path.
+    text
+        whether it is a text.
+    around
+        what the folder holds besides; takes the folder.
+    while_open
+        a context in which the target runs.
     """
 
     name: str

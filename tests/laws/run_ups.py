@@ -55,13 +55,20 @@ signal = {{ time = {time}, value = {value} }}
 class RunUp:
     """A model as text, and the same numbers.
 
-    Attributes:
-        sweep: first and last speed [rad/s], and how long it takes [s].
-        mean, amplitude: tables, (2, S) speeds [rad/s] and values [N m] each.
-        wave: order and phase [rad] of the harmonic.
-        record: (2, P) times [s] and values [N m]; None: no record.
-        cycles: length of the run in periods.
-        text: TOML.
+    Attributes
+    ----------
+    sweep
+        first and last speed [rad/s], and how long it takes [s].
+    mean, amplitude
+        tables, (2, S) speeds [rad/s] and values [N m] each.
+    wave
+        order and phase [rad] of the harmonic.
+    record
+        (2, P) times [s] and values [N m]; None: no record.
+    cycles
+        length of the run in periods.
+    text
+        TOML.
     """
 
     sweep: tuple[float, float, float]
@@ -133,12 +140,18 @@ def draw(seed: int) -> RunUp:
 def integrated(run_up: RunUp, end: float, nudge: float = 0.0) -> tuple[Array, Array, Array]:
     """Integrate by DOP853 from corner to corner.
 
-    Args:
-        run_up: see there.
-        end: of the run [s].
-        nudge: moves the start by this part of the clearance, and of 1 rad/s.
+    Parameters
+    ----------
+    run_up
+        see there.
+    end
+        of the run [s].
+    nudge
+        moves the start by this part of the clearance, and of 1 rad/s.
 
-    Returns:
+    Returns
+    -------
+    tuple[Array, Array, Array]
         (E,) times of crossings [s], (E,) pieces entered (-1, 0, 1), and the state at the end.
     """
     first, last, over = run_up.sweep

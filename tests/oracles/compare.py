@@ -92,10 +92,14 @@ def _nonzero(x: np.ndarray) -> np.ndarray:
 def compare(model: Driveline, cycles: int, samples_per_cycle: int, run: gr.Run | None = None) -> Outcome:
     """Simulate (unless a run is given), solve to fifty digits, and return every fault found.
 
-    Args:
-        model: the driveline, in decimals.
-        cycles, samples_per_cycle: the output grid.
-        run: a finished run on the same grid, to be judged instead of a fresh one.
+    Parameters
+    ----------
+    model
+        the driveline, in decimals.
+    cycles, samples_per_cycle
+        the output grid.
+    run
+        a finished run on the same grid, to be judged instead of a fresh one.
     """
     if run is None:
         run = gr.simulate(

@@ -31,12 +31,18 @@ LONGEST = 14.0  # and so is one whose horizon lies farther: the oracle would tak
 class Measured:
     """One motion.
 
-    Attributes:
-        name: of the driveline.
-        cycles: its predictability horizon [T].
-        crossings: up to there.
-        error: largest of any deflection up to there [half-gaps].
-        passed: where it first exceeds 1e-9, as a share of the horizon; infinite if beyond.
+    Attributes
+    ----------
+    name
+        of the driveline.
+    cycles
+        its predictability horizon [T].
+    crossings
+        up to there.
+    error
+        largest of any deflection up to there [half-gaps].
+    passed
+        where it first exceeds 1e-9, as a share of the horizon; infinite if beyond.
     """
 
     name: str

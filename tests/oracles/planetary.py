@@ -22,17 +22,28 @@ Array = np.ndarray
 class Set:
     """A planetary set with a spring from the carrier to ground and a torque on the sun.
 
-    Attributes:
-        inertia: J of sun, ring, carrier (without planets' masses) and of every planet [kg m^2].
-        radii: of sun, planet and ring [m].
-        stiffness, damping: of sun and ring meshes [N/m, N s/m].
-        half_gap: of sun and ring meshes [m].
-        error: amplitude [m] and order of the sun meshes' error.
-        phases: of every planet's error [rad].
-        mass, distance: of a planet [kg], of its axis from the middle [m].
-        holds: stiffness and damping of ring and carrier to ground [N m/rad, N m s/rad].
-        omega: reference speed [rad/s].
-        mean, swing: torque on the sun and the amplitude of its first order [N m].
+    Attributes
+    ----------
+    inertia
+        J of sun, ring, carrier (without planets' masses) and of every planet [kg m^2].
+    radii
+        of sun, planet and ring [m].
+    stiffness, damping
+        of sun and ring meshes [N/m, N s/m].
+    half_gap
+        of sun and ring meshes [m].
+    error
+        amplitude [m] and order of the sun meshes' error.
+    phases
+        of every planet's error [rad].
+    mass, distance
+        of a planet [kg], of its axis from the middle [m].
+    holds
+        stiffness and damping of ring and carrier to ground [N m/rad, N m s/rad].
+    omega
+        reference speed [rad/s].
+    mean, swing
+        torque on the sun and the amplitude of its first order [N m].
     """
 
     inertia: Array

@@ -63,15 +63,24 @@ STUDY = 'model = "A.toml"\noutputs = ["TR rms", "verdict"]\n[axis]\n"{0}" = {{ f
 class Attack:
     """A command under attack.
 
-    Attributes:
-        name: of the attack.
-        commands: words of the command, taken in turn; ``--resume`` is added where it resumes.
-        output: the folder it writes.
-        look: tells how much of the results is there, 0 to 1; raises AssertionError where it is wrong.
-        resumes: whether what is there must never become less.
-        took: seconds that it takes undisturbed.
-        begun: how many starts there were.
-        whole: how much the last look found.
+    Attributes
+    ----------
+    name
+        of the attack.
+    commands
+        words of the command, taken in turn; ``--resume`` is added where it resumes.
+    output
+        the folder it writes.
+    look
+        tells how much of the results is there, 0 to 1; raises AssertionError where it is wrong.
+    resumes
+        whether what is there must never become less.
+    took
+        seconds that it takes undisturbed.
+    begun
+        how many starts there were.
+    whole
+        how much the last look found.
     """
 
     name: str

@@ -42,10 +42,14 @@ State = dict[str, tuple[int, bytes | None]]
 class Trace:
     """What a folder held before every operation on names, and what of it the disk had taken.
 
-    Attributes:
-        states: the folder's content before operation 0, 1, ..., and in the end.
-        flushed: before each of them, by number of a file, its content when it was flushed last.
-        barriers: before each of them, the last state whose names the disk has taken.
+    Attributes
+    ----------
+    states
+        the folder's content before operation 0, 1, ..., and in the end.
+    flushed
+        before each of them, by number of a file, its content when it was flushed last.
+    barriers
+        before each of them, the last state whose names the disk has taken.
     """
 
     root: Path
@@ -134,11 +138,16 @@ def tree(folder: Path) -> dict[str, bytes]:
 class Scene:
     """Something that is written.
 
-    Attributes:
-        name: what.
-        before: fills the folder with what was there, flushed long ago.
-        write: what is traced.
-        check: looks at what is left, and raises AssertionError where it is corrupt and shown as whole.
+    Attributes
+    ----------
+    name
+        what.
+    before
+        fills the folder with what was there, flushed long ago.
+    write
+        what is traced.
+    check
+        looks at what is left, and raises AssertionError where it is corrupt and shown as whole.
     """
 
     name: str

@@ -32,8 +32,10 @@ def parts(kinds: Iterable[str]) -> list[tuple[str, ...]]:
 def record(tree: Path, folder: Path, kinds: Iterable[str]) -> None:
     """Record a tree, two parts at a time.
 
-    Raises:
-        SystemExit: a part did not end well; its output has been printed.
+    Raises
+    ------
+    SystemExit
+        a part did not end well; its output has been printed.
     """
     shutil.rmtree(folder, ignore_errors=True)
     unfinished = folder.with_name(f"{folder.name}.unfinished")

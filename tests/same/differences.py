@@ -54,9 +54,12 @@ def unsteady(one: Answers, other: Answers) -> set[str]:
 def differences(base: Answers, head: Answers, ignored: set[str]) -> Iterator[tuple[str, str]]:
     """Yield the key and the description of every difference, in the order of keys.
 
-    Args:
-        base, head: the records.
-        ignored: keys whose numbers are not compared.
+    Parameters
+    ----------
+    base, head
+        the records.
+    ignored
+        keys whose numbers are not compared.
     """
     for key in sorted(base.keys | head.keys):
         if key in ignored:

@@ -129,10 +129,14 @@ def _add_ends(sums: dict[str, Array], clearance: IntArray, met: Array, ends: tup
 def corner_keys(layout: Layout, clearance: IntArray, region: IntArray, other: IntArray) -> IntArray:
     """Return (E,) the number of the corner between two neighbouring regions, counted over all clearances.
 
-    Args:
-        layout: names and constants of the driveline.
-        clearance: (E,) indices into ``layout.clearance``.
-        region, other: (E,) labels of the regions the corner lies between.
+    Parameters
+    ----------
+    layout
+        names and constants of the driveline.
+    clearance
+        (E,) indices into ``layout.clearance``.
+    region, other
+        (E,) labels of the regions the corner lies between.
     """
     before = np.concatenate([[0], np.cumsum([corners.size for corners in layout.corners])]).astype(np.int64)
     lower = np.minimum(region, other) - layout.region_of_first_piece[clearance] if len(clearance) else clearance

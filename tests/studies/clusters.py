@@ -62,10 +62,14 @@ def full_once(keep: Callable[..., None]) -> Callable[..., None]:
 class Dask:
     """A scheduler and workers without nannies.
 
-    Attributes:
-        address, scheduler: of the scheduler.
-        workers: those hired so far that nobody has dismissed.
-        hire: starts one more.
+    Attributes
+    ----------
+    address, scheduler
+        of the scheduler.
+    workers
+        those hired so far that nobody has dismissed.
+    hire
+        starts one more.
     """
 
     address: str

@@ -52,19 +52,34 @@ def advise(
 ) -> Advice:
     """Say what to do before simulating, and foretell what a run will show.
 
-    Args:
-        model: the driveline.
-        algorithm, cycles, discard, samples_per_cycle, tolerance, step, initial: of the run planned, as in
-            ``gearrattle.simulate``.
-        up_to: end of the band for lumping, as in ``gearrattle.reduce``; by default the highest order of any torque.
-        progress: called with the finished share; what it raises ends the work.
+    Parameters
+    ----------
+    model
+        the driveline.
+    algorithm, cycles, discard, samples_per_cycle, tolerance, step, initial
+        of the run planned, as in
+        ``gearrattle.simulate``.
+    up_to
+        end of the band for lumping, as in ``gearrattle.reduce``; by default the highest order of any torque.
+    progress
+        called with the finished share; what it raises ends the work.
 
-    Returns:
+    Returns
+    -------
+    Advice
         Lines with their evidence, and forecasts; ``.scores(run)`` compares these with a run.
 
-    Raises:
-        ModelError: a bad setting, a driveline that cannot bear its mean loads, or inputs that are no harmonics.
-        ConvergenceError: the exact pilot run failed.
+    Raises
+    ------
+    ModelError
+        a bad setting, a driveline that cannot bear its mean loads, or inputs that are no harmonics.
+    ConvergenceError
+        the exact pilot run failed.
+
+    Examples
+    --------
+    >>> print(gr.advise(gr.example("case3"), cycles=20).line("algorithm").words)
+    Use exact: it has no step to choose; if it must be another one, rkv-events, which restarts at every corner.
     """
     check_model(model)
     _refuse_unsteady(model)

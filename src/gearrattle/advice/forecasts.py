@@ -25,12 +25,18 @@ CROSSED = ("not crossed", "crossed")
 class Forecast:
     """One thing foretold.
 
-    Attributes:
-        quantity: a key of ``QUANTITIES``.
-        subject: of which clearance; empty for the whole run.
-        by: the route, in words.
-        value: number [unit] or word.
-        unit: of it.
+    Attributes
+    ----------
+    quantity
+        a key of ``QUANTITIES``.
+    subject
+        of which clearance; empty for the whole run.
+    by
+        the route, in words.
+    value
+        number [unit] or word.
+    unit
+        of it.
     """
 
     quantity: str
@@ -44,11 +50,16 @@ class Forecast:
 class Score:
     """A forecast and what happened.
 
-    Attributes:
-        forecast: what was foretold.
-        happened: the same quantity of the run.
-        right: whether that counts as right.
-        rule: when it does, in words.
+    Attributes
+    ----------
+    forecast
+        what was foretold.
+    happened
+        the same quantity of the run.
+    right
+        whether that counts as right.
+    rule
+        when it does, in words.
     """
 
     forecast: Forecast
@@ -125,12 +136,17 @@ def scored(forecasts: Iterable[Forecast], run: Run) -> tuple[Score, ...]:
 
     Costs of ``exact`` are not settled by a run of another algorithm.
 
-    Args:
-        forecasts: made for the model of the run.
-        run: the run.
+    Parameters
+    ----------
+    forecasts
+        made for the model of the run.
+    run
+        the run.
 
-    Raises:
-        ModelError: no cycle left after the discarded ones.
+    Raises
+    ------
+    ModelError
+        no cycle left after the discarded ones.
     """
     happened: dict[str, Mapping[str, float | str]] = {}
     scores = []

@@ -22,9 +22,12 @@ from gearrattle.trajectory import Array
 class Excursions:
     """How far every clearance moves in the steady linear response about rest.
 
-    Attributes:
-        low, high: (K,) between these deflections [rad or m].
-        floor, ceiling: (K,) corners of the piece it rests in; infinite where there is none.
+    Attributes
+    ----------
+    low, high
+        (K,) between these deflections [rad or m].
+    floor, ceiling
+        (K,) corners of the piece it rests in; infinite where there is none.
     """
 
     low: Array

@@ -29,9 +29,12 @@ CYCLES = 32
 class Pilot:
     """A short exact run.
 
-    Attributes:
-        run: its first half is discarded.
-        planned: cycles of the run that is planned.
+    Attributes
+    ----------
+    run
+        its first half is discarded.
+    planned
+        cycles of the run that is planned.
     """
 
     run: Run
@@ -110,15 +113,23 @@ def run_pilot(
 ) -> Pilot:
     """Run a model exactly for some cycles, warm.
 
-    Args:
-        model: with the settings of the planned run.
-        planned: its cycles; a pilot is never longer.
-        progress: called with the finished share.
-        cycles: of the pilot.
+    Parameters
+    ----------
+    model
+        with the settings of the planned run.
+    planned
+        its cycles; a pilot is never longer.
+    progress
+        called with the finished share.
+    cycles
+        of the pilot.
 
-    Raises:
-        ModelError: no static equilibrium to start from.
-        ConvergenceError: the exact solution failed.
+    Raises
+    ------
+    ModelError
+        no static equilibrium to start from.
+    ConvergenceError
+        the exact solution failed.
     """
     cycles = min(cycles, planned)
     simulate(model, "exact", cycles=1, discard=0)

@@ -19,11 +19,15 @@ from gearrattle.results import Run
 class Line:
     """One piece of advice.
 
-    Attributes:
-        topic: "lumping", "scaling", "stiffness", "clearances", "contact ratios", "algorithm", "cost" or
-            "predictability".
-        words: what to do, in a sentence or two.
-        evidence: what it rests on, a sentence each.
+    Attributes
+    ----------
+    topic
+        "lumping", "scaling", "stiffness", "clearances", "contact ratios", "algorithm", "cost" or
+        "predictability".
+    words
+        what to do, in a sentence or two.
+    evidence
+        what it rests on, a sentence each.
     """
 
     topic: str
@@ -35,10 +39,19 @@ class Line:
 class Advice(Result):
     """What to do before simulating a driveline.
 
-    Attributes:
-        model: its name.
-        lines: in the order of the procedure.
-        forecasts: of what a run with the settings given will show.
+    Attributes
+    ----------
+    model
+        its name.
+    lines
+        in the order of the procedure.
+    forecasts
+        of what a run with the settings given will show.
+
+    Examples
+    --------
+    >>> gr.advise(gr.example("case3"), cycles=20).line("clearances").topic
+    'clearances'
     """
 
     kind: ClassVar[str] = "advice"
@@ -54,8 +67,10 @@ class Advice(Result):
     def scores(self, run: Run) -> tuple[Score, ...]:
         """Return every forecast that a run settles, with what happened.
 
-        Raises:
-            ModelError: no cycle left after the discarded ones.
+        Raises
+        ------
+        ModelError
+            no cycle left after the discarded ones.
         """
         return scored(self.forecasts, run)
 

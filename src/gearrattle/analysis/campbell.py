@@ -40,9 +40,12 @@ MOST_STATES = 64
 class OrderLine:
     """One order of the excitation.
 
-    Attributes:
-        order: multiple of the reference speed.
-        sources: what turns with it, by the names of ``Modes.sources``.
+    Attributes
+    ----------
+    order
+        multiple of the reference speed.
+    sources
+        what turns with it, by the names of ``Modes.sources``.
     """
 
     order: float
@@ -53,14 +56,22 @@ class OrderLine:
 class Crossing:
     """An order line meets a natural frequency.
 
-    Attributes:
-        speed: of the reference shaft [rad/s].
-        order: of the excitation.
-        mode: its column in ``Modes.shapes``, 0 the first.
-        frequency: the natural frequency [rad/s].
-        state: index of the contact state.
-        source: of those of the order, the one that excites the mode most.
-        share: the share of its energy that goes into the mode.
+    Attributes
+    ----------
+    speed
+        of the reference shaft [rad/s].
+    order
+        of the excitation.
+    mode
+        its column in ``Modes.shapes``, 0 the first.
+    frequency
+        the natural frequency [rad/s].
+    state
+        index of the contact state.
+    source
+        of those of the order, the one that excites the mode most.
+    share
+        the share of its energy that goes into the mode.
     """
 
     speed: float
@@ -76,15 +87,29 @@ class Crossing:
 class Campbell(Result):
     """Natural frequencies and order lines over a range of speeds.
 
-    Attributes:
-        speeds: lowest and highest speed of the reference shaft [rad/s].
-        model_speed: the model's own.
-        states: contact ratio by element name, one mapping a state.
-        frequencies: (S states, n modes) [rad/s], ascending in each state; 0 for rigid motion.
-        orders: ascending.
-        crossings: by speed.
-        modes: the modes of each state.
-        units: "SI", or "dimensionless": then speeds and frequencies are as in the model.
+    Attributes
+    ----------
+    speeds
+        lowest and highest speed of the reference shaft [rad/s].
+    model_speed
+        the model's own.
+    states
+        contact ratio by element name, one mapping a state.
+    frequencies
+        (S states, n modes) [rad/s], ascending in each state; 0 for rigid motion.
+    orders
+        ascending.
+    crossings
+        by speed.
+    modes
+        the modes of each state.
+    units
+        "SI", or "dimensionless": then speeds and frequencies are as in the model.
+
+    Examples
+    --------
+    >>> len(gr.campbell(gr.example("case3"), "600:1200 rpm").crossings)
+    3
     """
 
     kind: ClassVar[str] = "Campbell diagram"
@@ -128,15 +153,28 @@ def campbell(
 
     Orders are those of the model's torque harmonics and transmission errors. Damping plays no part.
 
-    Args:
-        model: the driveline.
-        speeds: lowest and highest speed of the reference shaft: ``"800:3000 rpm"``, ``"800 rpm:3000 rpm"``, or a pair
-            of such words; plain numbers are in rad/s; default: from 0 to twice the model's.
-        contact_ratio: Gamma by element name, or a list of them: every combination is a state.
-        region: region label by element name, the same in all states.
+    Parameters
+    ----------
+    model
+        the driveline.
+    speeds
+        lowest and highest speed of the reference shaft: ``"800:3000 rpm"``, ``"800 rpm:3000 rpm"``, or a pair
+        of such words; plain numbers are in rad/s; default: from 0 to twice the model's.
+    contact_ratio
+        Gamma by element name, or a list of them: every combination is a state.
+    region
+        region label by element name, the same in all states.
 
-    Raises:
-        ModelError: a range that is none, more than 64 states, or what ``modes`` refuses.
+    Raises
+    ------
+    ModelError
+        a range that is none, more than 64 states, or what ``modes`` refuses.
+
+    Examples
+    --------
+    >>> diagram = gr.campbell(gr.example("case3"), "600:1200 rpm")
+    >>> [(c.order, c.mode, round(c.speed, 1)) for c in diagram.crossings[:3]]
+    [(5.0, 1, 67.8), (4.0, 1, 84.7), (3.0, 1, 112.9)]
     """
     check_model(model)
     sweep = model.excitation.sweep

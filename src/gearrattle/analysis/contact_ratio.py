@@ -34,14 +34,19 @@ _QUANTITY = {"mean-slope": "mean slope", "describing": "equivalent gain"}
 def contact_ratio(run_or_model: Run | Model, method: str = "mean-slope") -> pd.Series[float]:
     """Stiffness contact ratio of every clearance (Padmanabhan et al. 1995, sec. 6).
 
-    Args:
-        run_or_model: a motion, judged over its steady part; or a model, whose ratios are forecast by equivalent
-            linearisation without simulating it.
-        method: "mean-slope": time average of df/d(delta), from event times; "spectral": equivalent gain from cross and
-            auto densities (H1), with a 95 % interval, of a run only; "describing": equivalent gain of the response, by
-            least squares.
+    Parameters
+    ----------
+    run_or_model
+        a motion, judged over its steady part; or a model, whose ratios are forecast by equivalent
+        linearisation without simulating it.
+    method
+        "mean-slope": time average of df/d(delta), from event times; "spectral": equivalent gain from cross and
+        auto densities (H1), with a 95 % interval, of a run only; "describing": equivalent gain of the response, by
+        least squares.
 
-    Returns:
+    Returns
+    -------
+    pd.Series[float]
         The ratio by clearance, relative to the largest slope of its law. ``attrs``: quantity ("mean slope" or
         "equivalent gain": they agree for Gaussian motions only) and notes; of a run low and high, the interval; of a
         model fixed_points, all that were found, the one returned first: those that lead to a stable periodic motion
@@ -49,9 +54,18 @@ def contact_ratio(run_or_model: Run | Model, method: str = "mean-slope") -> pd.S
         before all others ("unstable": it leads to a motion that is not; "not found", "not sought"). There may be
         several, and other motions beside them; which is met only a simulation tells.
 
-    Raises:
-        ModelError: a method there is not, no cycle left to judge, or no static equilibrium.
-        ConvergenceError: a forecast that found no fixed point.
+    Raises
+    ------
+    ModelError
+        a method there is not, no cycle left to judge, or no static equilibrium.
+    ConvergenceError
+        a forecast that found no fixed point.
+
+    Examples
+    --------
+    >>> run = gr.simulate(gr.example("case3"), cycles=20, discard=10)
+    >>> round(float(gr.contact_ratio(run)["gear"]), 4)
+    0.1436
     """
     if method not in ROUTES:
         raise ModelError(Problem("method", f'"{method}"', f"must be one of {', '.join(ROUTES)}"))

@@ -18,11 +18,21 @@ from gearrattle.results import Run
 class Nondimensional(Result):
     """A model without dimensions.
 
-    Attributes:
-        original: the SI model.
-        model: the dimensionless one.
-        coefficients: xi, eta, Omega2, T, epsilon, ... by their names in eqs. (9)-(22) of Padmanabhan et al. 1995.
-        scales: what counts as one: frequency [rad/s], angle [rad], length and radius [m], inertia [kg m^2].
+    Attributes
+    ----------
+    original
+        the SI model.
+    model
+        the dimensionless one.
+    coefficients
+        xi, eta, Omega2, T, epsilon, ... by their names in eqs. (9)-(22) of Padmanabhan et al. 1995.
+    scales
+        what counts as one: frequency [rad/s], angle [rad], length and radius [m], inertia [kg m^2].
+
+    Examples
+    --------
+    >>> sorted(gr.nondimensionalize(gr.example("case3")).coefficients)[:3]
+    ['Omega2_11', 'Omega2_12', 'Omega2_22']
     """
 
     kind: ClassVar[str] = "scaling"
@@ -35,11 +45,15 @@ class Nondimensional(Result):
     def restore(self, run: Run) -> Run:
         """Return a run of the dimensionless model in SI, as a run of the original.
 
-        Args:
-            run: from ``simulate(self.model)``, with any settings.
+        Parameters
+        ----------
+        run
+            from ``simulate(self.model)``, with any settings.
 
-        Raises:
-            ModelError: a run of another model.
+        Raises
+        ------
+        ModelError
+            a run of another model.
         """
         theirs, mine = ({**m.to_tables(), "simulation": None} for m in (run.model, self.model))
         if theirs != mine:
@@ -55,17 +69,30 @@ def nondimensionalize(
 ) -> Nondimensional:
     """Write a model in multiples of its characteristic quantities (Padmanabhan et al. 1995, sec. 5).
 
-    Args:
-        model: the driveline, in SI.
-        frequency: characteristic frequency [rad/s]; None: the reference speed.
-        length: characteristic length x_c [m]; None: the half-backlash of the first mesh that has one, else such that
-            the angle x_c / R_c is the smallest corner of a coupling.
-        radius: characteristic radius R_c [m]; None: the first gear's.
+    Parameters
+    ----------
+    model
+        the driveline, in SI.
+    frequency
+        characteristic frequency [rad/s]; None: the reference speed.
+    length
+        characteristic length x_c [m]; None: the half-backlash of the first mesh that has one, else such that
+        the angle x_c / R_c is the smallest corner of a coupling.
+    radius
+        characteristic radius R_c [m]; None: the first gear's.
 
     Coefficients know harmonics and means only: a torque record counts as its mean, a sweep as its first speed.
 
-    Raises:
-        ModelError: a model that is dimensionless already, or a scale that is not positive.
+    Raises
+    ------
+    ModelError
+        a model that is dimensionless already, or a scale that is not positive.
+
+    Examples
+    --------
+    >>> scaled = gr.nondimensionalize(gr.example("case3"))
+    >>> scaled.model.units
+    'dimensionless'
     """
     check_model(model)
     problems = [

@@ -24,13 +24,25 @@ Array = NDArray[np.float64]
 class Equilibrium(Result):
     """Static equilibrium under the mean loads.
 
-    Attributes:
-        model: the driveline.
-        angle: (n,) [rad]; the last inertia of every free train at zero.
-        deflection: by element name [rad or m].
-        region: by name of every element with a corner.
-        acceleration: (n,) uniform acceleration of trains whose mean torques do not balance [rad/s^2].
-        notes: what the user must know.
+    Attributes
+    ----------
+    model
+        the driveline.
+    angle
+        (n,) [rad]; the last inertia of every free train at zero.
+    deflection
+        by element name [rad or m].
+    region
+        by name of every element with a corner.
+    acceleration
+        (n,) uniform acceleration of trains whose mean torques do not balance [rad/s^2].
+    notes
+        what the user must know.
+
+    Examples
+    --------
+    >>> gr.equilibrium(gr.example("case3")).region
+    {'clutch': 1, 'spline': 1, 'gear': 1}
     """
 
     kind: ClassVar[str] = "equilibrium"
@@ -51,24 +63,43 @@ class Modes(Result):
     of a sudden step of transmission error in that element spreads. Of modes of one frequency only sums of shares mean
     anything, as any combination of them is a mode too.
 
-    Attributes:
-        model: the driveline.
-        frequencies: (n,) [rad/s], ascending; 0 for rigid motion.
-        damping_ratios: (n,); NaN for rigid motion.
-        shapes: (n inertias, n modes), largest entry of each mode 1.
-        inertia_names: (n,).
-        element_names: (m,) couplings, then meshes.
-        modal_inertia: (n,) phi^T J phi of these shapes [kg m^2].
-        strain_energy: (m elements, n modes) k_k (w_k phi)^2 / (phi^T K phi); a column adds up to 1, and is NaN for
-            rigid motion, which stores none.
-        kinetic_energy: (n inertias, n modes) J_i phi_i^2 / (phi^T J phi); columns and rows add up to 1.
-        participation: (n inertias, n modes) phi_i^2 / (phi^T J phi), the modal constant of the acceleration of an
-            inertia by a unit torque on it (Ewins, Modal Testing, 2nd ed. 2000, sec. 2.4); a row adds up to 1 / J_i
-            [1/(kg m^2)].
-        sources: (p,) what shakes the driveline: inertias with torque harmonics, meshes with transmission errors.
-        excitation: (p, n modes) the share of a source's energy that goes into each mode: the row of
-            ``kinetic_energy`` or ``strain_energy``, 0 for a transmission error in rigid motion.
-        notes: what the modes leave out: friction and the clipping of contact damping.
+    Attributes
+    ----------
+    model
+        the driveline.
+    frequencies
+        (n,) [rad/s], ascending; 0 for rigid motion.
+    damping_ratios
+        (n,); NaN for rigid motion.
+    shapes
+        (n inertias, n modes), largest entry of each mode 1.
+    inertia_names
+        (n,).
+    element_names
+        (m,) couplings, then meshes.
+    modal_inertia
+        (n,) phi^T J phi of these shapes [kg m^2].
+    strain_energy
+        (m elements, n modes) k_k (w_k phi)^2 / (phi^T K phi); a column adds up to 1, and is NaN for
+        rigid motion, which stores none.
+    kinetic_energy
+        (n inertias, n modes) J_i phi_i^2 / (phi^T J phi); columns and rows add up to 1.
+    participation
+        (n inertias, n modes) phi_i^2 / (phi^T J phi), the modal constant of the acceleration of an
+        inertia by a unit torque on it (Ewins, Modal Testing, 2nd ed. 2000, sec. 2.4); a row adds up to 1 / J_i
+        [1/(kg m^2)].
+    sources
+        (p,) what shakes the driveline: inertias with torque harmonics, meshes with transmission errors.
+    excitation
+        (p, n modes) the share of a source's energy that goes into each mode: the row of
+        ``kinetic_energy`` or ``strain_energy``, 0 for a transmission error in rigid motion.
+    notes
+        what the modes leave out: friction and the clipping of contact damping.
+
+    Examples
+    --------
+    >>> gr.modes(gr.example("case3")).shapes.shape
+    (4, 4)
     """
 
     kind: ClassVar[str] = "modes"
@@ -89,18 +120,24 @@ class Modes(Result):
     def works_in(self, mode: int, least: float = 0.05) -> dict[str, float]:
         """Elements with at least this share of a mode's strain energy, largest first; none for rigid motion.
 
-        Args:
-            mode: its column.
-            least: smallest share told; the largest is told anyway.
+        Parameters
+        ----------
+        mode
+            its column.
+        least
+            smallest share told; the largest is told anyway.
         """
         return _largest(self.element_names, self.strain_energy[:, mode], least)
 
     def excited_by(self, mode: int, least: float = 0.001) -> dict[str, float]:
         """Sources of which at least this share of energy goes into a mode, largest first.
 
-        Args:
-            mode: its column.
-            least: smallest share told.
+        Parameters
+        ----------
+        mode
+            its column.
+        least
+            smallest share told.
         """
         shares = self.excitation[:, mode]
         return {name: share for name, share in _largest(self.sources, shares, least).items() if share >= least}
@@ -119,9 +156,12 @@ class Modes(Result):
     def moves(self, mode: int, least: float = 0.05) -> dict[str, float]:
         """Inertias with at least this share of a mode's kinetic energy, largest first.
 
-        Args:
-            mode: its column.
-            least: smallest share told; the largest is told anyway.
+        Parameters
+        ----------
+        mode
+            its column.
+        least
+            smallest share told; the largest is told anyway.
         """
         return _largest(self.inertia_names, self.kinetic_energy[:, mode], least)
 
@@ -135,14 +175,26 @@ def _largest(names: tuple[str, ...], shares: Array, least: float) -> dict[str, f
 def equilibrium(model: Model) -> Equilibrium:
     """Static equilibrium under the mean loads, transmission errors at zero.
 
-    Args:
-        model: the driveline.
+    Parameters
+    ----------
+    model
+        the driveline.
 
-    Returns:
+    Returns
+    -------
+    Equilibrium
         Angles, deflections and regions by name, and what must be noted.
 
-    Raises:
-        ModelError: an element of zero last slope cannot carry its load; it is named.
+    Raises
+    ------
+    ModelError
+        an element of zero last slope cannot carry its load; it is named.
+
+    Examples
+    --------
+    >>> rest = gr.equilibrium(gr.example("case3"))
+    >>> round(rest.deflection["clutch"], 5), rest.region["gear"]
+    (0.16659, 1)
     """
     check_model(model)
     return named_equilibrium(assemble(model))[0]
@@ -190,15 +242,28 @@ def modes(
 ) -> Modes:
     """Undamped natural frequencies, damping ratios, shapes, and the elements, inertias and loads of every mode.
 
-    Args:
-        model: the driveline.
-        contact_ratio: Gamma by element name: the slope becomes Gamma K, K the slope of the last drive stage (sec. 6 of
-            Padmanabhan et al. 1995).
-        region: region label by element name; elements in neither mapping are in their last drive stage.
-        with_damping: whether Gamma multiplies the damping too; in the paper it multiplies stiffness only.
+    Parameters
+    ----------
+    model
+        the driveline.
+    contact_ratio
+        Gamma by element name: the slope becomes Gamma K, K the slope of the last drive stage (sec. 6 of
+        Padmanabhan et al. 1995).
+    region
+        region label by element name; elements in neither mapping are in their last drive stage.
+    with_damping
+        whether Gamma multiplies the damping too; in the paper it multiplies stiffness only.
 
-    Raises:
-        ModelError: a name no element has, a ratio outside 0 ... 1, a region the element does not have.
+    Raises
+    ------
+    ModelError
+        a name no element has, a ratio outside 0 ... 1, a region the element does not have.
+
+    Examples
+    --------
+    >>> modes = gr.modes(gr.example("case3"))
+    >>> [round(float(frequency), 1) for frequency in modes.frequencies]
+    [0.0, 338.8, 6148.4, 37035.3]
     """
     check_model(model)
     driveline = assemble(model)

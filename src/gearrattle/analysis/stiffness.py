@@ -33,16 +33,29 @@ Complex = NDArray[np.complex128]
 class Stiffness(Result):
     """How stiff a driveline is to an integrator, every clearance replaced by one slope.
 
-    Attributes:
-        model: the driveline.
-        r_lambda: largest over smallest eigenvalue in magnitude, rigid motions left out; no scaling can change it.
-        stiffness_class: "mild" (below 1e3), "strong" (below 1e6), "extreme" (below 1e9) or "pathological"; "rigid"
-            where no motion is elastic, so that R_lambda is NaN.
-        eigenvalues: those of all motion that is not rigid, by magnitude [1/s].
-        rigid_eigenvalues: those of rigid motions: a zero and a drag rate each [1/s].
-        condition: condition number of the Jacobian by formulation: "dimensional", then with the characteristic
-            quantities of ``nondimensionalize`` "translational", "mixed" and "torsional", and "balanced".
-        notes: what these leave out: friction and the clipping of contact damping.
+    Attributes
+    ----------
+    model
+        the driveline.
+    r_lambda
+        largest over smallest eigenvalue in magnitude, rigid motions left out; no scaling can change it.
+    stiffness_class
+        "mild" (below 1e3), "strong" (below 1e6), "extreme" (below 1e9) or "pathological"; "rigid"
+        where no motion is elastic, so that R_lambda is NaN.
+    eigenvalues
+        those of all motion that is not rigid, by magnitude [1/s].
+    rigid_eigenvalues
+        those of rigid motions: a zero and a drag rate each [1/s].
+    condition
+        condition number of the Jacobian by formulation: "dimensional", then with the characteristic
+        quantities of ``nondimensionalize`` "translational", "mixed" and "torsional", and "balanced".
+    notes
+        what these leave out: friction and the clipping of contact damping.
+
+    Examples
+    --------
+    >>> gr.stiffness(gr.example("case3")).stiffness_class
+    'mild'
     """
 
     kind: ClassVar[str] = "stiffness"
@@ -64,14 +77,27 @@ def stiffness(
 ) -> Stiffness:
     """Eigenvalues, their ratio R_lambda with its class, and condition numbers (Padmanabhan et al. 1995, sec. 6).
 
-    Args:
-        model: the driveline.
-        contact_ratio: Gamma by element name: the slope becomes Gamma K.
-        region: region label by element name; elements in neither mapping are in their last drive stage.
-        with_damping: whether Gamma multiplies the damping too; in the paper it multiplies stiffness only.
+    Parameters
+    ----------
+    model
+        the driveline.
+    contact_ratio
+        Gamma by element name: the slope becomes Gamma K.
+    region
+        region label by element name; elements in neither mapping are in their last drive stage.
+    with_damping
+        whether Gamma multiplies the damping too; in the paper it multiplies stiffness only.
 
-    Raises:
-        ModelError: a name no element has, a ratio outside 0 ... 1, a region the element does not have.
+    Raises
+    ------
+    ModelError
+        a name no element has, a ratio outside 0 ... 1, a region the element does not have.
+
+    Examples
+    --------
+    >>> answer = gr.stiffness(gr.example("case3"))
+    >>> answer.stiffness_class, round(answer.r_lambda)
+    ('mild', 109)
     """
     check_model(model)
     driveline = assemble(model)
@@ -116,15 +142,23 @@ def r_lambda_over(
 ) -> Array:
     """(len(ratios),) R_lambda against the contact ratio of one element, as in the paper's Fig. 6.
 
-    Args:
-        model: the driveline.
-        element: whose ratio is varied.
-        ratios: its values, 0 to 1.
-        contact_ratio: those of other elements.
-        with_damping: as of ``stiffness``.
+    Parameters
+    ----------
+    model
+        the driveline.
+    element
+        whose ratio is varied.
+    ratios
+        its values, 0 to 1.
+    contact_ratio
+        those of other elements.
+    with_damping
+        as of ``stiffness``.
 
-    Raises:
-        ModelError: as ``stiffness``.
+    Raises
+    ------
+    ModelError
+        as ``stiffness``.
     """
     driveline, fixed = assemble(model), dict(contact_ratio or {})
     states = [slopes(driveline, {**fixed, element: r}, None, with_damping=with_damping) for r in ratios]
@@ -135,10 +169,14 @@ def r_lambda_over(
 class RegionStiffness:
     """One region.
 
-    Attributes:
-        labels: its label for every clearance.
-        eigenvalues: of motion in it.
-        share: of the time a run spends in it, 0 to 1; NaN where no run is behind it.
+    Attributes
+    ----------
+    labels
+        its label for every clearance.
+    eigenvalues
+        of motion in it.
+    share
+        of the time a run spends in it, 0 to 1; NaN where no run is behind it.
     """
 
     labels: dict[str, int]
@@ -149,10 +187,14 @@ class RegionStiffness:
 def regions(model: Model) -> tuple[list[RegionStiffness], str]:
     """Eigenvalues of the regions that differ in a slope or damping, on the drive side where both sides are alike.
 
-    Args:
-        model: the driveline.
+    Parameters
+    ----------
+    model
+        the driveline.
 
-    Returns:
+    Returns
+    -------
+    tuple[list[RegionStiffness], str]
         The regions, and a note where there are too many: then only those with one clearance outside its centre and
         those with all at their centre or in their last stage.
     """
@@ -186,9 +228,12 @@ def _region(
 class Visited:
     """Regions in which a motion stays.
 
-    Attributes:
-        regions: those whose eigenvalues are known, longest dwell first.
-        count: how many are visited.
+    Attributes
+    ----------
+    regions
+        those whose eigenvalues are known, longest dwell first.
+    count
+        how many are visited.
     """
 
     regions: tuple[RegionStiffness, ...]
@@ -210,12 +255,17 @@ def regions_visited(run: Run, progress: Callable[[float], None] | None = None) -
     A train of many clearances visits thousands of regions. Only those visited longest are treated, at most
     ``MOST_REGIONS``, and fewer of more than fifty inertias, where the eigenvalues of one take tens of milliseconds.
 
-    Args:
-        run: the motion; times are those of its crossings, exact to their accuracy.
-        progress: called with the finished share; what it raises ends the work.
+    Parameters
+    ----------
+    run
+        the motion; times are those of its crossings, exact to their accuracy.
+    progress
+        called with the finished share; what it raises ends the work.
 
-    Raises:
-        ModelError: no cycle left after the discarded ones.
+    Raises
+    ------
+    ModelError
+        no cycle left after the discarded ones.
     """
     system, names = assemble(run.model).system, run.trajectory.layout.element_names
     dwell = dwell_of_regions(run.trajectory)

@@ -52,12 +52,17 @@ def turn_at_start(table: Alternation) -> float:
 def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Clock | None:
     """When alternating meshes change: over one common period, or along a sweep.
 
-    Args:
-        model: the driveline.
-        of: the auxiliary, the mesh and what it says.
+    Parameters
+    ----------
+    model
+        the driveline.
+    of
+        the auxiliary, the mesh and what it says.
 
-    Raises:
-        ModelError: an order that has no whole number of cycles in a period, or too many.
+    Raises
+    ------
+    ModelError
+        an order that has no whole number of cycles in a period, or too many.
     """
     if not of:
         return None
@@ -113,8 +118,10 @@ def _along(ramp: Ramp, mesh: Element, table: Alternation, until: float) -> Array
 def _check_count(mesh: Element, order: float, count: float, over: str) -> None:
     """Refuse more changes than can be listed.
 
-    Raises:
-        ModelError: naming the order, and the largest that is taken.
+    Raises
+    ------
+    ModelError
+        naming the order, and the largest that is taken.
     """
     if count > _MOST:
         rule = f"the mesh would turn through {count:.3g} cycles in {over}; at most {_MOST} are followed"

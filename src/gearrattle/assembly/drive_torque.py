@@ -26,9 +26,12 @@ Array = NDArray[np.float64]
 def drive_torque(model: Model, trajectory: Trajectory) -> Array:
     """(t, P) torque that keeps every prescribed motion [N m].
 
-    Args:
-        model: the driveline.
-        trajectory: of all inertias.
+    Parameters
+    ----------
+    model
+        the driveline.
+    trajectory
+        of all inertias.
     """
     out = np.empty((len(trajectory.time), len(model.motions)))
     layout = trajectory.layout

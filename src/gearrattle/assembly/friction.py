@@ -80,14 +80,21 @@ def left_out(model: Model) -> tuple[str, ...]:
 def auxiliaries_of(index: int, element: Element, law: PiecewiseLaw, period: float) -> Iterator[Named]:
     """Yield the auxiliaries of one element.
 
-    Args:
-        index: of the element.
-        element: of the model.
-        law: its law.
-        period: a time by which rates are made deflections [s].
+    Parameters
+    ----------
+    index
+        of the element.
+    element
+        of the model.
+    law
+        its law.
+    period
+        a time by which rates are made deflections [s].
 
-    Raises:
-        ModelError: hysteresis that falls from stage to stage at the model's speed.
+    Raises
+    ------
+    ModelError
+        hysteresis that falls from stage to stage at the model's speed.
     """
     if element.contact_damping == "clipped":
         for limiter, way in zip(limiters(index, law), ("push", "pull"), strict=True):

@@ -39,12 +39,18 @@ def lumped_model(
 ) -> Model:
     """Write the grouped driveline.
 
-    Args:
-        model: the full driveline.
-        owner: (n,) index of the body kept of every body's group.
-        ratio: (n,) angle of every body over that of the body kept.
-        removed: indices of the elements inside groups.
-        name: of the new model.
+    Parameters
+    ----------
+    model
+        the full driveline.
+    owner
+        (n,) index of the body kept of every body's group.
+    ratio
+        (n,) angle of every body over that of the body kept.
+    removed
+        indices of the elements inside groups.
+    name
+        of the new model.
     """
     names = [body.name for body in model.inertias]
     to = {names[i]: (names[o], r) for i, (o, r) in enumerate(zip(owner, ratio, strict=True))}

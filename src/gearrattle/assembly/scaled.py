@@ -74,10 +74,14 @@ def _scaled(value: Any, kind: Any, factor: Mapping[str, float]) -> Any:
 def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajectory:
     """Return a dimensionless motion in SI.
 
-    Args:
-        trajectory: the motion of ``dimensionless(model, scales)``.
-        layout: names and constants of the SI model.
-        scales: what counted as one.
+    Parameters
+    ----------
+    trajectory
+        the motion of ``dimensionless(model, scales)``.
+    layout
+        names and constants of the SI model.
+    scales
+        what counted as one.
     """
     unit = scales.units()
     log = trajectory.events

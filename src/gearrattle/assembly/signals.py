@@ -64,8 +64,10 @@ class _Part(NamedTuple):
 def signals_of(model: Model) -> Signals | None:
     """All inputs that are no harmonics of one speed.
 
-    Raises:
-        ModelError: a run-up of more intervals than can be held, or inputs that their polynomials do not represent.
+    Raises
+    ------
+    ModelError
+        a run-up of more intervals than can be held, or inputs that their polynomials do not represent.
     """
     parts = [*_records(model), *_motions(model), *_swept(model)]
     if not parts:
@@ -117,12 +119,17 @@ def _motions(model: Model) -> Iterator[_Part]:
 def check_length(model: Model, end: float) -> None:
     """Refuse a run longer than a record.
 
-    Args:
-        model: the driveline.
-        end: of the run [s].
+    Parameters
+    ----------
+    model
+        the driveline.
+    end
+        of the run [s].
 
-    Raises:
-        ModelError: naming every record that is too short.
+    Raises
+    ------
+    ModelError
+        naming every record that is too short.
     """
     records = [(f"torque.{i}.signal", "torque", t.signal) for i, t in enumerate(model.torques) if t.signal is not None]
     records += [(f"motion.{i}", "motion", m.signal) for i, m in enumerate(model.motions)]

@@ -28,11 +28,16 @@ Array = NDArray[np.float64]
 class Recorded:
     """A record as it is specified: its spline in its own time, or the integral of it, and a straight line beside it.
 
-    Attributes:
-        signal: the record.
-        is_rate: whether the spline is the derivative of the input.
-        offset: added to the value at the start [SI].
-        slope: added to the first derivative [SI].
+    Attributes
+    ----------
+    signal
+        the record.
+    is_rate
+        whether the spline is the derivative of the input.
+    offset
+        added to the value at the start [SI].
+    slope
+        added to the first derivative [SI].
     """
 
     signal: Signal

@@ -39,8 +39,10 @@ def _engine(model: Model) -> tuple[Flow, dict[tuple[Pieces, float], Series]]:
 class Between:
     """What a trajectory of the exact algorithm can tell between its samples (``trajectory.Exact``).
 
-    Attributes:
-        model: the driveline.
+    Attributes
+    ----------
+    model
+        the driveline.
     """
 
     def __init__(self, model: Model) -> None:
@@ -73,13 +75,20 @@ class Between:
     ) -> Statistics | None:
         """Return extremes and moments of some signals over the steady part of a motion.
 
-        Args:
-            trajectory: a motion of the exact algorithm, with its log.
-            signals: quantity and name of each, among ``signals``.
-            with_moments: whether moments are wanted, of all signals or of each (q,); without, they are NaN.
-            cycles: ends of some windows that follow each other, in cycles of the steady part; None: all of it.
+        Parameters
+        ----------
+        trajectory
+            a motion of the exact algorithm, with its log.
+        signals
+            quantity and name of each, among ``signals``.
+        with_moments
+            whether moments are wanted, of all signals or of each (q,); without, they are NaN.
+        cycles
+            ends of some windows that follow each other, in cycles of the steady part; None: all of it.
 
-        Returns:
+        Returns
+        -------
+        Statistics | None
             (q,) in the order of the signals [SI], (windows, q) with ``cycles``; None where they would take too long
             (``system.statistics``).
         """

@@ -39,8 +39,10 @@ def steady(model: Model) -> Model:
 def refuse_motions(model: Model, what: str) -> None:
     """Refuse a model in which the motion of an inertia is prescribed.
 
-    Raises:
-        ModelError: naming what needs every inertia free.
+    Raises
+    ------
+    ModelError
+        naming what needs every inertia free.
     """
     if model.motions:
         rule = f"{what} needs every inertia free"
@@ -52,8 +54,10 @@ def refuse_motions(model: Model, what: str) -> None:
 def refuse_unsteady(model: Model, what: str) -> None:
     """Refuse a model under anything but harmonics of one speed.
 
-    Raises:
-        ModelError: naming what needs inputs that repeat.
+    Raises
+    ------
+    ModelError
+        naming what needs inputs that repeat.
     """
     if left := unsteady(model):
         rule = f"{what} needs inputs that repeat every period"

@@ -49,10 +49,14 @@ def _clock(model: Model) -> Clock | None:
 class Driveline:
     """A model, the system it stands for, and the names of what moves.
 
-    Attributes:
-        model: the driveline in words.
-        system: J q'' + D q' + W^T F = T, piecewise linear [SI, or the model's own dimensionless units].
-        layout: names and constants by which a trajectory of the system is judged.
+    Attributes
+    ----------
+    model
+        the driveline in words.
+    system
+        J q'' + D q' + W^T F = T, piecewise linear [SI, or the model's own dimensionless units].
+    layout
+        names and constants by which a trajectory of the system is judged.
     """
 
     model: Model

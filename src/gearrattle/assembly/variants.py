@@ -94,11 +94,16 @@ def _owner(model: Model, kind: str, name: str) -> Any:
 class Columns:
     """The leaves of a model, some of them columns.
 
-    Attributes:
-        model: what is varied; a variant itself.
-        varied: by path (V,) values.
-        count: V.
-        good: (V,) which variants share the structure of the model, and satisfy it for certain.
+    Attributes
+    ----------
+    model
+        what is varied; a variant itself.
+    varied
+        by path (V,) values.
+    count
+        V.
+    good
+        (V,) which variants share the structure of the model, and satisfy it for certain.
     """
 
     model: Model
@@ -151,12 +156,18 @@ class Columns:
 def coefficients(model: Model, varied: Mapping[str, Array], count: int) -> tuple[Coefficients, NDArray[np.bool_]]:
     """Assemble variants.
 
-    Args:
-        model: one of them, under nothing but laws and harmonics (``system.is_plain``); what is not varied stands in it.
-        varied: by path (V,) values in SI.
-        count: V.
+    Parameters
+    ----------
+    model
+        one of them, under nothing but laws and harmonics (``system.is_plain``); what is not varied stands in it.
+    varied
+        by path (V,) values in SI.
+    count
+        V.
 
-    Returns:
+    Returns
+    -------
+    tuple[Coefficients, NDArray[np.bool_]]
         Coefficients with a leading axis (V, ...), and (V,) which of them may be used: the others must go the general
         way.
     """

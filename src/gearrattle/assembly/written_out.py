@@ -16,9 +16,12 @@ from gearrattle.model.components import COMPONENTS
 def written_out(model: Model, *, at_speed: bool) -> dict[str, Any]:
     """Return the tables of a model that moves alike, its components written out.
 
-    Args:
-        model: the driveline.
-        at_speed: whether tables over speed are told as what they are at the model's speed.
+    Parameters
+    ----------
+    model
+        the driveline.
+    at_speed
+        whether tables over speed are told as what they are at the model's speed.
     """
     tables = model.to_tables(at_speed=at_speed)
     for row, inertia in zip(tables["inertia"], inertia_of(model).tolist(), strict=True):

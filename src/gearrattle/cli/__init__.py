@@ -81,10 +81,14 @@ def app() -> App:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
-    Args:
-        arguments: words after the program's name; None takes those of the process.
+    Parameters
+    ----------
+    arguments
+        words after the program's name; None takes those of the process.
 
-    Returns:
+    Returns
+    -------
+    int
         The exit code.
     """
     try:
@@ -105,8 +109,10 @@ def _dispatch(arguments: Sequence[str] | None) -> None:
 def _root_of(words: list[str]) -> tuple[str | None, list[str]]:
     """Take ``--root DIR``, which every command has, out of the command line.
 
-    Raises:
-        ModelError: it names no folder.
+    Raises
+    ------
+    ModelError
+        it names no folder.
     """
     root, rest = None, []
     ahead = iter(words)

@@ -13,12 +13,17 @@ from gearrattle.errors import ModelError, Problem
 def numbers(option: str, entries: Sequence[str]) -> dict[str, float]:
     """Return the numbers by name.
 
-    Args:
-        option: its name, for messages.
-        entries: words of the form NAME=NUMBER.
+    Parameters
+    ----------
+    option
+        its name, for messages.
+    entries
+        words of the form NAME=NUMBER.
 
-    Raises:
-        ModelError: a word of another form.
+    Raises
+    ------
+    ModelError
+        a word of another form.
     """
     return {name: _number(option, text) for name, text in _pairs(option, entries)}
 
@@ -26,12 +31,17 @@ def numbers(option: str, entries: Sequence[str]) -> dict[str, float]:
 def labels(option: str, entries: Sequence[str]) -> dict[str, int]:
     """Return whole numbers by name, such as the labels of regions.
 
-    Args:
-        option: its name, for messages.
-        entries: words of the form NAME=WHOLE NUMBER.
+    Parameters
+    ----------
+    option
+        its name, for messages.
+    entries
+        words of the form NAME=WHOLE NUMBER.
 
-    Raises:
-        ModelError: a word of another form.
+    Raises
+    ------
+    ModelError
+        a word of another form.
     """
     return {name: _label(option, text) for name, text in _pairs(option, entries)}
 
@@ -39,12 +49,17 @@ def labels(option: str, entries: Sequence[str]) -> dict[str, int]:
 def lists(option: str, entries: Sequence[str]) -> dict[str, list[float]]:
     """Return lists of numbers by name.
 
-    Args:
-        option: its name, for messages.
-        entries: words of the form NAME=NUMBER,NUMBER,...
+    Parameters
+    ----------
+    option
+        its name, for messages.
+    entries
+        words of the form NAME=NUMBER,NUMBER,...
 
-    Raises:
-        ModelError: a word of another form.
+    Raises
+    ------
+    ModelError
+        a word of another form.
     """
     return {name: [_number(option, part) for part in text.split(",")] for name, text in _pairs(option, entries)}
 
@@ -52,12 +67,17 @@ def lists(option: str, entries: Sequence[str]) -> dict[str, list[float]]:
 def texts(option: str, entries: Sequence[str]) -> dict[str, list[float | str]]:
     """Return lists by name: numbers, and quantities with their units as text.
 
-    Args:
-        option: its name, for messages.
-        entries: words of the form NAME=VALUE,VALUE,...
+    Parameters
+    ----------
+    option
+        its name, for messages.
+    entries
+        words of the form NAME=VALUE,VALUE,...
 
-    Raises:
-        ModelError: a word of another form.
+    Raises
+    ------
+    ModelError
+        a word of another form.
     """
     return {name: [_value(part.strip()) for part in text.split(",")] for name, text in _pairs(option, entries)}
 
@@ -65,12 +85,17 @@ def texts(option: str, entries: Sequence[str]) -> dict[str, list[float | str]]:
 def words(option: str, entries: Sequence[str]) -> dict[str, str]:
     """Return the words by name.
 
-    Args:
-        option: its name, for messages.
-        entries: words of the form NAME=WORD.
+    Parameters
+    ----------
+    option
+        its name, for messages.
+    entries
+        words of the form NAME=WORD.
 
-    Raises:
-        ModelError: a word of another form.
+    Raises
+    ------
+    ModelError
+        a word of another form.
     """
     return dict(_pairs(option, entries))
 

@@ -41,8 +41,10 @@ class Watch:
     def __call__(self, fraction: float) -> None:
         """Take note of the finished share.
 
-        Raises:
-            Cancelled: if the work should stop.
+        Raises
+        ------
+        Cancelled
+            if the work should stop.
         """
         if self.phase == _FIRST:
             self.phase = "simulating"
@@ -83,12 +85,17 @@ class Watch:
 def watched(work: Callable[[Watch], T], grace: float = _GRACE) -> T:
     """Do some work in the background, show its progress, and stop it on Ctrl-C.
 
-    Args:
-        work: what to do; it should call its watch every few milliseconds.
-        grace: how long it may take to stop [s].
+    Parameters
+    ----------
+    work
+        what to do; it should call its watch every few milliseconds.
+    grace
+        how long it may take to stop [s].
 
-    Raises:
-        KeyboardInterrupt: on Ctrl-C or SIGTERM, once the work has stopped or the grace is over, whatever it is doing.
+    Raises
+    ------
+    KeyboardInterrupt
+        on Ctrl-C or SIGTERM, once the work has stopped or the grace is over, whatever it is doing.
     """
     watch = Watch()
     result = []

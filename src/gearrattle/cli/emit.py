@@ -28,15 +28,23 @@ def emit(
 ) -> None:
     """Compute a result, save it where that is asked for, and print it.
 
-    Args:
-        kind: of the result.
-        work: computes it, or a presentation of it.
-        output: a file or a folder; None: it is printed only.
-        json: whether it is printed as JSON.
-        inputs: files that are read, which ``output`` must not replace.
+    Parameters
+    ----------
+    kind
+        of the result.
+    work
+        computes it, or a presentation of it.
+    output
+        a file or a folder; None: it is printed only.
+    json
+        whether it is printed as JSON.
+    inputs
+        files that are read, which ``output`` must not replace.
 
-    Raises:
-        ModelError: ``output`` cannot hold such a result; then nothing has been computed.
+    Raises
+    ------
+    ModelError
+        ``output`` cannot hold such a result; then nothing has been computed.
     """
     from gearrattle.report.kinds import presentation_class, presentation_of
     from gearrattle.report.saved import check_target, destination, put_into
@@ -61,10 +69,14 @@ def emit(
 def print_result(presentation: Presentation[Any], written: Path | File | None = None, *, json: bool) -> None:
     """Print a result, and where it stands: the answer on stdout, notes on stderr.
 
-    Args:
-        presentation: of the result.
-        written: the file or page; None if it was not saved.
-        json: whether it is printed as JSON.
+    Parameters
+    ----------
+    presentation
+        of the result.
+    written
+        the file or page; None if it was not saved.
+    json
+        whether it is printed as JSON.
     """
     from gearrattle.report.saved import summary
     from gearrattle.report.text import plain_text

@@ -40,8 +40,10 @@ def examples(*, output: Annotated[Path | None, Parameter(name=["--output", "-o"]
 def _copy(output: Path) -> None:
     """Copy every example, whole or not at all.
 
-    Raises:
-        ModelError: the folder holds something.
+    Raises
+    ------
+    ModelError
+        the folder holds something.
     """
     import shutil
 

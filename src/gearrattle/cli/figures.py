@@ -96,8 +96,10 @@ def figures(
 def look_of(look: Look) -> Any:
     """Return the style that options ask for.
 
-    Raises:
-        ModelError: an option that is out of range.
+    Raises
+    ------
+    ModelError
+        an option that is out of range.
     """
     from gearrattle.report.plots.typeset import Style
 

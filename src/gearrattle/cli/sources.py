@@ -16,8 +16,10 @@ if TYPE_CHECKING:
 def motion_or_recording(source: Path) -> Run | Recording:
     """Open a saved run as a run, anything else as a recording.
 
-    Raises:
-        ModelError: a folder, or what ``gearrattle.read`` refuses.
+    Raises
+    ------
+    ModelError
+        a folder, or what ``gearrattle.read`` refuses.
     """
     from gearrattle.measured.readers import format_of
 

@@ -84,8 +84,10 @@ def spectra(
 def _signal(source: Path, settings: Settings, channels: list[str]) -> Callable[[Watch], Run | Recording]:
     """Open a source, or return what simulates a model, if its run will have the channels.
 
-    Raises:
-        ModelError: settings for what is not simulated; a channel that a run does not have.
+    Raises
+    ------
+    ModelError
+        settings for what is not simulated; a channel that a run does not have.
     """
     from gearrattle.assembly import assemble
     from gearrattle.signals.spectral.sampled import column_of

@@ -29,13 +29,19 @@ def compare_coherence(
 ) -> dict[str, Coherence]:
     """Return the coherence of every inertia's acceleration, by name.
 
-    Args:
-        candidate, reference: on the same output grid.
-        start: no sample before it is used [s]; None: the steady part.
-        ensembles, points, harmonics, every, anti_alias, taper: see ``coherence_at_harmonics``.
+    Parameters
+    ----------
+    candidate, reference
+        on the same output grid.
+    start
+        no sample before it is used [s]; None: the steady part.
+    ensembles, points, harmonics, every, anti_alias, taper
+        see ``coherence_at_harmonics``.
 
-    Raises:
-        ModelError: other driveline, other grid, too few samples, or harmonics outside the band.
+    Raises
+    ------
+    ModelError
+        other driveline, other grid, too few samples, or harmonics outside the band.
     """
     same_grid(candidate, reference)
     layout, window = reference.layout, cycles_beyond(reference, start)

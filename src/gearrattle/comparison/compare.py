@@ -59,24 +59,44 @@ def compare(
 ) -> pd.DataFrame:
     """Compare algorithms on a model; the exact solution is the judge.
 
-    Args:
-        model: the driveline.
-        algorithms: names, each once; or a mapping from label to settings (``algorithm``, ``tolerance``, ``step``), so
-            that one algorithm can take part twice.
-        reference: the judge, an algorithm's name. The 1995 paper's coherences are against "rk2".
-        cycles, discard, samples_per_cycle, initial: as in ``gearrattle.simulate``.
-        tolerance: of the algorithms that choose their steps.
-        step: of the algorithms of fixed step; theirs by default.
-        budget: longest time for each contender [s]; one that needs more is stopped, and said to be.
-        progress: called with the finished share.
+    Parameters
+    ----------
+    model
+        the driveline.
+    algorithms
+        names, each once; or a mapping from label to settings (``algorithm``, ``tolerance``, ``step``), so
+        that one algorithm can take part twice.
+    reference
+        the judge, an algorithm's name. The 1995 paper's coherences are against "rk2".
+    cycles, discard, samples_per_cycle, initial
+        as in ``gearrattle.simulate``.
+    tolerance
+        of the algorithms that choose their steps.
+    step
+        of the algorithms of fixed step; theirs by default.
+    budget
+        longest time for each contender [s]; one that needs more is stopped, and said to be.
+    progress
+        called with the finished share.
 
-    Returns:
+    Returns
+    -------
+    pd.DataFrame
         A table with one line an algorithm. The whole comparison, with its recommendation in words, hangs on it:
         ``table.attrs["comparison"]`` is a ``Comparison``.
 
-    Raises:
-        ModelError: bad settings or an unknown algorithm.
-        ConvergenceError: the reference failed.
+    Raises
+    ------
+    ModelError
+        bad settings or an unknown algorithm.
+    ConvergenceError
+        the reference failed.
+
+    Examples
+    --------
+    >>> table = gr.compare(gr.example("case1"), ["rk2", "rk4"], cycles=6, discard=2, budget=5.0)
+    >>> list(table.index)
+    ['exact', 'rk2', 'rk4', 'exact, 1e-12 away']
     """
     check_model(model)
     comparison = side_by_side(
@@ -160,9 +180,12 @@ def window_of(truth: Run, tolerance: float) -> float:
 
     A coarse tolerance is no reason to look away sooner, and a fine one none to look beyond the horizon.
 
-    Args:
-        truth: the reference's run.
-        tolerance: of the contenders who choose their steps.
+    Parameters
+    ----------
+    truth
+        the reference's run.
+    tolerance
+        of the contenders who choose their steps.
     """
     growth = min(_STILL_SMALL / min(tolerance, _COARSE), GROWTH)
     return min(float(truth.variation.horizon(growth)), truth.trajectory.end)

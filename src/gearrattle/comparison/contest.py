@@ -33,10 +33,14 @@ Algorithms = str | Sequence[str] | Mapping[str, Mapping[str, Any]]
 class Contender:
     """One algorithm with its settings.
 
-    Attributes:
-        label: what it is called in the comparison.
-        algorithm: its name.
-        settings: tolerance, step or initial state, where they differ from the comparison's.
+    Attributes
+    ----------
+    label
+        what it is called in the comparison.
+    algorithm
+        its name.
+    settings
+        tolerance, step or initial state, where they differ from the comparison's.
     """
 
     label: str
@@ -48,11 +52,16 @@ class Contender:
 class Result:
     """How a contender did.
 
-    Attributes:
-        contender: who.
-        status: "done", or why there is no run, in words.
-        run: the motion; None if there is none.
-        wall_time: of a run that came to an end, or until it was given up [s].
+    Attributes
+    ----------
+    contender
+        who.
+    status
+        "done", or why there is no run, in words.
+    run
+        the motion; None if there is none.
+    wall_time
+        of a run that came to an end, or until it was given up [s].
     """
 
     contender: Contender
@@ -68,8 +77,10 @@ class _Spent(Exception):
 def contenders(algorithms: Algorithms) -> tuple[Contender, ...]:
     """Contenders from names, or from labels with settings that name the algorithm where it is not the label.
 
-    Raises:
-        ModelError: nobody, a label twice, or settings other than algorithm, tolerance and step.
+    Raises
+    ------
+    ModelError
+        nobody, a label twice, or settings other than algorithm, tolerance and step.
     """
     if not isinstance(algorithms, Mapping):
         names = [algorithms] if isinstance(algorithms, str) else list(algorithms)
@@ -112,15 +123,23 @@ def run_one(
 ) -> Result:
     """Run one contender: a cycle to warm up, then the run that counts.
 
-    Args:
-        model: the driveline.
-        contender: who, and its own settings.
-        settings: those all share, by their names in ``gearrattle.simulate``.
-        budget: longest time for the run that counts [s].
-        progress: called with the finished share; what it raises ends the comparison.
+    Parameters
+    ----------
+    model
+        the driveline.
+    contender
+        who, and its own settings.
+    settings
+        those all share, by their names in ``gearrattle.simulate``.
+    budget
+        longest time for the run that counts [s].
+    progress
+        called with the finished share; what it raises ends the comparison.
 
-    Raises:
-        ModelError: bad settings. An algorithm that is not installed is no error but a status.
+    Raises
+    ------
+    ModelError
+        bad settings. An algorithm that is not installed is no error but a status.
     """
     arguments: dict[str, Any] = {**settings, **contender.settings, "algorithm": contender.algorithm, "audit": False}
     limit, begin = float("inf"), time.perf_counter()

@@ -29,13 +29,20 @@ Kind = Literal["crossing", "impact"]
 class Matches(Record):
     """The events of one kind at one corner.
 
-    Attributes:
-        clearance: its name.
-        corner: where [rad or m].
-        direction: 1 with growing deflection, -1 with falling.
-        time_error: (p,) given - reference of every pair [s].
-        missed: (q,) times of the reference's events without a partner [s].
-        invented: (r,) times of the given motion's events without a partner [s].
+    Attributes
+    ----------
+    clearance
+        its name.
+    corner
+        where [rad or m].
+    direction
+        1 with growing deflection, -1 with falling.
+    time_error
+        (p,) given - reference of every pair [s].
+    missed
+        (q,) times of the reference's events without a partner [s].
+    invented
+        (r,) times of the given motion's events without a partner [s].
     """
 
     clearance: str
@@ -50,10 +57,14 @@ class Matches(Record):
 class EventSummary(Record):
     """Counts and time errors of some matches.
 
-    Attributes:
-        reference: events of the reference: matched and missed.
-        matched, missed, invented: how many.
-        largest, median, rms: of the magnitudes of the time errors [s]; NaN without a pair.
+    Attributes
+    ----------
+    reference
+        events of the reference: matched and missed.
+    matched, missed, invented
+        how many.
+    largest, median, rms
+        of the magnitudes of the time errors [s]; NaN without a pair.
     """
 
     reference: int
@@ -69,12 +80,18 @@ class EventSummary(Record):
 class EventComparison(Record):
     """All events of two motions against each other.
 
-    Attributes:
-        kind: "crossing" or "impact".
-        horizon: end of the window [s].
-        reach: largest distance of a pair [s].
-        matches: by clearance, corner and direction; only where one of the motions has events.
-        total: of all of them.
+    Attributes
+    ----------
+    kind
+        "crossing" or "impact".
+    horizon
+        end of the window [s].
+    reach
+        largest distance of a pair [s].
+    matches
+        by clearance, corner and direction; only where one of the motions has events.
+    total
+        of all of them.
     """
 
     kind: Kind
@@ -109,13 +126,19 @@ def compare_crossings(
 ) -> EventComparison:
     """Return how the corner crossings of two motions match inside [0, horizon].
 
-    Args:
-        candidate, reference: of the same driveline, on the same output grid.
-        horizon: end of the window [s]; None: the whole motion.
-        reach: largest distance of a pair [s]; None: ``default_reach``.
+    Parameters
+    ----------
+    candidate, reference
+        of the same driveline, on the same output grid.
+    horizon
+        end of the window [s]; None: the whole motion.
+    reach
+        largest distance of a pair [s]; None: ``default_reach``.
 
-    Raises:
-        ModelError: other driveline or other grid.
+    Raises
+    ------
+    ModelError
+        other driveline or other grid.
     """
     return _compare("crossing", candidate, reference, horizon, reach)
 

@@ -42,14 +42,22 @@ RESOLVED = 1e-2
 class Floor:
     """Largest differences of statistics that a motion's own error explains.
 
-    Attributes:
-        reference: statistics of the motion the errors are told against.
-        deflection: (K,) of every clearance's rms [rad or m].
-        acceleration: (n,) of every inertia's rms [rad/s^2].
-        density: (n, f) power spectral density of the error that counts.
-        rate: (K,) of the impacts per cycle [1/cycle].
-        impulse: (K,) shift of the impulses [N m s or N s].
-        tr_rms, tr_peak: (n,) of the transmissibilities [1]; infinite where the reference inertia is lost in its error.
+    Attributes
+    ----------
+    reference
+        statistics of the motion the errors are told against.
+    deflection
+        (K,) of every clearance's rms [rad or m].
+    acceleration
+        (n,) of every inertia's rms [rad/s^2].
+    density
+        (n, f) power spectral density of the error that counts.
+    rate
+        (K,) of the impacts per cycle [1/cycle].
+    impulse
+        (K,) shift of the impulses [N m s or N s].
+    tr_rms, tr_peak
+        (n,) of the transmissibilities [1]; infinite where the reference inertia is lost in its error.
     """
 
     reference: Portrait
@@ -65,12 +73,17 @@ class Floor:
 def floor_of(candidate: Trajectory, reference: Trajectory, start: float | None = None) -> Floor:
     """Return what the error of a motion explains of the differences in its statistics.
 
-    Args:
-        candidate, reference: on the same output grid.
-        start: as in ``portrait``, whose statistics are compared.
+    Parameters
+    ----------
+    candidate, reference
+        on the same output grid.
+    start
+        as in ``portrait``, whose statistics are compared.
 
-    Raises:
-        ModelError: other driveline, other grid, no whole cycle left, or too few samples in one for a spectrum.
+    Raises
+    ------
+    ModelError
+        other driveline, other grid, no whole cycle left, or too few samples in one for a spectrum.
     """
     same_grid(candidate, reference)
     statistics = portrait(reference, start)

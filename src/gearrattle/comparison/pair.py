@@ -16,8 +16,10 @@ from gearrattle.wording import counted
 def same_grid(candidate: Trajectory, reference: Trajectory) -> None:
     """Check that two motions are of one driveline and sampled at the same times.
 
-    Raises:
-        ModelError: they are not.
+    Raises
+    ------
+    ModelError
+        they are not.
     """
     mine, theirs = candidate.layout, reference.layout
     if mine.inertia_names != theirs.inertia_names or mine.element_names != theirs.element_names:
@@ -38,9 +40,12 @@ def same_grid(candidate: Trajectory, reference: Trajectory) -> None:
 def samples_until(reference: Trajectory, horizon: float | None) -> int:
     """Return how many samples lie within [0, horizon]; all for None, and at least the first.
 
-    Args:
-        reference: the motion.
-        horizon: [s], infinite or None for the whole motion.
+    Parameters
+    ----------
+    reference
+        the motion.
+    horizon
+        [s], infinite or None for the whole motion.
     """
     if horizon is None:
         return int(reference.time.size)
@@ -50,8 +55,10 @@ def samples_until(reference: Trajectory, horizon: float | None) -> int:
 def cycles_beyond(reference: Trajectory, start: float | None) -> Window:
     """Return the whole cycles of the steady part that begin at ``start`` [s] or later; all of it for None.
 
-    Raises:
-        ModelError: no whole cycle remains.
+    Raises
+    ------
+    ModelError
+        no whole cycle remains.
     """
     whole = steady(reference)
     if start is None:

@@ -33,10 +33,14 @@ def nearby(motion: Trajectory, distance: float, direction: Array | None = None) 
     A clearance whose only corner is at 0 is measured by its largest deflection, and so is every element of a driveline
     without clearances. Where none of them ever moves the start is the motion's own.
 
-    Args:
-        motion: whose start is moved.
-        distance: of the clearance that differs most, in half-gaps.
-        direction: (n,) how the angles move against each other; None: the inertia at the widest gap alone.
+    Parameters
+    ----------
+    motion
+        whose start is moved.
+    distance
+        of the clearance that differs most, in half-gaps.
+    direction
+        (n,) how the angles move against each other; None: the inertia at the widest gap alone.
     """
     layout, angle = motion.layout, motion.angle[0].copy()
     elements = layout.clearance if layout.clearance.size else np.arange(len(layout.element_names))
@@ -70,16 +74,25 @@ def exact_portraits(
 ) -> tuple[Portrait, ...]:
     """Return ``MANY`` portraits: of the exact motion, and of others begun within a thousandth of a half-gap of it.
 
-    Args:
-        model: the driveline.
-        motion: any motion of it, of the same settings.
-        settings: cycles, discard, samples_per_cycle as in ``gearrattle.simulate``.
-        start: statistics begin there [s]; None: with the steady part.
-        budget: longest time [s]; fewer portraits come back where it is used up.
-        progress: called with the finished share.
+    Parameters
+    ----------
+    model
+        the driveline.
+    motion
+        any motion of it, of the same settings.
+    settings
+        cycles, discard, samples_per_cycle as in ``gearrattle.simulate``.
+    start
+        statistics begin there [s]; None: with the steady part.
+    budget
+        longest time [s]; fewer portraits come back where it is used up.
+    progress
+        called with the finished share.
 
-    Raises:
-        ModelError: too short for statistics.
+    Raises
+    ------
+    ModelError
+        too short for statistics.
     """
     begun, random = time.perf_counter(), np.random.default_rng(_SEED)
     portraits: list[Portrait] = []

@@ -32,19 +32,31 @@ PASSED = (1e-6, 1e-3, 1e-1)
 class PointwiseError(Record):
     """The largest errors inside a window, and when the error outgrew what.
 
-    Attributes:
-        horizon: end of the window [s], at most that of the motion.
-        samples: how many samples lie in it.
-        clearances, inertias: names.
-        deflection_scale: (K,) what deflections are measured by [rad or m].
-        deflection: (K,) largest error of the deflection [scales]; infinite where the reference never moves.
-        velocity_scale: (n,) rms of the reference's velocity about its mean, in the window [rad/s].
-        velocity: (n,) largest error of the velocity [scales].
-        thresholds: errors in deflection [scales], ascending.
-        passed: (thresholds,) time at which the worst error first exceeds each, over the whole motion [s]; infinite
-            where it never does.
-        worst: the largest error inside the window: of any deflection, or of any velocity without clearances.
-        unit: of ``thresholds`` and ``worst``, in words: "half-gaps" or "of the rms velocity".
+    Attributes
+    ----------
+    horizon
+        end of the window [s], at most that of the motion.
+    samples
+        how many samples lie in it.
+    clearances, inertias
+        names.
+    deflection_scale
+        (K,) what deflections are measured by [rad or m].
+    deflection
+        (K,) largest error of the deflection [scales]; infinite where the reference never moves.
+    velocity_scale
+        (n,) rms of the reference's velocity about its mean, in the window [rad/s].
+    velocity
+        (n,) largest error of the velocity [scales].
+    thresholds
+        errors in deflection [scales], ascending.
+    passed
+        (thresholds,) time at which the worst error first exceeds each, over the whole motion [s]; infinite
+        where it never does.
+    worst
+        the largest error inside the window: of any deflection, or of any velocity without clearances.
+    unit
+        of ``thresholds`` and ``worst``, in words: "half-gaps" or "of the rms velocity".
     """
 
     horizon: float
@@ -70,13 +82,19 @@ def pointwise(
 ) -> PointwiseError:
     """Return the error of one motion against another inside [0, horizon].
 
-    Args:
-        candidate, reference: on the same output grid.
-        horizon: end of the window [s], such as the reference's predictability horizon; None: the whole motion.
-        thresholds: errors of which the first passing is told [scales], ascending.
+    Parameters
+    ----------
+    candidate, reference
+        on the same output grid.
+    horizon
+        end of the window [s], such as the reference's predictability horizon; None: the whole motion.
+    thresholds
+        errors of which the first passing is told [scales], ascending.
 
-    Raises:
-        ModelError: other driveline or other grid.
+    Raises
+    ------
+    ModelError
+        other driveline or other grid.
     """
     same_grid(candidate, reference)
     samples = samples_until(reference, horizon)
@@ -105,9 +123,12 @@ def pointwise(
 def worst_history(candidate: Trajectory, reference: Trajectory, samples: int) -> Array:
     """Return (Nt,) the worst error at every sample, of deflections or, without clearances, of velocities.
 
-    Args:
-        candidate, reference: on the same output grid.
-        samples: of how many samples of the reference the scales are.
+    Parameters
+    ----------
+    candidate, reference
+        on the same output grid.
+    samples
+        of how many samples of the reference the scales are.
     """
     if reference.layout.clearance.size:
         history = error_history(candidate, reference, deflection_scale(reference, samples))
@@ -123,9 +144,12 @@ def worst_history(candidate: Trajectory, reference: Trajectory, samples: int) ->
 def deflection_scale(reference: Trajectory, samples: int) -> Array:
     """Return (K,) each clearance's largest |corner|, or its largest deflection where the corner is at 0 [rad or m].
 
-    Args:
-        reference: the motion.
-        samples: how many of its samples to look at.
+    Parameters
+    ----------
+    reference
+        the motion.
+    samples
+        how many of its samples to look at.
     """
     corners = np.array([np.max(np.abs(corner)) for corner in reference.layout.corners])
     largest = np.max(np.abs(reference.deflection[:samples]), axis=0)
@@ -140,11 +164,16 @@ def error_history(candidate: Trajectory, reference: Trajectory, scale: Array) ->
 def envelope(time: Array, worst: Array, dense: float = math.inf, points: int = 400) -> tuple[Array, Array]:
     """Return some times, and the worst error since the time before.
 
-    Args:
-        time: (Nt,) [s].
-        worst: (Nt,) errors.
-        dense: half of the times lie before it [s]: where errors grow.
-        points: at most so many on either side of it.
+    Parameters
+    ----------
+    time
+        (Nt,) [s].
+    worst
+        (Nt,) errors.
+    dense
+        half of the times lie before it [s]: where errors grow.
+    points
+        at most so many on either side of it.
     """
     early = int(np.searchsorted(time, dense))
     edges = [np.linspace(*span, min(points, span[1] - span[0]) + 1) for span in ((0, early), (early, time.size))]

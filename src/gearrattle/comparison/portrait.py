@@ -25,19 +25,31 @@ ROUNDING = 1e-9
 class Portrait:
     """The statistics of a motion over whole cycles.
 
-    Attributes:
-        layout: of its driveline, for names and units.
-        start, end: of these cycles [s].
-        cycles: how many.
-        deflection: (K,) rms of every clearance's deflection [rad or m].
-        acceleration: (n,) rms of every inertia's [rad/s^2].
-        density: (n, f) one-sided power spectral density of every acceleration.
-        resolution: its bin width [Hz].
-        largest_deflection, largest_acceleration: (K,), (n,) rms in the loudest cycle of the whole motion, start-up
-            included; for accelerations no less than ``ROUNDING`` times what the elements' torques alone would give.
-        rate: (K,) impacts per cycle.
-        impulses: K arrays (I_k,) of every impact that is known whole, ascending [N m s or N s].
-        tr_rms, tr_peak: (n,) transmissibilities of the last eight cycles [1]; NaN where the reference inertia rests.
+    Attributes
+    ----------
+    layout
+        of its driveline, for names and units.
+    start, end
+        of these cycles [s].
+    cycles
+        how many.
+    deflection
+        (K,) rms of every clearance's deflection [rad or m].
+    acceleration
+        (n,) rms of every inertia's [rad/s^2].
+    density
+        (n, f) one-sided power spectral density of every acceleration.
+    resolution
+        its bin width [Hz].
+    largest_deflection, largest_acceleration
+        (K,), (n,) rms in the loudest cycle of the whole motion, start-up
+        included; for accelerations no less than ``ROUNDING`` times what the elements' torques alone would give.
+    rate
+        (K,) impacts per cycle.
+    impulses
+        K arrays (I_k,) of every impact that is known whole, ascending [N m s or N s].
+    tr_rms, tr_peak
+        (n,) transmissibilities of the last eight cycles [1]; NaN where the reference inertia rests.
     """
 
     layout: Layout
@@ -59,13 +71,18 @@ class Portrait:
 def portrait(trajectory: Trajectory, start: float | None = None) -> Portrait:
     """Return the statistics of a motion.
 
-    Args:
-        trajectory: the motion.
-        start: over the whole cycles that begin at or after it [s], such as the predictability horizon; None: over the
-            steady part. Discarded cycles never count.
+    Parameters
+    ----------
+    trajectory
+        the motion.
+    start
+        over the whole cycles that begin at or after it [s], such as the predictability horizon; None: over the
+        steady part. Discarded cycles never count.
 
-    Raises:
-        ModelError: no whole cycle left, or too few samples in one for a spectrum.
+    Raises
+    ------
+    ModelError
+        no whole cycle left, or too few samples in one for a spectrum.
     """
     layout, window = trajectory.layout, cycles_beyond(trajectory, start)
     acceleration = window.closed(trajectory.acceleration)

@@ -52,12 +52,18 @@ class Curve(Record):
 class WorkPrecision(Record):
     """Curves of all algorithms.
 
-    Attributes:
-        window: errors are the largest up to here [s].
-        cycles: length of every run in periods.
-        exact: the one point of the exact solution; its error is what 95 of 100 motions stay below.
-        curves: one an algorithm.
-        unit: of errors, in words.
+    Attributes
+    ----------
+    window
+        errors are the largest up to here [s].
+    cycles
+        length of every run in periods.
+    exact
+        the one point of the exact solution; its error is what 95 of 100 motions stay below.
+    curves
+        one an algorithm.
+    unit
+        of errors, in words.
     """
 
     window: float
@@ -78,17 +84,27 @@ def work_precision(
 ) -> WorkPrecision:
     """Run every algorithm over its tolerances or steps.
 
-    Args:
-        model: the driveline.
-        algorithms: names; ``exact`` is there in any case.
-        budget: a curve ends with the first run that takes longer [s].
-        progress: called with the finished share.
-        most_cycles: length of the runs, if errors stay small (grow less than ``GROWTH``) for so long.
-        initial: where they start, as in ``gearrattle.simulate``.
+    Parameters
+    ----------
+    model
+        the driveline.
+    algorithms
+        names; ``exact`` is there in any case.
+    budget
+        a curve ends with the first run that takes longer [s].
+    progress
+        called with the finished share.
+    most_cycles
+        length of the runs, if errors stay small (grow less than ``GROWTH``) for so long.
+    initial
+        where they start, as in ``gearrattle.simulate``.
 
-    Raises:
-        ModelError: an unknown algorithm.
-        ConvergenceError: the exact solution failed.
+    Raises
+    ------
+    ModelError
+        an unknown algorithm.
+    ConvergenceError
+        the exact solution failed.
     """
     check_names(algorithms)
     check_budget(budget)

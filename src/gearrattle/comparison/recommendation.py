@@ -74,8 +74,10 @@ def _reasons(row: Row) -> Iterator[str]:
 def recommendation(comparison: Comparison) -> str:
     """Return three sentences: what to use, what not to trust, and what no algorithm can do here.
 
-    Args:
-        comparison: its rows judged.
+    Parameters
+    ----------
+    comparison
+        its rows judged.
     """
     return " ".join((_use(comparison), _trust(comparison), _limits(comparison)))
 

@@ -23,20 +23,34 @@ from gearrattle.trajectory import Array, Cost
 class Row(Record):
     """One contender, judged.
 
-    Attributes:
-        label, algorithm: what it is called here, and its name.
-        status: "done", or why there is nothing more to tell.
-        cost: what it took; None if it did not come to an end (nor do the following).
-        error: inside the window.
-        crossings, impacts: inside the window, matched one by one.
-        statistics: beyond the horizon; None where no whole cycle lies there.
-        transmissibility: of the last cycles.
-        coherence: of every inertia's acceleration; empty where the run is too short for it.
-        history: times [s] and the worst error since the one before [``error.unit``], to the end.
-        growths: of a mode a step, in every region the reference visits; empty where steps are chosen.
-        notes: of the run.
-        verdict: "sound", "not sound" or "no motion"; empty where nothing is judged.
-        reasons: what speaks against it, in words.
+    Attributes
+    ----------
+    label, algorithm
+        what it is called here, and its name.
+    status
+        "done", or why there is nothing more to tell.
+    cost
+        what it took; None if it did not come to an end (nor do the following).
+    error
+        inside the window.
+    crossings, impacts
+        inside the window, matched one by one.
+    statistics
+        beyond the horizon; None where no whole cycle lies there.
+    transmissibility
+        of the last cycles.
+    coherence
+        of every inertia's acceleration; empty where the run is too short for it.
+    history
+        times [s] and the worst error since the one before [``error.unit``], to the end.
+    growths
+        of a mode a step, in every region the reference visits; empty where steps are chosen.
+    notes
+        of the run.
+    verdict
+        "sound", "not sound" or "no motion"; empty where nothing is judged.
+    reasons
+        what speaks against it, in words.
     """
 
     label: str
@@ -65,18 +79,29 @@ class Row(Record):
 class Comparison(Result, Record):
     """All contenders against the reference.
 
-    Attributes:
-        model: its name.
-        reference: label of the reference.
-        rows: the reference first (against itself: zero error, its own cost), then the contenders as asked for, last
-            the exact motion from nearby.
-        tolerance: that of the contenders who choose their steps, unless they have their own.
-        window: up to here errors are told sample by sample [s].
-        horizon: the reference's predictability horizon [s]; infinite if it is beyond the end.
-        period: T [s].
-        cycles, discard, samples_per_cycle: of every run.
-        budget: longest time a contender may take [s].
-        recommendation: what follows from the numbers, in three sentences.
+    Attributes
+    ----------
+    model
+        its name.
+    reference
+        label of the reference.
+    rows
+        the reference first (against itself: zero error, its own cost), then the contenders as asked for, last
+        the exact motion from nearby.
+    tolerance
+        that of the contenders who choose their steps, unless they have their own.
+    window
+        up to here errors are told sample by sample [s].
+    horizon
+        the reference's predictability horizon [s]; infinite if it is beyond the end.
+    period
+        T [s].
+    cycles, discard, samples_per_cycle
+        of every run.
+    budget
+        longest time a contender may take [s].
+    recommendation
+        what follows from the numbers, in three sentences.
     """
 
     kind: ClassVar[str] = "comparison"

@@ -48,20 +48,32 @@ _ROUNDING = 1e-9  # of a bound: it and what it bounds are summed in another orde
 class Item(Record):
     """One statistic of a motion among exact ones.
 
-    Attributes:
-        quantity: which, in words.
-        subject: of which inertia or clearance.
-        candidate, reference: its value, and the mean of the exact motions' [unit]; NaN where it has
-            none of its own.
-        unit: of these two.
-        measure: what is tested, in words with its unit.
-        value: that measure.
-        low, high: all exact motions lie between them.
-        floor: differences of the measure from the reference below it are explained by the motion's own error.
-        p_value: how often chance puts a correct motion at least so far out; NaN where unknown.
-        verdict: "equal" (nothing that counts), "same within sampling error", "different" or "undecided" (too little to
-            tell).
-        by_chance: how often a correct motion is called different; 0 where exact motions do not scatter.
+    Attributes
+    ----------
+    quantity
+        which, in words.
+    subject
+        of which inertia or clearance.
+    candidate, reference
+        its value, and the mean of the exact motions' [unit]; NaN where it has
+        none of its own.
+    unit
+        of these two.
+    measure
+        what is tested, in words with its unit.
+    value
+        that measure.
+    low, high
+        all exact motions lie between them.
+    floor
+        differences of the measure from the reference below it are explained by the motion's own error.
+    p_value
+        how often chance puts a correct motion at least so far out; NaN where unknown.
+    verdict
+        "equal" (nothing that counts), "same within sampling error", "different" or "undecided" (too little to
+        tell).
+    by_chance
+        how often a correct motion is called different; 0 where exact motions do not scatter.
     """
 
     quantity: str
@@ -83,14 +95,22 @@ class Item(Record):
 class StatisticalComparison(Record):
     """All statistics of a motion among exact ones.
 
-    Attributes:
-        start, end: of the cycles compared [s].
-        cycles: how many.
-        motions: number of exact motions.
-        items: in the order levels, spectra, rates, impulses, transmissibilities.
-        decided: of how many items is known whether they differ.
-        different: how many are called different.
-        different_by_chance: how many would be of a correct motion, on average.
+    Attributes
+    ----------
+    start, end
+        of the cycles compared [s].
+    cycles
+        how many.
+    motions
+        number of exact motions.
+    items
+        in the order levels, spectra, rates, impulses, transmissibilities.
+    decided
+        of how many items is known whether they differ.
+    different
+        how many are called different.
+    different_by_chance
+        how many would be of a correct motion, on average.
     """
 
     start: float
@@ -112,11 +132,16 @@ def compare_statistics(
 ) -> StatisticalComparison:
     """Return the statistics of a motion beside those of exact ones, and which of them differ.
 
-    Args:
-        candidate: the motion in question.
-        exact: exact motions of the same driveline over the same cycles, two or more; fewer than twenty decide nothing.
-        floor: what the motion's error against one of them explains; None where that is not known.
-        units: "SI", or "dimensionless" for a model without units: then units of SI read "1".
+    Parameters
+    ----------
+    candidate
+        the motion in question.
+    exact
+        exact motions of the same driveline over the same cycles, two or more; fewer than twenty decide nothing.
+    floor
+        what the motion's error against one of them explains; None where that is not known.
+    units
+        "SI", or "dimensionless" for a model without units: then units of SI read "1".
     """
     everyone = (candidate, *exact)
     layout = candidate.layout
@@ -188,12 +213,18 @@ def _number(
 ) -> Item:
     """A statistic that is a number: the first one's over the mean of the others.
 
-    Args:
-        quantity: in words.
-        subject: its name and unit.
-        values: (m,) of all motions.
-        least: if the squares of both are no farther apart than its square, they are not different.
-        explained: value of the reference, and how far the motion's own error may move it; None where not known.
+    Parameters
+    ----------
+    quantity
+        in words.
+    subject
+        its name and unit.
+    values
+        (m,) of all motions.
+    least
+        if the squares of both are no farther apart than its square, they are not different.
+    explained
+        value of the reference, and how far the motion's own error may move it; None where not known.
     """
     mine, others = float(values[0]), values[1:]
     mean, distances = float(np.mean(others)), number_distances(values)

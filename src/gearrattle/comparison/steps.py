@@ -23,8 +23,10 @@ from gearrattle.simulation.settings import settled
 def check_names(algorithms: Iterable[str]) -> None:
     """Check that algorithms exist.
 
-    Raises:
-        ModelError: one does not.
+    Raises
+    ------
+    ModelError
+        one does not.
     """
     known = tuple(SOLVERS)
     unknown = [name for name in algorithms if name not in known]
@@ -36,8 +38,10 @@ def check_names(algorithms: Iterable[str]) -> None:
 def check_budget(budget: float) -> None:
     """Check that a time is one.
 
-    Raises:
-        ModelError: it is not positive, or no number.
+    Raises
+    ------
+    ModelError
+        it is not positive, or no number.
     """
     if not budget > 0.0:
         raise ModelError(Problem("budget", f"{budget:g}", "must be greater than zero", "seconds for each contender"))
@@ -65,11 +69,16 @@ def growths_of(model: Model, contender: Contender, settings: Mapping[str, Any], 
     Above 1 the mode grows, and what the algorithm shows there is its own invention. Empty where steps are chosen.
     Regions are told by the labels of their clearances, such as "(1, 0, -1)".
 
-    Args:
-        model: the driveline.
-        contender: with its own settings.
-        settings: those shared.
-        truth: the reference's run.
+    Parameters
+    ----------
+    model
+        the driveline.
+    contender
+        with its own settings.
+    settings
+        those shared.
+    truth
+        the reference's run.
     """
     solver, asked = SOLVERS[contender.algorithm], {**settings, **contender.settings}.get("step")
     step = fixed_step_of(model, contender.algorithm, truth, asked)

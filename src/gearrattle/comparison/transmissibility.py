@@ -28,10 +28,13 @@ CYCLES = 8
 class Ratios(Record):
     """Transmissibilities of one motion [1].
 
-    Attributes:
-        rms, peak: (n,) ratio of rms and of peak-to-peak accelerations to those of the reference inertia; NaN where
-            that one shows none.
-        band: (h, n) ratio of rms accelerations in the band around each harmonic; NaN where the samples do not reach.
+    Attributes
+    ----------
+    rms, peak
+        (n,) ratio of rms and of peak-to-peak accelerations to those of the reference inertia; NaN where
+        that one shows none.
+    band
+        (h, n) ratio of rms accelerations in the band around each harmonic; NaN where the samples do not reach.
     """
 
     rms: Array
@@ -43,14 +46,21 @@ class Ratios(Record):
 class TransmissibilityComparison(Record):
     """Transmissibilities of two motions, and their relative differences given / reference - 1.
 
-    Attributes:
-        inertias: names.
-        distance: (n,) number of elements between the inertia and the reference inertia, on the shortest way that does
-            not lead through ground; -1 where there is none.
-        frequency: (h,) harmonics of the lowest excited order, the middles of the bands [Hz].
-        candidate, reference: the transmissibilities.
-        rms_error, peak_error: (n,) relative differences.
-        band_error: (h, n) relative differences.
+    Attributes
+    ----------
+    inertias
+        names.
+    distance
+        (n,) number of elements between the inertia and the reference inertia, on the shortest way that does
+        not lead through ground; -1 where there is none.
+    frequency
+        (h,) harmonics of the lowest excited order, the middles of the bands [Hz].
+    candidate, reference
+        the transmissibilities.
+    rms_error, peak_error
+        (n,) relative differences.
+    band_error
+        (h, n) relative differences.
     """
 
     inertias: tuple[str, ...]
@@ -80,13 +90,19 @@ def compare_transmissibility(
 ) -> TransmissibilityComparison:
     """Return the transmissibilities of two motions side by side.
 
-    Args:
-        candidate, reference: on the same output grid.
-        cycles: periods T at the end of the motion, fewer where fewer remain after the discarded ones.
-        harmonics: number of bands.
+    Parameters
+    ----------
+    candidate, reference
+        on the same output grid.
+    cycles
+        periods T at the end of the motion, fewer where fewer remain after the discarded ones.
+    harmonics
+        number of bands.
 
-    Raises:
-        ModelError: other driveline, other grid, or no cycle left.
+    Raises
+    ------
+    ModelError
+        other driveline, other grid, or no cycle left.
     """
     same_grid(candidate, reference)
     layout = reference.layout
@@ -124,13 +140,19 @@ def ratios(trajectory: Trajectory, cycles: int = CYCLES, harmonics: int = HARMON
 
     Algorithms that step have nothing between their samples, so the exact motion is judged by its samples as well.
 
-    Args:
-        trajectory: the motion.
-        cycles: periods T at its end, fewer where fewer remain after the discarded ones.
-        harmonics: number of bands.
+    Parameters
+    ----------
+    trajectory
+        the motion.
+    cycles
+        periods T at its end, fewer where fewer remain after the discarded ones.
+    harmonics
+        number of bands.
 
-    Raises:
-        ModelError: no cycle left.
+    Raises
+    ------
+    ModelError
+        no cycle left.
     """
     layout, window = trajectory.layout, last_cycles(trajectory, cycles)
     acceleration = window.closed(trajectory.acceleration)

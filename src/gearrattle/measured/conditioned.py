@@ -37,8 +37,10 @@ class Conditioned(NamedTuple):
 def became(channel: Mapped) -> Conditioned:
     """Bring a channel to the quantity that it becomes, at its own times.
 
-    Raises:
-        ModelError: samples that are no numbers, too few of them, pulses from which no angle follows.
+    Raises
+    ------
+    ModelError
+        samples that are no numbers, too few of them, pulses from which no angle follows.
     """
     row, notes = channel.table, []
     if channel.time.size < _FEWEST:
@@ -107,11 +109,16 @@ def _turned(channel: Mapped, tacho: TachoTable) -> tuple[Array, Array, list[str]
 def brought(channel: Mapped, own: Conditioned, grid: Array, rate: float) -> tuple[Array, tuple[str, ...]]:
     """Bring a channel to the times of the recording.
 
-    Args:
-        channel: for messages.
-        own: what it became.
-        grid: (M,) times within its own [s].
-        rate: of the grid [Hz].
+    Parameters
+    ----------
+    channel
+        for messages.
+    own
+        what it became.
+    grid
+        (M,) times within its own [s].
+    rate
+        of the grid [Hz].
     """
     interval, values, even = uniform(own)
     note = f"{channel.table.name}: not sampled uniformly; a cubic spline, {1.0 / interval:.6g} Hz, stands for it"
@@ -129,8 +136,10 @@ def uniform(own: Conditioned) -> tuple[float, Array, bool]:
 def finished(channel: Mapped, time: Array, values: Array, interval: float | None) -> Array:
     """Take away the trend and filter.
 
-    Raises:
-        ModelError: the samples are not uniform, too few, or the cutoff is beyond half their rate.
+    Raises
+    ------
+    ModelError
+        the samples are not uniform, too few, or the cutoff is beyond half their rate.
     """
     row = channel.table
     if row.detrend is not None:

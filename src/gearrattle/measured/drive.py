@@ -32,20 +32,41 @@ def drive(
     A torque is added to those of the model; a velocity, speed or angle prescribes the motion of the inertia, in place
     of a motion and of the torques that the model has there.
 
-    Args:
-        model: in SI.
-        recording: of four samples or more.
-        channel: its name; empty: the only channel that can drive.
-        on: the inertia; empty: the channel's subject.
-        start: time of the recording at which a run begins [s]; None: its first sample.
-        static: torque that the static start and everything linear take [N m]; None: the mean.
-        about: of a motion, the uniform speed about which the model's angles fluctuate [rad/s]; None: its mean.
+    Parameters
+    ----------
+    model
+        in SI.
+    recording
+        of four samples or more.
+    channel
+        its name; empty: the only channel that can drive.
+    on
+        the inertia; empty: the channel's subject.
+    start
+        time of the recording at which a run begins [s]; None: its first sample.
+    static
+        torque that the static start and everything linear take [N m]; None: the mean.
+    about
+        of a motion, the uniform speed about which the model's angles fluctuate [rad/s]; None: its mean.
 
-    Returns:
+    Returns
+    -------
+    Model
         The new model; it needs no file.
 
-    Raises:
-        ModelError: no such channel or inertia, a quantity that drives nothing, a dimensionless model.
+    Raises
+    ------
+    ModelError
+        no such channel or inertia, a quantity that drives nothing, a dimensionless model.
+
+    Examples
+    --------
+    >>> time = np.linspace(0.0, 0.3, 301)
+    >>> speed = 84.0 + 2.0 * np.sin(168.0 * time)
+    >>> record = gr.Recording(time, (gr.Channel("n", "speed", "flywheel", "rad/s", speed),), "rig")
+    >>> driven = gr.drive(gr.example("case3"), record)
+    >>> driven.motions[0].on
+    'flywheel'
     """
     check_model(model)
     chosen = recording[channel] if channel else _only(recording)

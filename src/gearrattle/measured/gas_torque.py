@@ -20,10 +20,24 @@ from gearrattle.result import Result
 class GasTorque(Result):
     """The torque of an engine.
 
-    Attributes:
-        mean: mean torque of all cylinders [N m].
-        work: of one cycle of all cylinders, 4 pi times the mean [J].
-        gas, masses: (order, amplitude [N m], phase [rad]) of gas and of oscillating masses at the speed.
+    Attributes
+    ----------
+    mean
+        mean torque of all cylinders [N m].
+    work
+        of one cycle of all cylinders, 4 pi times the mean [J].
+    gas, masses
+        (order, amplitude [N m], phase [rad]) of gas and of oscillating masses at the speed.
+
+    Examples
+    --------
+    >>> angle = np.arange(0.0, 721.0, 10.0)
+    >>> pressure = 1e5 + 40e5 * np.exp(-(((angle - 370.0) / 30.0) ** 2))
+    >>> trace = {"angle": np.radians(angle).tolist(), "value": pressure.tolist()}
+    >>> engine = {"cylinders": 4, "bore": "80 mm", "stroke": "85 mm", "rod": "140 mm", "pressure": trace}
+    >>> torque = gr.gas_torque(**engine, speed="800 rpm")
+    >>> len(torque.harmonics)
+    6
     """
 
     kind: ClassVar[str] = "gas torque"
@@ -61,23 +75,46 @@ def gas_torque(
 ) -> GasTorque:
     """Torque of a four-stroke engine on its crankshaft, at a constant speed.
 
-    Args:
-        cylinders: their number.
-        bore, stroke, rod: diameter, twice the crank radius, length of a connecting rod [m], or with a unit.
-        pressure: absolute pressure in a cylinder over 720 deg of crank angle: ``{"file": ..., "angle": ..., "value":
-            ...}``, a CSV file and its columns, or two lists ``{"angle": [...], "value": [...]}`` [rad, Pa]. Angle 0 is
-            a top dead centre.
-        speed: of the crankshaft [rad/s], or with a unit.
-        mass: oscillating mass of one cylinder: piston, pin, and the rod's share [kg], or with a unit.
-        crankcase: pressure below the pistons [Pa], or with a unit.
-        firing: crank angle at which each cylinder is where the trace begins [rad]; empty: even intervals.
-        orders: the highest order.
+    Parameters
+    ----------
+    cylinders
+        their number.
+    bore, stroke, rod
+        diameter, twice the crank radius, length of a connecting rod [m], or with a unit.
+    pressure
+        absolute pressure in a cylinder over 720 deg of crank angle: ``{"file": ..., "angle": ..., "value":
+        ...}``, a CSV file and its columns, or two lists ``{"angle": [...], "value": [...]}`` [rad, Pa]. Angle 0 is
+        a top dead centre.
+    speed
+        of the crankshaft [rad/s], or with a unit.
+    mass
+        oscillating mass of one cylinder: piston, pin, and the rod's share [kg], or with a unit.
+    crankcase
+        pressure below the pistons [Pa], or with a unit.
+    firing
+        crank angle at which each cylinder is where the trace begins [rad]; empty: even intervals.
+    orders
+        the highest order.
 
-    Returns:
+    Returns
+    -------
+    GasTorque
         Mean, work of a cycle and harmonics; phases count from angle 0 of the trace of the first cylinder.
 
-    Raises:
-        ModelError: a value, unit or file that is none.
+    Raises
+    ------
+    ModelError
+        a value, unit or file that is none.
+
+    Examples
+    --------
+    >>> angle = np.arange(0.0, 721.0, 10.0)
+    >>> pressure = 1e5 + 40e5 * np.exp(-(((angle - 370.0) / 30.0) ** 2))
+    >>> trace = {"angle": np.radians(angle).tolist(), "value": pressure.tolist()}
+    >>> engine = {"cylinders": 4, "bore": "80 mm", "stroke": "85 mm", "rod": "140 mm", "pressure": trace}
+    >>> torque = gr.gas_torque(**engine, speed="800 rpm")
+    >>> round(torque.mean, 1), [wave.order for wave in torque.harmonics[:2]]
+    (51.0, [2.0, 4.0])
     """
     table = {
         "cylinders": cylinders,

@@ -61,16 +61,28 @@ _ROTATION = {
 class Contents(Result):
     """What a measured file holds.
 
-    Attributes:
-        source: the file's name.
-        format: name of its format.
-        table: a row a channel: ``channel``, ``unit`` (as in the file), ``quantity`` and ``subject`` (empty where
-            neither file nor unit says it), ``samples``, ``rate`` [Hz] (mean; NaN for one sample), ``uniform``,
-            ``begin`` and ``end`` [s], ``smallest`` and ``largest`` (of the finite samples), ``not_numbers`` (count),
-            ``first`` (the first three samples).
-        notes: what was assumed.
-        outline: by channel: times [s] and values (as in the file) of all samples, of a long one of the smallest and
-            the largest in each of 500 equal parts.
+    Attributes
+    ----------
+    source
+        the file's name.
+    format
+        name of its format.
+    table
+        a row a channel: ``channel``, ``unit`` (as in the file), ``quantity`` and ``subject`` (empty where
+        neither file nor unit says it), ``samples``, ``rate`` [Hz] (mean; NaN for one sample), ``uniform``,
+        ``begin`` and ``end`` [s], ``smallest`` and ``largest`` (of the finite samples), ``not_numbers`` (count),
+        ``first`` (the first three samples).
+    notes
+        what was assumed.
+    outline
+        by channel: times [s] and values (as in the file) of all samples, of a long one of the smallest and
+        the largest in each of 500 equal parts.
+
+    Examples
+    --------
+    >>> gr.write(gr.Recording(np.arange(3.0), (gr.Channel("x", "torque", "", "N m", np.zeros(3)),), "rig"), "x.csv")
+    >>> type(gr.look("x.csv")).__name__
+    'Contents'
     """
 
     kind: ClassVar[str] = "contents"
@@ -84,8 +96,10 @@ class Contents(Result):
     def mapping(self, folder: str | os.PathLike[str] = ".") -> str:
         """Return a mapping file for ``read``: every channel whose quantity is known, at the highest rate.
 
-        Args:
-            folder: where the mapping will stand; the file is named relative to it.
+        Parameters
+        ----------
+        folder
+            where the mapping will stand; the file is named relative to it.
         """
         request = self._request
         rows: list[dict[str, Any]] = [{str(key): row[key] for key in row} for row in self.table.to_dict("records")]
@@ -114,20 +128,27 @@ class Contents(Result):
 def look(source: str | os.PathLike[str], *, time: str = "", sampled: float | None = None) -> Contents:
     """List the channels of a measured file.
 
-    Args:
-        source: CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a saved run.
-        time: name of the column of times, where the file does not tell.
-        sampled: rate of a file without times [Hz].
+    Parameters
+    ----------
+    source
+        CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a saved run.
+    time
+        name of the column of times, where the file does not tell.
+    sampled
+        rate of a file without times [Hz].
 
-    Raises:
-        ModelError: no such file, another format, damage, no times.
+    Raises
+    ------
+    ModelError
+        no such file, another format, damage, no times.
 
-    Examples:
-        >>> import gearrattle as gr
-        >>> _ = open("rig.csv", "w").write("t [s],n [rpm]\\n0,800\\n0.001,801\\n0.002,803\\n")
-        >>> contents = gr.look("rig.csv")
-        >>> contents.table.loc[0, ["channel", "unit", "quantity", "rate"]].tolist()
-        ['n', 'rpm', 'velocity', 1000.0]
+    Examples
+    --------
+    >>> import gearrattle as gr
+    >>> _ = open("rig.csv", "w").write("t [s],n [rpm]\\n0,800\\n0.001,801\\n0.002,803\\n")
+    >>> contents = gr.look("rig.csv")
+    >>> list(map(str, contents.table.loc[0, ["channel", "unit", "quantity", "rate"]]))
+    ['n', 'rpm', 'velocity', '1000.0']
     """
     import pandas as pd
 

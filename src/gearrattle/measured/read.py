@@ -39,19 +39,36 @@ def read(
 ) -> Recording:
     """Read a measured file.
 
-    Args:
-        source: a file (CSV, MAT, HDF5, ASAM MDF, UFF, WAV, a saved run): all its channels, quantities as far as the
-            file or its units tell; or a mapping, ``measurement.toml`` or its tables, which names channels and says
-            what is done to them.
-        format: of a file; empty: told by its content.
-        root: folder of further files that a mapping may name. Always allowed are files under the mapping's own folder,
-            and under the working directory if that holds the mapping.
+    Parameters
+    ----------
+    source
+        a file (CSV, MAT, HDF5, ASAM MDF, UFF, WAV, a saved run): all its channels, quantities as far as the
+        file or its units tell; or a mapping, ``measurement.toml`` or its tables, which names channels and says
+        what is done to them.
+    format
+        of a file; empty: told by its content.
+    root
+        folder of further files that a mapping may name. Always allowed are files under the mapping's own folder,
+        and under the working directory if that holds the mapping.
 
-    Returns:
+    Returns
+    -------
+    Recording
         The recording, in SI.
 
-    Raises:
-        ModelError: what is wrong, with its place.
+    Raises
+    ------
+    ModelError
+        what is wrong, with its place.
+
+    Examples
+    --------
+    >>> record = gr.Recording(
+    ...     np.arange(4) / 1000.0, (gr.Channel("load", "torque", "", "N m", np.array([0.0, 1.0, 0.5, 0.0])),), "rig"
+    ... )
+    >>> gr.write(record, "rig.csv")
+    >>> gr.read("rig.csv")["load"].values.tolist()
+    [0.0, 1.0, 0.5, 0.0]
     """
     if isinstance(source, Mapping) or Path(source).suffix.lower() == ".toml":
         with allowed_root(root):

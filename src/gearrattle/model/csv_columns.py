@@ -51,14 +51,20 @@ class Columns(NamedTuple):
 def read_columns(path: Path, wanted: Mapping[str, Dimension], dimensionless: bool) -> Columns:
     """Read some columns of a record.
 
-    Args:
-        path: the file.
-        wanted: name of a column to what it measures.
-        dimensionless: whether the columns are plain numbers without units.
+    Parameters
+    ----------
+    path
+        the file.
+    wanted
+        name of a column to what it measures.
+    dimensionless
+        whether the columns are plain numbers without units.
 
-    Raises:
-        RecordError: the file is missing or no text, a column is missing or without its unit, two columns have one
-            name, a unit has the wrong dimension, a value is no finite number.
+    Raises
+    ------
+    RecordError
+        the file is missing or no text, a column is missing or without its unit, two columns have one
+        name, a unit has the wrong dimension, a value is no finite number.
     """
     return _guarded(path, lambda layout: _read(path, layout, wanted, dimensionless))
 
@@ -66,15 +72,22 @@ def read_columns(path: Path, wanted: Mapping[str, Dimension], dimensionless: boo
 def read_all(path: Path, use: Callable[[str, str], bool]) -> tuple[Layout, NDArray[np.float64]]:
     """Read columns as they stand: no unit is asked for, NaN is a value, and an empty entry is NaN.
 
-    Args:
-        path: the file.
-        use: tells from name and unit whether a column is wanted; others need not be numbers.
+    Parameters
+    ----------
+    path
+        the file.
+    use
+        tells from name and unit whether a column is wanted; others need not be numbers.
 
-    Returns:
+    Returns
+    -------
+    tuple[Layout, NDArray[np.float64]]
         The layout with all heads, and the values (N, columns wanted).
 
-    Raises:
-        RecordError: the file is missing or no text, two columns have one name, a value is no number.
+    Raises
+    ------
+    RecordError
+        the file is missing or no text, two columns have one name, a value is no number.
     """
 
     def read(layout: Layout) -> tuple[Layout, NDArray[np.float64]]:
@@ -129,11 +142,16 @@ def _read(path: Path, layout: Layout, wanted: Mapping[str, Dimension], dimension
 def _numbers(path: Path, layout: Layout, use: Mapping[str, int], *, gaps: bool = False) -> NDArray[np.float64]:
     """Read columns (N, columns) in one go; only where that fails the first wrong line is looked for.
 
-    Args:
-        path: the file.
-        layout: how it is written.
-        use: name of a column to its index.
-        gaps: whether an empty entry is NaN; otherwise it is refused.
+    Parameters
+    ----------
+    path
+        the file.
+    layout
+        how it is written.
+    use
+        name of a column to its index.
+    gaps
+        whether an empty entry is NaN; otherwise it is refused.
     """
     import numpy as np
 

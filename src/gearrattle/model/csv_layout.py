@@ -38,10 +38,14 @@ EXAMPLE = "such as: t [s], n [rpm]"
 class RecordError(ValueError):
     """A file that is no such record.
 
-    Attributes:
-        place: file, line and column.
-        value: what stands there.
-        rule, remedy: as in ``errors.Problem``.
+    Attributes
+    ----------
+    place
+        file, line and column.
+    value
+        what stands there.
+    rule, remedy
+        as in ``errors.Problem``.
     """
 
     def __init__(self, place: str, value: str, rule: str, remedy: str = "") -> None:
@@ -62,14 +66,22 @@ class Head(NamedTuple):
 class Layout(NamedTuple):
     """How a file is written.
 
-    Attributes:
-        encoding: of the text.
-        separator: between columns.
-        decimal_comma: whether a comma parts decimals; otherwise a point.
-        heads: names and units of the columns.
-        names_line: line of the names, counted from 1.
-        first_row: how many lines that are neither blank nor comments stand above the first row.
-        notes: what was assumed.
+    Attributes
+    ----------
+    encoding
+        of the text.
+    separator
+        between columns.
+    decimal_comma
+        whether a comma parts decimals; otherwise a point.
+    heads
+        names and units of the columns.
+    names_line
+        line of the names, counted from 1.
+    first_row
+        how many lines that are neither blank nor comments stand above the first row.
+    notes
+        what was assumed.
     """
 
     encoding: str
@@ -116,9 +128,12 @@ def encoding_of(head: bytes) -> str | None:
 def layout_of(path: Path) -> Layout:
     """Find out how a file is written.
 
-    Raises:
-        RecordError: no text, or no line of names above the numbers.
-        OSError: the file cannot be read.
+    Raises
+    ------
+    RecordError
+        no text, or no line of names above the numbers.
+    OSError
+        the file cannot be read.
     """
     with opened(path) as binary:
         encoding = encoding_of(binary.read(_BYTES_LOOKED_AT))

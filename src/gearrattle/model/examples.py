@@ -21,21 +21,28 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 def example(name: str) -> Model:
     """Return a model that comes with the package.
 
-    Args:
-        name: of its file without ending, such as "case3" or "manual_transmission". The manual's page "Examples"
-            describes all of them; ``gearrattle examples`` lists them, and copies the files.
+    Parameters
+    ----------
+    name
+        of its file without ending, such as "case3" or "manual_transmission". The manual's page "Examples"
+        describes all of them; ``gearrattle examples`` lists them, and copies the files.
 
-    Returns:
+    Returns
+    -------
+    Model
         The model, as ``load`` returns it. The three cases of the 1995 paper, its transmission of eight inertias, and
         drivelines with friction, a run-up, a measured speed and alternating mesh stiffness are among them.
 
-    Raises:
-        ModelError: there is no example of this name; the message lists all names.
+    Raises
+    ------
+    ModelError
+        there is no example of this name; the message lists all names.
 
-    Example:
-        >>> import gearrattle as gr
-        >>> [inertia.name for inertia in gr.example("case3").inertias]
-        ['flywheel', 'hub', 'input_gear', 'output_gear']
+    Examples
+    --------
+    >>> import gearrattle as gr
+    >>> [inertia.name for inertia in gr.example("case3").inertias]
+    ['flywheel', 'hub', 'input_gear', 'output_gear']
     """
     files = example_files()
     if not isinstance(name, str) or name not in files:
@@ -47,8 +54,10 @@ def example(name: str) -> Model:
 def example_files() -> dict[str, Path]:
     """Return the examples' model files by name, in alphabetical order.
 
-    Raises:
-        ModelError: the package was installed without them.
+    Raises
+    ------
+    ModelError
+        the package was installed without them.
     """
     folder = examples_folder()
     return dict(sorted((path.stem, path) for pattern in _MODELS for path in folder.glob(pattern)))
@@ -57,8 +66,10 @@ def example_files() -> dict[str, Path]:
 def examples_folder() -> Path:
     """Return the folder of the examples.
 
-    Raises:
-        ModelError: the package was installed without it.
+    Raises
+    ------
+    ModelError
+        the package was installed without it.
     """
     for folder in (_PACKAGE / "examples", _PACKAGE.parents[1] / "examples"):
         if (folder / "paper").is_dir():

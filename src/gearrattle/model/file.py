@@ -31,16 +31,29 @@ LARGEST = 1_000_000
 def load(path: str | os.PathLike[str], *, root: str | os.PathLike[str] | None = None) -> Model:
     """Read and validate a model file.
 
-    Args:
-        path: a TOML file, UTF-8, at most 1 MB.
-        root: folder of further files that the model may name. Always allowed are files under the model's own folder,
-            and under the working directory if that holds the model.
+    Parameters
+    ----------
+    path
+        a TOML file, UTF-8, at most 1 MB.
+    root
+        folder of further files that the model may name. Always allowed are files under the model's own folder,
+        and under the working directory if that holds the model.
 
-    Returns:
+    Returns
+    -------
+    Model
         The validated model, in SI.
 
-    Raises:
-        ModelError: the file is missing, unreadable or no model; carries all problems found, with line numbers.
+    Raises
+    ------
+    ModelError
+        the file is missing, unreadable or no model; carries all problems found, with line numbers.
+
+    Examples
+    --------
+    >>> _ = open("two.toml", "w").write(gr.example("case3").to_toml())
+    >>> gr.load("two.toml").name == gr.example("case3").name
+    True
     """
     with allowed_root(root):
         return loads(read_text(path), os.fspath(path))
@@ -49,16 +62,30 @@ def load(path: str | os.PathLike[str], *, root: str | os.PathLike[str] | None = 
 def loads(text: str, name: str = "<text>", stored: Points | None = None) -> Model:
     """Read and validate a model given as TOML text.
 
-    Args:
-        text: the content of a model file.
-        name: what messages call it; paths in it are relative to the folder of this name.
-        stored: points of signals that the text only names (``Model.to_stored``).
+    Parameters
+    ----------
+    text
+        the content of a model file.
+    name
+        what messages call it; paths in it are relative to the folder of this name.
+    stored
+        points of signals that the text only names (``Model.to_stored``).
 
-    Returns:
+    Returns
+    -------
+    Model
         The validated model, in SI.
 
-    Raises:
-        ModelError: the text is no model; carries all problems found, with line numbers.
+    Raises
+    ------
+    ModelError
+        the text is no model; carries all problems found, with line numbers.
+
+    Examples
+    --------
+    >>> text = gr.example("case3").to_toml()
+    >>> [inertia.name for inertia in gr.loads(text).inertias]
+    ['flywheel', 'hub', 'input_gear', 'output_gear']
     """
     return Model.from_tables(*read_tables(text, name), stored)
 
@@ -66,8 +93,10 @@ def loads(text: str, name: str = "<text>", stored: Points | None = None) -> Mode
 def text_of(model: Model) -> str:
     """Return a model as a text that can be read again.
 
-    Raises:
-        ModelError: its records are too long for a model file.
+    Raises
+    ------
+    ModelError
+        its records are too long for a model file.
     """
     text = model.to_toml()
     if len(text) > LARGEST:
@@ -79,12 +108,17 @@ def text_of(model: Model) -> str:
 def read_text(path: str | os.PathLike[str], kind: str = "model file") -> str:
     """Read a TOML file as text.
 
-    Args:
-        path: the file, UTF-8, at most 1 MB.
-        kind: what messages call such a file.
+    Parameters
+    ----------
+    path
+        the file, UTF-8, at most 1 MB.
+    kind
+        what messages call such a file.
 
-    Raises:
-        ModelError: the file is missing, unreadable, too large or no text.
+    Raises
+    ------
+    ModelError
+        the file is missing, unreadable, too large or no text.
     """
     name = os.fspath(path)
     try:
@@ -109,16 +143,24 @@ def read_text(path: str | os.PathLike[str], kind: str = "model file") -> str:
 def read_tables(text: str, name: str, kind: str = "model file") -> tuple[dict[str, Any], Positions]:
     """Parse TOML text.
 
-    Args:
-        text: the content of a file.
-        name: what messages call it.
-        kind: what messages call such a file.
+    Parameters
+    ----------
+    text
+        the content of a file.
+    name
+        what messages call it.
+    kind
+        what messages call such a file.
 
-    Returns:
+    Returns
+    -------
+    tuple[dict[str, Any], Positions]
         The tables, and where each key stands.
 
-    Raises:
-        ModelError: the text is too long, nested too deeply, or no valid TOML.
+    Raises
+    ------
+    ModelError
+        the text is too long, nested too deeply, or no valid TOML.
     """
     if len(text) > LARGEST:
         raise ModelError(Problem(name, f"{len(text)} characters", _size_rule(kind)))
@@ -159,12 +201,17 @@ def _size_rule(kind: str) -> str:
 def check_reachable(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> None:
     """Refuse a file that an input file in this folder names and may not read (``reachable``).
 
-    Args:
-        path: as it stands in the input file; relative to ``folder``.
-        folder: the folder of the input file.
+    Parameters
+    ----------
+    path
+        as it stands in the input file; relative to ``folder``.
+    folder
+        the folder of the input file.
 
-    Raises:
-        ModelError: it lies elsewhere.
+    Raises
+    ------
+    ModelError
+        it lies elsewhere.
     """
     try:
         reachable(path, folder)

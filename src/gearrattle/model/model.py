@@ -36,6 +36,15 @@ class Model(Table):
 
     Everything is in SI (or dimensionless throughout). Made by ``gearrattle.load``, ``gearrattle.loads`` or
     ``Model.from_tables``; changed by ``with_``, which returns a new one.
+
+    Examples
+    --------
+    >>> model = gr.example("case3")
+    >>> model.meshes[0].backlash
+    0.0001
+    >>> tight = model.with_({"mesh.gear.backlash": "0.05 mm"})
+    >>> tight.meshes[0].backlash
+    5e-05
     """
 
     schema_version: Annotated[int, Field(alias="schema"), SchemaVersion()]
@@ -67,14 +76,20 @@ class Model(Table):
     ) -> Self:
         """Validate tables of the file format given as plain dictionaries and lists.
 
-        Args:
-            tables: the content of a model file, e.g. ``{"schema": 1, "inertia": [{...}], ...}``.
-            positions: where each key stands, for messages; None if the tables come from no file. Paths in the tables
-                are relative to the file, or to the working directory.
-            stored: points of signals by their digest, as ``to_stored`` gives them.
+        Parameters
+        ----------
+        tables
+            the content of a model file, e.g. ``{"schema": 1, "inertia": [{...}], ...}``.
+        positions
+            where each key stands, for messages; None if the tables come from no file. Paths in the tables
+            are relative to the file, or to the working directory.
+        stored
+            points of signals by their digest, as ``to_stored`` gives them.
 
-        Raises:
-            ModelError: carrying every problem of the tables.
+        Raises
+        ------
+        ModelError
+            carrying every problem of the tables.
         """
         dimensionless = tables.get("units") == "dimensionless"
         folder = Path(positions.name).parent if positions else Path()
@@ -99,8 +114,10 @@ class Model(Table):
     def to_tables(self, *, at_speed: bool = False) -> dict[str, Any]:
         """Return the tables of the file format, quantities as plain numbers; what was left out stays out.
 
-        Args:
-            at_speed: whether tables over speed are told as what they are at the model's speed.
+        Parameters
+        ----------
+        at_speed
+            whether tables over speed are told as what they are at the model's speed.
         """
         return self.to_plain(at_speed=at_speed)
 
@@ -125,23 +142,31 @@ class Model(Table):
     def with_(self, changes: Mapping[str, Any]) -> Self:
         """Return a new model with some values changed.
 
-        Args:
-            changes: path to value: ``{"mesh.gear.backlash": "0.2 mm", "torque.0.mean": 5.0}``. Named tables go by
-                name; torques, harmonics and stages by their 0-based index. Values as in a file; None leaves a key out.
+        Parameters
+        ----------
+        changes
+            path to value: ``{"mesh.gear.backlash": "0.2 mm", "torque.0.mean": 5.0}``. Named tables go by
+            name; torques, harmonics and stages by their 0-based index. Values as in a file; None leaves a key out.
 
-        Raises:
-            ModelError: a path that does not exist, or a value that the file format refuses.
+        Raises
+        ------
+        ModelError
+            a path that does not exist, or a value that the file format refuses.
         """
         return self.from_tables(changed(self.to_tables(), changes))
 
     def with_simulation(self, settings: Mapping[str, Any]) -> Self:
         """Return a new model with some simulation settings changed; it shares all other tables with this one.
 
-        Args:
-            settings: name to value, values as in a file.
+        Parameters
+        ----------
+        settings
+            name to value, values as in a file.
 
-        Raises:
-            ModelError: as ``with_``.
+        Raises
+        ------
+        ModelError
+            as ``with_``.
         """
         tables = {**self.simulation.to_plain(), **settings}
         if not isinstance(tables.get("initial"), Mapping):
@@ -277,8 +302,10 @@ def _start_length(simulation: object, count: int) -> Iterator[Breach]:
 def check_model(value: object) -> None:
     """Refuse what is no model, such as the path of one.
 
-    Raises:
-        ModelError: it is none; the remedy says how to get one.
+    Raises
+    ------
+    ModelError
+        it is none; the remedy says how to get one.
     """
     if isinstance(value, Model):
         return

@@ -31,9 +31,12 @@ _KEYS = ("speed", "value")
 class AtSpeed(float):
     """A number read off a table at the model's speed.
 
-    Attributes:
-        speeds: ascending [rad/s].
-        values: at these speeds.
+    Attributes
+    ----------
+    speeds
+        ascending [rad/s].
+    values
+        at these speeds.
     """
 
     speeds: tuple[float, ...]
@@ -58,8 +61,10 @@ class AtSpeed(float):
 class OverSpeed(Quantity):
     """A quantity, or a table of it over the reference speed.
 
-    Attributes:
-        swept: whether it can follow a sweep.
+    Attributes
+    ----------
+    swept
+        whether it can follow a sweep.
     """
 
     swept: bool = True

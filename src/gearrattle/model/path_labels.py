@@ -57,10 +57,13 @@ _SIGNAL = ("signal", "speed", "angle", "pressure")
 class PathLabel(NamedTuple):
     """What a path is called.
 
-    Attributes:
-        words: e.g. ``"backlash of mesh gear"``.
-        unit: of plain numbers there, as it is printed, e.g. ``"N m/rad"``; empty for counts, ratios and words, and in
-            dimensionless models.
+    Attributes
+    ----------
+    words
+        e.g. ``"backlash of mesh gear"``.
+    unit
+        of plain numbers there, as it is printed, e.g. ``"N m/rad"``; empty for counts, ratios and words, and in
+        dimensionless models.
     """
 
     words: str
@@ -70,16 +73,22 @@ class PathLabel(NamedTuple):
 def path_label(path: str, model: Model) -> PathLabel:
     """Return what a path of the model file, or a quantity of a state, is called.
 
-    Args:
-        path: such as ``"mesh.gear.backlash"`` or ``"initial.deflection.gear"``; one of nothing known is its own label.
-        model: whose path it is; names, orders and units are taken from it.
+    Parameters
+    ----------
+    path
+        such as ``"mesh.gear.backlash"`` or ``"initial.deflection.gear"``; one of nothing known is its own label.
+    model
+        whose path it is; names, orders and units are taken from it.
 
-    Returns:
+    Returns
+    -------
+    PathLabel
         Words and the SI unit.
 
-    Example:
-        >>> path_label("mesh.gear.backlash", model)
-        PathLabel(words='backlash of mesh gear', unit='m')
+    Examples
+    --------
+    >>> path_label("mesh.gear.backlash", model)
+    PathLabel(words='backlash of mesh gear', unit='m')
     """
     before = "initial " if path.startswith(INITIAL) else ""
     kind, _, subject = path.removeprefix(INITIAL).partition(".")

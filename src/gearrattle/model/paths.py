@@ -35,8 +35,10 @@ def changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
 
     Setting one of ``excitation.speed``, ``.frequency`` and ``.sweep`` takes out the others, as they are one quantity.
 
-    Raises:
-        ModelError: paths that lead nowhere, all of them.
+    Raises
+    ------
+    ModelError
+        paths that lead nowhere, all of them.
     """
     fresh: dict[str, Any] = _thawed(tables)
     problems: list[Problem] = []
@@ -60,8 +62,10 @@ def changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
 def value_at(tables: Mapping[str, Any], path: str) -> Any:
     """Return the value at a path; None where a key may stand but does not.
 
-    Raises:
-        ModelError: the path leads nowhere.
+    Raises
+    ------
+    ModelError
+        the path leads nowhere.
     """
     parts = path.split(".")
     node: Any = _thawed(tables)

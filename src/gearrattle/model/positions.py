@@ -33,9 +33,11 @@ def key_lines(text: str) -> dict[Path, int]:
     A key that several headers mention has the line of the first. In a text that is no valid TOML the scan may end
     early; the lines found before stay.
 
-    Raises:
-        NestingError: a path of more than 16 keys and indices. A parser may need time and memory that grow with the
-            square of that depth, so ask here first.
+    Raises
+    ------
+    NestingError
+        a path of more than 16 keys and indices. A parser may need time and memory that grow with the
+        square of that depth, so ask here first.
     """
     scanner = _Scanner(text.replace("\r\n", "\n"))
     with contextlib.suppress(_LostError):

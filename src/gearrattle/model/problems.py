@@ -20,9 +20,12 @@ from gearrattle.model.table import Location, shown
 class Positions:
     """Where the keys of a file stand.
 
-    Attributes:
-        name: the file as the user named it; empty if there is none.
-        lines: key path to line, counted from 1.
+    Attributes
+    ----------
+    name
+        the file as the user named it; empty if there is none.
+    lines
+        key path to line, counted from 1.
     """
 
     name: str = ""

@@ -276,8 +276,10 @@ class AnyTable(Reader):
 def argument_problems(arguments: Mapping[str, tuple[Reader, Any]]) -> list[Problem]:
     """Return the problems of a call's arguments; plain numbers only, without units.
 
-    Args:
-        arguments: rule and value by name.
+    Parameters
+    ----------
+    arguments
+        rule and value by name.
     """
     problems = []
     for name, (reader, value) in arguments.items():
@@ -292,8 +294,10 @@ def argument_problems(arguments: Mapping[str, tuple[Reader, Any]]) -> list[Probl
 def checked(reader: Reader, value: Any, name: str) -> Any:
     """Return a value that obeys a rule; plain numbers only, without units.
 
-    Raises:
-        ModelError: it breaks the rule.
+    Raises
+    ------
+    ModelError
+        it breaks the rule.
     """
     if problems := argument_problems({name: (reader, value)}):
         raise ModelError(problems)

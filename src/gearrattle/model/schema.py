@@ -12,7 +12,13 @@ from gearrattle.model.table import Table
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of a model file."""
+    """Return the JSON Schema (draft 2020-12) of a model file.
+
+    Examples
+    --------
+    >>> sorted(gr.json_schema()["required"])
+    ['excitation', 'inertia', 'schema']
+    """
     return schema_of(Model, "gearrattle model file")
 
 

@@ -53,14 +53,22 @@ _EXAMPLE = 'such as { file = "record.csv", time = "t", value = "x" }'
 class Signal:
     """Points of a value over time.
 
-    Attributes:
-        time: (N,) strictly ascending [s], read-only.
-        value: (N,) at these times [SI], before ``scale``, read-only.
-        scale: factor on the values.
-        start: time of the record at which a run begins [s].
-        static: what the static start and everything linear take it for [SI]; None: the mean from ``start`` on.
-        source: where the points came from, in words.
-        key: "time", or "angle" for points over the crank angle: ``time`` is then an angle [rad].
+    Attributes
+    ----------
+    time
+        (N,) strictly ascending [s], read-only.
+    value
+        (N,) at these times [SI], before ``scale``, read-only.
+    scale
+        factor on the values.
+    start
+        time of the record at which a run begins [s].
+    static
+        what the static start and everything linear take it for [SI]; None: the mean from ``start`` on.
+    source
+        where the points came from, in words.
+    key
+        "time", or "angle" for points over the crank angle: ``time`` is then an angle [rad].
     """
 
     time: Array
@@ -118,10 +126,14 @@ class Signal:
 class OverTime:
     """Reads a ``Signal`` of one dimension.
 
-    Attributes:
-        dimension: of the values.
-        static: whether the key ``static`` is allowed.
-        key, along: name and dimension of what the values are given over.
+    Attributes
+    ----------
+    dimension
+        of the values.
+    static
+        whether the key ``static`` is allowed.
+    key, along
+        name and dimension of what the values are given over.
     """
 
     dimension: Dimension

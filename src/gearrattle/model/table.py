@@ -94,9 +94,12 @@ class Table(BaseModel):
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
         """Yield the breaches of rules between keys, from the table as written; fields check themselves.
 
-        Args:
-            table: the raw table; values may be of any kind.
-            dimensionless: whether the model's quantities are plain numbers without units.
+        Parameters
+        ----------
+        table
+            the raw table; values may be of any kind.
+        dimensionless
+            whether the model's quantities are plain numbers without units.
         """
         del table, dimensionless
         return iter(())
@@ -113,8 +116,10 @@ class Table(BaseModel):
     def to_plain(self, *, at_speed: bool = False) -> dict[str, Any]:
         """Return the table as plain dictionaries, lists and numbers, with the keys that were given and no others.
 
-        Args:
-            at_speed: whether tables over speed are told as what they are at the model's speed.
+        Parameters
+        ----------
+        at_speed
+            whether tables over speed are told as what they are at the model's speed.
         """
         keys_set = self.model_fields_set
         return {

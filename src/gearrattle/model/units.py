@@ -35,13 +35,20 @@ Exponents = tuple[int, int, int, int]
 class Dimension:
     """What a key measures.
 
-    Attributes:
-        name: in words, e.g. ``"torsional stiffness"``.
-        si: the SI unit a plain number is in.
-        exponents: powers of kg, m, s, rad.
-        example: a string a user may write.
-        symbols: if not empty, the only unit texts allowed.
-        hint: extra advice when the unit does not fit.
+    Attributes
+    ----------
+    name
+        in words, e.g. ``"torsional stiffness"``.
+    si
+        the SI unit a plain number is in.
+    exponents
+        powers of kg, m, s, rad.
+    example
+        a string a user may write.
+    symbols
+        if not empty, the only unit texts allowed.
+    hint
+        extra advice when the unit does not fit.
     """
 
     name: str
@@ -123,15 +130,22 @@ class _Measure(NamedTuple):
 def convert(text: str, dimension: Dimension) -> float:
     """Convert a number with a unit to SI.
 
-    Args:
-        text: e.g. ``"0.05 mm"``; a decimal number, optional blanks, a unit.
-        dimension: what the key measures; the unit must agree, angle included.
+    Parameters
+    ----------
+    text
+        e.g. ``"0.05 mm"``; a decimal number, optional blanks, a unit.
+    dimension
+        what the key measures; the unit must agree, angle included.
 
-    Returns:
+    Returns
+    -------
+    float
         The value in ``dimension.si``, correctly rounded.
 
-    Raises:
-        UnitError: no number, no unit, an unknown unit, the wrong dimension, or a value beyond a double's range.
+    Raises
+    ------
+    UnitError
+        no number, no unit, an unknown unit, the wrong dimension, or a value beyond a double's range.
     """
     number, unit = _split(text, dimension)
     if dimension.symbols and unit not in dimension.symbols:

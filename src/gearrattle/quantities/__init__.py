@@ -135,14 +135,21 @@ def add(
 ) -> Sums:
     """Return the sums over a chunk of a motion and all chunks before it, each sum once for all that read it.
 
-    Args:
-        chunk: the next one, of whole cycles; a whole motion is one chunk.
-        before: sums over the chunks before it, of the same quantities; None at the first.
-        quantities: which; their ``sums`` are added.
-        engine_orders: orders of the torques, ascending, which metrics ask for.
+    Parameters
+    ----------
+    chunk
+        the next one, of whole cycles; a whole motion is one chunk.
+    before
+        sums over the chunks before it, of the same quantities; None at the first.
+    quantities
+        which; their ``sums`` are added.
+    engine_orders
+        orders of the torques, ascending, which metrics ask for.
 
-    Raises:
-        GearRattleError: if the log of corner crossings has a gap.
+    Raises
+    ------
+    GearRattleError
+        if the log of corner crossings has a gap.
     """
     states = {} if before is None else dict(before.states)
     scope = None if before is None else before.scope
@@ -160,9 +167,12 @@ def add(
 def verdict_of(sums: Sums, *, units: str = "SI") -> Verdict:
     """Return the verdict on a motion.
 
-    Args:
-        sums: of all criteria over its chunks, of which some cycle is not discarded.
-        units: "SI", or "dimensionless" for a model without units: then every unit reads "1".
+    Parameters
+    ----------
+    sums
+        of all criteria over its chunks, of which some cycle is not discarded.
+    units
+        "SI", or "dimensionless" for a model without units: then every unit reads "1".
     """
     rows = [row for criterion in CRITERIA for row in criterion.rows(sums)]
     parts = worst_first(measure_parts(rows, sums.steady, sums.states["crossings"]))
@@ -182,13 +192,19 @@ def verdict_of(sums: Sums, *, units: str = "SI") -> Verdict:
 def judge(trajectory: Trajectory, *, units: str = "SI") -> Verdict:
     """Evaluate every criterion and return the verdict.
 
-    Args:
-        trajectory: the motion, of whole cycles.
-        units: "SI", or "dimensionless" for a model without units: then every unit reads "1".
+    Parameters
+    ----------
+    trajectory
+        the motion, of whole cycles.
+    units
+        "SI", or "dimensionless" for a model without units: then every unit reads "1".
 
-    Raises:
-        ModelError: if no cycle remains after the discarded ones.
-        GearRattleError: if the log of corner crossings has a gap.
+    Raises
+    ------
+    ModelError
+        if no cycle remains after the discarded ones.
+    GearRattleError
+        if the log of corner crossings has a gap.
     """
     steady(trajectory)  # refuses a motion of which nothing remains
     return verdict_of(add(trajectory), units=units)
@@ -203,11 +219,16 @@ def rows_of(
 ) -> list[Row]:
     """Return every value of the metrics; those that lack something give one row that says what.
 
-    Args:
-        inputs: what there is to measure.
-        metrics: which.
-        quantities: which of theirs; None for all.
-        units: "SI", or "dimensionless" for a model without units: then every unit reads "1".
+    Parameters
+    ----------
+    inputs
+        what there is to measure.
+    metrics
+        which.
+    quantities
+        which of theirs; None for all.
+    units
+        "SI", or "dimensionless" for a model without units: then every unit reads "1".
     """
     rows = []
     if quantities is not None:

@@ -20,14 +20,21 @@ def add_chunks(
 ) -> tuple[Sums, Array, Model]:
     """Return the sums over the chunks of one motion, the orders of its engine, and its model.
 
-    Args:
-        chunks: in order.
-        quantities: whose sums are added.
-        purpose: what is to be done with the sums, in words ("judged").
-        orders: of the engine's torque; None takes those of the model's torques.
+    Parameters
+    ----------
+    chunks
+        in order.
+    quantities
+        whose sums are added.
+    purpose
+        what is to be done with the sums, in words ("judged").
+    orders
+        of the engine's torque; None takes those of the model's torques.
 
-    Raises:
-        ModelError: chunks that do not follow each other, or none of which a cycle is not discarded.
+    Raises
+    ------
+    ModelError
+        chunks that do not follow each other, or none of which a cycle is not discarded.
     """
     sums: Sums | None = None
     end = None

@@ -134,10 +134,14 @@ def _of_samples(layout: Layout, clearance: int, deflection: Array) -> Sides:
 def _flank_before(drive: NDArray[np.bool_], begun: int, inner: frozenset[int]) -> NDArray[np.bool_]:
     """(I,) whether the contact before each impact was on the drive side.
 
-    Args:
-        drive: (I,) whether each impact is.
-        begun: region before the first one.
-        inner: regions of the centre.
+    Parameters
+    ----------
+    drive
+        (I,) whether each impact is.
+    begun
+        region before the first one.
+    inner
+        regions of the centre.
     """
     first = drive[:1].tolist() if begun in inner else [begun > max(inner)]
     return np.array([*first, *drive[:-1].tolist()], dtype=np.bool_)[: drive.size]

@@ -13,12 +13,24 @@ from gearrattle.results import Run, check_run
 def criteria(run: Run | Iterable[Run]) -> Verdict:
     """Judge a run by every criterion: does it rattle, where, how badly.
 
-    Args:
-        run: from ``simulate`` or ``open_run``; or the chunks of one long motion, in order, from ``stream`` or
-            ``open_stream``: they are judged as one motion, and none of them is kept.
+    Parameters
+    ----------
+    run
+        from ``simulate`` or ``open_run``; or the chunks of one long motion, in order, from ``stream`` or
+        ``open_stream``: they are judged as one motion, and none of them is kept.
 
-    Raises:
-        ModelError: if no cycle remains after the discarded ones, or if chunks do not follow each other.
+    Raises
+    ------
+    ModelError
+        if no cycle remains after the discarded ones, or if chunks do not follow each other.
+
+    Examples
+    --------
+    >>> verdict = gr.criteria(gr.simulate(gr.example("case3"), cycles=40, discard=20))
+    >>> print(verdict.verdict)
+    double-sided
+    >>> [(part.name, part.regime) for part in verdict.parts]
+    [('gear', 'double-sided'), ('spline', 'single-sided'), ('clutch', 'single-sided')]
     """
     if isinstance(run, Run):
         return judge(run.trajectory, units=run.model.units)

@@ -40,20 +40,33 @@ _DERIVATIVES = {"angle": 0, "velocity": 1, "acceleration": 2}
 class Inputs:
     """What metrics read.
 
-    Attributes:
-        source: where it comes from, in words.
-        time: (N + 1,) uniform sample times over the window, both bounds included [s].
-        signals: (N + 1,) samples by quantity and subject (``gearrattle.recording.QUANTITIES``), SI; or what was
-            their sums over chunks.
-        window: which part of the source that is, in words.
-        omega: reference speed [rad/s]; None where it is unknown or not one.
-        period: common period of the excitation [s]; None without a speed.
-        engine_orders: ascending orders of the engine's torque; empty where unknown.
-        layout: the driveline's layout; None without a model.
-        motion: the simulated motion with its log of crossings; None for a measurement.
-        notes: what the user must know.
-        units: of a recording's signals, by quantity and subject; empty where the layout says them.
-        wanted: quantities that are asked for; None for all. What takes long and is not wanted, a metric may leave out.
+    Attributes
+    ----------
+    source
+        where it comes from, in words.
+    time
+        (N + 1,) uniform sample times over the window, both bounds included [s].
+    signals
+        (N + 1,) samples by quantity and subject (``gearrattle.recording.QUANTITIES``), SI; or what was
+        their sums over chunks.
+    window
+        which part of the source that is, in words.
+    omega
+        reference speed [rad/s]; None where it is unknown or not one.
+    period
+        common period of the excitation [s]; None without a speed.
+    engine_orders
+        ascending orders of the engine's torque; empty where unknown.
+    layout
+        the driveline's layout; None without a model.
+    motion
+        the simulated motion with its log of crossings; None for a measurement.
+    notes
+        what the user must know.
+    units
+        of a recording's signals, by quantity and subject; empty where the layout says them.
+    wanted
+        quantities that are asked for; None for all. What takes long and is not wanted, a metric may leave out.
     """
 
     source: str
@@ -158,9 +171,12 @@ class Inputs:
     def summary_error(self, quantity: str, subject: str, level: Callable[[Summary], float]) -> float:
         """Return by how much a level of a signal may be off for its samples, by ``thinned`` ones; 0 where it is exact.
 
-        Args:
-            quantity, subject: of the signal.
-            level: takes a summary.
+        Parameters
+        ----------
+        quantity, subject
+            of the signal.
+        level
+            takes a summary.
         """
         if self.is_exact(quantity, subject):
             return 0.0
@@ -273,9 +289,12 @@ def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
 def exact_summaries(motion: Trajectory, quantity: str) -> dict[str, Summary]:
     """Return summaries between samples of what metrics ask of a quantity, by subject; empty where nothing is known.
 
-    Args:
-        motion: of whole cycles.
-        quantity: "velocity", whose mean and moments are NaN, "acceleration" or "force".
+    Parameters
+    ----------
+    motion
+        of whole cycles.
+    quantity
+        "velocity", whose mean and moments are NaN, "acceleration" or "force".
     """
     signals = [signal for signal in asked_of(motion) if signal[0] == quantity]
     if motion.exact is None or not signals:
@@ -326,10 +345,14 @@ _NEEDS: dict[str, tuple[Any, str]] = {
 def sampled(name: str, summary: Summary, peak: float) -> str:
     """Say how far a peak may lie above what samples show; empty where it is exact, or to 0.1 %.
 
-    Args:
-        name: of the subject.
-        summary: of the signal.
-        peak: what was taken of it.
+    Parameters
+    ----------
+    name
+        of the subject.
+    summary
+        of the signal.
+    peak
+        what was taken of it.
     """
     if not summary.miss > _FINE * abs(peak):
         return ""
@@ -344,10 +367,14 @@ def order_word(order: float) -> str:
 def about(name: str, contacts: Contacts, duration: float) -> str:
     """Say what a sum over contacts of one clearance leaves out; empty for short ones that all ended.
 
-    Args:
-        name: of the clearance.
-        contacts: its contacts in the window.
-        duration: length of the window [s].
+    Parameters
+    ----------
+    name
+        of the clearance.
+    contacts
+        its contacts in the window.
+    duration
+        length of the window [s].
     """
     remarks = ["the motion ends within a contact, which counts as not rebounding"] * contacts.cut
     share = contacts.time / duration

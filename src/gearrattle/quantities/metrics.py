@@ -45,24 +45,43 @@ def metrics(
 ) -> pd.DataFrame:
     """Measure a run or a recording by every rattle metric, or by some.
 
-    Args:
-        source: from ``simulate`` or ``open_run``; or the chunks of one long motion, in order, from ``stream`` or
-            ``open_stream``, measured as one, and none of them kept; or a ``Recording`` of measured signals, uniformly
-            sampled.
-        model: the driveline of a recording: inertias, radii, drag torques, orders, speed; None without. A run brings
-            its own.
-        names: of metrics (column ``metric``); None takes all.
-        speed: reference speed of a recording [rad/s]; None takes the mean of its channel "speed", then the model's.
-        orders: of the engine's torque; None takes those of the model's torques.
-        base_level: level of the gearbox without rattle, for the rattle level [dB]; None leaves it uncalibrated.
-        kappa: what makes a level of the intensity of impacts [1/N]; None leaves it uncalibrated.
+    Parameters
+    ----------
+    source
+        from ``simulate`` or ``open_run``; or the chunks of one long motion, in order, from ``stream`` or
+        ``open_stream``, measured as one, and none of them kept; or a ``Recording`` of measured signals, uniformly
+        sampled.
+    model
+        the driveline of a recording: inertias, radii, drag torques, orders, speed; None without. A run brings
+        its own.
+    names
+        of metrics (column ``metric``); None takes all.
+    speed
+        reference speed of a recording [rad/s]; None takes the mean of its channel "speed", then the model's.
+    orders
+        of the engine's torque; None takes those of the model's torques.
+    base_level
+        level of the gearbox without rattle, for the rattle level [dB]; None leaves it uncalibrated.
+    kappa
+        what makes a level of the intensity of impacts [1/N]; None leaves it uncalibrated.
 
-    Returns:
+    Returns
+    -------
+    pd.DataFrame
         One row a value: metric, subject, quantity, value, unit, window, source, note. What there is not is NaN, with
         a note. ``attrs["notes"]`` holds what there is to know about all of them.
 
-    Raises:
-        ModelError: a name there is not, an ill recording, a speed that is not positive.
+    Raises
+    ------
+    ModelError
+        a name there is not, an ill recording, a speed that is not positive.
+
+    Examples
+    --------
+    >>> run = gr.simulate(gr.example("case3"), cycles=40, discard=20)
+    >>> table = gr.metrics(run, names=["impact_intensity"])
+    >>> table[["subject", "quantity"]].to_dict("records")[0]
+    {'subject': 'spline', 'quantity': 'mean restitution'}
     """
     import pandas as pd
 
@@ -89,8 +108,10 @@ def metrics(
 def inputs_of(run: Run, orders: Sequence[float] | None = None) -> Inputs:
     """Return what metrics read of a run.
 
-    Raises:
-        ModelError: if no cycle remains after the discarded ones.
+    Raises
+    ------
+    ModelError
+        if no cycle remains after the discarded ones.
     """
     model, trajectory = run.model, run.trajectory
     return inputs_of_motion(trajectory, orders_of(model, orders), one_speed=model.excitation.sweep is None)
@@ -99,8 +120,10 @@ def inputs_of(run: Run, orders: Sequence[float] | None = None) -> Inputs:
 def _inputs_of_chunks(chunks: Iterable[Run], orders: Sequence[float] | None) -> tuple[Inputs, str]:
     """Return what metrics read of the chunks of one motion, and the units of its model.
 
-    Raises:
-        ModelError: chunks that do not follow each other, or none of which a cycle is not discarded.
+    Raises
+    ------
+    ModelError
+        chunks that do not follow each other, or none of which a cycle is not discarded.
     """
     sums, engine, model = add_chunks(chunks, METRICS, "measured", orders)
     return inputs_of_chunks(sums, engine, one_speed=model.excitation.sweep is None), model.units

@@ -35,23 +35,38 @@ SEVERITY: Mapping[Regime, int] = {"quiet": 0, "single-sided": 1, "double-sided":
 class Part:
     """One mesh or clearance, judged over the steady part.
 
-    Attributes:
-        name: of the mesh or coupling.
-        kind: "mesh" or "coupling".
-        gap: whether its centre is free of stiffness, so that it can separate; else its corners are those of a staged
-            spring.
-        regime: "quiet", "single-sided" or "double-sided"; of a gap: where it separates.
-        impacts_per_cycle, impacts_per_second: rate of impacts.
-        drive_impacts_per_cycle, coast_impacts_per_cycle: the same, side by side.
-        max_approach_speed: ``|v|`` of the fastest impact [m/s or rad/s]; None without impacts.
-        max_impact_momentum: ``m_eff |v|`` of the same [N s or N m s]; None without impacts, or if no body is free.
-        mean_impact_energy, max_impact_energy: m_eff v^2 / 2 [J]; None as above. The largest one ranks parts.
-        mean_exchanged_momentum, max_exchanged_momentum: ``m_eff (|v| + |v'|)`` [N s or N m s]; None as above.
-        mean_contact_impulse, max_contact_impulse: magnitude of the integral of the force over the contact, static load
-            included [N s or N m s]; None without impacts or without a force integral.
-        contact_share: share of time in contact, 0 to 1.
-        margin_db: of the loose-gear test [dB]; None where there is no loose gear.
-        impulse_unit, energy_unit, speed_unit: units of the above.
+    Attributes
+    ----------
+    name
+        of the mesh or coupling.
+    kind
+        "mesh" or "coupling".
+    gap
+        whether its centre is free of stiffness, so that it can separate; else its corners are those of a staged
+        spring.
+    regime
+        "quiet", "single-sided" or "double-sided"; of a gap: where it separates.
+    impacts_per_cycle, impacts_per_second
+        rate of impacts.
+    drive_impacts_per_cycle, coast_impacts_per_cycle
+        the same, side by side.
+    max_approach_speed
+        ``|v|`` of the fastest impact [m/s or rad/s]; None without impacts.
+    max_impact_momentum
+        ``m_eff |v|`` of the same [N s or N m s]; None without impacts, or if no body is free.
+    mean_impact_energy, max_impact_energy
+        m_eff v^2 / 2 [J]; None as above. The largest one ranks parts.
+    mean_exchanged_momentum, max_exchanged_momentum
+        ``m_eff (|v| + |v'|)`` [N s or N m s]; None as above.
+    mean_contact_impulse, max_contact_impulse
+        magnitude of the integral of the force over the contact, static load
+        included [N s or N m s]; None without impacts or without a force integral.
+    contact_share
+        share of time in contact, 0 to 1.
+    margin_db
+        of the loose-gear test [dB]; None where there is no loose gear.
+    impulse_unit, energy_unit, speed_unit
+        units of the above.
     """
 
     name: str
@@ -89,10 +104,14 @@ Key = tuple[str, str, str]
 def measure_parts(rows: Sequence[Row], scope: Scope, impacts: State) -> list[Part]:
     """Return the part of every mesh and clearance, in element order.
 
-    Args:
-        rows: those of all criteria.
-        scope: what they are of.
-        impacts: sums over the crossings (``signals.crossing_sums``).
+    Parameters
+    ----------
+    rows
+        those of all criteria.
+    scope
+        what they are of.
+    impacts
+        sums over the crossings (``signals.crossing_sums``).
     """
     values = {(item.name, item.quantity, item.subject): item.value for item in rows}
     margins: dict[str, float] = {}

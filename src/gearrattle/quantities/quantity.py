@@ -41,18 +41,29 @@ Data_contra = TypeVar("Data_contra", contravariant=True)
 class Row:
     """One value of a quantity, with where it comes from.
 
-    Attributes:
-        name: of the criterion or metric in the table.
-        subject: name of the inertia, mesh, coupling or place it is about; empty where a metric has nothing.
-        quantity: what the value is, in words.
-        value: the number, NaN where it does not exist; or a word (a regime).
-        unit: SI unit; "1" for pure numbers, "" for words.
-        formula: how it is computed.
-        window: over what it was taken; empty for criteria, whose formula says it.
-        source: where the formula comes from.
-        note: what the user must know about this value; may be empty.
-        error: by how much the value may be off because it is of samples, estimated, in its unit: 0 where it is of the
-            exact motion or of the log of crossings, NaN where there is no estimate.
+    Attributes
+    ----------
+    name
+        of the criterion or metric in the table.
+    subject
+        name of the inertia, mesh, coupling or place it is about; empty where a metric has nothing.
+    quantity
+        what the value is, in words.
+    value
+        the number, NaN where it does not exist; or a word (a regime).
+    unit
+        SI unit; "1" for pure numbers, "" for words.
+    formula
+        how it is computed.
+    window
+        over what it was taken; empty for criteria, whose formula says it.
+    source
+        where the formula comes from.
+    note
+        what the user must know about this value; may be empty.
+    error
+        by how much the value may be off because it is of samples, estimated, in its unit: 0 where it is of the
+        exact motion or of the log of crossings, NaN where there is no estimate.
     """
 
     name: str
@@ -77,11 +88,16 @@ class Row:
 class Scope:
     """What sums are over.
 
-    Attributes:
-        layout: the driveline's layout.
-        window: the steady part of all chunks together; sample indices as if they were one.
-        samples_per_cycle: output grid.
-        algorithm: what made the motion.
+    Attributes
+    ----------
+    layout
+        the driveline's layout.
+    window
+        the steady part of all chunks together; sample indices as if they were one.
+    samples_per_cycle
+        output grid.
+    algorithm
+        what made the motion.
     """
 
     layout: Layout
@@ -94,9 +110,12 @@ class Scope:
 class Sums:
     """What is kept of the chunks of a motion so far, however many there were.
 
-    Attributes:
-        scope: what it is over; None while every cycle was discarded.
-        states: by the name of the sum (``Quantity.sums``).
+    Attributes
+    ----------
+    scope
+        what it is over; None while every cycle was discarded.
+    states
+        by the name of the sum (``Quantity.sums``).
     """
 
     scope: Scope | None
@@ -122,10 +141,14 @@ class Sums:
     def unpacked(cls, arrays: Mapping[str, NDArray[Any]], layout: Layout, algorithm: str) -> Sums | None:
         """Return what was packed; None for nothing.
 
-        Args:
-            arrays: from ``packed``, or empty.
-            layout: layout of the driveline.
-            algorithm: what made the motion.
+        Parameters
+        ----------
+        arrays
+            from ``packed``, or empty.
+        layout
+            layout of the driveline.
+        algorithm
+            what made the motion.
         """
         if not arrays:
             return None
@@ -142,18 +165,29 @@ class Sums:
 class Quantity(Generic[Data_contra]):
     """A quantity of a motion: a criterion, which reads ``Sums``, or a metric, which reads ``Inputs``.
 
-    Attributes:
-        name: key in the table, the ``name`` of its rows.
-        title: heading in reports.
-        formula: what is computed.
-        unit: of its main quantity.
-        source: where the formula comes from, or that it is a definition or folklore.
-        merging: how the values of consecutive chunks become those of the whole, and what of them cannot.
-        sums: names of the sums over a motion that it reads; each is added once for all quantities that name it. Inputs
-            of a motion in chunks are made of those of crossings and signals.
-        needs: of a metric, what its inputs must hold.
-        window: of a metric, over what it is taken.
-        sampling: of a metric, what sampling it asks for.
+    Attributes
+    ----------
+    name
+        key in the table, the ``name`` of its rows.
+    title
+        heading in reports.
+    formula
+        what is computed.
+    unit
+        of its main quantity.
+    source
+        where the formula comes from, or that it is a definition or folklore.
+    merging
+        how the values of consecutive chunks become those of the whole, and what of them cannot.
+    sums
+        names of the sums over a motion that it reads; each is added once for all quantities that name it. Inputs
+        of a motion in chunks are made of those of crossings and signals.
+    needs
+        of a metric, what its inputs must hold.
+    window
+        of a metric, over what it is taken.
+    sampling
+        of a metric, what sampling it asks for.
     """
 
     name: str
@@ -213,11 +247,16 @@ class CrossingQuantity(Quantity[Sums]):
     def values(self, state: State, layout: Layout, cycles: int, duration: Array) -> Values:
         """Return every value, NaN where it does not exist, in the order of the rows.
 
-        Args:
-            state: sums over the crossings of one motion, or of many along leading axes.
-            layout: the driveline's layout; of many, that of any one of them.
-            cycles: length of the steady part in periods.
-            duration: the same [s], with the leading axes.
+        Parameters
+        ----------
+        state
+            sums over the crossings of one motion, or of many along leading axes.
+        layout
+            the driveline's layout; of many, that of any one of them.
+        cycles
+            length of the steady part in periods.
+        duration
+            the same [s], with the leading axes.
         """
         raise NotImplementedError
 
@@ -231,8 +270,10 @@ class CrossingQuantity(Quantity[Sums]):
 def scope_of(trajectory: Trajectory, before: Scope | None = None) -> Scope:
     """Return the scope of a chunk's steady part and of all chunks before it.
 
-    Raises:
-        ModelError: if no cycle remains after the discarded ones.
+    Raises
+    ------
+    ModelError
+        if no cycle remains after the discarded ones.
     """
     window, per_cycle = steady(trajectory), trajectory.samples_per_cycle
     end = (trajectory.first_cycle + trajectory.cycles) * per_cycle

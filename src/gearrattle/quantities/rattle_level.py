@@ -25,9 +25,12 @@ ALL = "all meshes"
 class RattleLevel(Quantity[Inputs]):
     """Level by the intensity of impacts.
 
-    Attributes:
-        base: L_0, level without rattle [dB].
-        kappa: calibration [1/N].
+    Attributes
+    ----------
+    base
+        L_0, level without rattle [dB].
+    kappa
+        calibration [1/N].
     """
 
     base: float | None = None

@@ -38,8 +38,10 @@ def recording_of(trajectory: Trajectory) -> Recording:
     Angles, velocities and accelerations of bodies, deflections and forces of elements with a corner, forces of all
     meshes, torques of all elements. The log of crossings is not in it.
 
-    Raises:
-        ModelError: if no cycle remains after the discarded ones.
+    Raises
+    ------
+    ModelError
+        if no cycle remains after the discarded ones.
     """
     window, layout = steady(trajectory), trajectory.layout
     channels = [
@@ -63,13 +65,19 @@ def recording_of(trajectory: Trajectory) -> Recording:
 def inputs_of_motion(trajectory: Trajectory, engine_orders: Array, *, one_speed: bool = True) -> Inputs:
     """Return what metrics read of a simulated motion.
 
-    Args:
-        trajectory: of whole cycles.
-        engine_orders: orders of the torques, ascending.
-        one_speed: whether the reference speed stays; order analysis is for that.
+    Parameters
+    ----------
+    trajectory
+        of whole cycles.
+    engine_orders
+        orders of the torques, ascending.
+    one_speed
+        whether the reference speed stays; order analysis is for that.
 
-    Raises:
-        ModelError: if no cycle remains after the discarded ones.
+    Raises
+    ------
+    ModelError
+        if no cycle remains after the discarded ones.
     """
     window, recording = steady(trajectory), recording_of(trajectory)
     return Inputs(
@@ -89,8 +97,10 @@ def inputs_of_motion(trajectory: Trajectory, engine_orders: Array, *, one_speed:
 class ChunkInputs(Inputs):
     """What metrics read of a motion that came in chunks.
 
-    Attributes:
-        sums: over the crossings and the signals of all chunks.
+    Attributes
+    ----------
+    sums
+        over the crossings and the signals of all chunks.
     """
 
     sums: Sums | None = None
@@ -136,10 +146,14 @@ class ChunkInputs(Inputs):
 def add_signals(trajectory: Trajectory, before: SignalSums | None, engine_orders: Array) -> SignalSums:
     """Return the sum "signals" over a chunk and all before it.
 
-    Args:
-        trajectory: the next chunk, of whole cycles.
-        before: None at the first.
-        engine_orders: orders of the torques, ascending.
+    Parameters
+    ----------
+    trajectory
+        the next chunk, of whole cycles.
+    before
+        None at the first.
+    engine_orders
+        orders of the torques, ascending.
     """
     orders = np.unique(np.array([*engine_orders.tolist(), *trajectory.layout.orders.tolist()], dtype=np.float64))
     if trajectory.discard < trajectory.cycles:
@@ -162,9 +176,12 @@ def _exactly(trajectory: Trajectory) -> Exactly | None:
 def inputs_of_chunks(sums: Sums, engine_orders: Array, *, one_speed: bool = True) -> Inputs:
     """Return what metrics read of a motion in chunks.
 
-    Args:
-        sums: over its chunks, of which some cycle is not discarded, "crossings" and "signals" among them.
-        engine_orders, one_speed: as in ``inputs_of_motion``.
+    Parameters
+    ----------
+    sums
+        over its chunks, of which some cycle is not discarded, "crossings" and "signals" among them.
+    engine_orders, one_speed
+        as in ``inputs_of_motion``.
     """
     state: SignalSums = sums.states["signals"]
     assert state.moments is not None
@@ -198,14 +215,21 @@ def inputs_of_recording(
 ) -> Inputs:
     """Return what metrics read of a recording.
 
-    Args:
-        recording: uniform samples.
-        layout: the driveline's layout; None without a model.
-        omega: reference speed [rad/s]; None takes the mean of a channel "speed", if there is one.
-        engine_orders: orders of the engine's torque; may be empty.
+    Parameters
+    ----------
+    recording
+        uniform samples.
+    layout
+        the driveline's layout; None without a model.
+    omega
+        reference speed [rad/s]; None takes the mean of a channel "speed", if there is one.
+    engine_orders
+        orders of the engine's torque; may be empty.
 
-    Raises:
-        ModelError: samples that are not uniform, not finite, or fewer than three.
+    Raises
+    ------
+    ModelError
+        samples that are not uniform, not finite, or fewer than three.
     """
     time, interval, noted = _uniform(recording)
     ill = [c.name for c in recording.channels if not np.all(np.isfinite(c.values))]
@@ -236,8 +260,10 @@ def inputs_of_recording(
 def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:
     """Return uniform times, their interval, and a note where the recorded ones are rounded.
 
-    Raises:
-        ModelError: fewer than three samples, or times that stray from a line by more than rounding.
+    Raises
+    ------
+    ModelError
+        fewer than three samples, or times that stray from a line by more than rounding.
     """
     time = recording.time
     if time.size < 3:

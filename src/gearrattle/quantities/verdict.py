@@ -21,14 +21,27 @@ from gearrattle.signals import Regime, Spectrum, Window
 class Verdict(Result):
     """What the criteria say of one motion.
 
-    Attributes:
-        verdict: "quiet", "single-sided" or "double-sided", the worst of the parts that rattle.
-        rule: by which rule.
-        parts: every mesh and clearance, worst first.
-        entries: every value of every criterion.
-        notes: what the user must know about these values.
-        window: the steady part that was judged.
-        spectra: power spectral density of the accelerations, density (f, n inertias); None for too few samples.
+    Attributes
+    ----------
+    verdict
+        "quiet", "single-sided" or "double-sided", the worst of the parts that rattle.
+    rule
+        by which rule.
+    parts
+        every mesh and clearance, worst first.
+    entries
+        every value of every criterion.
+    notes
+        what the user must know about these values.
+    window
+        the steady part that was judged.
+    spectra
+        power spectral density of the accelerations, density (f, n inertias); None for too few samples.
+
+    Examples
+    --------
+    >>> [part.name for part in gr.criteria(gr.simulate(gr.example("case3"), cycles=20, discard=10)).parts]
+    ['gear', 'spline', 'clutch']
     """
 
     verdict: Regime

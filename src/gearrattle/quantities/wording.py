@@ -19,9 +19,12 @@ SPELT_OUT = 3
 def sentence(parts: Sequence[Part], cycles: int) -> str:
     """Return the verdict's sentence.
 
-    Args:
-        parts: every mesh and clearance, worst first.
-        cycles: number of cycles judged.
+    Parameters
+    ----------
+    parts
+        every mesh and clearance, worst first.
+    cycles
+        number of cycles judged.
     """
     span = f"over the {cycles} cycles judged" if cycles != 1 else "over the one cycle judged"
     if not parts:

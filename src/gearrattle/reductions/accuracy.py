@@ -47,17 +47,26 @@ _SEARCH = (False, False, False, True, True, True)  # its rounds: wide, then fine
 class Accuracy:
     """Errors inside the band.
 
-    Attributes:
-        frequencies, reduced_frequencies: elastic modes of the full system in the band, all in contact, and their
-            partners [rad/s]; inf where the reduced system has no mode left.
-        frequency_error: the largest relative error of a frequency in the band, over all contact states.
-        worst: that frequency of the full system [rad/s]; NaN if no elastic mode lies in the band.
-        worst_state: factors on last slopes there, by element; empty: all in contact.
-        states: number of contact states compared.
-        mac: of every elastic mode in the band, all in contact.
-        response_error_db: largest difference of levels where a response is above 1 % of its peak [dB]; NaN if nothing
-            is driven.
-        response_error_peak: largest error of a response over that response's peak in the band; NaN likewise.
+    Attributes
+    ----------
+    frequencies, reduced_frequencies
+        elastic modes of the full system in the band, all in contact, and their
+        partners [rad/s]; inf where the reduced system has no mode left.
+    frequency_error
+        the largest relative error of a frequency in the band, over all contact states.
+    worst
+        that frequency of the full system [rad/s]; NaN if no elastic mode lies in the band.
+    worst_state
+        factors on last slopes there, by element; empty: all in contact.
+    states
+        number of contact states compared.
+    mac
+        of every elastic mode in the band, all in contact.
+    response_error_db
+        largest difference of levels where a response is above 1 % of its peak [dB]; NaN if nothing
+        is driven.
+    response_error_peak
+        largest error of a response over that response's peak in the band; NaN likewise.
     """
 
     frequencies: Array
@@ -74,11 +83,16 @@ class Accuracy:
 def accuracy(request: Request, basis: Array, watched: tuple[int, ...], worst: Worst | None = None) -> Accuracy:
     """Measure a reduced system against the full one.
 
-    Args:
-        request: what was asked; its kept clearances are varied.
-        basis: (n, r) T.
-        watched: inertias whose response counts.
-        worst: the largest error of a frequency, where it is known.
+    Parameters
+    ----------
+    request
+        what was asked; its kept clearances are varied.
+    basis
+        (n, r) T.
+    watched
+        inertias whose response counts.
+    worst
+        the largest error of a frequency, where it is known.
     """
     worst = frequency_error(request, basis) if worst is None else worst
     closed = contact_states(request.system, request.clearances)[0]

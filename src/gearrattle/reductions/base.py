@@ -27,12 +27,18 @@ Array = NDArray[np.float64]
 class Request:
     """What is asked of a reduction.
 
-    Attributes:
-        system: the full system.
-        up_to: end of the band [rad/s].
-        margin: modes up to margin x up_to decide what must be represented.
-        kept: elements that must stay as they are, ascending; every clearance unless the user gives one up.
-        driven: inertias that carry a harmonic torque; they stay coordinates where the reduction has such.
+    Attributes
+    ----------
+    system
+        the full system.
+    up_to
+        end of the band [rad/s].
+    margin
+        modes up to margin x up_to decide what must be represented.
+    kept
+        elements that must stay as they are, ascending; every clearance unless the user gives one up.
+    driven
+        inertias that carry a harmonic torque; they stay coordinates where the reduction has such.
     """
 
     system: PiecewiseSystem
@@ -63,9 +69,12 @@ class Request:
 class Subspace:
     """q = T p.
 
-    Attributes:
-        basis: (n, r) T, of full column rank.
-        coordinates: (r,) the inertia whose angle a coordinate is; -1 for a generalised one (the amplitude of a mode).
+    Attributes
+    ----------
+    basis
+        (n, r) T, of full column rank.
+    coordinates
+        (r,) the inertia whose angle a coordinate is; -1 for a generalised one (the amplitude of a mode).
     """
 
     basis: Array

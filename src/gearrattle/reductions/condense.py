@@ -32,19 +32,37 @@ Array = NDArray[np.float64]
 class Condensed(Result):
     """A model in a subspace q = T p.
 
-    Attributes:
-        method: a key of the shelf.
-        basis: (n, r) T: angles of all inertias by the coordinates.
-        inertia_names: (n,).
-        coordinates: (r,) name of the inertia whose angle a coordinate is; "" for the amplitude of a shape.
-        clearances: names of the clearances kept.
-        rows: (len(clearances), r) their deflections by the coordinates [rad or m].
-        mass: (r, r) T^T J T.
-        damping: (r, r), all elements in their last drive stage.
-        stiffness: (r, r), likewise.
-        error: how far from the full model, over all contact states.
-        notes: what the matrices leave out: friction and the clipping of contact damping.
-        units: of the model, "SI" or "dimensionless".
+    Attributes
+    ----------
+    method
+        a key of the shelf.
+    basis
+        (n, r) T: angles of all inertias by the coordinates.
+    inertia_names
+        (n,).
+    coordinates
+        (r,) name of the inertia whose angle a coordinate is; "" for the amplitude of a shape.
+    clearances
+        names of the clearances kept.
+    rows
+        (len(clearances), r) their deflections by the coordinates [rad or m].
+    mass
+        (r, r) T^T J T.
+    damping
+        (r, r), all elements in their last drive stage.
+    stiffness
+        (r, r), likewise.
+    error
+        how far from the full model, over all contact states.
+    notes
+        what the matrices leave out: friction and the clipping of contact damping.
+    units
+        of the model, "SI" or "dimensionless".
+
+    Examples
+    --------
+    >>> gr.condense(gr.example("eight_dof"), "100 Hz").method
+    'craig-bampton'
     """
 
     kind: ClassVar[str] = "condensation"
@@ -82,8 +100,10 @@ class Condensed(Result):
     def frequencies(self, contact_ratio: Mapping[str, float] | None = None) -> Array:
         """Return (r,) natural frequencies [rad/s].
 
-        Args:
-            contact_ratio: factor on the last slope of kept clearances, by name; 1 where nothing is said.
+        Parameters
+        ----------
+        contact_ratio
+            factor on the last slope of kept clearances, by name; 1 where nothing is said.
         """
         ratios = dict(contact_ratio or {})
         if problems := unknown("contact_ratio", tuple(ratios), self.clearances):
@@ -106,17 +126,32 @@ def condense(
 ) -> Condensed:
     """Write a model in few coordinates that serve a band, its clearances free to open and close.
 
-    Args:
-        model: the driveline.
-        up_to: end of the band, as in ``reduce``.
-        method: "craig-bampton", "guyan", "modal" or "lumping".
-        keep: names of the elements whose ends must stay free; default: every element with a clearance. Others count as
-            closed.
-        limit: largest relative error of a natural frequency in the band, over all contact states.
-        margin: modes up to margin x up_to are represented.
+    Parameters
+    ----------
+    model
+        the driveline.
+    up_to
+        end of the band, as in ``reduce``.
+    method
+        "craig-bampton", "guyan", "modal" or "lumping".
+    keep
+        names of the elements whose ends must stay free; default: every element with a clearance. Others count as
+        closed.
+    limit
+        largest relative error of a natural frequency in the band, over all contact states.
+    margin
+        modes up to margin x up_to are represented.
 
-    Raises:
-        ModelError: a name that does not exist, nothing to keep, or an error beyond the limit.
+    Raises
+    ------
+    ModelError
+        a name that does not exist, nothing to keep, or an error beyond the limit.
+
+    Examples
+    --------
+    >>> small = gr.condense(gr.example("eight_dof"), "100 Hz")
+    >>> small.coordinates
+    ('flywheel', 'hub', 'gear_3', 'gear_4', 'gear_5', 'gear_6', 'gear_7', 'gear_8')
     """
     check_model(model)
     end, names = band_end(model, up_to), [element.name for element in model.elements]

@@ -27,9 +27,12 @@ SAME = 1e-9  # ratios this close are one
 class Grouping:
     """Which body turns with which.
 
-    Attributes:
-        owner: (n,) the body kept of every body's group.
-        ratio: (n,) q_i = ratio_i q_owner.
+    Attributes
+    ----------
+    owner
+        (n,) the body kept of every body's group.
+    ratio
+        (n,) q_i = ratio_i q_owner.
     """
 
     owner: tuple[int, ...]
@@ -59,9 +62,12 @@ class Grouping:
 def grouped(rows: Array, merged: tuple[int, ...]) -> Grouping | None:
     """Group the bodies that merged elements tie together, the first of each kept; None if a loop would lock.
 
-    Args:
-        rows: (m, n) W; those of merged elements have two entries.
-        merged: elements of no deflection.
+    Parameters
+    ----------
+    rows
+        (m, n) W; those of merged elements have two entries.
+    merged
+        elements of no deflection.
     """
     owner = list(range(rows.shape[1]))
     ratio = [1.0] * len(owner)

@@ -48,11 +48,16 @@ class Refused(Exception):
 class Fate:
     """What became of one element.
 
-    Attributes:
-        merged: whether its two bodies are one now.
-        reason: a key of ``REASONS``.
-        share: its largest share of strain energy; NaN if no elastic mode lies within margin x up_to.
-        at: the frequency of that mode [rad/s].
+    Attributes
+    ----------
+    merged
+        whether its two bodies are one now.
+    reason
+        a key of ``REASONS``.
+    share
+        its largest share of strain energy; NaN if no elastic mode lies within margin x up_to.
+    at
+        the frequency of that mode [rad/s].
     """
 
     merged: bool
@@ -85,10 +90,14 @@ REASONS = {
 class Lumps:
     """Groups of bodies, and why.
 
-    Attributes:
-        grouping: which body turns with which.
-        fates: (m,) of every element.
-        error: the largest error of a frequency, where it was measured.
+    Attributes
+    ----------
+    grouping
+        which body turns with which.
+    fates
+        (m,) of every element.
+    error
+        the largest error of a frequency, where it was measured.
     """
 
     grouping: Grouping
@@ -179,15 +188,23 @@ def lump(
 ) -> Lumps:
     """Choose what to merge.
 
-    Args:
-        request: what is asked.
-        forced: elements to be merged whatever it costs.
-        level: elements that must stay between equal speeds, because their law cannot be written otherwise.
-        own: elements that must stay between bodies of their own, at the speeds these have.
-        limit: largest relative error of a frequency in the band.
+    Parameters
+    ----------
+    request
+        what is asked.
+    forced
+        elements to be merged whatever it costs.
+    level
+        elements that must stay between equal speeds, because their law cannot be written otherwise.
+    own
+        elements that must stay between bodies of their own, at the speeds these have.
+    limit
+        largest relative error of a frequency in the band.
 
-    Raises:
-        Refused: a forced element cannot be merged.
+    Raises
+    ------
+    Refused
+        a forced element cannot be merged.
     """
     rules = _Rules(request, level, own)
     shares, frequencies = _shares(request)

@@ -49,19 +49,35 @@ def reduce(
 ) -> Reduction:
     """Merge bodies that do not move against each other inside a band, through their ratios.
 
-    Args:
-        model: the driveline.
-        up_to: end of the band: "75 Hz", or a plain number of Hz (Omega itself in a dimensionless model).
-        keep: names of the elements that must stay; default: every element with a clearance or dry friction. A
-            clearance that is not named in a list given here counts as closed and may be merged: it can then no longer
-            rattle.
-        merge: names of the elements to be merged whatever their strain energy.
-        limit: largest relative error of a natural frequency in the band, over all contact states; 0.05 by default.
-        margin: modes up to margin x up_to decide.
-        check: "simulate" also runs both models with the file's settings and compares what the criteria say.
+    Parameters
+    ----------
+    model
+        the driveline.
+    up_to
+        end of the band: "75 Hz", or a plain number of Hz (Omega itself in a dimensionless model).
+    keep
+        names of the elements that must stay; default: every element with a clearance or dry friction. A
+        clearance that is not named in a list given here counts as closed and may be merged: it can then no longer
+        rattle.
+    merge
+        names of the elements to be merged whatever their strain energy.
+    limit
+        largest relative error of a natural frequency in the band, over all contact states; 0.05 by default.
+    margin
+        modes up to margin x up_to decide.
+    check
+        "simulate" also runs both models with the file's settings and compares what the criteria say.
 
-    Raises:
-        ModelError: a name no element has, a merge that is impossible, or one that costs more than the limit.
+    Raises
+    ------
+    ModelError
+        a name no element has, a merge that is impossible, or one that costs more than the limit.
+
+    Examples
+    --------
+    >>> smaller = gr.reduce(gr.example("eight_dof"), "60 Hz")
+    >>> len(smaller.model.inertias)
+    6
     """
     check_model(model)
     end = band_end(model, up_to)
@@ -97,8 +113,10 @@ def reduce(
 def band_end(model: Model, up_to: str | float) -> float:
     """Read the end of a band [rad/s].
 
-    Raises:
-        ModelError: if it is no frequency.
+    Raises
+    ------
+    ModelError
+        if it is no frequency.
     """
     dimensionless = model.units == "dimensionless"
     try:

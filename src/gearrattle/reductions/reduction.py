@@ -27,17 +27,28 @@ class ReductionError:
 
     ``float()`` of it is ``frequency``.
 
-    Attributes:
-        frequency: the largest relative error of a natural frequency over all contact states compared.
-        at: that frequency of the full model [rad/s]; NaN if no elastic mode lies in the band.
-        state: factors on the last slopes of clearances there, by name; empty: all in contact.
-        states: number of contact states compared.
-        limit: what was allowed.
-        frequencies: elastic modes of the full model in the band, all in contact [rad/s].
-        reduced_frequencies: those of the same rank of the reduced one; inf where it has none left.
-        mac: their modal assurance, mass as weight; 1 is the same shape.
-        response_db: largest error of level where a response is above 1 % of its peak [dB]; NaN if nothing is driven.
-        response_peak: largest error of a response over its peak in the band; NaN likewise.
+    Attributes
+    ----------
+    frequency
+        the largest relative error of a natural frequency over all contact states compared.
+    at
+        that frequency of the full model [rad/s]; NaN if no elastic mode lies in the band.
+    state
+        factors on the last slopes of clearances there, by name; empty: all in contact.
+    states
+        number of contact states compared.
+    limit
+        what was allowed.
+    frequencies
+        elastic modes of the full model in the band, all in contact [rad/s].
+    reduced_frequencies
+        those of the same rank of the reduced one; inf where it has none left.
+    mac
+        their modal assurance, mass as weight; 1 is the same shape.
+    response_db
+        largest error of level where a response is above 1 % of its peak [dB]; NaN if nothing is driven.
+    response_peak
+        largest error of a response over its peak in the band; NaN likewise.
     """
 
     frequency: float
@@ -59,10 +70,14 @@ class ReductionError:
 def stated(achieved: Accuracy, names: Sequence[str], limit: float) -> ReductionError:
     """Put names to errors.
 
-    Args:
-        achieved: as the mathematics has them.
-        names: of the elements.
-        limit: what was allowed.
+    Parameters
+    ----------
+    achieved
+        as the mathematics has them.
+    names
+        of the elements.
+    limit
+        what was allowed.
     """
     return ReductionError(
         frequency=achieved.frequency_error,
@@ -82,11 +97,16 @@ def stated(achieved: Accuracy, names: Sequence[str], limit: float) -> ReductionE
 class ElementFate:
     """What became of one element, and why.
 
-    Attributes:
-        merged: whether its two bodies turn as one now.
-        reason: in words.
-        share: largest share of strain energy it holds in a mode that matters; NaN if no such mode.
-        at: frequency of that mode [rad/s].
+    Attributes
+    ----------
+    merged
+        whether its two bodies turn as one now.
+    reason
+        in words.
+    share
+        largest share of strain energy it holds in a mode that matters; NaN if no such mode.
+    at
+        frequency of that mode [rad/s].
     """
 
     merged: bool
@@ -99,13 +119,20 @@ class ElementFate:
 class Compared:
     """One entry of the verdicts on both motions.
 
-    Attributes:
-        criterion: as in ``Verdict.entries``, like the next three.
-        subject: the inertia, coupling or mesh.
-        quantity: in words.
-        unit: SI unit.
-        full: value for the full model.
-        reduced: value for the reduced one.
+    Attributes
+    ----------
+    criterion
+        as in ``Verdict.entries``, like the next three.
+    subject
+        the inertia, coupling or mesh.
+    quantity
+        in words.
+    unit
+        SI unit.
+    full
+        value for the full model.
+    reduced
+        value for the reduced one.
     """
 
     criterion: str
@@ -137,10 +164,14 @@ class Compared:
 class Simulated:
     """Both models simulated with the settings of the file.
 
-    Attributes:
-        full: the verdict on the full model in a sentence.
-        reduced: that on the reduced one.
-        entries: every entry that both verdicts have.
+    Attributes
+    ----------
+    full
+        the verdict on the full model in a sentence.
+    reduced
+        that on the reduced one.
+    entries
+        every entry that both verdicts have.
     """
 
     full: str
@@ -150,8 +181,10 @@ class Simulated:
     def differences(self, above: float = 0.01) -> list[Compared]:
         """Return the entries that differ.
 
-        Args:
-            above: relative difference of numbers from which an entry counts as different.
+        Parameters
+        ----------
+        above
+            relative difference of numbers from which an entry counts as different.
         """
         return [entry for entry in self.entries if entry.differs(above)]
 
@@ -160,14 +193,27 @@ class Simulated:
 class Reduction(Result):
     """A reduced model and its record.
 
-    Attributes:
-        model: the reduced model; it can be saved (``to_toml``) and simulated like any other.
-        up_to: end of the band [rad/s].
-        groups: by body kept: the bodies lumped into it, each with its angle over the kept body's.
-        elements: every element's fate, by name.
-        error: how far from the full model.
-        notes: what the user must know.
-        simulated: both motions judged; None unless asked for.
+    Attributes
+    ----------
+    model
+        the reduced model; it can be saved (``to_toml``) and simulated like any other.
+    up_to
+        end of the band [rad/s].
+    groups
+        by body kept: the bodies lumped into it, each with its angle over the kept body's.
+    elements
+        every element's fate, by name.
+    error
+        how far from the full model.
+    notes
+        what the user must know.
+    simulated
+        both motions judged; None unless asked for.
+
+    Examples
+    --------
+    >>> [inertia.name for inertia in gr.reduce(gr.example("eight_dof"), "60 Hz").model.inertias][:2]
+    ['flywheel', 'hub']
     """
 
     kind: ClassVar[str] = "reduction"

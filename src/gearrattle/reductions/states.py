@@ -35,9 +35,12 @@ _NEAR = (0.85, 0.92, 0.96, 0.98, 0.99, 1.01, 1.02, 1.04, 1.08, 1.15)
 class State(NamedTuple):
     """One linear system of many.
 
-    Attributes:
-        stiffness, damping: (m,) of every element.
-        words: factor on the last slope of every varied element that is not in its last stage; empty: all in contact.
+    Attributes
+    ----------
+    stiffness, damping
+        (m,) of every element.
+    words
+        factor on the last slope of every varied element that is not in its last stage; empty: all in contact.
     """
 
     stiffness: Array
@@ -48,10 +51,14 @@ class State(NamedTuple):
 def contact_states(system: PiecewiseSystem, varied: tuple[int, ...], up_to: float = 0.0) -> list[State]:
     """Return states, all elements in their last drive stage first.
 
-    Args:
-        system: the full system.
-        varied: the clearances whose slope may change; all other elements stay in their last drive stage.
-        up_to: end of the band [rad/s]; 0 leaves out the contact ratios at which a mode of a clearance passes it.
+    Parameters
+    ----------
+    system
+        the full system.
+    varied
+        the clearances whose slope may change; all other elements stay in their last drive stage.
+    up_to
+        end of the band [rad/s]; 0 leaves out the contact ratios at which a mode of a clearance passes it.
     """
     factors = [_factors(system, k) for k in varied]
     chosen: dict[tuple[float, ...], None] = {(1.0,) * len(varied): None}

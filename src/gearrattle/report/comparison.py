@@ -46,9 +46,12 @@ class ComparisonPage(Presentation[Comparison]):
     def __init__(self, result: Comparison | pd.DataFrame, precision: WorkPrecision | None = None) -> None:
         """Present a comparison.
 
-        Args:
-            result: the comparison, or the table that ``gearrattle.compare`` returned.
-            precision: error against work of the same algorithms.
+        Parameters
+        ----------
+        result
+            the comparison, or the table that ``gearrattle.compare`` returned.
+        precision
+            error against work of the same algorithms.
         """
         super().__init__(result if isinstance(result, Comparison) else result.attrs["comparison"])
         self.precision = precision

@@ -29,13 +29,18 @@ _RULE = "must be a folder that a command wrote, or a file that one saved (.nc)"
 def charts_of(result: Any) -> list[Chart]:
     """Return every figure of a result that has something to show.
 
-    Args:
-        result: what a function of gearrattle returned; a folder that a command wrote; a file of labelled data or of a
-            motion that was saved (.nc).
+    Parameters
+    ----------
+    result
+        what a function of gearrattle returned; a folder that a command wrote; a file of labelled data or of a
+        motion that was saved (.nc).
 
-    Raises:
-        ModelError: it is none of these, or its kind has no figures.
-        OSError: a file cannot be read.
+    Raises
+    ------
+    ModelError
+        it is none of these, or its kind has no figures.
+    OSError
+        a file cannot be read.
     """
     if isinstance(result, str | os.PathLike):
         path = Path(result)

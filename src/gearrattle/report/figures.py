@@ -24,9 +24,17 @@ if TYPE_CHECKING:
 class Figures(Mapping[str, "Figure"]):
     """Figures by name, made when first asked for and then kept.
 
-    Attributes:
-        titles: what each figure shows, by name.
-        captions: how to read it, by name: a draft of the words below it.
+    Attributes
+    ----------
+    titles
+        what each figure shows, by name.
+    captions
+        how to read it, by name: a draft of the words below it.
+
+    Examples
+    --------
+    >>> gr.figures(gr.modes(gr.example("case3")), width="single").titles
+    {'campbell': 'Campbell diagram'}
     """
 
     def __init__(self, charts: Sequence[Chart], style: Style) -> None:
@@ -61,18 +69,28 @@ class Figures(Mapping[str, "Figure"]):
     ) -> list[Path]:
         """Save figures as NAME.FORMAT into a folder, as they are now; the same figure gives the same bytes.
 
-        Args:
-            folder: where to; it need not exist, what else is in it stays.
-            formats: of "pdf", "eps", "svg", "png", "tiff": one, or several.
-            dpi: points an inch of PNG and TIFF, and of pictures inside the others; 72 to 2400.
-            only: names of those to be saved; None: all.
+        Parameters
+        ----------
+        folder
+            where to; it need not exist, what else is in it stays.
+        formats
+            of "pdf", "eps", "svg", "png", "tiff": one, or several.
+        dpi
+            points an inch of PNG and TIFF, and of pictures inside the others; 72 to 2400.
+        only
+            names of those to be saved; None: all.
 
-        Returns:
+        Returns
+        -------
+        list[Path]
             The files.
 
-        Raises:
-            ModelError: another format, a resolution that is none, a name that is none.
-            OSError: the folder cannot be written; then nothing has changed.
+        Raises
+        ------
+        ModelError
+            another format, a resolution that is none, a name that is none.
+        OSError
+            the folder cannot be written; then nothing has changed.
         """
         kinds = known_formats(formats)
         resolution = checked_dpi(dpi)
@@ -87,8 +105,10 @@ class Figures(Mapping[str, "Figure"]):
     def named(self, only: Sequence[str] | None) -> list[str]:
         """Return names that are asked for, all for None.
 
-        Raises:
-            ModelError: one that no figure has.
+        Raises
+        ------
+        ModelError
+            one that no figure has.
         """
         wrong = [name for name in only or () if name not in self._charts]
         if wrong:
@@ -111,20 +131,36 @@ def figures(
 ) -> Figures:
     """Draw every figure of a result for print, with matplotlib.
 
-    Args:
-        result: what a function of gearrattle returned: a run, study, comparison, ...; or a folder that a command
-            or ``save`` wrote; or a motion or labelled data saved as a file (.nc).
-        width: of the figures: "single" (85 mm) or "double" (175 mm), a quantity such as "3.5 inch", or a number [mm];
-            60 to 500 mm.
-        font: "sans", "serif", or the name of an installed family.
-        size: of the letters [pt], 5 to 14.
-        style: matplotlib style file, or name of a style, laid over the house's.
+    Parameters
+    ----------
+    result
+        what a function of gearrattle returned: a run, study, comparison, ...; or a folder that a command
+        or ``save`` wrote; or a motion or labelled data saved as a file (.nc).
+    width
+        of the figures: "single" (85 mm) or "double" (175 mm), a quantity such as "3.5 inch", or a number [mm];
+        60 to 500 mm.
+    font
+        "sans", "serif", or the name of an installed family.
+    size
+        of the letters [pt], 5 to 14.
+    style
+        matplotlib style file, or name of a style, laid over the house's.
 
-    Returns:
+    Returns
+    -------
+    Figures
         Figures by name. Settings of matplotlib's running session play no part in them.
 
-    Raises:
-        ModelError: a result without figures; a width, font, size or style that is none.
+    Raises
+    ------
+    ModelError
+        a result without figures; a width, font, size or style that is none.
+
+    Examples
+    --------
+    >>> figures = gr.figures(gr.modes(gr.example("case3")))
+    >>> list(figures)
+    ['campbell']
     """
     how = Style(width, font, size, style)
     return Figures(charts_of(result), how)

@@ -58,12 +58,16 @@ PRESENTATIONS: Mapping[str, str] = {
 def presentation_of(result: Any) -> Presentation[Any]:
     """Return the presentation of a result.
 
-    Args:
-        result: a ``Result``; a Dataset, DataArray, DataFrame or Series that gearrattle returned; or a presentation,
-            which is returned.
+    Parameters
+    ----------
+    result
+        a ``Result``; a Dataset, DataArray, DataFrame or Series that gearrattle returned; or a presentation,
+        which is returned.
 
-    Raises:
-        ModelError: it is none of these.
+    Raises
+    ------
+    ModelError
+        it is none of these.
     """
     if isinstance(result, Presentation):
         return result

@@ -49,12 +49,17 @@ class ModesPage(Presentation[Modes]):
     ) -> None:
         """Present modes.
 
-        Args:
-            result: modes in one contact state.
-            diagram: the Campbell diagram beside them, perhaps in several; default: with every clearance closed, from 0
-                to twice the model's speed.
-            setting: the contact state in words.
-            lists_crossings: whether the answer lists the crossings of the diagram.
+        Parameters
+        ----------
+        result
+            modes in one contact state.
+        diagram
+            the Campbell diagram beside them, perhaps in several; default: with every clearance closed, from 0
+            to twice the model's speed.
+        setting
+            the contact state in words.
+        lists_crossings
+            whether the answer lists the crossings of the diagram.
         """
         super().__init__(result)
         self.diagram = campbell(result.model) if diagram is None else diagram

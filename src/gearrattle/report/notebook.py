@@ -25,8 +25,10 @@ _TABLES = 3
 def notebook_view(result: Any) -> str:
     """Return a result of any kind as HTML for a notebook, at most some 200 kB.
 
-    Raises:
-        ModelError: it is no result of gearrattle.
+    Raises
+    ------
+    ModelError
+        it is no result of gearrattle.
     """
     presentation = presentation_of(result)
     tables = [shortened(table) for table in presentation.answer() if table.rows][:_TABLES]

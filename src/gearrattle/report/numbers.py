@@ -28,10 +28,14 @@ _STRINGS = np.dtype("O", metadata={"vlen": str})
 class Arrays(NamedTuple):
     """Arrays by name, as ``xr.Dataset`` takes them; they are written without xarray, whose import takes 0.25 s.
 
-    Attributes:
-        variables: by name (dimensions, values) or (dimensions, values, attributes); a single dimension is a string.
-        coordinates: by dimension its values, or a tuple as of a variable.
-        attributes: text and numbers by name.
+    Attributes
+    ----------
+    variables
+        by name (dimensions, values) or (dimensions, values, attributes); a single dimension is a string.
+    coordinates
+        by dimension its values, or a tuple as of a variable.
+    attributes
+        text and numbers by name.
     """
 
     variables: Mapping[str, Any]
@@ -81,8 +85,10 @@ def write_csv(data: xr.Dataset, path: Path) -> None:
     Variables over the same dimensions are columns, their coordinates the first ones, units in the head. Otherwise every
     number has a row: quantity, coordinates, value, unit.
 
-    Raises:
-        ModelError: more than twenty million numbers.
+    Raises
+    ------
+    ModelError
+        more than twenty million numbers.
     """
     rows = sum(int(variable.size) for variable in data.data_vars.values())
     if rows > _LARGEST_TABLE:

@@ -31,18 +31,30 @@ class Picture:
 class Section:
     """A part of a page. What is empty is left out; the order is that of the attributes.
 
-    Attributes:
-        key: anchor.
-        title: heading.
-        lead: the answer, in larger type.
-        words: paragraphs.
-        notes: items of a list.
-        charts: figures; several of one group are chosen by tabs.
-        pictures: drawings, side by side.
-        tables: those without rows are left out.
-        in_columns: whether tables stand side by side.
-        folds: whether a long table is folded until it is opened.
-        text: a title and a long text, folded.
+    Attributes
+    ----------
+    key
+        anchor.
+    title
+        heading.
+    lead
+        the answer, in larger type.
+    words
+        paragraphs.
+    notes
+        items of a list.
+    charts
+        figures; several of one group are chosen by tabs.
+    pictures
+        drawings, side by side.
+    tables
+        those without rows are left out.
+    in_columns
+        whether tables stand side by side.
+    folds
+        whether a long table is folded until it is opened.
+    text
+        a title and a long text, folded.
     """
 
     key: str
@@ -69,13 +81,20 @@ class Section:
 class Page:
     """What a page says and shows.
 
-    Attributes:
-        brand: what kind of result it is, in a word or two.
-        title: heading.
-        sections: in reading order; empty ones are left out.
-        is_interactive: whether figures become interactive plots; plotly.js is then part of the page (4 MB).
-        template: the page's own, or one that extends it.
-        values: what that one needs besides.
+    Attributes
+    ----------
+    brand
+        what kind of result it is, in a word or two.
+    title
+        heading.
+    sections
+        in reading order; empty ones are left out.
+    is_interactive
+        whether figures become interactive plots; plotly.js is then part of the page (4 MB).
+    template
+        the page's own, or one that extends it.
+    values
+        what that one needs besides.
     """
 
     brand: str

@@ -36,13 +36,20 @@ FIGURE_ENDINGS = (".svg", ".pdf", ".eps", ".png", ".tiff")
 class Presentation(Generic[R]):
     """Base of all presentations; a kind overrides what it has more of.
 
-    Attributes:
-        kind: of result, its name in ``kinds`` and on the page.
-        endings: of the files that can be written of it alone; without one of them a path is a folder.
-        is_interactive: whether the figures of its page become interactive plots; plotly.js is then part of it (4 MB).
-        is_data: whether the result is its Dataset, so that a saved one can be presented again.
-        result: what is presented.
-        folder: where the file that is written will stand.
+    Attributes
+    ----------
+    kind
+        of result, its name in ``kinds`` and on the page.
+    endings
+        of the files that can be written of it alone; without one of them a path is a folder.
+    is_interactive
+        whether the figures of its page become interactive plots; plotly.js is then part of it (4 MB).
+    is_data
+        whether the result is its Dataset, so that a saved one can be presented again.
+    result
+        what is presented.
+    folder
+        where the file that is written will stand.
     """
 
     kind: ClassVar[str]

@@ -40,13 +40,19 @@ def record_columns(
 ) -> dict[str, Any]:
     """Return the fields of records that are numbers or text, each as a variable over one dimension, for ``Arrays``.
 
-    Args:
-        records: dataclasses of one kind, or mappings with the same keys; None among numbers becomes NaN, fields of
-            another type are left out.
-        dimension: its name.
-        prefix: of the names of variables.
-        names: fields to take; empty: all.
-        units: by field.
+    Parameters
+    ----------
+    records
+        dataclasses of one kind, or mappings with the same keys; None among numbers becomes NaN, fields of
+        another type are left out.
+    dimension
+        its name.
+    prefix
+        of the names of variables.
+    names
+        fields to take; empty: all.
+    units
+        by field.
     """
     columns = {}
     rows = [
@@ -72,10 +78,14 @@ def record_columns(
 def stacked(rows: Sequence[Any]) -> Any:
     """Return rows of numbers as one array, the shorter ones filled up with NaN.
 
-    Args:
-        rows: (m,) sequences of any length.
+    Parameters
+    ----------
+    rows
+        (m,) sequences of any length.
 
-    Returns:
+    Returns
+    -------
+    Any
         (m, longest) numbers.
     """
     table = np.full((len(rows), max((len(row) for row in rows), default=0)), math.nan)

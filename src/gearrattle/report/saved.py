@@ -33,25 +33,34 @@ _OLD_PAGES = ("compare.html", "modes.html", "reproduction.html", "study.html")
 def save(result: Any, path: str | os.PathLike[str]) -> Path:
     """Save a result of any kind, whole or not at all.
 
-    Args:
-        result: what a function of gearrattle returned: a result, Dataset, DataArray, DataFrame or Series.
-        path: a file that ends in .nc (netCDF-4, all numbers) or .csv (a table of them), or in what else its kind can be
-            written as (.toml of what holds a model, .svg and .pdf of a single figure); or a folder, which gets
-            report.html, summary.json, results.nc and figures/. It need not exist.
+    Parameters
+    ----------
+    result
+        what a function of gearrattle returned: a result, Dataset, DataArray, DataFrame or Series.
+    path
+        a file that ends in .nc (netCDF-4, all numbers) or .csv (a table of them), or in what else its kind can be
+        written as (.toml of what holds a model, .svg and .pdf of a single figure); or a folder, which gets
+        report.html, summary.json, results.nc and figures/. It need not exist.
 
-    Returns:
+    Returns
+    -------
+    Path
         The file, or the page in the folder.
 
-    Raises:
-        ModelError: no result of gearrattle, another ending, or a folder that holds something else than a page of
-            gearrattle.
-        OSError: it cannot be written; then nothing has changed.
+    Raises
+    ------
+    ModelError
+        no result of gearrattle, another ending, or a folder that holds something else than a page of
+        gearrattle.
+    OSError
+        it cannot be written; then nothing has changed.
 
-    Example:
-        >>> import gearrattle as gr
-        >>> page = gr.save(gr.modes(gr.example("case3")), "case3-modes")
-        >>> page.name
-        'report.html'
+    Examples
+    --------
+    >>> import gearrattle as gr
+    >>> page = gr.save(gr.modes(gr.example("case3")), "case3-modes")
+    >>> page.name
+    'report.html'
     """
     from gearrattle.report.kinds import presentation_of
 
@@ -66,14 +75,21 @@ def save(result: Any, path: str | os.PathLike[str]) -> Path:
 def check_target(path: Path, endings: Sequence[str], option: str, inputs: Sequence[Path] = ()) -> None:
     """Refuse a path that a result cannot be saved as, before anything is computed.
 
-    Args:
-        path: a file or a folder.
-        endings: of the files that the kind of result can be written as.
-        option: what the path was given as, for the message.
-        inputs: files that are read.
+    Parameters
+    ----------
+    path
+        a file or a folder.
+    endings
+        of the files that the kind of result can be written as.
+    option
+        what the path was given as, for the message.
+    inputs
+        files that are read.
 
-    Raises:
-        ModelError: another ending, a folder or one of the inputs where a file is written, a file where a folder is.
+    Raises
+    ------
+    ModelError
+        another ending, a folder or one of the inputs where a file is written, a file where a folder is.
     """
     suffix = path.suffix.lower()
     if suffix in endings:
@@ -133,8 +149,10 @@ def result_folder(folder: str | os.PathLike[str]) -> Staging:
     A result has files of common names, which would replace those of others: a folder must be new, empty, or hold an
     earlier page of gearrattle.
 
-    Raises:
-        ModelError: it holds files, and no page with its figures.
+    Raises
+    ------
+    ModelError
+        it holds files, and no page with its figures.
     """
     path = Path(folder)
     sweep(path)  # a page that was being replaced when the program was killed

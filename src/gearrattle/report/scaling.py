@@ -31,9 +31,12 @@ class ScalingPage(ModelPresentation[Nondimensional]):
     def __init__(self, result: Nondimensional, stiff: Stiffness | None = None) -> None:
         """Present a model without dimensions.
 
-        Args:
-            result: the model with its scales.
-            stiff: condition numbers of the model in SI; default: every clearance closed.
+        Parameters
+        ----------
+        result
+            the model with its scales.
+        stiff
+            condition numbers of the model in SI; default: every clearance closed.
         """
         super().__init__(result)
         self.stiff = stiffness(result.original) if stiff is None else stiff

@@ -32,16 +32,26 @@ _MOST_NAMED = 4
 class Screened:
     """One gear of a screening.
 
-    Attributes:
-        gear, loose, driver: its mesh and the two bodies.
-        cases: of the map.
-        lifts: in how many of them it lifts off.
-        margin: the largest [dB]; infinite where it rests within its gap.
-        speed, load: where that is, as indices into the axes.
-        classical: the largest margin of the separation ratio [dB].
-        rattles: in how many cases the simulation rattles; None where nothing was simulated.
-        judged: in how many cases the simulation was judged; None as above.
-        agree: in how many of these lift-off and simulation say the same; None as above.
+    Attributes
+    ----------
+    gear, loose, driver
+        its mesh and the two bodies.
+    cases
+        of the map.
+    lifts
+        in how many of them it lifts off.
+    margin
+        the largest [dB]; infinite where it rests within its gap.
+    speed, load
+        where that is, as indices into the axes.
+    classical
+        the largest margin of the separation ratio [dB].
+    rattles
+        in how many cases the simulation rattles; None where nothing was simulated.
+    judged
+        in how many cases the simulation was judged; None as above.
+    agree
+        in how many of these lift-off and simulation say the same; None as above.
     """
 
     gear: str

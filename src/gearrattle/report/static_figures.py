@@ -19,11 +19,16 @@ CHARTS = "charts.npz"
 def fill_figures(charts: Sequence[Chart], folder: Path) -> list[tuple[Chart, bytes]]:
     """Write figures/ of a result: every chart as SVG, and the charts themselves.
 
-    Args:
-        charts: its figures.
-        folder: of the result; figures/ is made there.
+    Parameters
+    ----------
+    charts
+        its figures.
+    folder
+        of the result; figures/ is made there.
 
-    Returns:
+    Returns
+    -------
+    list[tuple[Chart, bytes]]
         Every chart with its SVG for the page, without legend: the page has its own.
     """
     target = folder / "figures"

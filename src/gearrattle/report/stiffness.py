@@ -27,9 +27,12 @@ from gearrattle.simulation.steps import StepLimit
 class OverRatios:
     """R_lambda over the contact ratio of one element after the other.
 
-    Attributes:
-        ratios: (R,) contact ratios.
-        r_lambda: (R,) values by element.
+    Attributes
+    ----------
+    ratios
+        (R,) contact ratios.
+    r_lambda
+        (R,) values by element.
     """
 
     ratios: tuple[float, ...]
@@ -51,12 +54,18 @@ class StiffnessPage(Presentation[Stiffness]):
     ) -> None:
         """Present the stiffness of a driveline.
 
-        Args:
-            result: with every clearance replaced by one slope.
-            over: R_lambda over contact ratios.
-            regions: of the driveline, or those that a motion visits.
-            limits: of fixed steps.
-            notes: on these.
+        Parameters
+        ----------
+        result
+            with every clearance replaced by one slope.
+        over
+            R_lambda over contact ratios.
+        regions
+            of the driveline, or those that a motion visits.
+        limits
+            of fixed steps.
+        notes
+            on these.
         """
         super().__init__(result)
         self.over = over

@@ -61,9 +61,12 @@ def count_table(data: xr.Dataset) -> Table:
 def lacking_said(data: xr.Dataset, case: str) -> list[str]:
     """Say in how many cases a part has no impact, a body no sub-harmonic; nothing where all have.
 
-    Args:
-        data: of the study.
-        case: what a case is called.
+    Parameters
+    ----------
+    data
+        of the study.
+    case
+        what a case is called.
     """
     among = counted(int((data["outcome"] == DONE).sum()), f"computed {case}")
     return [f"{name}: {lacking} in {count} of {among}." for (name, lacking), count in lacking_in(data).items()]
@@ -142,11 +145,16 @@ def boundary_table(data: xr.Dataset) -> Table:
 def changes_table(dataset: xr.Dataset, measured: xr.Dataset, places: Sequence[str], subject: str) -> Table:
     """Where the regime changes, a row a change.
 
-    Args:
-        dataset: from ``regime_boundary``.
-        measured: holds axes and places, with their words and units.
-        places: variables that say where.
-        subject: the variable that says of which part; empty if there is none.
+    Parameters
+    ----------
+    dataset
+        from ``regime_boundary``.
+    measured
+        holds axes and places, with their words and units.
+    places
+        variables that say where.
+    subject
+        the variable that says of which part; empty if there is none.
     """
     count = dataset.sizes.get(CROSSING, 0)
     names = [*([subject] if subject else []), "along", *places, "from", "to"]

@@ -14,12 +14,18 @@ from gearrattle.wording import counted
 class Table:
     """A table of text, ready to print.
 
-    Attributes:
-        head: column titles.
-        rows: cells, one tuple a row, as long as ``head``. Text is escaped by the page, ``Markup`` is not.
-        words: indices of the columns of words, aligned left; all others are numbers, aligned right.
-        title: heading; may be empty.
-        note: what to say below it; may be empty.
+    Attributes
+    ----------
+    head
+        column titles.
+    rows
+        cells, one tuple a row, as long as ``head``. Text is escaped by the page, ``Markup`` is not.
+    words
+        indices of the columns of words, aligned left; all others are numbers, aligned right.
+    title
+        heading; may be empty.
+    note
+        what to say below it; may be empty.
     """
 
     head: tuple[str, ...]

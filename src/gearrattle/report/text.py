@@ -19,9 +19,12 @@ _MOST_ROWS = 60
 def plain_text(presentation: Presentation[Any], width: int | None = None) -> str:
     """Return the sentence and the tables of the answer; of a long table the first sixty rows.
 
-    Args:
-        presentation: of the result.
-        width: of a line of a table, in characters; longer cells of words continue below themselves. None: no limit.
+    Parameters
+    ----------
+    presentation
+        of the result.
+    width
+        of a line of a table, in characters; longer cells of words continue below themselves. None: no limit.
     """
     parts = [presentation.sentence]
     for table in presentation.answer():

@@ -26,9 +26,12 @@ _HERE = Path(__file__).parent
 def fill_page(page: Page, folder: Path) -> None:
     """Write a page and figures/ into an existing folder that holds neither.
 
-    Args:
-        page: what it says and shows.
-        folder: to write into.
+    Parameters
+    ----------
+    page
+        what it says and shows.
+    folder
+        to write into.
     """
     drawn = fill_figures(page.charts, folder)
     for section in page.sections:

@@ -35,10 +35,14 @@ _ERROR = {"order": 20, "amplitude": 5e-6, "phase": 0.0}  # Table 2: 0.1 half-gap
 def load_case(case: int, ratio: float = 0.05, *, loaded: bool = False) -> Model:
     """Return a case of Table 2 under a mean load.
 
-    Args:
-        case: 1, 2 or 3.
-        ratio: mean torque over the largest harmonic; the paper's light load is 0.05, its moderate one 0.5.
-        loaded: whether the output gear carries the mean, or is loose.
+    Parameters
+    ----------
+    case
+        1, 2 or 3.
+    ratio
+        mean torque over the largest harmonic; the paper's light load is 0.05, its moderate one 0.5.
+    loaded
+        whether the output gear carries the mean, or is loose.
     """
     mean = _decimal(ratio * LARGEST_HARMONIC)
     share = _decimal(HUB_SHARE * mean)

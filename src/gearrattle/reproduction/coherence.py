@@ -61,10 +61,14 @@ def kappa(
 ) -> tuple[float, ...] | None:
     """(4,) mean coherences of a run with a reference; None without either.
 
-    Args:
-        measurements: all runs.
-        setup, reference: which two.
-        filtered: whether samples pass an anti-aliasing filter before some are left out.
+    Parameters
+    ----------
+    measurements
+        all runs.
+    setup, reference
+        which two.
+    filtered
+        whether samples pass an anti-aliasing filter before some are left out.
     """
     mine, theirs = measurements.run(setup), measurements.run(reference)
     if mine is None or theirs is None:

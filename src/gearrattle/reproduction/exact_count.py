@@ -33,10 +33,14 @@ TABLEAUS = {"rk2": MIDPOINT, "rk4": CLASSICAL}
 class Counted:
     """What the steps cost.
 
-    Attributes:
-        steps, calls, crossings: counts.
-        span: time marched over, in units of 1/omega.
-        seconds: processor time of every run [s].
+    Attributes
+    ----------
+    steps, calls, crossings
+        counts.
+    span
+        time marched over, in units of 1/omega.
+    seconds
+        processor time of every run [s].
     """
 
     steps: int
@@ -51,13 +55,20 @@ def count_steps(
 ) -> Counted:
     """Take so many steps from static rest, several times over.
 
-    Args:
-        case: of Table 2, under light load.
-        algorithm: "rk2" or "rk4".
-        step: in units of 1/omega.
-        steps: how many.
-        loaded: which of our loads.
-        tick: called with the finished share; what it raises ends everything.
+    Parameters
+    ----------
+    case
+        of Table 2, under light load.
+    algorithm
+        "rk2" or "rk4".
+    step
+        in units of 1/omega.
+    steps
+        how many.
+    loaded
+        which of our loads.
+    tick
+        called with the finished share; what it raises ends everything.
     """
     model = load_case(case, loaded=loaded)
     rest = equilibrium(model).angle

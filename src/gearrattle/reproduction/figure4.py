@@ -47,9 +47,12 @@ _DIGITS = 60
 def under_load(amplitude: float, load: float) -> Describing:
     """How the gap answers a sine about the mean that carries a load, found by bisection.
 
-    Args:
-        amplitude: in half-gaps.
-        load: mean force in units of K b, not negative.
+    Parameters
+    ----------
+    amplitude
+        in half-gaps.
+    load
+        mean force in units of K b, not negative.
     """
     low, high = 0.0, 1.0 + load + amplitude  # the mean force grows with the mean, and is at least load at high
     for _ in range(_DIGITS):
@@ -132,9 +135,12 @@ def _ranks(stops: Sequence[Stop]) -> tuple[float, float]:
 def curve(amplitudes: Array, load: float) -> tuple[Array, Array]:
     """Mean slope and gain of the closed forms.
 
-    Args:
-        amplitudes: (N,) [half-gaps].
-        load: mean force in units of K b.
+    Parameters
+    ----------
+    amplitudes
+        (N,) [half-gaps].
+    load
+        mean force in units of K b.
     """
     results = [under_load(amplitude, load) if load else under_sine(GAP, amplitude) for amplitude in amplitudes.tolist()]
     return np.array([result.mean_slope for result in results]), np.array([result.gain for result in results])

@@ -61,15 +61,24 @@ class Scope:
 class Setup:
     """One run.
 
-    Attributes:
-        case, loaded, ratio: of ``load_case``.
-        algorithm: its name.
-        cycles: length in common periods.
-        step: of a fixed step, in units of 1/omega as the paper has it; None where steps are chosen.
-        tolerance: of those that choose.
-        samples: output samples a cycle.
-        nearby: whether the start is 1e-12 half-gaps away.
-        repeats: how often it is run for its time.
+    Attributes
+    ----------
+    case, loaded, ratio
+        of ``load_case``.
+    algorithm
+        its name.
+    cycles
+        length in common periods.
+    step
+        of a fixed step, in units of 1/omega as the paper has it; None where steps are chosen.
+    tolerance
+        of those that choose.
+    samples
+        output samples a cycle.
+    nearby
+        whether the start is 1e-12 half-gaps away.
+    repeats
+        how often it is run for its time.
     """
 
     case: int
@@ -92,10 +101,14 @@ class Setup:
 class Measurements:
     """Results by their setups, and the scope they were made in.
 
-    Attributes:
-        scope: how long runs are.
-        results: the fastest run of every setup.
-        wall_times: of all its runs [s].
+    Attributes
+    ----------
+    scope
+        how long runs are.
+    results
+        the fastest run of every setup.
+    wall_times
+        of all its runs [s].
     """
 
     scope: Scope
@@ -135,10 +148,14 @@ def seconds_of(setup: Setup) -> float:
 def measure(scope: Scope, setups: Iterable[Setup], progress: Progress | None = None) -> Measurements:
     """Make every run once, or as often as its setup says.
 
-    Args:
-        scope: how long runs are.
-        setups: which; repeated ones are made once.
-        progress: called with the finished share of the time they take; what it raises ends everything.
+    Parameters
+    ----------
+    scope
+        how long runs are.
+    setups
+        which; repeated ones are made once.
+    progress
+        called with the finished share of the time they take; what it raises ends everything.
     """
     wanted = tuple(dict.fromkeys(setups))
     total = sum(seconds_of(setup) for setup in wanted)

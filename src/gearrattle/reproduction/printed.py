@@ -13,12 +13,18 @@ from dataclasses import dataclass
 class Performance:
     """A line of Table 3 or 4.
 
-    Attributes:
-        label: the paper's short name.
-        algorithm: ours.
-        step: "average step h_i"; None: failed to converge (so are the others).
-        steps, calls: counts.
-        time: run time, min:sec.
+    Attributes
+    ----------
+    label
+        the paper's short name.
+    algorithm
+        ours.
+    step
+        "average step h_i"; None: failed to converge (so are the others).
+    steps, calls
+        counts.
+    time
+        run time, min:sec.
     """
 
     label: str
@@ -84,9 +90,12 @@ TABLE_1 = {
 class Clearances:
     """A case of Table 2: alpha, beta and half-width b (printed as h) of each element, in units of psi_c or x_c.
 
-    Attributes:
-        clutch, spline, mesh: (alpha, beta, b); (1, 1, inf) is linear.
-        error: amplitude of the transmission error, in units of x_c.
+    Attributes
+    ----------
+    clutch, spline, mesh
+        (alpha, beta, b); (1, 1, inf) is linear.
+    error
+        amplitude of the transmission error, in units of x_c.
     """
 
     clutch: tuple[float, float, float]

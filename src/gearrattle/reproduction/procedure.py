@@ -39,12 +39,17 @@ _READ = (unstable_step, bulirsch_stoer, coherence, load, figure7, claims, work)
 def reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduction:
     """Run what the paper ran, and compare.
 
-    Args:
-        quick: whether to shorten the runs to about a tenth; the figures are then samples, not results.
-        progress: called with the finished share, 0 to 1; what it raises ends everything.
+    Parameters
+    ----------
+    quick
+        whether to shorten the runs to about a tenth; the figures are then samples, not results.
+    progress
+        called with the finished share, 0 to 1; what it raises ends everything.
 
-    Raises:
-        ModelError, ConvergenceError: never for an algorithm that fails, which is a result.
+    Raises
+    ------
+    ModelError, ConvergenceError
+        never for an algorithm that fails, which is a result.
     """
     begin = time.perf_counter()
     scope = Scope(quick)

@@ -37,13 +37,20 @@ STATUSES = (REPRODUCED, CONSTRUCTED, DIFFERS, UNDECIDED, LOST, NOISE, UNAVAILABL
 class Row:
     """One thing the paper says, and what became of it.
 
-    Attributes:
-        item: what, with its place in the paper.
-        paper: what is printed there.
-        ours: what was measured here.
-        status: how the two compare.
-        why: the reason, where there is one to give; always for ``differs``.
-        figures: our figures by name, for machines.
+    Attributes
+    ----------
+    item
+        what, with its place in the paper.
+    paper
+        what is printed there.
+    ours
+        what was measured here.
+    status
+        how the two compare.
+    why
+        the reason, where there is one to give; always for ``differs``.
+    figures
+        our figures by name, for machines.
     """
 
     item: str
@@ -68,13 +75,20 @@ def row(item: str, paper: str, ours: str, status: Status, why: str = "", **figur
 class Section:
     """A part of the page.
 
-    Attributes:
-        key: anchor.
-        title: heading.
-        words: what was done, in a sentence or two.
-        rows: the comparison.
-        tables: numbers behind it.
-        charts: figures.
+    Attributes
+    ----------
+    key
+        anchor.
+    title
+        heading.
+    words
+        what was done, in a sentence or two.
+    rows
+        the comparison.
+    tables
+        numbers behind it.
+    charts
+        figures.
     """
 
     key: str
@@ -89,10 +103,14 @@ class Section:
 class Reproduction(Result):
     """All sections.
 
-    Attributes:
-        sections: in the order of the page.
-        quick: whether runs were shortened; their figures are then samples, not results.
-        seconds: how long everything took.
+    Attributes
+    ----------
+    sections
+        in the order of the page.
+    quick
+        whether runs were shortened; their figures are then samples, not results.
+    seconds
+        how long everything took.
     """
 
     kind: ClassVar[str] = "reproduction"

@@ -49,13 +49,20 @@ Tick = Callable[[], None]
 class Stop:
     """The settled motion under one load.
 
-    Attributes:
-        load: in the unit of the sweep.
-        rising: whether the load came from below.
-        regime: of the mesh.
-        amplitude: half the peak-to-peak deflection of the mesh [half-gaps].
-        mean_slope, gain: the two contact ratios of the mesh.
-        start: the state it began with, as ``simulate`` takes it; None: static equilibrium.
+    Attributes
+    ----------
+    load
+        in the unit of the sweep.
+    rising
+        whether the load came from below.
+    regime
+        of the mesh.
+    amplitude
+        half the peak-to-peak deflection of the mesh [half-gaps].
+    mean_slope, gain
+        the two contact ratios of the mesh.
+    start
+        the state it began with, as ``simulate`` takes it; None: static equilibrium.
     """
 
     load: float
@@ -78,9 +85,12 @@ def loose_gear(drag: float) -> Model:
 def mesh_alone(frequency: float, mean: float, amplitude: float) -> Model:
     """The paper's gear pair on its own.
 
-    Args:
-        frequency: of the load, in units of the resonance in contact.
-        mean, amplitude: of the load on the deflection, in units of K b.
+    Parameters
+    ----------
+    frequency
+        of the load, in units of the resonance in contact.
+    mean, amplitude
+        of the load on the deflection, in units of K b.
     """
     torque, share = FORCE * RADIUS, J["input_gear"] / (MASS * RADIUS**2)
     gears: dict[str, Any] = {
@@ -116,11 +126,16 @@ def sweep(model_of: Callable[[float], Model], loads: Sequence[float], cycles: in
     The first motion begins at static equilibrium, every other with the last state of the one before. Every run has
     whole periods, so that the phase of the load goes on as well.
 
-    Args:
-        model_of: the driveline under a load; all its ratios are one.
-        loads: ascending.
-        cycles: settling takes two thirds of them, the rest is judged.
-        tick: called before every run; what it raises ends the sweep.
+    Parameters
+    ----------
+    model_of
+        the driveline under a load; all its ratios are one.
+    loads
+        ascending.
+    cycles
+        settling takes two thirds of them, the rest is judged.
+    tick
+        called before every run; what it raises ends the sweep.
     """
     stops, start = [], None
     for rising in (True, False):

@@ -43,9 +43,12 @@ def needs(scope: Scope) -> Iterator[Setup]:
 def section(measurements: Measurements, tick: Progress) -> Section:
     """Compare both tables.
 
-    Args:
-        measurements: all runs.
-        tick: called with the finished share of the steps counted here; what it raises ends everything.
+    Parameters
+    ----------
+    measurements
+        all runs.
+    tick
+        called with the finished share of the steps counted here; what it raises ends everything.
     """
     counts = _counts(measurements.scope, tick)
     rows = [

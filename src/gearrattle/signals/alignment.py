@@ -29,10 +29,14 @@ _LARGEST_TABLE = 4_000_000
 class Alignment:
     """Pairs and what is left over, as positions in the two lists.
 
-    Attributes:
-        candidate, reference: (p,) the events of pair i, ascending.
-        missed: events of the reference without a partner.
-        invented: candidate events without a partner.
+    Attributes
+    ----------
+    candidate, reference
+        (p,) the events of pair i, ascending.
+    missed
+        events of the reference without a partner.
+    invented
+        candidate events without a partner.
     """
 
     candidate: Index
@@ -44,9 +48,12 @@ class Alignment:
 def align(candidate: Array, reference: Array, reach: float) -> Alignment:
     """Return the cheapest alignment of two ascending lists of times.
 
-    Args:
-        candidate, reference: (a,), (b,) times [s], ascending.
-        reach: largest distance of a pair [s], above zero.
+    Parameters
+    ----------
+    candidate, reference
+        (a,), (b,) times [s], ascending.
+    reach
+        largest distance of a pair [s], above zero.
     """
     pairs = _pairs(candidate, reference, reach)
     mine, theirs = pairs[:, 0], pairs[:, 1]

@@ -18,10 +18,14 @@ from gearrattle.trajectory import Array
 def band_rms(signal: Array, periods: int, harmonics: int) -> Array:
     """Return (h, ...) the rms value in the band around each of the first harmonics, in the unit of the signal.
 
-    Args:
-        signal: (N, ...) samples over whole periods of the fundamental, each phase once.
-        periods: how many periods of the fundamental.
-        harmonics: how many bands; NaN for those not wholly below half the sampling rate.
+    Parameters
+    ----------
+    signal
+        (N, ...) samples over whole periods of the fundamental, each phase once.
+    periods
+        how many periods of the fundamental.
+    harmonics
+        how many bands; NaN for those not wholly below half the sampling rate.
     """
     power = np.abs(np.fft.rfft(signal, axis=0) / signal.shape[0]) ** 2
     power[1:] *= 2.0

@@ -33,10 +33,14 @@ _SETTLED = 1e-9
 class LooseGear(NamedTuple):
     """A loose gear on its driver.
 
-    Attributes:
-        mesh: index of the element between them.
-        loose, driver: indices of the inertias.
-        reduction: R_driver / R_loose, the loose gear's angle over its driver's.
+    Attributes
+    ----------
+    mesh
+        index of the element between them.
+    loose, driver
+        indices of the inertias.
+    reduction
+        R_driver / R_loose, the loose gear's angle over its driver's.
     """
 
     mesh: int
@@ -67,10 +71,14 @@ def _is_loose(layout: Layout, inertia: int, mesh: int) -> bool:
 def torque_ratio(layout: Layout, gear: LooseGear, acceleration: T) -> T:
     """Return J_loose (R_driver/R_loose) theta_driver'' / T_drag: needed torque over drag.
 
-    Args:
-        layout: names and constants of the driveline.
-        gear: the loose gear.
-        acceleration: theta_driver'' [rad/s^2].
+    Parameters
+    ----------
+    layout
+        names and constants of the driveline.
+    gear
+        the loose gear.
+    acceleration
+        theta_driver'' [rad/s^2].
     """
     return float(layout.inertia[gear.loose]) * gear.reduction * acceleration / float(layout.drag_torque[gear.loose])
 
@@ -90,12 +98,18 @@ def reduced_inertia(layout: Layout, element: int) -> float:
 def reduced_inertias(layout: Layout, elements: Sequence[int], inertia: Array | None = None) -> Array:
     """Return m_eff of several elements.
 
-    Args:
-        layout: names and constants of the driveline.
-        elements: their indices.
-        inertia: (..., n) J of the bodies [kg m^2], of many variants along leading axes; None takes the layout's.
+    Parameters
+    ----------
+    layout
+        names and constants of the driveline.
+    elements
+        their indices.
+    inertia
+        (..., n) J of the bodies [kg m^2], of many variants along leading axes; None takes the layout's.
 
-    Returns:
+    Returns
+    -------
+    Array
         (..., elements) [kg for a mesh, kg m^2 for a coupling]; infinite where no end of an element is free.
     """
     J = layout.inertia if inertia is None else inertia

@@ -113,17 +113,28 @@ class Moments:
 class SignalSums:
     """What is kept of the signals of the chunks so far.
 
-    Attributes:
-        layout: names and constants of the driveline.
-        start, end: of the window so far [s]; start is infinite while all is discarded.
-        cycles: of the window, discarded: before it.
-        interval: between samples [s].
-        orders: (o,) of the excitation.
-        moments: of the signals; None while all is discarded.
-        gram: (p, p) products of 1, s, s^2, sines and cosines, s = (time - start) / period.
-        products: (p, q) of these with the signals.
-        loss: (m,) work that elements took since the very begin [J]; None where a chunk was not audited.
-        time: since the very begin [s].
+    Attributes
+    ----------
+    layout
+        names and constants of the driveline.
+    start, end
+        of the window so far [s]; start is infinite while all is discarded.
+    cycles
+        of the window, discarded: before it.
+    interval
+        between samples [s].
+    orders
+        (o,) of the excitation.
+    moments
+        of the signals; None while all is discarded.
+    gram
+        (p, p) products of 1, s, s^2, sines and cosines, s = (time - start) / period.
+    products
+        (p, q) of these with the signals.
+    loss
+        (m,) work that elements took since the very begin [J]; None where a chunk was not audited.
+    time
+        since the very begin [s].
     """
 
     layout: Layout
@@ -142,9 +153,12 @@ class SignalSums:
     def amplitudes(self, products: Array, trend: int) -> NDArray[np.complex128]:
         """(o,) complex amplitudes of a signal beside a polynomial of time; NaN where the samples do not show them.
 
-        Args:
-            products: (p,) of it with 1, s, s^2, sines and cosines.
-            trend: degree of the polynomial, 2 at most.
+        Parameters
+        ----------
+        products
+            (p,) of it with 1, s, s^2, sines and cosines.
+        trend
+            degree of the polynomial, 2 at most.
         """
         amplitudes = np.full(self.orders.size, np.nan + 0j)
         shown = resolved(self.orders, self.layout.omega, self.interval)
@@ -162,8 +176,10 @@ class SignalSums:
     def velocities(self, angle: int, velocity: int) -> NDArray[np.complex128]:
         """(o,) complex amplitudes of an angle whose line and parabola join it and its velocity end to end.
 
-        Args:
-            angle, velocity: their columns.
+        Parameters
+        ----------
+        angle, velocity
+            their columns.
         """
         assert self.moments is not None
         m, span = self.moments, float(self.end - self.start)
@@ -179,12 +195,18 @@ def add_chunk(
 ) -> SignalSums:
     """Return the sums over a chunk and all before it.
 
-    Args:
-        trajectory: the next chunk, of whole cycles.
-        signals: (N + 1, q) on the grid of its steady part, both bounds included; (0, q) if all of it is discarded.
-        orders: (o,) of the excitation.
-        before: None at the first.
-        exact: columns of the signals whose statistics are known between samples, and these.
+    Parameters
+    ----------
+    trajectory
+        the next chunk, of whole cycles.
+    signals
+        (N + 1, q) on the grid of its steady part, both bounds included; (0, q) if all of it is discarded.
+    orders
+        (o,) of the excitation.
+    before
+        None at the first.
+    exact
+        columns of the signals whose statistics are known between samples, and these.
     """
     window = steady(trajectory) if trajectory.discard < trajectory.cycles else None
     kept = _start(trajectory, signals.shape[1], orders) if before is None else before

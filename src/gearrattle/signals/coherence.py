@@ -36,10 +36,14 @@ _CELLS = 1000  # of the grid on which densities are folded
 class ChanceCoherence:
     """What independent Gaussian signals give.
 
-    Attributes:
-        bias: mean of gamma^2, and of kappa.
-        threshold: gamma^2 of one bin stays below it in 95 of 100 cases.
-        mean_low, mean_high: kappa lies between them in 90 of 100 cases, so above the latter in 5.
+    Attributes
+    ----------
+    bias
+        mean of gamma^2, and of kappa.
+    threshold
+        gamma^2 of one bin stays below it in 95 of 100 cases.
+    mean_low, mean_high
+        kappa lies between them in 90 of 100 cases, so above the latter in 5.
     """
 
     bias: float
@@ -52,19 +56,32 @@ class ChanceCoherence:
 class Coherence:
     """Coherence at the harmonics, and all that is needed to read it.
 
-    Attributes:
-        frequency: (h,) harmonics asked for [Hz].
-        bin_frequency: (h,) bins read, the nearest [Hz].
-        value: (h,) gamma^2, 0 to 1; NaN where one of the signals has no power.
-        mean: kappa, the mean of the values that exist.
-        chance: what independent signals give.
-        rate: sampling rate after decimation [Hz].
-        bin_width: [Hz].
-        every: one sample in so many was kept.
-        anti_aliased: whether they were filtered first.
-        taper: "hann" or "none".
-        ensembles, points: segments, and samples in each.
-        notes: what the user must know.
+    Attributes
+    ----------
+    frequency
+        (h,) harmonics asked for [Hz].
+    bin_frequency
+        (h,) bins read, the nearest [Hz].
+    value
+        (h,) gamma^2, 0 to 1; NaN where one of the signals has no power.
+    mean
+        kappa, the mean of the values that exist.
+    chance
+        what independent signals give.
+    rate
+        sampling rate after decimation [Hz].
+    bin_width
+        [Hz].
+    every
+        one sample in so many was kept.
+    anti_aliased
+        whether they were filtered first.
+    taper
+        "hann" or "none".
+    ensembles, points
+        segments, and samples in each.
+    notes
+        what the user must know.
     """
 
     frequency: Array
@@ -87,10 +104,14 @@ def by_chance(ensembles: int, bins: int, level: float = 0.95) -> ChanceCoherence
 
     The density of the mean is that of one bin, folded with itself on a grid.
 
-    Args:
-        ensembles: segments averaged, at least 2; they do not overlap.
-        bins: how many bins the mean is over.
-        level: probability of staying below ``threshold`` and below ``mean_high``, and above ``mean_low``.
+    Parameters
+    ----------
+    ensembles
+        segments averaged, at least 2; they do not overlap.
+    bins
+        how many bins the mean is over.
+    level
+        probability of staying below ``threshold`` and below ``mean_high``, and above ``mean_low``.
     """
     mass = np.diff(-((1.0 - np.linspace(0.0, 1.0, _CELLS + 1)) ** (ensembles - 1)))
     total = mass
@@ -107,16 +128,25 @@ def decimation(samples: int, rate: float, highest: float, *, needed: int, points
 
     Where some such ``every`` puts every harmonic on a bin, the largest of those.
 
-    Args:
-        samples: how many there are.
-        rate: their rate [Hz].
-        highest: highest harmonic [Hz], to lie below ``USABLE`` of half the rate.
-        needed: how many samples must remain.
-        points: samples in a segment.
-        spacing: distance between harmonics [Hz].
+    Parameters
+    ----------
+    samples
+        how many there are.
+    rate
+        their rate [Hz].
+    highest
+        highest harmonic [Hz], to lie below ``USABLE`` of half the rate.
+    needed
+        how many samples must remain.
+    points
+        samples in a segment.
+    spacing
+        distance between harmonics [Hz].
 
-    Raises:
-        ModelError: if not even every sample suffices.
+    Raises
+    ------
+    ModelError
+        if not even every sample suffices.
     """
     allowed = [every for every in range(1, max(1, samples // needed) + 1) if highest <= USABLE * rate / every / 2]
     if samples < needed:
@@ -144,18 +174,29 @@ def coherence_at_harmonics(
 ) -> Coherence:
     """Return the coherence of two signals at the harmonics of ``fundamental``, from their last samples.
 
-    Args:
-        candidate, reference: (N,) samples.
-        rate: their rate [Hz].
-        fundamental: lowest frequency of the excitation [Hz].
-        ensembles, points: segments, and samples in each.
-        harmonics: how many, the fundamental included.
-        every: keep one sample in so many; None chooses (see ``decimation``).
-        anti_alias: whether to filter before samples are left out (FIR, linear phase, shifted back).
-        taper: "hann" or "none".
+    Parameters
+    ----------
+    candidate, reference
+        (N,) samples.
+    rate
+        their rate [Hz].
+    fundamental
+        lowest frequency of the excitation [Hz].
+    ensembles, points
+        segments, and samples in each.
+    harmonics
+        how many, the fundamental included.
+    every
+        keep one sample in so many; None chooses (see ``decimation``).
+    anti_alias
+        whether to filter before samples are left out (FIR, linear phase, shifted back).
+    taper
+        "hann" or "none".
 
-    Raises:
-        ModelError: too few samples, too few ensembles, or harmonics outside the band.
+    Raises
+    ------
+    ModelError
+        too few samples, too few ensembles, or harmonics outside the band.
     """
     if ensembles < 2:
         raise ModelError(Problem("ensembles", str(ensembles), "of one segment every coherence is 1", "take at least 2"))

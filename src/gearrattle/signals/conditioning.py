@@ -37,14 +37,22 @@ _MOST_AT_ONCE = 2_000_000  # entries of the kernel's table
 def resample(values: Array, interval: float, first: float, wanted: Array, rate: float) -> Array:
     """Return a signal at other times, with nothing folded back.
 
-    Args:
-        values: (N,) or (N, C) uniform samples, N >= 2.
-        interval: between them [s].
-        first: time of the first [s].
-        wanted: (M,) times within the record [s].
-        rate: the new rate; what lies above half of it is removed [Hz].
+    Parameters
+    ----------
+    values
+        (N,) or (N, C) uniform samples, N >= 2.
+    interval
+        between them [s].
+    first
+        time of the first [s].
+    wanted
+        (M,) times within the record [s].
+    rate
+        the new rate; what lies above half of it is removed [Hz].
 
-    Returns:
+    Returns
+    -------
+    Array
         (M,) or (M, C) in the unit of the signal.
     """
     from scipy.special import i0
@@ -84,11 +92,16 @@ def _continued(values: Array, side: int) -> Array:
 def evened(time: Array, values: Array) -> tuple[float, Array]:
     """Return uniform samples of a signal whose samples are not: its cubic spline, as fine as its shortest tenth.
 
-    Args:
-        time: (N,) strictly ascending [s], N >= 4.
-        values: (N,) at these times.
+    Parameters
+    ----------
+    time
+        (N,) strictly ascending [s], N >= 4.
+    values
+        (N,) at these times.
 
-    Returns:
+    Returns
+    -------
+    tuple[float, Array]
         The interval [s] and the samples from the first time to the last.
     """
     from scipy.interpolate import CubicSpline
@@ -102,18 +115,28 @@ def evened(time: Array, values: Array) -> tuple[float, Array]:
 def filtered(values: Array, rate: float, kind: str, cutoff: tuple[float, ...], order: int) -> Array:
     """Return a signal filtered forwards and backwards by Butterworth sections.
 
-    Args:
-        values: (N,) uniform samples.
-        rate: of the samples [Hz].
-        kind: lowpass, highpass, bandpass, bandstop.
-        cutoff: one, or two for a band, ascending, between 0 and half the rate [Hz].
-        order: of one pass.
+    Parameters
+    ----------
+    values
+        (N,) uniform samples.
+    rate
+        of the samples [Hz].
+    kind
+        lowpass, highpass, bandpass, bandstop.
+    cutoff
+        one, or two for a band, ascending, between 0 and half the rate [Hz].
+    order
+        of one pass.
 
-    Returns:
+    Returns
+    -------
+    Array
         (N,) in the unit of the signal.
 
-    Raises:
-        ValueError: the signal is shorter than the filter needs at its ends.
+    Raises
+    ------
+    ValueError
+        the signal is shorter than the filter needs at its ends.
     """
     from scipy.signal import butter, sosfiltfilt
 
@@ -124,10 +147,14 @@ def filtered(values: Array, rate: float, kind: str, cutoff: tuple[float, ...], o
 def detrended(time: Array, values: Array, degree: int) -> Array:
     """Return a signal without its least-squares polynomial.
 
-    Args:
-        time: (N,) [s].
-        values: (N,).
-        degree: 0 takes the mean away, 1 a straight line.
+    Parameters
+    ----------
+    time
+        (N,) [s].
+    values
+        (N,).
+    degree
+        0 takes the mean away, 1 a straight line.
     """
     if degree == 0:
         return np.asarray(values - values.mean())
@@ -139,9 +166,12 @@ def detrended(time: Array, values: Array, degree: int) -> Array:
 def bridged(time: Array, values: Array) -> tuple[Array, float]:
     """Return a signal with straight lines over samples that are no numbers, and the longest stretch bridged [s].
 
-    Args:
-        time: (N,) ascending [s].
-        values: (N,); the first and the last sample are numbers.
+    Parameters
+    ----------
+    time
+        (N,) ascending [s].
+    values
+        (N,); the first and the last sample are numbers.
     """
     good = np.isfinite(values)
     whole = np.interp(time, time[good], values[good])

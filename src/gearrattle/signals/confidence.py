@@ -48,10 +48,14 @@ _FARTHEST = 9.0  # artanh sqrt of the largest coherence: 1 - 6e-8
 def averages(window: Array, step: int, segments: int) -> float:
     """Return what overlapping segments are worth, in segments that do not overlap.
 
-    Args:
-        window: (L,) the taper.
-        step: samples from one segment to the next, at least 1.
-        segments: how many, at least 1.
+    Parameters
+    ----------
+    window
+        (L,) the taper.
+    step
+        samples from one segment to the next, at least 1.
+    segments
+        how many, at least 1.
     """
     shared = 0.0
     power = float(window @ window)
@@ -64,9 +68,12 @@ def averages(window: Array, step: int, segments: int) -> float:
 def density_factors(count: float, level: float = LEVEL) -> tuple[float, float]:
     """Return what an estimated density is multiplied with for its lower and upper limit.
 
-    Args:
-        count: averages (see ``averages``); half of them at frequency zero and at half the sampling rate.
-        level: probability that the limits enclose the density.
+    Parameters
+    ----------
+    count
+        averages (see ``averages``); half of them at frequency zero and at half the sampling rate.
+    level
+        probability that the limits enclose the density.
     """
     from scipy.special import gammaincinv
 
@@ -77,9 +84,12 @@ def density_factors(count: float, level: float = LEVEL) -> tuple[float, float]:
 def coherence_below(value: Array, truth: Array, count: float) -> Array:
     """Return the probability that an estimated coherence is at most ``value``.
 
-    Args:
-        value, truth: estimated and true coherence, from 0 to below 1, of shapes that broadcast.
-        count: averages, above 1.
+    Parameters
+    ----------
+    value, truth
+        estimated and true coherence, from 0 to below 1, of shapes that broadcast.
+    count
+        averages, above 1.
     """
     y, eta = np.arctanh(np.sqrt(np.asarray(value, np.float64))), np.arctanh(np.sqrt(np.asarray(truth, np.float64)))
     y, eta = np.broadcast_arrays(y, eta)
@@ -91,10 +101,14 @@ def coherence_limits(value: Array, count: float, level: float = LEVEL) -> tuple[
 
     Quantiles of the estimate are worked out for 97 coherences and read backwards, straight between them.
 
-    Args:
-        value: (f,) estimates; NaN gives NaN.
-        count: averages, above 1; at 1 nothing is known, and the limits are 0 and 1.
-        level: probability that the limits enclose the coherence.
+    Parameters
+    ----------
+    value
+        (f,) estimates; NaN gives NaN.
+    count
+        averages, above 1; at 1 nothing is known, and the limits are 0 and 1.
+    level
+        probability that the limits enclose the coherence.
     """
     value = np.asarray(value, np.float64)
     known = np.isfinite(value)
@@ -169,10 +183,14 @@ def coherence_threshold(count: float, level: float = LEVEL) -> float:
 def response_radius(coherence: Array, count: float, level: float = LEVEL) -> Array:
     """Return the radius of the circle about a transfer function, relative to its modulus; infinite without power.
 
-    Args:
-        coherence: (f,) estimates.
-        count: averages; at 1 nothing is known, and the radius is infinite.
-        level: probability that the circle encloses the transfer function.
+    Parameters
+    ----------
+    coherence
+        (f,) estimates.
+    count
+        averages; at 1 nothing is known, and the radius is infinite.
+    level
+        probability that the circle encloses the transfer function.
     """
     coherence = np.asarray(coherence, np.float64)
     if count <= 1.0 + 1e-9:

@@ -36,11 +36,16 @@ WINDOWS = ("hann", "flattop", "boxcar")
 class Segments:
     """How a record is cut.
 
-    Attributes:
-        window: (L,) the taper.
-        step: samples from one segment to the next.
-        count: how many there are.
-        centred: whether the mean of every segment is removed.
+    Attributes
+    ----------
+    window
+        (L,) the taper.
+    step
+        samples from one segment to the next.
+    count
+        how many there are.
+    centred
+        whether the mean of every segment is removed.
     """
 
     window: Array
@@ -63,11 +68,16 @@ class Segments:
 class CrossSpectra:
     """One-sided densities of two signals.
 
-    Attributes:
-        frequency: (f,) from 0 to half the sampling rate [Hz].
-        power_x, power_y: (f,) densities [unit^2 / Hz].
-        cross: (f,) S_xy; its argument is the phase of y before x.
-        segments: how they were made.
+    Attributes
+    ----------
+    frequency
+        (f,) from 0 to half the sampling rate [Hz].
+    power_x, power_y
+        (f,) densities [unit^2 / Hz].
+    cross
+        (f,) S_xy; its argument is the phase of y before x.
+    segments
+        how they were made.
     """
 
     frequency: Array
@@ -103,11 +113,16 @@ def taper(name: str, length: int) -> Array:
 def cut(samples: int, length: int, overlap: float, window: str) -> Segments:
     """Return how a record is cut into overlapping segments.
 
-    Args:
-        samples: in the record, at least ``length``.
-        length: samples in a segment, at least 2.
-        overlap: share of a segment that the next has as well, 0 to below 1.
-        window: one of ``WINDOWS``.
+    Parameters
+    ----------
+    samples
+        in the record, at least ``length``.
+    length
+        samples in a segment, at least 2.
+    overlap
+        share of a segment that the next has as well, 0 to below 1.
+    window
+        one of ``WINDOWS``.
     """
     step = max(1, length - round(overlap * length))
     return Segments(taper(window, length), step, 1 + (samples - length) // step)
@@ -116,9 +131,12 @@ def cut(samples: int, length: int, overlap: float, window: str) -> Segments:
 def groups(signal: Array, segments: Segments) -> Iterator[Array]:
     """Give the segments of a signal in groups, (g, L) or (g, n, L), not yet tapered, as views of it.
 
-    Args:
-        signal: (N,) or (N, n).
-        segments: from ``cut``.
+    Parameters
+    ----------
+    signal
+        (N,) or (N, n).
+    segments
+        from ``cut``.
     """
     views = np.lib.stride_tricks.sliding_window_view(signal, segments.length, axis=0)[:: segments.step]
     size = max(1, _AT_ONCE // (segments.length * (signal.size // len(signal))))
@@ -147,10 +165,14 @@ def one_sided(sums: Array, length: int) -> Array:
 def periodograms(signal: Array, rate: float, segments: Segments) -> Iterator[Array]:
     """Give the one-sided densities of every segment, in groups (g, f) or (g, n, f).
 
-    Args:
-        signal: (N,) or (N, n) uniform samples.
-        rate: of the samples [Hz].
-        segments: from ``cut``.
+    Parameters
+    ----------
+    signal
+        (N,) or (N, n) uniform samples.
+    rate
+        of the samples [Hz].
+    segments
+        from ``cut``.
     """
     scale = _scale(rate, segments)
     for group in groups(signal, segments):
@@ -162,10 +184,14 @@ def periodograms(signal: Array, rate: float, segments: Segments) -> Iterator[Arr
 def power_density(signal: Array, rate: float, segments: Segments) -> tuple[Array, Array]:
     """Return frequencies (f,) [Hz] and the one-sided density of a signal, (f,) or (f, n): the mean of the segments'.
 
-    Args:
-        signal: (N,) or (N, n) uniform samples.
-        rate: of the samples [Hz].
-        segments: from ``cut``.
+    Parameters
+    ----------
+    signal
+        (N,) or (N, n) uniform samples.
+    rate
+        of the samples [Hz].
+    segments
+        from ``cut``.
     """
     total = sum(group.sum(axis=0) for group in periodograms(signal, rate, segments))
     return frequencies(segments, rate), np.asarray(total).T / segments.count
@@ -174,10 +200,14 @@ def power_density(signal: Array, rate: float, segments: Segments) -> tuple[Array
 def cross_spectra(x: Array, y: Array, rate: float, segments: Segments) -> CrossSpectra:
     """Return the densities of two signals.
 
-    Args:
-        x, y: (N,) uniform samples of the same times.
-        rate: of the samples [Hz].
-        segments: from ``cut``.
+    Parameters
+    ----------
+    x, y
+        (N,) uniform samples of the same times.
+    rate
+        of the samples [Hz].
+    segments
+        from ``cut``.
     """
     shape = segments.length // 2 + 1
     power_x = np.zeros(shape)

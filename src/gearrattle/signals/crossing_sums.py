@@ -30,13 +30,19 @@ m_eff of every clearance."""
 def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | None) -> Sums:
     """Return the sums over all chunks so far.
 
-    Args:
-        before: those of the chunks before; None at the first.
-        trajectory: the next chunk.
-        window: the part of it that counts; None for nothing of it: only the flanks of its last contacts are kept.
+    Parameters
+    ----------
+    before
+        those of the chunks before; None at the first.
+    trajectory
+        the next chunk.
+    window
+        the part of it that counts; None for nothing of it: only the flanks of its last contacts are kept.
 
-    Raises:
-        GearRattleError: if the log has a gap.
+    Raises
+    ------
+    GearRattleError
+        if the log has a gap.
     """
     from gearrattle.engine.kernels import tallies
 
@@ -72,14 +78,22 @@ def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | 
 class Contacts:
     """What the contacts of one clearance that begin in the window add up to.
 
-    Attributes:
-        whole: how many begin and end.
-        speeds: sum of |v| + |v'| [rad/s or m/s]; v' of one that does not end is 0.
-        squares: sum of v^2 - v'^2 of those that end [the same squared].
-        kept: sum of |v'| / |v| of those with v other than zero.
-        moving: how many these are.
-        time: of all contacts, the one cut short included [s].
-        cut: whether the motion ends within one.
+    Attributes
+    ----------
+    whole
+        how many begin and end.
+    speeds
+        sum of |v| + |v'| [rad/s or m/s]; v' of one that does not end is 0.
+    squares
+        sum of v^2 - v'^2 of those that end [the same squared].
+    kept
+        sum of |v'| / |v| of those with v other than zero.
+    moving
+        how many these are.
+    time
+        of all contacts, the one cut short included [s].
+    cut
+        whether the motion ends within one.
     """
 
     whole: int
@@ -94,11 +108,16 @@ class Contacts:
 def contacts_of(sums: Sums, layout: Layout, clearance: int, end: float) -> Contacts:
     """Return what the contacts of one clearance add up to.
 
-    Args:
-        sums: of one motion.
-        layout: names and constants of the driveline.
-        clearance: index into ``layout.clearance``.
-        end: of the motion [s]: a contact that is still open counts up to it.
+    Parameters
+    ----------
+    sums
+        of one motion.
+    layout
+        names and constants of the driveline.
+    clearance
+        index into ``layout.clearance``.
+    end
+        of the motion [s]: a contact that is still open counts up to it.
     """
     mine = corners_of(layout, clearance)
     is_open = sums["open"][mine] > 0.0
@@ -118,10 +137,13 @@ def contacts_of(sums: Sums, layout: Layout, clearance: int, end: float) -> Conta
 class Sides:
     """Where a clearance spends its time, and how its impacts change flanks.
 
-    Attributes:
-        shares: of the time by region.
-        single, double: impacts that follow a contact on the same flank, and on the other one. The first impact of all
-            follows the side on which the motion begins; from within the gap it counts as single-sided.
+    Attributes
+    ----------
+    shares
+        of the time by region.
+    single, double
+        impacts that follow a contact on the same flank, and on the other one. The first impact of all
+        follows the side on which the motion begins; from within the gap it counts as single-sided.
     """
 
     shares: dict[int, float]
@@ -132,11 +154,16 @@ class Sides:
 def sides_of(sums: Sums, layout: Layout, clearance: int, duration: float) -> Sides:
     """Return where one clearance spends its time, and how its impacts change flanks.
 
-    Args:
-        sums: of one motion.
-        layout: names and constants of the driveline.
-        clearance: index into ``layout.clearance``.
-        duration: of the window [s].
+    Parameters
+    ----------
+    sums
+        of one motion.
+    layout
+        names and constants of the driveline.
+    clearance
+        index into ``layout.clearance``.
+    duration
+        of the window [s].
     """
     shares = _shares(sums, layout, clearance, duration)
     return Sides(shares, int(sums["same"][clearance]), int(sums["other"][clearance]))
@@ -157,8 +184,10 @@ def pieces_of(layout: Layout, clearance: int) -> slice:
 def dwell_times(trajectory: Trajectory, clearance: int, window: Window) -> Array:
     """Return (pieces,) the time in the window that a clearance spends in each of its regions, lowest first [s].
 
-    Raises:
-        GearRattleError: if the log has a gap.
+    Raises
+    ------
+    GearRattleError
+        if the log has a gap.
     """
     return add_crossings(None, trajectory, window)["dwell"][pieces_of(trajectory.layout, clearance)]
 
@@ -166,11 +195,15 @@ def dwell_times(trajectory: Trajectory, clearance: int, window: Window) -> Array
 def region_shares(trajectory: Trajectory, clearance: int, window: Window) -> dict[int, float]:
     """Return the share of the window's time that a clearance spends in each of its regions, from the event times.
 
-    Returns:
+    Returns
+    -------
+    dict[int, float]
         share by region label, ascending, every region of the element included; they sum to 1.
 
-    Raises:
-        GearRattleError: if the log has a gap.
+    Raises
+    ------
+    GearRattleError
+        if the log has a gap.
     """
     return _shares(add_crossings(None, trajectory, window), trajectory.layout, clearance, window.duration)
 
@@ -178,8 +211,10 @@ def region_shares(trajectory: Trajectory, clearance: int, window: Window) -> dic
 def contact_share(trajectory: Trajectory, clearance: int, window: Window) -> float:
     """Return the share of the window's time that a clearance spends in contact (0 to 1), from the event times.
 
-    Raises:
-        GearRattleError: if the log has a gap.
+    Raises
+    ------
+    GearRattleError
+        if the log has a gap.
     """
     return float(outside(trajectory.layout, clearance, region_shares(trajectory, clearance, window)))
 
@@ -189,8 +224,10 @@ def regime(trajectory: Trajectory, clearance: int, window: Window) -> Regime:
 
     Of a gap only the corners of its centre count: where it separates.
 
-    Raises:
-        GearRattleError: if the log has a gap.
+    Raises
+    ------
+    GearRattleError
+        if the log has a gap.
     """
     drive, coast = add_crossings(None, trajectory, window)["sides"][clearance] > 0.0
     return regime_of(bool(drive), bool(coast))
@@ -199,9 +236,12 @@ def regime(trajectory: Trajectory, clearance: int, window: Window) -> Regime:
 def sums_of(trajectory: Trajectory) -> Sums:
     """Return the sums over the steady part of a motion.
 
-    Raises:
-        ModelError: if no cycle remains after the discarded ones.
-        GearRattleError: if the log has a gap.
+    Raises
+    ------
+    ModelError
+        if no cycle remains after the discarded ones.
+    GearRattleError
+        if the log has a gap.
     """
     return add_crossings(None, trajectory, steady(trajectory))
 

@@ -30,8 +30,10 @@ _EQUAL = 1e-9  # distances this near, relatively, are a rounding apart
 def rank(distances: Array) -> float:
     """Return p: the share of the motions that lie at least as far out as the first, itself included.
 
-    Args:
-        distances: (m,) of every motion from all others.
+    Parameters
+    ----------
+    distances
+        (m,) of every motion from all others.
     """
     return float(np.mean(distances >= distances[0] * (1.0 - _EQUAL)))
 
@@ -39,8 +41,10 @@ def rank(distances: Array) -> float:
 def mean_of_others(values: Array) -> Array:
     """Return (m, ...) for each the mean of all others.
 
-    Args:
-        values: (m, ...), m at least 2.
+    Parameters
+    ----------
+    values
+        (m, ...), m at least 2.
     """
     m = len(values)
     others = 1.0 - np.eye(m)
@@ -59,9 +63,12 @@ def density_distances(densities: Array, error: Array | None = None) -> tuple[Arr
     above the floor, to which lower densities are raised; not the two lowest (the mean is removed), nor the last. NaN
     where no bin holds power.
 
-    Args:
-        densities: (m, f) one-sided spectral densities.
-        error: (f,) density of a known error, to which lower densities are raised too; None: of none.
+    Parameters
+    ----------
+    densities
+        (m, f) one-sided spectral densities.
+    error
+        (f,) density of a known error, to which lower densities are raised too; None: of none.
     """
     chosen, floor = _compared(densities, error)
     if not chosen.any():
@@ -80,10 +87,14 @@ def explained_distance(densities: Array, reference: Array, error: Array) -> tupl
     An error of density S_e moves the root of every density by sqrt(S_e) at most, so with densities S and S_ref raised
     to S_e the distance is at most that of 20 lg(1 + sqrt(S_e / min(S, S_ref))). NaN where no bin holds power.
 
-    Args:
-        densities: (m, f) as for ``density_distances``, whose bins are taken.
-        reference: (f,) density of the motion the error is told against.
-        error: (f,) density of the error.
+    Parameters
+    ----------
+    densities
+        (m, f) as for ``density_distances``, whose bins are taken.
+    reference
+        (f,) density of the motion the error is told against.
+    error
+        (f,) density of the error.
     """
     chosen, floor = _compared(densities, error)
     if not chosen.any():
@@ -111,9 +122,12 @@ def distribution_distances(samples: Sequence[Array], tolerance: float) -> Array:
     D = max_x |F_i(x) - F_others(x)|, 0 to 1, F the empirical distribution functions, if every value may move by the
     tolerance (as in P. Levy's metric): where motions repeat themselves their values do too, and D = 1 for any shift.
 
-    Args:
-        samples: m arrays (n_i,) of values, none empty.
-        tolerance: shift that does not count, in the unit of the values.
+    Parameters
+    ----------
+    samples
+        m arrays (n_i,) of values, none empty.
+    tolerance
+        shift that does not count, in the unit of the values.
     """
     ordered = [np.sort(sample) for sample in samples]
     pool = np.sort(np.concatenate(ordered))

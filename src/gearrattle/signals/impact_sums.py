@@ -17,13 +17,19 @@ from gearrattle.trajectory import Array, Layout
 class Severity(NamedTuple):
     """How hard the impacts of one clearance are: magnitudes, NaN without impacts.
 
-    Attributes:
-        mean_speed, largest_speed: of the approach velocity v [rad/s or m/s].
-        mean_momentum, largest_momentum: m_eff |v| [N m s or N s].
-        mean_energy, largest_energy: m_eff v^2 / 2 [J].
-        mean_exchanged, largest_exchanged: m_eff (|v| + |v'|), v' the rate at the end of the contact [N m s or N s].
-        mean_impulse, largest_impulse: contact impulse, static load included [N m s or N s]; NaN without force
-            integrals.
+    Attributes
+    ----------
+    mean_speed, largest_speed
+        of the approach velocity v [rad/s or m/s].
+    mean_momentum, largest_momentum
+        m_eff |v| [N m s or N s].
+    mean_energy, largest_energy
+        m_eff v^2 / 2 [J].
+    mean_exchanged, largest_exchanged
+        m_eff (|v| + |v'|), v' the rate at the end of the contact [N m s or N s].
+    mean_impulse, largest_impulse
+        contact impulse, static load included [N m s or N s]; NaN without force
+        integrals.
     """
 
     mean_speed: Array
@@ -45,10 +51,14 @@ _OF_CLEARANCES = ("count", "speed", "top_speed", "square", "left", "top_change",
 class ImpactSummary:
     """The impacts of one clearance.
 
-    Attributes:
-        count, drive: how many, and how many of them on the drive side.
-        severity: how hard they are.
-        censored: whether the motion ends within a contact that counts.
+    Attributes
+    ----------
+    count, drive
+        how many, and how many of them on the drive side.
+    severity
+        how hard they are.
+    censored
+        whether the motion ends within a contact that counts.
     """
 
     count: int

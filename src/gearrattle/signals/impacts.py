@@ -36,18 +36,29 @@ from gearrattle.trajectory import Array, EventLog, IntArray, Trajectory
 class Impacts:
     """A table of impacts in the order of their begin.
 
-    Attributes:
-        time: (I,) begin of the contact [s].
-        clearance: (I,) index into ``Layout.clearance``.
-        region: (I,) label of the region entered.
-        velocity: (I,) signed approach velocity [rad/s or m/s]: positive on the drive side.
-        departure: (I,) signed deflection rate at its end [rad/s or m/s]: negative on the drive side; NaN if censored.
-        duration: (I,) length of the contact [s].
-        impulse: (I,) contact impulse: integral of the element's force over the contact [N m s or N s], positive for a
-            drive-side push; NaN where the solver supplies no force integral.
-        censored: (I,) whether the motion ended before the contact did.
-        row: (I,) position of the crossing in the log.
-        mass: (I,) m_eff of the element [kg m^2 or kg]; infinite if no end of it is free.
+    Attributes
+    ----------
+    time
+        (I,) begin of the contact [s].
+    clearance
+        (I,) index into ``Layout.clearance``.
+    region
+        (I,) label of the region entered.
+    velocity
+        (I,) signed approach velocity [rad/s or m/s]: positive on the drive side.
+    departure
+        (I,) signed deflection rate at its end [rad/s or m/s]: negative on the drive side; NaN if censored.
+    duration
+        (I,) length of the contact [s].
+    impulse
+        (I,) contact impulse: integral of the element's force over the contact [N m s or N s], positive for a
+        drive-side push; NaN where the solver supplies no force integral.
+    censored
+        (I,) whether the motion ended before the contact did.
+    row
+        (I,) position of the crossing in the log.
+    mass
+        (I,) m_eff of the element [kg m^2 or kg]; infinite if no end of it is free.
     """
 
     time: Array

@@ -35,9 +35,12 @@ def add_levels(trajectory: Trajectory, before: Mapping[str, Array] | None) -> di
 
     low, high, rms; below, above: by how much low and high may be passed between samples; off: error of rms.
 
-    Args:
-        trajectory: the next chunk.
-        before: the same of the chunks before; None at the first.
+    Parameters
+    ----------
+    trajectory
+        the next chunk.
+    before
+        the same of the chunks before; None at the first.
     """
     window, per_cycle = steady(trajectory), trajectory.samples_per_cycle
     count = min(LAST_CYCLES, window.cycles)

@@ -17,10 +17,14 @@ from gearrattle.trajectory import Array
 def rms(signal: Array) -> Array:
     """Return the root mean square over uniform samples that span whole periods, both bounds included.
 
-    Args:
-        signal: (N, ...) with N >= 2; the first and the last sample are the same phase of a period.
+    Parameters
+    ----------
+    signal
+        (N, ...) with N >= 2; the first and the last sample are the same phase of a period.
 
-    Returns:
+    Returns
+    -------
+    Array
         (...) in the unit of the signal.
     """
     largest = np.max(np.abs(signal), axis=0)

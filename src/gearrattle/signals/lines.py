@@ -101,12 +101,18 @@ def super_harmonics(
 ) -> tuple[Line, ...]:
     """Return the super-harmonics present, by ascending order.
 
-    Args:
-        signal: (N,) samples of whole common periods T, each phase once.
-        samples_per_cycle: samples in T.
-        fundamental: g, the order whose period is T.
-        orders: (o,) excited orders; none excited, none found.
-        amplitudes: of the same signal's bins by the number of its last samples that were taken; more are put there.
+    Parameters
+    ----------
+    signal
+        (N,) samples of whole common periods T, each phase once.
+    samples_per_cycle
+        samples in T.
+    fundamental
+        g, the order whose period is T.
+    orders
+        (o,) excited orders; none excited, none found.
+    amplitudes
+        of the same signal's bins by the number of its last samples that were taken; more are put there.
     """
     known = {} if amplitudes is None else amplitudes
     lines = _unexcited(signal, samples_per_cycle, fundamental, orders, known)

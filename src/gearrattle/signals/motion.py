@@ -19,12 +19,18 @@ Array = NDArray[np.float64]
 def derived(time: Array, values: Array, times: int) -> Array:
     """Return a derivative of a signal, or for negative ``times`` an integral from its first sample on.
 
-    Args:
-        time: (N,) strictly ascending [s], N >= 4.
-        values: (N,).
-        times: 1 and 2 for derivatives, -1 and -2 for integrals.
+    Parameters
+    ----------
+    time
+        (N,) strictly ascending [s], N >= 4.
+    values
+        (N,).
+    times
+        1 and 2 for derivatives, -1 and -2 for integrals.
 
-    Returns:
+    Returns
+    -------
+    Array
         (N,) in the unit times s to the power of -``times``.
     """
     from scipy.interpolate import CubicSpline
@@ -37,8 +43,11 @@ def derived(time: Array, values: Array, times: int) -> Array:
 def unwrapped(values: Array, span: float) -> Array:
     """Return an angle that goes on where an encoder starts over.
 
-    Args:
-        values: (N,); two neighbours are less than half the span apart in truth.
-        span: where the encoder starts over, in the unit of the values.
+    Parameters
+    ----------
+    values
+        (N,); two neighbours are less than half the span apart in truth.
+    span
+        where the encoder starts over, in the unit of the values.
     """
     return np.asarray(np.unwrap(values, period=span), dtype=np.float64)

@@ -49,12 +49,18 @@ TURN = 2.0 * np.pi
 class Turned:
     """A signal over the angle of a shaft.
 
-    Attributes:
-        values: (M,) at uniform angles.
-        angle: of the first [rad].
-        per_turn: samples a turn.
-        time: (M,) when the shaft was there [s].
-        speed: (M,) its speed then [rad/s].
+    Attributes
+    ----------
+    values
+        (M,) at uniform angles.
+    angle
+        of the first [rad].
+    per_turn
+        samples a turn.
+    time
+        (M,) when the shaft was there [s].
+    speed
+        (M,) its speed then [rad/s].
     """
 
     values: Array
@@ -68,12 +74,18 @@ class Turned:
 class Orders:
     """Amplitudes of orders, block by block.
 
-    Attributes:
-        order: (o,) multiples of the shaft's speed.
-        amplitude: (b, o) complex: modulus in the unit of the signal, argument the phase of a sine of the angle.
-        time: (b,) middle of each block, by its taper [s].
-        speed: (b,) mean speed under its taper [rad/s].
-        turns: in a block.
+    Attributes
+    ----------
+    order
+        (o,) multiples of the shaft's speed.
+    amplitude
+        (b, o) complex: modulus in the unit of the signal, argument the phase of a sine of the angle.
+    time
+        (b,) middle of each block, by its taper [s].
+    speed
+        (b,) mean speed under its taper [rad/s].
+    turns
+        in a block.
     """
 
     order: Array
@@ -86,9 +98,12 @@ class Orders:
 def angle_of(speed: Array, interval: float) -> Array:
     """Return (N,) the angle [rad] that a shaft has turned since the first sample.
 
-    Args:
-        speed: (N,) uniform samples [rad/s], N >= 4.
-        interval: between them [s].
+    Parameters
+    ----------
+    speed
+        (N,) uniform samples [rad/s], N >= 4.
+    interval
+        between them [s].
     """
     steps = np.empty(speed.size)
     steps[0] = 0.0
@@ -103,11 +118,16 @@ def angle_of(speed: Array, interval: float) -> Array:
 def when_at(wanted: Array, angle: Array, speed: Array, interval: float) -> tuple[Array, Array]:
     """Return when a shaft is at given angles, in samples since the first, and its speed then [rad/s].
 
-    Args:
-        wanted: (M,) ascending, within the record [rad].
-        angle: (N,) ascending [rad].
-        speed: (N,) its derivative, positive [rad/s].
-        interval: between samples [s].
+    Parameters
+    ----------
+    wanted
+        (M,) ascending, within the record [rad].
+    angle
+        (N,) ascending [rad].
+    speed
+        (N,) its derivative, positive [rad/s].
+    interval
+        between samples [s].
     """
     below = np.clip(np.searchsorted(angle, wanted, side="right") - 1, 0, angle.size - 2)
     start, rise = angle[below], angle[below + 1] - angle[below]
@@ -125,12 +145,18 @@ def when_at(wanted: Array, angle: Array, speed: Array, interval: float) -> tuple
 def turned(values: Array, interval: float, angle: Array, speed: Array, per_turn: int) -> Turned:
     """Return a signal at uniform angles, from the first whole step of the angle in the record to the last.
 
-    Args:
-        values: (N,) uniform samples.
-        interval: between them [s].
-        angle: (N,) of the shaft, ascending [rad].
-        speed: (N,) of the shaft, positive [rad/s].
-        per_turn: samples a turn.
+    Parameters
+    ----------
+    values
+        (N,) uniform samples.
+    interval
+        between them [s].
+    angle
+        (N,) of the shaft, ascending [rad].
+    speed
+        (N,) of the shaft, positive [rad/s].
+    per_turn
+        samples a turn.
     """
     step = TURN / per_turn
     first, last = int(np.ceil(angle[0] / step - 1e-9)), int(np.floor(angle[-1] / step + 1e-9))
@@ -154,12 +180,18 @@ def _kernel() -> Array:
 def order_spectra(signal: Turned, turns: int, overlap: float, window: str, highest: float) -> Orders:
     """Return the order spectrum of every block of ``turns`` turns.
 
-    Args:
-        signal: at least so many turns of it.
-        turns: in a block.
-        overlap: share of a block that the next has as well, 0 to below 1.
-        window: one of ``cross_spectra.WINDOWS``.
-        highest: order up to which they are kept.
+    Parameters
+    ----------
+    signal
+        at least so many turns of it.
+    turns
+        in a block.
+    overlap
+        share of a block that the next has as well, 0 to below 1.
+    window
+        one of ``cross_spectra.WINDOWS``.
+    highest
+        order up to which they are kept.
     """
     length = turns * signal.per_turn
     blocks = cut(signal.values.size, length, overlap, window)
@@ -186,14 +218,22 @@ def fitted_orders(
 ) -> Orders:
     """Return the amplitudes of given orders in every block, by least squares in time.
 
-    Args:
-        values: (N,) uniform samples.
-        interval: between them [s].
-        angle: (N,) of the shaft, ascending, over more than ``turns`` turns [rad].
-        speed: (N,) of the shaft [rad/s].
-        orders: (o,) positive, apart from each other.
-        turns: in a block; orders less than about 1 / turns apart are not told from each other.
-        overlap: share of a block that the next has as well, 0 to below 1.
+    Parameters
+    ----------
+    values
+        (N,) uniform samples.
+    interval
+        between them [s].
+    angle
+        (N,) of the shaft, ascending, over more than ``turns`` turns [rad].
+    speed
+        (N,) of the shaft [rad/s].
+    orders
+        (o,) positive, apart from each other.
+    turns
+        in a block; orders less than about 1 / turns apart are not told from each other.
+    overlap
+        share of a block that the next has as well, 0 to below 1.
     """
     span, step = TURN * turns, TURN * turns * (1.0 - overlap)
     count = 1 + int(np.floor((angle[-1] - angle[0] - span) / step + 1e-9))

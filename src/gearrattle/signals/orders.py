@@ -20,10 +20,14 @@ _WHOLE = 1e-12  # of the turns in a period: as much is rounding
 def resolved(orders: Array, omega: float, spacing: float) -> NDArray[np.bool_]:
     """Return which orders lie strictly between zero and half the sampling rate.
 
-    Args:
-        orders: (o,) multiples of omega.
-        omega: reference speed [rad/s].
-        spacing: time between two samples [s].
+    Parameters
+    ----------
+    orders
+        (o,) multiples of omega.
+    omega
+        reference speed [rad/s].
+    spacing
+        time between two samples [s].
     """
     phase_step = np.asarray(orders) * omega * spacing
     return np.asarray((phase_step > 0.0) & (phase_step < np.pi * (1.0 - 1e-9)), dtype=np.bool_)
@@ -32,14 +36,22 @@ def resolved(orders: Array, omega: float, spacing: float) -> NDArray[np.bool_]:
 def harmonics(signal: Array, time: Array, omega: float, orders: Array, *, trend: int = 0) -> NDArray[np.complex128]:
     """Return the complex amplitudes of a signal at the given orders, by least squares.
 
-    Args:
-        signal: (N,) or (N, n) samples over whole periods, each phase once.
-        time: (N,) uniform sample times [s]; the phases refer to time zero.
-        omega: reference speed [rad/s].
-        orders: (o,) distinct multiples of omega.
-        trend: degree of a polynomial of time that is fitted beside them: 0, the mean; 1, a drift.
+    Parameters
+    ----------
+    signal
+        (N,) or (N, n) samples over whole periods, each phase once.
+    time
+        (N,) uniform sample times [s]; the phases refer to time zero.
+    omega
+        reference speed [rad/s].
+    orders
+        (o,) distinct multiples of omega.
+    trend
+        degree of a polynomial of time that is fitted beside them: 0, the mean; 1, a drift.
 
-    Returns:
+    Returns
+    -------
+    NDArray[np.complex128]
         (o,) or (o, n); modulus in the unit of the signal, argument the phase of a sine. NaN at orders that the
         samples cannot show (see ``resolved``) and at all orders where there are fewer samples than unknowns.
     """
@@ -65,14 +77,22 @@ def order_sums(signal: Array, time: Array, omega: float, orders: Array, *, perio
 
     Where every order turns whole times in a period, sines and cosines repeat: samples of equal phase are added first.
 
-    Args:
-        signal: (N, n) samples.
-        time: (N,) their times [s].
-        omega: reference speed [rad/s].
-        orders: (o,) orders that the samples can show (see ``resolved``).
-        periods: in how many equal parts the samples may be cut, of which each is a period or not.
+    Parameters
+    ----------
+    signal
+        (N, n) samples.
+    time
+        (N,) their times [s].
+    omega
+        reference speed [rad/s].
+    orders
+        (o,) orders that the samples can show (see ``resolved``).
+    periods
+        in how many equal parts the samples may be cut, of which each is a period or not.
 
-    Returns:
+    Returns
+    -------
+    tuple[Array, Array]
         gram: (2 o + 1, 2 o + 1) products of 1, sines and cosines with each other.
         moments: (2 o + 1, n) their products with the signal.
     """
@@ -91,11 +111,16 @@ def repeating_angles(time: Array, omega: float, orders: Array, periods: int) -> 
 
     Whole turns are left out before they could round anything.
 
-    Args:
-        time: (N,) uniform sample times [s].
-        omega: reference speed [rad/s].
-        orders: (o,) multiples of omega.
-        periods: number of parts.
+    Parameters
+    ----------
+    time
+        (N,) uniform sample times [s].
+    omega
+        reference speed [rad/s].
+    orders
+        (o,) multiples of omega.
+    periods
+        number of parts.
     """
     length = time.size // max(periods, 1)
     if length < 2 or length * periods != time.size:

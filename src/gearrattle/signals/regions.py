@@ -32,9 +32,12 @@ Regime = Literal["quiet", "single-sided", "double-sided"]
 def centre(layout: Layout, clearance: int) -> frozenset[int]:
     """Return the labels of the pieces at the centre of a clearance, the ones that are not contact.
 
-    Args:
-        layout: names and constants of the driveline.
-        clearance: index into ``layout.clearance``.
+    Parameters
+    ----------
+    layout
+        names and constants of the driveline.
+    clearance
+        index into ``layout.clearance``.
     """
     first = int(layout.region_of_first_piece[clearance])
     corner_below_zero = -first - 1  # the corner between the pieces -1 and 0
@@ -50,9 +53,12 @@ def centre(layout: Layout, clearance: int) -> frozenset[int]:
 def centre_words(layout: Layout, clearance: int) -> str:
     """Say which regions are the centre where delta = 0 is a corner, for formulas; empty elsewhere.
 
-    Args:
-        layout: names and constants of the driveline.
-        clearance: index into ``layout.clearance``.
+    Parameters
+    ----------
+    layout
+        names and constants of the driveline.
+    clearance
+        index into ``layout.clearance``.
     """
     if 0.0 not in layout.corners[clearance]:
         return ""
@@ -79,10 +85,14 @@ def judged_of(layout: Layout) -> Judged:
 def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.bool_]:
     """Return which of the region labels of one clearance are contact.
 
-    Args:
-        layout: names and constants of the driveline.
-        clearance: index into ``layout.clearance``.
-        region: (...) region labels.
+    Parameters
+    ----------
+    layout
+        names and constants of the driveline.
+    clearance
+        index into ``layout.clearance``.
+    region
+        (...) region labels.
     """
     return ~np.isin(region, sorted(centre(layout, clearance)))
 
@@ -90,9 +100,12 @@ def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.b
 def broken_chain(trajectory: Trajectory, row: int) -> GearRattleError:
     """Return the error for a crossing that does not lead on from where the one before led, to a region beside it.
 
-    Args:
-        trajectory: the motion.
-        row: position of the crossing in the log.
+    Parameters
+    ----------
+    trajectory
+        the motion.
+    row
+        position of the crossing in the log.
     """
     log, k = trajectory.events, int(trajectory.events.clearance[row])
     if not 0 <= k < trajectory.layout.clearance.size:
@@ -120,8 +133,10 @@ def region_at(trajectory: Trajectory, clearance: int, time: float) -> int:
 def dwell_of_regions(trajectory: Trajectory) -> dict[tuple[int, ...], float]:
     """Return the time that the steady part spends in every region, by the labels of all clearances [s].
 
-    Raises:
-        ModelError: no cycle left after the discarded ones.
+    Raises
+    ------
+    ModelError
+        no cycle left after the discarded ones.
     """
     window, log = steady(trajectory), trajectory.events
     labels = [int(label) for label in trajectory.initial_region]

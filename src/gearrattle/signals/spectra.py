@@ -24,11 +24,16 @@ CYCLES_PER_SEGMENT = 8
 class Spectrum:
     """A one-sided power spectral density.
 
-    Attributes:
-        frequency: (f,) ascending from 0 to half the sampling rate [Hz].
-        density: (f,) or (f, n) [unit of the signal squared / Hz].
-        window: how it was made, in words.
-        segments: number of segments averaged.
+    Attributes
+    ----------
+    frequency
+        (f,) ascending from 0 to half the sampling rate [Hz].
+    density
+        (f,) or (f, n) [unit of the signal squared / Hz].
+    window
+        how it was made, in words.
+    segments
+        number of segments averaged.
     """
 
     frequency: Array
@@ -45,14 +50,21 @@ class Spectrum:
 def psd(signal: Array, period: float, samples_per_cycle: int, cycles_per_segment: int = CYCLES_PER_SEGMENT) -> Spectrum:
     """Return the power spectral density of uniform samples over whole cycles.
 
-    Args:
-        signal: (N,) or (N, n) samples, N a multiple of ``samples_per_cycle``, each phase of a cycle once.
-        period: length of a cycle [s].
-        samples_per_cycle: samples in a cycle.
-        cycles_per_segment: whole cycles in a segment, cut to what there is.
+    Parameters
+    ----------
+    signal
+        (N,) or (N, n) samples, N a multiple of ``samples_per_cycle``, each phase of a cycle once.
+    period
+        length of a cycle [s].
+    samples_per_cycle
+        samples in a cycle.
+    cycles_per_segment
+        whole cycles in a segment, cut to what there is.
 
-    Raises:
-        ModelError: if a segment would hold fewer than four samples.
+    Raises
+    ------
+    ModelError
+        if a segment would hold fewer than four samples.
     """
     cycles = min(cycles_per_segment, signal.shape[0] // samples_per_cycle)
     length = cycles * samples_per_cycle

@@ -33,10 +33,14 @@ _LONGEST_TURN = 64  # orbits of different length are compared up to this common 
 def period_number(points: Array, tolerance: float, most: int) -> int:
     """Return the smallest n <= most after which the last half of the points repeats; 0 if there is none.
 
-    Args:
-        points: (K, q) once a period, scaled.
-        tolerance: largest difference of two points that are called the same.
-        most: largest n looked for; n needs 2 n points in the last half.
+    Parameters
+    ----------
+    points
+        (K, q) once a period, scaled.
+    tolerance
+        largest difference of two points that are called the same.
+    most
+        largest n looked for; n needs 2 n points in the last half.
     """
     half = points[len(points) // 2 :]
     if not np.all(np.isfinite(half)):
@@ -68,10 +72,14 @@ def apart(one: Array, other: Array) -> float:
 class Groups:
     """Orbits told apart.
 
-    Attributes:
-        label: (M,) group of every orbit, the largest group first; -1 where there was none.
-        first: of every group, the place of the orbit that stands for it.
-        within: the largest distance of an orbit from the one that stands for its group.
+    Attributes
+    ----------
+    label
+        (M,) group of every orbit, the largest group first; -1 where there was none.
+    first
+        of every group, the place of the orbit that stands for it.
+    within
+        the largest distance of an orbit from the one that stands for its group.
     """
 
     label: IntArray
@@ -82,9 +90,12 @@ class Groups:
 def grouped(orbits: Sequence[Array | None], same: float) -> Groups:
     """Tell orbits apart.
 
-    Args:
-        orbits: (n, q) each, scaled; None where a motion has none.
-        same: orbits nearer than this to the first of their group belong to it.
+    Parameters
+    ----------
+    orbits
+        (n, q) each, scaled; None where a motion has none.
+    same
+        orbits nearer than this to the first of their group belong to it.
     """
     label = np.full(len(orbits), -1, dtype=np.int64)
     first: list[int] = []
@@ -108,9 +119,12 @@ def grouped(orbits: Sequence[Array | None], same: float) -> Groups:
 def room(standing: Sequence[Array], family: Sequence[int]) -> float:
     """Return the smallest distance of two orbits of different families; inf if there is one family alone.
 
-    Args:
-        standing: (n, q) orbits, one for each group.
-        family: (G,) of every group.
+    Parameters
+    ----------
+    standing
+        (n, q) orbits, one for each group.
+    family
+        (G,) of every group.
     """
     pairs = (apart(a, b) for i, a in enumerate(standing) for j, b in enumerate(standing[:i]) if family[i] != family[j])
     return min(pairs, default=float("inf"))

@@ -21,12 +21,18 @@ from gearrattle.trajectory import Array
 class Summary:
     """Mean, central moments and extremes of a signal.
 
-    Attributes:
-        mean: <x>.
-        second, fourth: <(x - <x>)^2>, <(x - <x>)^4>.
-        low, high: smallest and largest sample.
-        miss: by how much low and high may be passed between two samples; 0 where they are exact.
-        column: which of the gathered signals it is; -1 for one that was summarised whole.
+    Attributes
+    ----------
+    mean
+        <x>.
+    second, fourth
+        <(x - <x>)^2>, <(x - <x>)^4>.
+    low, high
+        smallest and largest sample.
+    miss
+        by how much low and high may be passed between two samples; 0 where they are exact.
+    column
+        which of the gathered signals it is; -1 for one that was summarised whole.
     """
 
     mean: float

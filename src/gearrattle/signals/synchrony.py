@@ -25,10 +25,14 @@ Array = NDArray[np.float64]
 class Delay:
     """What was found.
 
-    Attributes:
-        value: to be added to the times of the second record [s].
-        agreement: correlation at that delay, or the part of both signals' power that lies at the frequency: at most 1.
-        rival: largest correlation at a delay apart from it; as large as the agreement where the signal repeats itself.
+    Attributes
+    ----------
+    value
+        to be added to the times of the second record [s].
+    agreement
+        correlation at that delay, or the part of both signals' power that lies at the frequency: at most 1.
+    rival
+        largest correlation at a delay apart from it; as large as the agreement where the signal repeats itself.
     """
 
     value: float
@@ -39,10 +43,14 @@ class Delay:
 def delay_by_correlation(first: Array, second: Array, interval: float, bounds: tuple[float, float]) -> Delay:
     """Return the delay at which two signals agree best.
 
-    Args:
-        first, second: (N,), (M,) samples from the same nominal time on, at one rate.
-        interval: between samples [s].
-        bounds: least and largest delay looked for [s].
+    Parameters
+    ----------
+    first, second
+        (N,), (M,) samples from the same nominal time on, at one rate.
+    interval
+        between samples [s].
+    bounds
+        least and largest delay looked for [s].
     """
     from scipy.signal import fftconvolve
 
@@ -74,9 +82,12 @@ def delay_by_correlation(first: Array, second: Array, interval: float, bounds: t
 def delay_by_phase(first: tuple[Array, Array], second: tuple[Array, Array], frequency: float) -> Delay:
     """Return the delay nearest to zero at which the phases of one frequency agree.
 
-    Args:
-        first, second: times [s] and values of each signal; each spans a period or more.
-        frequency: at which both are compared [Hz].
+    Parameters
+    ----------
+    first, second
+        times [s] and values of each signal; each spans a period or more.
+    frequency
+        at which both are compared [Hz].
     """
     one, share = _component(*first, frequency)
     two, other = _component(*second, frequency)

@@ -32,8 +32,10 @@ class PulseError(ValueError):
 def levels(values: Array) -> tuple[float, float]:
     """Return a threshold and a hysteresis for a pulse signal: half-way up, and a fifth of its height.
 
-    Args:
-        values: (N,) the signal in any unit.
+    Parameters
+    ----------
+    values
+        (N,) the signal in any unit.
     """
     low, high = np.quantile(values, [0.01, 0.99]) if values.size > 1000 else (values.min(), values.max())
     if not high > low:
@@ -44,14 +46,22 @@ def levels(values: Array) -> tuple[float, float]:
 def pulse_times(time: Array, values: Array, threshold: float, hysteresis: float, rising: bool = True) -> Array:
     """Return when pulses begin.
 
-    Args:
-        time: (N,) strictly ascending [s].
-        values: (N,) the signal in any unit.
-        threshold: in that unit.
-        hysteresis: how far below the threshold the signal must have been, at least 0.
-        rising: whether a pulse begins where the signal rises; otherwise where it falls.
+    Parameters
+    ----------
+    time
+        (N,) strictly ascending [s].
+    values
+        (N,) the signal in any unit.
+    threshold
+        in that unit.
+    hysteresis
+        how far below the threshold the signal must have been, at least 0.
+    rising
+        whether a pulse begins where the signal rises; otherwise where it falls.
 
-    Returns:
+    Returns
+    -------
+    Array
         (P,) ascending [s].
     """
     height = values - threshold if rising else threshold - values
@@ -66,16 +76,24 @@ def pulse_times(time: Array, values: Array, threshold: float, hysteresis: float,
 def pulse_angles(times: Array, teeth: float, missing: int = 0) -> Array:
     """Return the angle of the shaft at every pulse, from 0 at the first.
 
-    Args:
-        times: (P,) ascending [s].
-        teeth: pulses a turn, those missing counted.
-        missing: teeth left out at one place; 0 for a full wheel.
+    Parameters
+    ----------
+    times
+        (P,) ascending [s].
+    teeth
+        pulses a turn, those missing counted.
+    missing
+        teeth left out at one place; 0 for a full wheel.
 
-    Returns:
+    Returns
+    -------
+    Array
         (P,) [rad].
 
-    Raises:
-        PulseError: with ``missing``, gaps are not found, or not a turn apart.
+    Raises
+    ------
+    PulseError
+        with ``missing``, gaps are not found, or not a turn apart.
     """
     if not missing:
         return np.asarray(2.0 * np.pi / teeth * np.arange(times.size))
@@ -98,10 +116,14 @@ def pulse_angles(times: Array, teeth: float, missing: int = 0) -> Array:
 def shaft(times: Array, angles: Array, wanted: Array) -> tuple[Array, Array]:
     """Return angle [rad] and speed [rad/s] of a shaft between its pulses.
 
-    Args:
-        times: (P,) ascending [s], P >= 4.
-        angles: (P,) at the pulses [rad].
-        wanted: (M,) times from the first pulse to the last [s].
+    Parameters
+    ----------
+    times
+        (P,) ascending [s], P >= 4.
+    angles
+        (P,) at the pulses [rad].
+    wanted
+        (M,) times from the first pulse to the last [s].
     """
     from scipy.interpolate import CubicSpline
 

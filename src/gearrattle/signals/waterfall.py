@@ -27,12 +27,18 @@ Array = NDArray[np.float64]
 class Waterfall:
     """Spectra, one a row.
 
-    Attributes:
-        axis: (f,) frequencies [Hz], or orders.
-        values: (r, f) amplitudes [unit], or densities [unit^2 / Hz].
-        time: (r,) middle of each row [s]; NaN where rows were gathered from several times.
-        speed: (r,) mean speed in each row [rad/s]; NaN where it is not known.
-        counts: (r,) segments in each row.
+    Attributes
+    ----------
+    axis
+        (f,) frequencies [Hz], or orders.
+    values
+        (r, f) amplitudes [unit], or densities [unit^2 / Hz].
+    time
+        (r,) middle of each row [s]; NaN where rows were gathered from several times.
+    speed
+        (r,) mean speed in each row [rad/s]; NaN where it is not known.
+    counts
+        (r,) segments in each row.
     """
 
     axis: Array
@@ -47,13 +53,20 @@ def waterfall(
 ) -> Waterfall:
     """Return the spectrum of every segment.
 
-    Args:
-        signal: (N,) uniform samples.
-        rate: of the samples [Hz].
-        segments: from ``cross_spectra.cut``.
-        speed: (N,) of the shaft [rad/s]; None where it is not known.
-        density: whether densities are wanted; otherwise amplitudes of lines on a bin.
-        highest: frequency up to which they are kept [Hz].
+    Parameters
+    ----------
+    signal
+        (N,) uniform samples.
+    rate
+        of the samples [Hz].
+    segments
+        from ``cross_spectra.cut``.
+    speed
+        (N,) of the shaft [rad/s]; None where it is not known.
+    density
+        whether densities are wanted; otherwise amplitudes of lines on a bin.
+    highest
+        frequency up to which they are kept [Hz].
     """
     frequency = frequencies(segments, rate)
     kept = max(1, int(np.searchsorted(frequency, highest * (1.0 + 1e-12), side="right")))
@@ -77,10 +90,14 @@ def waterfall(
 def by_steps(rows: Waterfall, step: float, squared: bool) -> Waterfall:
     """Gather rows by steps of the speed, ascending; steps that no row falls into are left out.
 
-    Args:
-        rows: with speeds.
-        step: of the speed [rad/s].
-        squared: whether the values are squares already, such as densities; of others the mean square is taken.
+    Parameters
+    ----------
+    rows
+        with speeds.
+    step
+        of the speed [rad/s].
+    squared
+        whether the values are squares already, such as densities; of others the mean square is taken.
     """
     index = np.rint(rows.speed / step).astype(np.int64)
     steps, step_of_row, counts = np.unique(index, return_inverse=True, return_counts=True)
@@ -95,9 +112,12 @@ def by_steps(rows: Waterfall, step: float, squared: bool) -> Waterfall:
 def over_orders(rows: Waterfall, orders: Array) -> Waterfall:
     """Read a waterfall over frequency along the lines of constant order, straight between bins; NaN beyond the last.
 
-    Args:
-        rows: over frequency, with speeds.
-        orders: (o,) wanted.
+    Parameters
+    ----------
+    rows
+        over frequency, with speeds.
+    orders
+        (o,) wanted.
     """
     values = np.empty((rows.speed.size, orders.size))
     for k, speed in enumerate(rows.speed.tolist()):

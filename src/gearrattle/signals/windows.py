@@ -23,10 +23,14 @@ from gearrattle.wording import counted
 class Window:
     """A span of whole periods.
 
-    Attributes:
-        start, end: times of its bounds, both included [s].
-        first, last: sample indices of the same bounds.
-        cycles: its length in periods T, at least 1.
+    Attributes
+    ----------
+    start, end
+        times of its bounds, both included [s].
+    first, last
+        sample indices of the same bounds.
+    cycles
+        its length in periods T, at least 1.
     """
 
     start: float
@@ -43,16 +47,20 @@ class Window:
     def closed(self, signal: Array) -> Array:
         """Return the samples from start to end, both included: for integrals by the trapezoidal rule.
 
-        Args:
-            signal: (Nt, ...) sampled on the trajectory's grid.
+        Parameters
+        ----------
+        signal
+            (Nt, ...) sampled on the trajectory's grid.
         """
         return signal[self.first : self.last + 1]
 
     def periodic(self, signal: Array) -> Array:
         """Return the samples from start to just before end: each phase of a period once, for Fourier sums.
 
-        Args:
-            signal: (Nt, ...) sampled on the trajectory's grid.
+        Parameters
+        ----------
+        signal
+            (Nt, ...) sampled on the trajectory's grid.
         """
         return signal[self.first : self.last]
 
@@ -73,8 +81,10 @@ def _tail(trajectory: Trajectory, cycles: int) -> Window:
 def steady(trajectory: Trajectory) -> Window:
     """Return the steady part [discard T, end].
 
-    Raises:
-        ModelError: if nothing remains after the discarded cycles, or if the samples are not the stated whole cycles.
+    Raises
+    ------
+    ModelError
+        if nothing remains after the discarded cycles, or if the samples are not the stated whole cycles.
     """
     remaining = trajectory.cycles - trajectory.discard
     if remaining < 1:
@@ -103,7 +113,9 @@ def steady(trajectory: Trajectory) -> Window:
 def last_cycles(trajectory: Trajectory, count: int) -> Window:
     """Return the last ``count`` periods of the steady part, or all of it where it is shorter.
 
-    Raises:
-        ModelError: as ``steady``.
+    Raises
+    ------
+    ModelError
+        as ``steady``.
     """
     return _tail(trajectory, min(count, steady(trajectory).cycles))

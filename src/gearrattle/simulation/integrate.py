@@ -22,15 +22,23 @@ def integrate(
 ) -> Trajectory:
     """Integrate a task and name the result after its driveline.
 
-    Args:
-        task: system, start and output grid.
-        layout: names and constants of the driveline.
-        algorithm: a key of ``SOLVERS``.
-        discard: cycles criteria leave out.
-        progress: called with the fraction done after every slice; whatever it raises ends the run.
+    Parameters
+    ----------
+    task
+        system, start and output grid.
+    layout
+        names and constants of the driveline.
+    algorithm
+        a key of ``SOLVERS``.
+    discard
+        cycles criteria leave out.
+    progress
+        called with the fraction done after every slice; whatever it raises ends the run.
 
-    Raises:
-        ConvergenceError: the algorithm went unstable or stalled; carries time, state and what to try.
+    Raises
+    ------
+    ConvergenceError
+        the algorithm went unstable or stalled; carries time, state and what to try.
     """
     begin = time.perf_counter()
     march = SOLVERS[algorithm](task)
@@ -50,12 +58,18 @@ def finish(
 ) -> Trajectory:
     """Drive a run to its end; see ``integrate``.
 
-    Args:
-        march: the run, just begun.
-        task: what it works on; its ``cycles`` are those of this trajectory.
-        layout, algorithm, discard, progress: as in ``integrate``.
-        begin: clock reading [s] from which its wall time counts.
-        first_cycle: whole cycles before its first sample.
+    Parameters
+    ----------
+    march
+        the run, just begun.
+    task
+        what it works on; its ``cycles`` are those of this trajectory.
+    layout, algorithm, discard, progress
+        as in ``integrate``.
+    begin
+        clock reading [s] from which its wall time counts.
+    first_cycle
+        whole cycles before its first sample.
     """
     while (outcome := march.advance()) is not Outcome.DONE:
         if outcome is not Outcome.SLICE_SPENT:

@@ -21,8 +21,10 @@ _UNKNOWN = 8 << 30  # bytes, where the machine does not tell
 def check_rates(driveline: Driveline) -> None:
     """Refuse elements and drags whose own motion is too fast for double precision, and inputs of too high an order.
 
-    Raises:
-        ModelError: naming every value, and the largest that is taken.
+    Raises
+    ------
+    ModelError
+        naming every value, and the largest that is taken.
     """
     model, system = driveline.model, driveline.system
     period, problems = system.inputs.period, []
@@ -66,13 +68,19 @@ def _too_high(model: Model, period: float) -> list[Problem]:
 def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, location: str) -> None:
     """Refuse a run whose samples would not fit into half of the machine's memory.
 
-    Args:
-        system: the driveline.
-        cycles, samples_per_cycle: of the run, or of what is in memory at a time.
-        location: the setting to name.
+    Parameters
+    ----------
+    system
+        the driveline.
+    cycles, samples_per_cycle
+        of the run, or of what is in memory at a time.
+    location
+        the setting to name.
 
-    Raises:
-        ModelError: with what it would take, and what fits.
+    Raises
+    ------
+    ModelError
+        with what it would take, and what fits.
     """
     need, most = bytes_of_sample(system) * cycles * samples_per_cycle, _SHARE * memory()
     if need <= most:
@@ -89,8 +97,10 @@ def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, l
 def check_tables(system: PiecewiseSystem) -> None:
     """Refuse ``exact`` to a driveline too large for tables that the sweep does not take (``solvers.choice``).
 
-    Raises:
-        ModelError: with what the tables would take, and what fits.
+    Raises
+    ------
+    ModelError
+        with what the tables would take, and what fits.
     """
     states, most = 2 * system.size, _SHARE * memory()
     need = 8.0 * _MATRICES * states**2

@@ -14,12 +14,17 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
     ``cycles`` given without ``discard`` at the same level (call or file) keeps at most half of it for settling:
     discard = min(discard, cycles // 2). A sweep of the speed is followed to its end and judged from its begin.
 
-    Args:
-        model: the model as loaded.
-        arguments: settings of the call by their names in the file; None where the call is silent.
+    Parameters
+    ----------
+    model
+        the model as loaded.
+    arguments
+        settings of the call by their names in the file; None where the call is silent.
 
-    Raises:
-        ModelError: a setting the file format refuses, or discard >= cycles.
+    Raises
+    ------
+    ModelError
+        a setting the file format refuses, or discard >= cycles.
     """
     file, overrides = model.simulation, {key: value for key, value in arguments.items() if value is not None}
     cycles = overrides.get("cycles", file.cycles if file.cycles is not None else default_cycles(model))

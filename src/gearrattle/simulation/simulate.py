@@ -53,22 +53,42 @@ def simulate(
 
     Every setting left at None comes from the file, then from the defaults.
 
-    Args:
-        model: the driveline.
-        algorithm: "exact" (event-driven, certified); "rk4", "rk2" (fixed step); "adams", "gear", "gear-events"
-            (SUNDIALS), "dop853", "radau" (SciPy).
-        cycles: length of the run, in periods T of all orders together.
-        samples_per_cycle: output samples a period; the grid is t = k T / samples_per_cycle, both ends included.
-        discard: periods criteria leave out at the start.
-        tolerance: exact: bound on a crossing's residual relative to the element's largest corner.
-        step: fixed-step algorithms: the step [s] or a string with a unit.
-        initial: "static", "zero" or {"angle": [...], "velocity": [...]} [rad, rad/s].
-        audit: whether to audit the energy (exact only; takes about as long as the run itself).
-        progress: called with the fraction done, now and then; what it raises ends the run.
+    Parameters
+    ----------
+    model
+        the driveline.
+    algorithm
+        "exact" (event-driven, certified); "rk4", "rk2" (fixed step); "adams", "gear", "gear-events"
+        (SUNDIALS), "dop853", "radau" (SciPy).
+    cycles
+        length of the run, in periods T of all orders together.
+    samples_per_cycle
+        output samples a period; the grid is t = k T / samples_per_cycle, both ends included.
+    discard
+        periods criteria leave out at the start.
+    tolerance
+        exact: bound on a crossing's residual relative to the element's largest corner.
+    step
+        fixed-step algorithms: the step [s] or a string with a unit.
+    initial
+        "static", "zero" or {"angle": [...], "velocity": [...]} [rad, rad/s].
+    audit
+        whether to audit the energy (exact only; takes about as long as the run itself).
+    progress
+        called with the fraction done, now and then; what it raises ends the run.
 
-    Raises:
-        ModelError: bad settings, or no static equilibrium.
-        ConvergenceError: the algorithm failed; carries time, state and what to try.
+    Raises
+    ------
+    ModelError
+        bad settings, or no static equilibrium.
+    ConvergenceError
+        the algorithm failed; carries time, state and what to try.
+
+    Examples
+    --------
+    >>> run = gr.simulate(gr.example("case3"), cycles=20, discard=10)
+    >>> run.data.sizes["time"], len(run.events) > 100
+    (10241, True)
     """
     check_model(model)
 
@@ -91,13 +111,20 @@ def simulate(
 class Plan:
     """A simulation about to begin.
 
-    Attributes:
-        model: the model with every setting filled in.
-        task: what to integrate.
-        layout: names and constants of the driveline.
-        algorithm: a key of ``SOLVERS``.
-        discard: cycles criteria leave out.
-        notes: what must be noted before anything has moved.
+    Attributes
+    ----------
+    model
+        the model with every setting filled in.
+    task
+        what to integrate.
+    layout
+        names and constants of the driveline.
+    algorithm
+        a key of ``SOLVERS``.
+    discard
+        cycles criteria leave out.
+    notes
+        what must be noted before anything has moved.
     """
 
     model: Model
@@ -116,13 +143,19 @@ class Plan:
 def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     """Settle every setting, assemble the system and find the start.
 
-    Args:
-        model: the driveline.
-        arguments: settings of the call by their names in the file; None where the call is silent.
-        audit: whether to audit the energy.
+    Parameters
+    ----------
+    model
+        the driveline.
+    arguments
+        settings of the call by their names in the file; None where the call is silent.
+    audit
+        whether to audit the energy.
 
-    Raises:
-        ModelError: bad settings, or no static equilibrium.
+    Raises
+    ------
+    ModelError
+        bad settings, or no static equilibrium.
     """
     used = settled(model, arguments)
     settings = used.simulation
@@ -144,8 +177,10 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
 def check_takes(driveline: Driveline, algorithm: str) -> None:
     """Refuse a model that only ``exact`` takes to another algorithm.
 
-    Raises:
-        ModelError: friction, clipped contact damping, a torque over time or a sweep.
+    Raises
+    ------
+    ModelError
+        friction, clipped contact damping, a torque over time or a sweep.
     """
     if algorithm != "exact" and (reason := needs_exact(driveline)):
         remedy = 'algorithm = "exact", or take hysteresis and contact_damping out to compare algorithms'

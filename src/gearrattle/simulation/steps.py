@@ -20,13 +20,20 @@ from gearrattle.simulation.simulate import needs_exact, prepare
 class StepLimit:
     """What a fixed-step algorithm's step makes of the fastest mode.
 
-    Attributes:
-        algorithm: its name.
-        step: the step a run of the model would take [s].
-        product: step times the largest eigenvalue of all regions, in magnitude.
-        growth: largest factor by which a step multiplies a mode; above 1 the run invents motion.
-        labels: region of that mode.
-        largest_step: largest step that makes no mode grow in any region [s].
+    Attributes
+    ----------
+    algorithm
+        its name.
+    step
+        the step a run of the model would take [s].
+    product
+        step times the largest eigenvalue of all regions, in magnitude.
+    growth
+        largest factor by which a step multiplies a mode; above 1 the run invents motion.
+    labels
+        region of that mode.
+    largest_step
+        largest step that makes no mode grow in any region [s].
     """
 
     algorithm: str
@@ -42,13 +49,19 @@ def step_limits(
 ) -> tuple[StepLimit, ...]:
     """One entry for every fixed-step algorithm; none for a driveline that only ``exact`` takes.
 
-    Args:
-        model: the driveline.
-        regions: its regions with their eigenvalues.
-        step: [s], or a string with a unit; None: the file's, else the algorithm's own.
+    Parameters
+    ----------
+    model
+        the driveline.
+    regions
+        its regions with their eigenvalues.
+    step
+        [s], or a string with a unit; None: the file's, else the algorithm's own.
 
-    Raises:
-        ModelError: bad settings, or no static equilibrium.
+    Raises
+    ------
+    ModelError
+        bad settings, or no static equilibrium.
     """
     if needs_exact(assemble(model)):
         return ()

@@ -43,11 +43,16 @@ Arrays = Mapping[str, NDArray[Any]]
 class State:
     """Where a stored motion stands.
 
-    Attributes:
-        owner: format, model, settings and versions, as lines of text.
-        chunks, done: finished chunks, and their periods.
-        march: snapshot of the march (``solvers.Extensible``).
-        sums: over what the criteria judge, packed (``quantities.Sums``); empty if nothing yet.
+    Attributes
+    ----------
+    owner
+        format, model, settings and versions, as lines of text.
+    chunks, done
+        finished chunks, and their periods.
+    march
+        snapshot of the march (``solvers.Extensible``).
+    sums
+        over what the criteria judge, packed (``quantities.Sums``); empty if nothing yet.
     """
 
     owner: str
@@ -60,9 +65,12 @@ class State:
 class Store:
     """A folder that keeps the chunks of one long motion.
 
-    Attributes:
-        folder: where.
-        state: of the last whole chunk; None if there is none yet.
+    Attributes
+    ----------
+    folder
+        where.
+    state
+        of the last whole chunk; None if there is none yet.
     """
 
     def __init__(self, folder: Path, owner: str, state: State | None) -> None:
@@ -75,15 +83,22 @@ class Store:
     def open(cls, folder: str | os.PathLike[str], model: Model, settings: Mapping[str, Any], *, resume: bool) -> Store:
         """Open a folder, made when the first chunk is kept.
 
-        Args:
-            folder: where; it need not exist.
-            model: the model with every setting of the simulation filled in.
-            settings: what else decides the bits and the files.
-            resume: whether to go on with what it holds.
+        Parameters
+        ----------
+        folder
+            where; it need not exist.
+        model
+            the model with every setting of the simulation filled in.
+        settings
+            what else decides the bits and the files.
+        resume
+            whether to go on with what it holds.
 
-        Raises:
-            ModelError: it holds other files; it holds a run already and ``resume`` is not set; or one that is not of
-                this model, these settings and these versions.
+        Raises
+        ------
+        ModelError
+            it holds other files; it holds a run already and ``resume`` is not set; or one that is not of
+            this model, these settings and these versions.
         """
         path, owner = Path(folder), _owner(model, settings)
         if path.exists() and not path.is_dir():
@@ -123,8 +138,10 @@ class Store:
     def _hold(self) -> None:
         """Keep others from writing into the folder.
 
-        Raises:
-            ModelError: somebody else writes into it.
+        Raises
+        ------
+        ModelError
+            somebody else writes into it.
         """
         if self._lock is None:
             try:
@@ -135,10 +152,14 @@ class Store:
     def keep(self, run: Run, march: Arrays, sums: Arrays, done: int) -> None:
         """Write a chunk, then the state after it.
 
-        Raises:
-            ModelError: another program writes into the folder, or has.
-            OSError: the machine refused; what was kept before still counts.
-            Cancelled: the store has been closed.
+        Raises
+        ------
+        ModelError
+            another program writes into the folder, or has.
+        OSError
+            the machine refused; what was kept before still counts.
+        Cancelled
+            the store has been closed.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
         if self._lock is not None and not self._lock.held:
@@ -166,8 +187,10 @@ class Store:
 def read_state(folder: Path) -> State | None:
     """The state in a folder, or None.
 
-    Raises:
-        ModelError: the file is no state of a stored motion.
+    Raises
+    ------
+    ModelError
+        the file is no state of a stored motion.
     """
     path = folder / STATE
     rule = "must be the state of a stored motion"
@@ -196,14 +219,28 @@ def read_state(folder: Path) -> State | None:
 def open_stream(folder: str | os.PathLike[str]) -> Iterator[Run]:
     """Read the chunks of a stored motion, one after the other.
 
-    Args:
-        folder: the store of a ``stream``, finished or not.
+    Parameters
+    ----------
+    folder
+        the store of a ``stream``, finished or not.
 
-    Returns:
+    Returns
+    -------
+    Iterator[Run]
         The runs of its chunks, in order; each is read when it is asked for.
 
-    Raises:
-        ModelError: there is no stored motion, or one of its files is missing or damaged.
+    Raises
+    ------
+    ModelError
+        there is no stored motion, or one of its files is missing or damaged.
+
+    Examples
+    --------
+    >>> for chunk in gr.stream(gr.example("case3"), cycles=20, chunk=10, store="long"):
+    ...     pass
+    ...
+    >>> [round(run.trajectory.cycles) for run in gr.open_stream("long")]
+    [10, 10]
     """
     path = Path(folder)
     state = read_state(path)
@@ -215,8 +252,10 @@ def open_stream(folder: str | os.PathLike[str]) -> Iterator[Run]:
 def _chunks(folder: Path, state: State) -> Iterator[Run]:
     """Yield the chunks, each a continuation of the one before.
 
-    Raises:
-        ModelError: a chunk of another motion, or one that does not begin where the one before ended.
+    Raises
+    ------
+    ModelError
+        a chunk of another motion, or one that does not begin where the one before ended.
     """
     done, model = 0, None
     for index in range(state.chunks):

@@ -55,28 +55,51 @@ def stream(
 
     Settings left at None come from the file, then from the defaults. A chunk is computed when it is asked for.
 
-    Args:
-        model: the driveline.
-        algorithm: one that can go on where it ended: "exact".
-        cycles: length of the whole motion, in periods T of all orders together.
-        chunk: periods a chunk; the default makes chunks of about 100 000 samples, 5000 periods at most.
-        samples_per_cycle: output samples a period; 1 stores one state a period.
-        discard: periods criteria leave out at the start.
-        tolerance: exact: bound on a crossing's residual relative to the element's largest corner.
-        step: fixed-step algorithms: the step [s] or a string with a unit.
-        initial: "static", "zero" or {"angle": [...], "velocity": [...]} [rad, rad/s].
-        audit: whether to audit the energy of every chunk (half a millisecond a cycle: far longer than the motion).
-        progress: called with the fraction of the whole motion done; what it raises ends the call, not the motion: ask
-            for the next chunk to go on.
-        store: folder that keeps every chunk as a file; None keeps nothing.
-        resume: go on with what the store holds (from the beginning where it holds nothing).
+    Parameters
+    ----------
+    model
+        the driveline.
+    algorithm
+        one that can go on where it ended: "exact".
+    cycles
+        length of the whole motion, in periods T of all orders together.
+    chunk
+        periods a chunk; the default makes chunks of about 100 000 samples, 5000 periods at most.
+    samples_per_cycle
+        output samples a period; 1 stores one state a period.
+    discard
+        periods criteria leave out at the start.
+    tolerance
+        exact: bound on a crossing's residual relative to the element's largest corner.
+    step
+        fixed-step algorithms: the step [s] or a string with a unit.
+    initial
+        "static", "zero" or {"angle": [...], "velocity": [...]} [rad, rad/s].
+    audit
+        whether to audit the energy of every chunk (half a millisecond a cycle: far longer than the motion).
+    progress
+        called with the fraction of the whole motion done; what it raises ends the call, not the motion: ask
+        for the next chunk to go on.
+    store
+        folder that keeps every chunk as a file; None keeps nothing.
+    resume
+        go on with what the store holds (from the beginning where it holds nothing).
 
-    Returns:
+    Returns
+    -------
+    Stream
         An iterator of runs, one a chunk.
 
-    Raises:
-        ModelError: bad settings, no static equilibrium, an algorithm without chunks; a store that holds a run already
-            (and ``resume`` is not set), or the run of another model, other settings or other versions.
+    Raises
+    ------
+    ModelError
+        bad settings, no static equilibrium, an algorithm without chunks; a store that holds a run already
+        (and ``resume`` is not set), or the run of another model, other settings or other versions.
+
+    Examples
+    --------
+    >>> [len(run.events) > 0 for run in gr.stream(gr.example("case3"), cycles=20, chunk=10)]
+    [True, True]
     """
     check_model(model)
     arguments = {
@@ -101,8 +124,10 @@ def stream(
 def _length(chunk: int | None, plan: Plan) -> int:
     """Periods a chunk.
 
-    Raises:
-        ModelError: not a whole number, or less than one.
+    Raises
+    ------
+    ModelError
+        not a whole number, or less than one.
     """
     if chunk is None:
         return max(1, min(MOST_CYCLES, MOST_SAMPLES // plan.task.samples_per_cycle))
@@ -114,8 +139,10 @@ def _length(chunk: int | None, plan: Plan) -> int:
 def _begun(plan: Plan, chunk: int) -> Extensible:
     """The march, ready for the first chunk.
 
-    Raises:
-        ModelError: the algorithm cannot go on where it ended.
+    Raises
+    ------
+    ModelError
+        the algorithm cannot go on where it ended.
     """
     task = replace(plan.task, cycles=min(chunk, plan.task.cycles))
     march = SOLVERS[plan.algorithm](task)
@@ -130,10 +157,20 @@ class Stream:
 
     The time of a run is that of the whole motion; its ``discard`` is how much of it the criteria leave out.
 
-    Attributes:
-        model: the model with every setting filled in.
-        cycles: length of the whole motion, in periods.
-        done: periods computed so far, those of a resumed store included.
+    Attributes
+    ----------
+    model
+        the model with every setting filled in.
+    cycles
+        length of the whole motion, in periods.
+    done
+        periods computed so far, those of a resumed store included.
+
+    Examples
+    --------
+    >>> stream = gr.stream(gr.example("case3"), cycles=20, chunk=10)
+    >>> sum(len(run.events) for run in stream) > 100
+    True
     """
 
     def __init__(
@@ -210,8 +247,10 @@ class Stream:
     def verdict(self) -> Verdict:
         """Judge all chunks so far as one motion.
 
-        Raises:
-            ModelError: no cycle after the discarded ones has been computed yet.
+        Raises
+        ------
+        ModelError
+            no cycle after the discarded ones has been computed yet.
         """
         if self._sums is None or self._sums.scope is None:
             remedy = "ask for more chunks first, or discard fewer cycles"

@@ -50,9 +50,12 @@ DEFAULT = ("verdict", "regime")
 class Initials(Plan):
     """The cases of a basin study: the model from one initial state after the other.
 
-    Attributes:
-        said: what else decides what is computed.
-        starts: from values to states.
+    Attributes
+    ----------
+    said
+        what else decides what is computed.
+    starts
+        from values to states.
     """
 
     kind: ClassVar[str] = "basins"
@@ -75,8 +78,10 @@ class Initials(Plan):
 class Basins(Prepared):
     """A basin study about to begin.
 
-    Attributes:
-        same: distance below which two orbits are one.
+    Attributes
+    ----------
+    same
+        distance below which two orbits are one.
     """
 
     same: float = SAME
@@ -178,19 +183,30 @@ def basins(
 ) -> xr.Dataset:
     """Find which settled motion every initial state leads to.
 
-    Args:
-        model: the driveline; its own start holds for what ``over`` leaves open (``studies.starts``).
-        over: by name, "deflection.ELEMENT", "rate.ELEMENT", "angle.INERTIA" or "velocity.INERTIA", a list of initial
-            values or a range ``{"from": ..., "to": ..., "count": ...}``: all combinations; with ``samples`` a box,
-            ``{"from": ..., "to": ...}`` for each.
-        samples, method, seed: how many states are drawn from the box, evenly, and how, as in ``study``.
-        cycles, discard: periods simulated, and those left out to settle; None: the model's.
-        phase, section, tolerance, outputs, fixed: as in ``bifurcation``.
-        same: periodic motions nearer than this, in units of half the clearance, are one attractor.
-        most: a study of more initial states is refused.
-        output, resume, retry_failed, workers, scheduler, progress: as in ``study``.
+    Parameters
+    ----------
+    model
+        the driveline; its own start holds for what ``over`` leaves open (``studies.starts``).
+    over
+        by name, "deflection.ELEMENT", "rate.ELEMENT", "angle.INERTIA" or "velocity.INERTIA", a list of initial
+        values or a range ``{"from": ..., "to": ..., "count": ...}``: all combinations; with ``samples`` a box,
+        ``{"from": ..., "to": ...}`` for each.
+    samples, method, seed
+        how many states are drawn from the box, evenly, and how, as in ``study``.
+    cycles, discard
+        periods simulated, and those left out to settle; None: the model's.
+    phase, section, tolerance, outputs, fixed
+        as in ``bifurcation``.
+    same
+        periodic motions nearer than this, in units of half the clearance, are one attractor.
+    most
+        a study of more initial states is refused.
+    output, resume, retry_failed, workers, scheduler, progress
+        as in ``study``.
 
-    Returns:
+    Returns
+    -------
+    xr.Dataset
         A Dataset over the initial values, "initial.deflection.ELEMENT" and so on (or "sample"): ``basin``, the number
         of the attractor each leads to, from 1; 0 chaotic, -1 undecided, -2 no result; along "attractor" its ``share``
         of the states with Wilson's interval ``low``, ``high`` (of drawn states), its period and verdict. Attributes
@@ -198,9 +214,20 @@ def basins(
         likely a quiet one is, ``quiet_low`` to ``quiet_high``. Besides ``motion``, ``period``, the section, the
         outputs.
 
-    Raises:
-        ModelError: anything wrong with the arguments; nothing has been computed then.
-        ConvergenceError, NotInstalled, SchedulerLost: as in ``study``.
+    Raises
+    ------
+    ModelError
+        anything wrong with the arguments; nothing has been computed then.
+    ConvergenceError, NotInstalled, SchedulerLost
+        as in ``study``.
+
+    Examples
+    --------
+    >>> model = gr.example("rattle_oscillator")
+    >>> starts = {"deflection.flanks": {"from": -2.0, "to": 2.0}, "rate.flanks": {"from": -1.0, "to": 1.0}}
+    >>> settled = gr.basins(model, starts, samples=4, cycles=40, workers=1)
+    >>> settled["basin"].values.shape
+    (4,)
     """
     check_model(model)
     begin = partial(

@@ -47,13 +47,19 @@ def attractors_of(
 ) -> xr.Dataset:
     """Tell attractors apart.
 
-    Args:
-        data: of all cases: section, motion, period, verdict, outcome.
-        same: distance below which two orbits are one, in the units of the section.
-        isolated: whether the settled motion of the case at a place of the grid, of a period number, has none of its
-            like about it.
+    Parameters
+    ----------
+    data
+        of all cases: section, motion, period, verdict, outcome.
+    same
+        distance below which two orbits are one, in the units of the section.
+    isolated
+        whether the settled motion of the case at a place of the grid, of a period number, has none of its
+        like about it.
 
-    Returns:
+    Returns
+    -------
+    xr.Dataset
         ``basin`` over the grid: the number of the attractor, from 1, the largest share first; 0 chaotic, -1 undecided,
         -2 no result. Along "attractor": ``cases``, ``share``, ``low``, ``high``, ``attractor period`` [T], ``attractor
         verdict`` (codes), ``agreeing``, the share of its cases with that verdict, and ``family``, 1 for one. Attributes
@@ -125,10 +131,14 @@ def orbit_of(data: xr.Dataset, number: int, name: str) -> Array:
 def quiet_share(data: xr.Dataset) -> dict[str, float]:
     """Return how likely a quiet attractor is.
 
-    Args:
-        data: what ``basins`` returned.
+    Parameters
+    ----------
+    data
+        what ``basins`` returned.
 
-    Returns:
+    Returns
+    -------
+    dict[str, float]
         ``cases`` of ``among``; ``share``; Wilson's 95 % interval ``low`` to ``high``, NaN for a grid; ``open``: the
         share of cases that are undecided, which may yet become quiet.
     """

@@ -60,9 +60,12 @@ _TAKEN = frozenset(
 class Axis:
     """One axis.
 
-    Attributes:
-        name: of its coordinate: its path, or what the user calls several paths together.
-        values: by path, equally many: what the model is given; numbers are SI.
+    Attributes
+    ----------
+    name
+        of its coordinate: its path, or what the user calls several paths together.
+    values
+        by path, equally many: what the model is given; numbers are SI.
     """
 
     name: str
@@ -84,12 +87,17 @@ class Axis:
 def axes_of(requested: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
     """Read axes.
 
-    Args:
-        requested: by path a list of values or a range; by another name a mapping from paths to such lists.
-        model: what they vary.
+    Parameters
+    ----------
+    requested
+        by path a list of values or a range; by another name a mapping from paths to such lists.
+    model
+        what they vary.
 
-    Raises:
-        ModelError: a path that leads nowhere, values the model refuses, a range without sense; all of them.
+    Raises
+    ------
+    ModelError
+        a path that leads nowhere, values the model refuses, a range without sense; all of them.
     """
     problems: list[Problem] = []
     axes = []
@@ -131,13 +139,19 @@ def _read(path: str, model: Model, value: Any) -> Any:
 def values_of(path: str, entry: Any, read: Callable[[Any], Any]) -> tuple[Any, ...]:
     """Return the values of a list or a range.
 
-    Args:
-        path: what they are of, for messages.
-        entry: a list, or a mapping with from, to, count, spacing.
-        read: takes a value as written, gives it in SI, refuses with ModelError.
+    Parameters
+    ----------
+    path
+        what they are of, for messages.
+    entry
+        a list, or a mapping with from, to, count, spacing.
+    read
+        takes a value as written, gives it in SI, refuses with ModelError.
 
-    Raises:
-        ModelError: neither of them, a range without sense, or what ``read`` refuses.
+    Raises
+    ------
+    ModelError
+        neither of them, a range without sense, or what ``read`` refuses.
     """
     if isinstance(entry, Mapping):
         return _ranged(path, entry, read)
@@ -189,8 +203,10 @@ def _ranged(path: str, table: Mapping[str, Any], read: Callable[[Any], Any]) -> 
 def in_si(path: str, value: Any, model: Model) -> Any:
     """Read a value as the model does, and return it as the model has it: numbers in SI.
 
-    Raises:
-        ModelError: the model refuses it, or the path leads nowhere.
+    Raises
+    ------
+    ModelError
+        the model refuses it, or the path leads nowhere.
     """
     taken = model.with_({path: value})
     return value_at(taken.to_tables(), path)

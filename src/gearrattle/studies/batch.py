@@ -51,11 +51,16 @@ def batched(
 ) -> tuple[Values, NDArray[np.bool_]]:
     """Compute what can be computed together.
 
-    Args:
-        plan, outputs, chunk: as in ``cases.compute``.
-        progress: called now and then with the share of the chunk's cases that are done; what it raises ends the work.
+    Parameters
+    ----------
+    plan, outputs, chunk
+        as in ``cases.compute``.
+    progress
+        called now and then with the share of the chunk's cases that are done; what it raises ends the work.
 
-    Returns:
+    Returns
+    -------
+    tuple[Values, NDArray[np.bool_]]
         Values by output, (cases, subjects) or (cases,), in the chunk's order, and (cases,) which of them are there.
     """
     count = plan.cases_in(chunk)
@@ -101,13 +106,20 @@ def _pattern(model: Model, changes: Mapping[str, Any]) -> Model | None:
 class _Alike:
     """Cases of one structure, assembled.
 
-    Attributes:
-        model, layout: of one of them.
-        pattern: what the loop needs to know of it.
-        numbers: coefficients of those that are good.
-        start: their angles and velocities.
-        window: steady part and period of each.
-        good: of the cases asked for, which these are.
+    Attributes
+    ----------
+    model, layout
+        of one of them.
+    pattern
+        what the loop needs to know of it.
+    numbers
+        coefficients of those that are good.
+    start
+        their angles and velocities.
+    window
+        steady part and period of each.
+    good
+        of the cases asked for, which these are.
     """
 
     model: Model

@@ -26,18 +26,32 @@ _WORDS = {"long_name", "units"}
 def regime_boundary(data: xr.Dataset, output: str | None = None) -> xr.Dataset:
     """Return every place of the grid where an output's code changes from one value of an axis to the next.
 
-    Args:
-        data: what ``study`` returned.
-        output: of codes: "regime" or "verdict"; None for the first of these that was kept.
+    Parameters
+    ----------
+    data
+        what ``study`` returned.
+    output
+        of codes: "regime" or "verdict"; None for the first of these that was kept.
 
-    Returns:
+    Returns
+    -------
+    xr.Dataset
         A Dataset along "crossing": ``along``, the axis that is crossed; ``below`` and ``above``, its values on either
         side; ``from`` and ``to``, the words of the codes there; every axis (and what varies together in one) by its
         name: the values held, and on the axis crossed the midpoint; the subject and the sample, if there are any.
         Axes of words have no midpoints and are held only; neighbours without a result are passed over.
 
-    Raises:
-        ModelError: no such output.
+    Raises
+    ------
+    ModelError
+        no such output.
+
+    Examples
+    --------
+    >>> axes = {"mesh.gear.backlash": ["0.01 mm", "0.1 mm"], "inertia.output_gear.drag": [0.001, 0.01, 0.1]}
+    >>> data = gr.study(gr.example("case1"), axes, outputs=["regime"], workers=1)
+    >>> dict(gr.studies.regime_boundary(data).sizes)
+    {'crossing': 2}
     """
     import xarray as xr
 

@@ -41,8 +41,10 @@ def swept_values(data: xr.Dataset) -> Array:
 def orbit_at(data: xr.Dataset) -> Array:
     """Return (n, q) the orbit of one case that is n-periodic, in the units of the section.
 
-    Args:
-        data: of one case alone.
+    Parameters
+    ----------
+    data
+        of one case alone.
     """
     names = [str(name) for name in np.atleast_1d(data.attrs["section"])]
     scale = np.atleast_1d(np.asarray(data.attrs["scale"], dtype=np.float64))
@@ -56,10 +58,14 @@ def hysteresis(data: xr.Dataset) -> xr.DataArray | None:
     Two motions: periodic ones whose orbits are farther apart than 1e-3 in the units of the section, or one periodic
     and one chaotic. Two chaotic ones cannot be told apart by points, and what is undecided is not judged: -1.
 
-    Args:
-        data: of both directions.
+    Parameters
+    ----------
+    data
+        of both directions.
 
-    Returns:
+    Returns
+    -------
+    xr.DataArray | None
         Codes over all but "direction": 0 one, 1 two, -1 undecided.
     """
     import xarray as xr
@@ -86,12 +92,18 @@ def hysteresis(data: xr.Dataset) -> xr.DataArray | None:
 class Stretch:
     """Neighbouring values along which the motion keeps its kind.
 
-    Attributes:
-        low, high: the first and the last of them.
-        motion: "periodic", "chaotic", "undecided"; or what became of the case.
-        period: number of T; 0 without one.
-        verdict: the worst regime of any part; empty if it was not kept.
-        count: how many values.
+    Attributes
+    ----------
+    low, high
+        the first and the last of them.
+    motion
+        "periodic", "chaotic", "undecided"; or what became of the case.
+    period
+        number of T; 0 without one.
+    verdict
+        the worst regime of any part; empty if it was not kept.
+    count
+        how many values.
     """
 
     low: float
@@ -122,8 +134,10 @@ def _values_in_words(data: xr.Dataset, name: str) -> str:
 def stretches(data: xr.Dataset) -> list[Stretch]:
     """Return the stretches of one sweep, by ascending value.
 
-    Args:
-        data: of one sweep alone.
+    Parameters
+    ----------
+    data
+        of one sweep alone.
     """
     values = swept_values(data)
     motions, verdicts = words_of(data["motion"]), words_of(data["verdict"]) if "verdict" in data else ()

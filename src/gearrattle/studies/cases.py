@@ -30,10 +30,14 @@ OUTCOMES = ("missing", "done", "no such model", "did not converge", "failed", "w
 class Computed:
     """A chunk's results.
 
-    Attributes:
-        values: by output: the chunk's box, and the output's subjects.
-        outcome: the box, codes of ``OUTCOMES``.
-        messages: of the cases that failed, by where they lie in the box.
+    Attributes
+    ----------
+    values
+        by output: the chunk's box, and the output's subjects.
+    outcome
+        the box, codes of ``OUTCOMES``.
+    messages
+        of the cases that failed, by where they lie in the box.
     """
 
     values: dict[str, NDArray[Any]]
@@ -44,12 +48,17 @@ class Computed:
 def compute(plan: Plan, outputs: Outputs, chunk: int, progress: Callable[[float], None] | None = None) -> Computed:
     """Compute every case of a chunk.
 
-    Args:
-        plan: the study's cases.
-        outputs: what is kept of them.
-        chunk: its number.
-        progress: called now and then, and after every case computed alone, with the finished share; what it raises ends
-            the work.
+    Parameters
+    ----------
+    plan
+        the study's cases.
+    outputs
+        what is kept of them.
+    chunk
+        its number.
+    progress
+        called now and then, and after every case computed alone, with the finished share; what it raises ends
+        the work.
     """
     computed = empty(plan, outputs, chunk)
     values, done = batched(plan, outputs, chunk, progress)

@@ -26,13 +26,19 @@ ABOUT = "study.json"
 def check_storage(storage: Storage, *, resume: bool) -> None:
     """Refuse a storage location that holds anything but what is resumed.
 
-    Args:
-        storage: a folder or what lies behind an address; it need not exist.
-        resume: whether it may hold a study already.
+    Parameters
+    ----------
+    storage
+        a folder or what lies behind an address; it need not exist.
+    resume
+        whether it may hold a study already.
 
-    Raises:
-        ModelError: it holds a study and ``resume`` is not set, or something else.
-        NotADirectoryError: it is a file, or lies below one.
+    Raises
+    ------
+    ModelError
+        it holds a study and ``resume`` is not set, or something else.
+    NotADirectoryError
+        it is a file, or lies below one.
     """
     if storage.local is not None:
         anchor = storage.local.absolute()
@@ -58,9 +64,12 @@ class Claim:
     def __init__(self, storage: Storage, *, resume: bool) -> None:
         """Take it, and see to what killed programs have left there.
 
-        Raises:
-            ModelError: another program has it; and as ``check_storage``.
-            OSError: the storage location cannot be written.
+        Raises
+        ------
+        ModelError
+            another program has it; and as ``check_storage``.
+        OSError
+            the storage location cannot be written.
         """
         check_storage(storage, resume=resume)
         self._storage = storage
@@ -86,8 +95,10 @@ class Claim:
     def check(self) -> None:
         """Refuse to go on where a later study of this program writes into the storage location.
 
-        Raises:
-            ModelError: it does.
+        Raises
+        ------
+        ModelError
+            it does.
         """
         if self._lock is not None and not self._lock.held:
             rule = "is written by another study of this program, which was begun later"
@@ -102,8 +113,10 @@ class Claim:
 def about_in(storage: Storage) -> dict[str, Any]:
     """Return what ``study.json`` says.
 
-    Raises:
-        ModelError: it is damaged.
+    Raises
+    ------
+    ModelError
+        it is damaged.
     """
     try:
         about = json.loads(storage.read(ABOUT))
@@ -122,8 +135,10 @@ def about_in(storage: Storage) -> dict[str, Any]:
 def check_owner(storage: Storage, owner: Mapping[str, str], kind: str) -> dict[str, Any]:
     """Return what ``study.json`` says, if it is of this study.
 
-    Raises:
-        ModelError: it is of another, damaged, or of a format (``formats``) that is not that of this kind.
+    Raises
+    ------
+    ModelError
+        it is of another, damaged, or of a format (``formats``) that is not that of this kind.
     """
     about = about_in(storage)
     check_format(about["owner"].get("format", ""), f"{storage.address}/{ABOUT}", kind)

@@ -51,10 +51,14 @@ class Study(Protocol):
         ``done.data.attrs["kind"]`` is the kind's name. What ``progress`` raises ends the work; what is kept by then a
         later call with ``resume`` goes on from, to the same bits.
 
-        Raises:
-            ModelError: the folder holds something else.
-            SchedulerLost: whoever computed has gone.
-            OSError: the folder cannot be written.
+        Raises
+        ------
+        ModelError
+            the folder holds something else.
+        SchedulerLost
+            whoever computed has gone.
+        OSError
+            the folder cannot be written.
         """
 
 

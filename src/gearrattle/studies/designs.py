@@ -36,12 +36,18 @@ ONE_AT_A_TIME = "one-at-a-time"
 class Design:
     """One way to choose points.
 
-    Attributes:
-        shares: of d values, a count and a seed: (cases, d) in 0 to 1; NaN stands for the model's own value.
-        cases: how many cases come of d values and a count.
-        counted: whether it takes a count.
-        paired: whether the count must be a power of two.
-        independent: of d values and all cases: which of them are an independent sample.
+    Attributes
+    ----------
+    shares
+        of d values, a count and a seed: (cases, d) in 0 to 1; NaN stands for the model's own value.
+    cases
+        how many cases come of d values and a count.
+    counted
+        whether it takes a count.
+    paired
+        whether the count must be a power of two.
+    independent
+        of d values and all cases: which of them are an independent sample.
     """
 
     shares: Callable[[int, int, int], Array]
@@ -130,8 +136,10 @@ METHOD = Choice(METHODS)
 def design_of(method: str, samples: int, varied: int) -> Design:
     """Return a design that suits a number of samples and of values that scatter.
 
-    Raises:
-        ModelError: there is no such method, or the number does not suit; all that is wrong.
+    Raises
+    ------
+    ModelError
+        there is no such method, or the number does not suit; all that is wrong.
     """
     problems = argument_problems({"samples": (SAMPLES, samples)})
     whole = not problems

@@ -66,8 +66,10 @@ _KEEP_EVERY = 1.0  # seconds
 class Sweeps(Plan):
     """The cases of a bifurcation diagram: directions, further axes, and along the last dimension the swept value.
 
-    Attributes:
-        said: what else decides what is computed.
+    Attributes
+    ----------
+    said
+        what else decides what is computed.
     """
 
     kind: ClassVar[str] = "bifurcation"
@@ -192,33 +194,60 @@ def bifurcation(
 ) -> xr.Dataset:
     """Sweep one value of a driveline up and down, and keep the settled motion seen once a period.
 
-    Args:
-        model: the driveline; its start is that of the first value of every sweep.
-        path: of the swept value; or a name of one's own, and ``values`` a mapping from paths to lists, swept together.
-        values: a list that ascends, or a range ``{"from": ..., "to": ..., "count": ..., "spacing": "linear" | "log"}``.
-        axes: further axes, as in ``study``: a sweep for every combination.
-        direction: "both", "up", "down".
-        cycles, discard: periods simulated at every value, and those left out to settle; None: the model's.
-        phase: of the period, at which the motion is seen: a fraction from 0 to below 1.
-        section: quantities that are kept: "deflection.ELEMENT", "rate.ELEMENT", "angle.INERTIA", "velocity.INERTIA";
-            None: deflection and rate of every clearance.
-        tolerance: points nearer than this, in units of half the clearance (and that times 2 pi / T), are the same.
-        outputs: of criteria, as in ``study``.
-        fixed: other values of the model, by path.
-        output: folder or address to keep it in; None: in memory.
-        resume, retry_failed: go on with what the folder holds; and compute sweeps with failed cases anew.
-        workers, scheduler, progress: as in ``study``; a sweep is one piece of work.
+    Parameters
+    ----------
+    model
+        the driveline; its start is that of the first value of every sweep.
+    path
+        of the swept value; or a name of one's own, and ``values`` a mapping from paths to lists, swept together.
+    values
+        a list that ascends, or a range ``{"from": ..., "to": ..., "count": ..., "spacing": "linear" | "log"}``.
+    axes
+        further axes, as in ``study``: a sweep for every combination.
+    direction
+        "both", "up", "down".
+    cycles, discard
+        periods simulated at every value, and those left out to settle; None: the model's.
+    phase
+        of the period, at which the motion is seen: a fraction from 0 to below 1.
+    section
+        quantities that are kept: "deflection.ELEMENT", "rate.ELEMENT", "angle.INERTIA", "velocity.INERTIA";
+        None: deflection and rate of every clearance.
+    tolerance
+        points nearer than this, in units of half the clearance (and that times 2 pi / T), are the same.
+    outputs
+        of criteria, as in ``study``.
+    fixed
+        other values of the model, by path.
+    output
+        folder or address to keep it in; None: in memory.
+    resume, retry_failed
+        go on with what the folder holds; and compute sweeps with failed cases anew.
+    workers, scheduler, progress
+        as in ``study``; a sweep is one piece of work.
 
-    Returns:
+    Returns
+    -------
+    xr.Dataset
         A Dataset over "direction", further axes and the swept value: every quantity of the section over "cycle" (the
         last 0, those before it negative); ``motion`` (codes: periodic, chaotic, undecided), ``period`` in T, the
         largest Lyapunov exponent over the periods kept, the Floquet multipliers of periodic motions, the state at the
         end, the outputs of criteria, ``outcome``; and ``motions`` (codes: one, two), without "direction": whether both
         directions end in the same motion, -1 where that is undecided.
 
-    Raises:
-        ModelError: anything wrong with the arguments; nothing has been computed then.
-        ConvergenceError, NotInstalled, SchedulerLost: as in ``study``.
+    Raises
+    ------
+    ModelError
+        anything wrong with the arguments; nothing has been computed then.
+    ConvergenceError, NotInstalled, SchedulerLost
+        as in ``study``.
+
+    Examples
+    --------
+    >>> model = gr.example("rattle_oscillator")
+    >>> swept = gr.bifurcation(model, "excitation.frequency", [0.9, 1.0], direction="up", cycles=40, workers=1)
+    >>> swept["period"].values.ravel().tolist()
+    [1.0, 1.0]
     """
     check_model(model)
     begin = partial(

@@ -41,10 +41,14 @@ KINDS: Mapping[str, tuple[str, ...]] = {
 class Distribution:
     """How one model value scatters.
 
-    Attributes:
-        path: of the value.
-        kind: a key of ``KINDS``.
-        parameters: by name, SI; ``factor`` and ``cut`` are plain.
+    Attributes
+    ----------
+    path
+        of the value.
+    kind
+        a key of ``KINDS``.
+    parameters
+        by name, SI; ``factor`` and ``cut`` are plain.
     """
 
     path: str
@@ -70,12 +74,17 @@ class Distribution:
 def distributions_of(tables: Mapping[str, Any], model: Model) -> tuple[Distribution, ...]:
     """Read distributions.
 
-    Args:
-        tables: by path a mapping with ``distribution`` and its parameters.
-        model: whose values they are; both ends of every range must be values it takes.
+    Parameters
+    ----------
+    tables
+        by path a mapping with ``distribution`` and its parameters.
+    model
+        whose values they are; both ends of every range must be values it takes.
 
-    Raises:
-        ModelError: everything that is wrong with them.
+    Raises
+    ------
+    ModelError
+        everything that is wrong with them.
     """
     problems: list[Problem] = []
     distributions = []
@@ -144,12 +153,18 @@ def sampled(
 ) -> Array:
     """Return (cases, d) points, a column a distribution; the same for the same arguments everywhere.
 
-    Args:
-        distributions: of the d values.
-        count: of points, as ``method`` counts them.
-        method: a name in ``designs.DESIGNS``.
-        seed: of the points.
-        base: (d,) the model's own values, for methods that go out from them.
+    Parameters
+    ----------
+    distributions
+        of the d values.
+    count
+        of points, as ``method`` counts them.
+    method
+        a name in ``designs.DESIGNS``.
+    seed
+        of the points.
+    base
+        (d,) the model's own values, for methods that go out from them.
     """
     shares = DESIGNS[method].shares(len(distributions), count, seed)
     columns = [distribution.quantile(column) for distribution, column in zip(distributions, shares.T, strict=True)]

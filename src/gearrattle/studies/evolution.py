@@ -29,8 +29,10 @@ class Evolution:
         objectives: how many, all to be small.
         seed: of everything drawn.
 
-    Raises:
-        NotInstalled: pymoo is not here.
+    Raises
+    ------
+    NotInstalled
+        pymoo is not here.
     """
 
     def __init__(self, first: Array, objectives: int, seed: int) -> None:
@@ -53,9 +55,12 @@ class Evolution:
     def tell(self, values: Array, violation: Array) -> None:
         """Say what the points asked for are worth.
 
-        Args:
-            values: (n, objectives), finite, to be small.
-            violation: (n,) by how much constraints are missed, 0 for feasible designs.
+        Parameters
+        ----------
+        values
+            (n, objectives), finite, to be small.
+        violation
+            (n,) by how much constraints are missed, 0 for feasible designs.
         """
         from pymoo.core.evaluator import Evaluator
         from pymoo.problems.static import StaticProblem

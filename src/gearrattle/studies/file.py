@@ -36,11 +36,16 @@ _DEFAULT = "grid"
 class StudyFile:
     """What a study file says.
 
-    Attributes:
-        name: of the study; without one in the file, the file's.
-        spec: what stands in it.
-        arguments: of ``spec.prepare``, model included.
-        positions: where its keys stand.
+    Attributes
+    ----------
+    name
+        of the study; without one in the file, the file's.
+    spec
+        what stands in it.
+    arguments
+        of ``spec.prepare``, model included.
+    positions
+        where its keys stand.
     """
 
     name: str
@@ -51,8 +56,10 @@ class StudyFile:
     def prepare(self, **options: Any) -> Study:
         """Prepare the study; what is refused is told with file and line. Errors as of ``spec.prepare``.
 
-        Args:
-            options: of the command line.
+        Parameters
+        ----------
+        options
+            of the command line.
         """
         try:
             return self.spec.prepare(**self.arguments, **options)
@@ -63,14 +70,20 @@ class StudyFile:
 def read_study(path: str | os.PathLike[str]) -> StudyFile:
     """Read a study file.
 
-    Args:
-        path: a TOML file, UTF-8, at most 1 MB.
+    Parameters
+    ----------
+    path
+        a TOML file, UTF-8, at most 1 MB.
 
-    Returns:
+    Returns
+    -------
+    StudyFile
         What it says, and the arguments to prepare the study with.
 
-    Raises:
-        ModelError: everything wrong with its form, with places; or the model's own problems.
+    Raises
+    ------
+    ModelError
+        everything wrong with its form, with places; or the model's own problems.
     """
     name = os.fspath(path)
     tables, positions = read_tables(read_text(name, "study file"), name, "study file")
@@ -114,8 +127,10 @@ def _is_named(key: int | str, where: str) -> bool:
 def _model_file(path: str, where: str) -> str:
     """Return the path of a study's model, which may lie in any folder but must be a TOML file.
 
-    Raises:
-        ModelError: another ending, also behind a symbolic link.
+    Raises
+    ------
+    ModelError
+        another ending, also behind a symbolic link.
     """
     if Path(path).suffix.lower() != ".toml" or Path(path).resolve().suffix.lower() != ".toml":
         raise ModelError(Problem(where, shown(path), "a study's model is a file that ends in .toml"))

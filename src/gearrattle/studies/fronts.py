@@ -80,12 +80,18 @@ def finished(
 ) -> xr.Dataset:
     """Return all designs in one Dataset, with the front and how it grew.
 
-    Args:
-        parts: by generation.
-        goals: objectives and constraints.
-        ranges: of the variables.
-        of: the model with everything that is fixed, and the outputs that were kept.
-        settings: seed and population.
+    Parameters
+    ----------
+    parts
+        by generation.
+    goals
+        objectives and constraints.
+    ranges
+        of the variables.
+    of
+        the model with everything that is fixed, and the outputs that were kept.
+    settings
+        seed and population.
     """
     import xarray as xr
 

@@ -34,11 +34,16 @@ SENSES: Mapping[str, float] = {"min": 1.0, "max": -1.0}
 class Quantity:
     """One number of every design.
 
-    Attributes:
-        label: by which the user names it.
-        output, subject: where it stands in the Dataset; the subject is empty for an output without.
-        of: a function of the Model instead; None for an output.
-        unit: of it; "" for a plain number.
+    Attributes
+    ----------
+    label
+        by which the user names it.
+    output, subject
+        where it stands in the Dataset; the subject is empty for an output without.
+    of
+        a function of the Model instead; None for an output.
+    unit
+        of it; "" for a plain number.
     """
 
     label: str
@@ -91,12 +96,17 @@ class Constraint:
 def objectives_of(requested: Mapping[str, Any], outputs: Outputs) -> tuple[Objective, ...]:
     """Read objectives.
 
-    Args:
-        requested: by label "min" or "max".
-        outputs: there are.
+    Parameters
+    ----------
+    requested
+        by label "min" or "max".
+    outputs
+        there are.
 
-    Raises:
-        ModelError: everything that is wrong with them.
+    Raises
+    ------
+    ModelError
+        everything that is wrong with them.
     """
     problems, objectives = [], []
     if not checked(AnyTable(), requested, "objectives"):
@@ -115,13 +125,19 @@ def objectives_of(requested: Mapping[str, Any], outputs: Outputs) -> tuple[Objec
 def constraints_of(requested: Mapping[str, Any], outputs: Outputs, model: Model) -> tuple[Constraint, ...]:
     """Read constraints.
 
-    Args:
-        requested: by label a mapping with ``below``, ``above`` or both; with ``of``, a function of the Model.
-        outputs: there are.
-        model: to try such functions on.
+    Parameters
+    ----------
+    requested
+        by label a mapping with ``below``, ``above`` or both; with ``of``, a function of the Model.
+    outputs
+        there are.
+    model
+        to try such functions on.
 
-    Raises:
-        ModelError: everything that is wrong with them.
+    Raises
+    ------
+    ModelError
+        everything that is wrong with them.
     """
     problems: list[Problem] = []
     constraints = []
@@ -167,11 +183,16 @@ def _called(function: Callable[[Model], float], label: str, model: Model) -> flo
 def _quantity(location: str, label: str, outputs: Outputs, *, small: bool) -> Quantity:
     """Return what a label names.
 
-    Args:
-        location: where it stands.
-        label: the user's.
-        outputs: there are.
-        small: whether small values are wanted: then a design must not lose for want of what it shall have least of.
+    Parameters
+    ----------
+    location
+        where it stands.
+    label
+        the user's.
+    outputs
+        there are.
+    small
+        whether small values are wanted: then a design must not lose for want of what it shall have least of.
     """
     known = labels_of(outputs)
     if label not in known:

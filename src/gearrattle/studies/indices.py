@@ -38,10 +38,14 @@ _RECENT: dict[tuple[bytes, int, bool, float], dict[str, Array]] = {}
 class Indices:
     """Indices of one output, and half the width of their intervals; NaN where they cannot be told.
 
-    Attributes:
-        first, first_half, total, total_half: (d,).
-        second, second_half: (d, d) symmetric, NaN on the diagonal and where the design has no pairs.
-        base_points: that were whole.
+    Attributes
+    ----------
+    first, first_half, total, total_half
+        (d,).
+    second, second_half
+        (d, d) symmetric, NaN on the diagonal and where the design has no pairs.
+    base_points
+        that were whole.
     """
 
     first: Array
@@ -56,15 +60,23 @@ class Indices:
 def indices(y: Array, d: int, method: str, level: float = 0.95) -> Indices:
     """Return the indices of an output over a Saltelli design.
 
-    Args:
-        y: (cases,) the output, in the order of the design; NaN where a case failed.
-        d: values that scatter.
-        method: "saltelli" or "saltelli-pairs".
-        level: of confidence of the intervals.
+    Parameters
+    ----------
+    y
+        (cases,) the output, in the order of the design; NaN where a case failed.
+    d
+        values that scatter.
+    method
+        "saltelli" or "saltelli-pairs".
+    level
+        of confidence of the intervals.
 
-    Raises:
-        ModelError: the cases are not whole blocks of the design.
-        NotInstalled: SALib is not here.
+    Raises
+    ------
+    ModelError
+        the cases are not whole blocks of the design.
+    NotInstalled
+        SALib is not here.
     """
     step = block(method, d)
     if not step or len(y) % step:
@@ -85,8 +97,10 @@ def indices(y: Array, d: int, method: str, level: float = 0.95) -> Indices:
 def _analyzed(y: Array, d: int, pairs: bool, level: float) -> dict[str, Array]:
     """What SALib says of some samples: the same for the same samples, so that a page asks but once.
 
-    Raises:
-        NotInstalled: SALib is not here.
+    Raises
+    ------
+    NotInstalled
+        SALib is not here.
     """
     key = sha256(y.tobytes()).digest(), d, pairs, level
     if key not in _RECENT:

@@ -104,15 +104,28 @@ def kept_in(folder: Address) -> str:
 def open_study(folder: Address) -> xr.Dataset:
     """Return the results in a study's folder, in memory; plain ``xarray.open_zarr`` on results.zarr does as well.
 
-    Args:
-        folder: or address that a study was written to, whole or not.
+    Parameters
+    ----------
+    folder
+        or address that a study was written to, whole or not.
 
-    Returns:
+    Returns
+    -------
+    xr.Dataset
         The Dataset that ``study`` gives; cases not computed yet, and those whose results are damaged, have the outcome
         0, "missing". ``attrs["failures"]`` says why cases failed.
 
-    Raises:
-        ModelError: there is no study, or it cannot be read, or is larger than what may be read.
+    Raises
+    ------
+    ModelError
+        there is no study, or it cannot be read, or is larger than what may be read.
+
+    Examples
+    --------
+    >>> axes = {"mesh.gear.backlash": ["0.05 mm", "0.1 mm"]}
+    >>> _ = gr.study(gr.example("case3"), axes, outputs=["verdict"], workers=1, output="map")
+    >>> dict(gr.open_study("map").sizes)
+    {'mesh.gear.backlash': 2}
     """
     storage = storage_of(folder)
     if storage.local is not None:
@@ -135,8 +148,10 @@ def open_study(folder: Address) -> xr.Dataset:
 def check_regular_files(storage: Storage) -> None:
     """Refuse a study whose results are not regular files within its folder: Zarr opens whatever is there.
 
-    Raises:
-        Refused: a pipe, a device, a socket, or a link to something outside.
+    Raises
+    ------
+    Refused
+        a pipe, a device, a socket, or a link to something outside.
     """
     home = storage.local
     for root, folders, names in os.walk(home / RESULTS) if home is not None else ():

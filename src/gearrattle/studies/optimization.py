@@ -62,15 +62,24 @@ _PAYS = 10.0  # seconds of a generation, below which starting processes for it c
 class Optimization:
     """An optimisation about to begin.
 
-    Attributes:
-        model: everything that is fixed in it.
-        ranges: of the values that may change.
-        goals: objectives and constraints.
-        outputs: that are kept.
-        size: designs of a generation, and generations.
-        seed: of everything drawn.
-        seconds: that one design takes among others of its generation.
-        alone: that a run of its own takes, audited.
+    Attributes
+    ----------
+    model
+        everything that is fixed in it.
+    ranges
+        of the values that may change.
+    goals
+        objectives and constraints.
+    outputs
+        that are kept.
+    size
+        designs of a generation, and generations.
+    seed
+        of everything drawn.
+    seconds
+        that one design takes among others of its generation.
+    alone
+        that a run of its own takes, audited.
     """
 
     model: Model
@@ -296,28 +305,57 @@ def optimize(
 ) -> xr.Dataset:
     """Find values within ranges so that some outputs are small or large and others keep limits.
 
-    Args:
-        model: the driveline; its own values are the first design, where they lie within the ranges.
-        variables: by path a pair (low, high), or ``{"from": ..., "to": ..., "spacing": "linear" | "log"}``.
-        objectives: by output "min" or "max"; one of several parts as "gear: largest impact energy".
-        constraints: by output ``{"below": ..., "above": ...}``, SI, one of them or both; with ``"of"``, a function of
-            the Model, under a name of one's own.
-        outputs: further outputs to keep.
-        population, generations: designs of a generation, and how many; more generations go on with what is kept.
-        seed: of everything drawn.
-        fixed, function, output, resume, workers, scheduler, progress: as in ``study``.
+    Parameters
+    ----------
+    model
+        the driveline; its own values are the first design, where they lie within the ranges.
+    variables
+        by path a pair (low, high), or ``{"from": ..., "to": ..., "spacing": "linear" | "log"}``.
+    objectives
+        by output "min" or "max"; one of several parts as "gear: largest impact energy".
+    constraints
+        by output ``{"below": ..., "above": ...}``, SI, one of them or both; with ``"of"``, a function of
+        the Model, under a name of one's own.
+    outputs
+        further outputs to keep.
+    population, generations
+        designs of a generation, and how many; more generations go on with what is kept.
+    seed
+        of everything drawn.
+    fixed, function, output, resume, workers, scheduler, progress
+        as in ``study``.
 
-    Returns:
+    Returns
+    -------
+    xr.Dataset
         A Dataset along "design", in the order computed: the outputs, the variables, ``born`` (its generation);
         ``value`` of every "objective", ``violation`` of the constraints (0: feasible; NaN: failed), ``front`` (on it),
         ``exact`` and ``certified`` (of the front, by runs of their own: algorithm "exact", energy audited); along
         "generation" ``best`` of every objective and ``hypervolume``, a share of the box between ``ideal`` and
         ``reference``. ``attrs["best"]`` is the design that comes nearest to the ideal, -1 if none is feasible.
 
-    Raises:
-        ModelError: anything wrong with the arguments, or a library is not here; nothing has been computed then.
-        ConvergenceError: the model itself cannot be simulated.
-        SchedulerLost: as in ``study``.
+    Raises
+    ------
+    ModelError
+        anything wrong with the arguments, or a library is not here; nothing has been computed then.
+    ConvergenceError
+        the model itself cannot be simulated.
+    SchedulerLost
+        as in ``study``.
+
+    Examples
+    --------
+    >>> front = gr.optimize(
+    ...     gr.example("case3"),
+    ...     {"mesh.gear.backlash": ("0.05 mm", "0.2 mm")},
+    ...     {"gear: largest impact energy": "min"},
+    ...     population=4,
+    ...     generations=1,
+    ...     fixed={"simulation.cycles": 20, "simulation.discard": 10},
+    ...     workers=1,
+    ... )
+    >>> front.sizes["design"], front.attrs["senses"]
+    (4, ['min'])
     """
     check_model(model)
     begin = partial(
@@ -399,10 +437,14 @@ def _generation(storage: Storage, number: int) -> Storage:
 class _Shifted:
     """Progress of one generation as that of the whole.
 
-    Attributes:
-        progress: of the whole.
-        number, of: of the generation, from 0, and how many there are.
-        taken: what those before took [s].
+    Attributes
+    ----------
+    progress
+        of the whole.
+    number, of
+        of the generation, from 0, and how many there are.
+    taken
+        what those before took [s].
     """
 
     progress: Progress

@@ -61,18 +61,30 @@ class Output:
     ``absent`` where its motion lacks the quantity: a motion without impacts has 0 for the largest impact energy, which
     is that of no impacts, and NaN for the mean.
 
-    Attributes:
-        name: its variable's.
-        dimension: "part" (clutches, splines, meshes), "inertia", another kind's own; empty for one number a case.
-        subjects: the coordinate along it.
-        unit: by subject it applies to, for they may differ; SI.
-        words: what codes stand for; empty for numbers.
-        criterion: the criterion or metric whose quantity it is; empty if none's.
-        only: the subjects it applies to; empty for all. It has no value (``nothing``) for the others.
-        gaps: of a regime, the subjects that can separate in some case: only these can rattle.
-        absent: what a case that ran has where its motion lacks the quantity.
-        lacking: what such a motion lacks ("no impact"); empty for what every motion has.
-        error: of sampling, in words; empty where it is not known what the value comes from.
+    Attributes
+    ----------
+    name
+        its variable's.
+    dimension
+        "part" (clutches, splines, meshes), "inertia", another kind's own; empty for one number a case.
+    subjects
+        the coordinate along it.
+    unit
+        by subject it applies to, for they may differ; SI.
+    words
+        what codes stand for; empty for numbers.
+    criterion
+        the criterion or metric whose quantity it is; empty if none's.
+    only
+        the subjects it applies to; empty for all. It has no value (``nothing``) for the others.
+    gaps
+        of a regime, the subjects that can separate in some case: only these can rattle.
+    absent
+        what a case that ran has where its motion lacks the quantity.
+    lacking
+        what such a motion lacks ("no impact"); empty for what every motion has.
+    error
+        of sampling, in words; empty where it is not known what the value comes from.
     """
 
     name: str
@@ -126,12 +138,17 @@ class Output:
 class Outputs:
     """All outputs of a study.
 
-    Attributes:
-        chosen: of criteria and whole runs.
-        function: the user's; None for none.
-        function_names: what it returns.
-        known: every output of cases that were computed before the study began, by their places in the grid; none with
-            a function of the user's, for that may depend on the process it runs in.
+    Attributes
+    ----------
+    chosen
+        of criteria and whole runs.
+    function
+        the user's; None for none.
+    function_names
+        what it returns.
+    known
+        every output of cases that were computed before the study began, by their places in the grid; none with
+        a function of the user's, for that may depend on the process it runs in.
     """
 
     chosen: tuple[Output, ...]
@@ -255,9 +272,12 @@ def unit_in(model: Model, unit: str) -> str:
 def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
     """Return all outputs of a driveline by name: those of metrics only where a name needs them, for they take samples.
 
-    Args:
-        names: that are asked for.
-        runs: one of every structure that its cases have (``structures.structures_of``), however short.
+    Parameters
+    ----------
+    names
+        that are asked for.
+    runs
+        one of every structure that its cases have (``structures.structures_of``), however short.
     """
     model = runs[0].model
     known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, _REGIME)}
@@ -289,13 +309,19 @@ def check_names(names: Sequence[str], models: Sequence[Model], function: Functio
     What there is does not depend on a motion: it is what one period, which takes milliseconds, has for each structure,
     and what only some motions have (``Quantity.occasional``).
 
-    Args:
-        names: of outputs, as in ``outputs_of``.
-        models: one of every structure; those that cannot be simulated are left to the study itself.
-        function: gives further outputs; without it one name is needed at least.
+    Parameters
+    ----------
+    names
+        of outputs, as in ``outputs_of``.
+    models
+        one of every structure; those that cannot be simulated are left to the study itself.
+    function
+        gives further outputs; without it one name is needed at least.
 
-    Raises:
-        ModelError: names there are not, all of them; what is no list of names.
+    Raises
+    ------
+    ModelError
+        names there are not, all of them; what is no list of names.
     """
     check_list(names, function)
     if names is DEFAULT or all(name == VERDICT or name in RUN_OUTPUTS for name in names):
@@ -307,8 +333,10 @@ def check_names(names: Sequence[str], models: Sequence[Model], function: Functio
 def check_list(names: Sequence[str], function: Function | None = None) -> None:
     """Refuse what is no list of names; without a function giving further outputs one name is needed at least.
 
-    Raises:
-        ModelError: everything in it that is no name.
+    Raises
+    ------
+    ModelError
+        everything in it that is no name.
     """
     no_list = isinstance(names, str) or not isinstance(names, Sequence)
     words = [names] if no_list else [name for name in names if not isinstance(name, str)]
@@ -333,14 +361,21 @@ def outputs_of(
 ) -> Outputs:
     """Find outputs by name in what a driveline has.
 
-    Args:
-        names: of outputs; of ``DEFAULT`` itself those that the driveline has.
-        run: any run of the driveline.
-        function: of a run, returns numbers by name.
-        others: a model of every structure that cases have: parts that have a clearance in some are parts as well.
+    Parameters
+    ----------
+    names
+        of outputs; of ``DEFAULT`` itself those that the driveline has.
+    run
+        any run of the driveline.
+    function
+        of a run, returns numbers by name.
+    others
+        a model of every structure that cases have: parts that have a clearance in some are parts as well.
 
-    Raises:
-        ModelError: a name there is not; all of them.
+    Raises
+    ------
+    ModelError
+        a name there is not; all of them.
     """
     runs = [run, *(short_runs(others) if len(others) > 1 else ())]
     known = _known(names, runs)
@@ -357,10 +392,14 @@ def outputs_of(
 def along_all(chosen: Sequence[Output], run: Run, subjects: Sequence[str] = ()) -> tuple[Output, ...]:
     """Return outputs with one list of parts, and one of inertias, for all of them.
 
-    Args:
-        chosen: outputs, each with the subjects it applies to.
-        run: any run of the driveline: its order of names is that of the lists.
-        subjects: further names that the lists must have.
+    Parameters
+    ----------
+    chosen
+        outputs, each with the subjects it applies to.
+    run
+        any run of the driveline: its order of names is that of the lists.
+    subjects
+        further names that the lists must have.
     """
     layout, outputs = run.trajectory.layout, []
     names = {"part": layout.element_names, "inertia": layout.inertia_names}

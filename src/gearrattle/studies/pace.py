@@ -65,12 +65,18 @@ def seconds_alone(
 ) -> float:
     """Return what a case of a plan takes by itself, outputs included [s]: the mean of cases spread over the grid.
 
-    Args:
-        plan: of which cases are tried.
-        outputs: takes what is kept from a run.
-        run: of the plan's first case.
-        seconds: that this run took, warm.
-        known: where outputs of the cases that are tried are put, by place: the study need not repeat them.
+    Parameters
+    ----------
+    plan
+        of which cases are tried.
+    outputs
+        takes what is kept from a run.
+    run
+        of the plan's first case.
+    seconds
+        that this run took, warm.
+    known
+        where outputs of the cases that are tried are put, by place: the study need not repeat them.
     """
     outputs(run)
     begun = time.perf_counter()
@@ -121,12 +127,18 @@ def _few(plan: Plan, count: int) -> Plan:
 class Cost:
     """What a study will cost.
 
-    Attributes:
-        cases: that are computed.
-        case_seconds: of one of them.
-        workers: that compute at once.
-        seconds: that all of them take, the workers' start included.
-        words: the same as a sentence.
+    Attributes
+    ----------
+    cases
+        that are computed.
+    case_seconds
+        of one of them.
+    workers
+        that compute at once.
+    seconds
+        that all of them take, the workers' start included.
+    words
+        the same as a sentence.
     """
 
     cases: int
@@ -170,10 +182,14 @@ class Pace:
     def __init__(self, chunks: int, workers: int, seconds: float) -> None:
         """Begin now.
 
-        Args:
-            chunks: that are to be computed.
-            workers: that compute at once.
-            seconds: that a chunk is expected to take.
+        Parameters
+        ----------
+        chunks
+            that are to be computed.
+        workers
+            that compute at once.
+        seconds
+            that a chunk is expected to take.
         """
         self.chunks = chunks
         self.workers = max(1, min(workers, chunks))

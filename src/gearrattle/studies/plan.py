@@ -30,10 +30,14 @@ SAMPLE = "sample"
 class Samples:
     """Points of uncertain values.
 
-    Attributes:
-        paths: (d,) of the values.
-        points: (count, d) SI.
-        method: by which they were chosen.
+    Attributes
+    ----------
+    paths
+        (d,) of the values.
+    points
+        (count, d) SI.
+    method
+        by which they were chosen.
     """
 
     paths: tuple[str, ...]
@@ -45,12 +49,18 @@ class Samples:
 class Plan:
     """A study's cases.
 
-    Attributes:
-        model: what is varied, everything that is fixed in it.
-        axes: what is varied in order.
-        samples: what scatters; None for nothing.
-        chunk_size: cases a chunk holds, about.
-        kind: of study, by its name on the shelf (a class attribute: another kind of plan is a class of its own).
+    Attributes
+    ----------
+    model
+        what is varied, everything that is fixed in it.
+    axes
+        what is varied in order.
+    samples
+        what scatters; None for nothing.
+    chunk_size
+        cases a chunk holds, about.
+    kind
+        of study, by its name on the shelf (a class attribute: another kind of plan is a class of its own).
     """
 
     kind: ClassVar[str] = "grid"

@@ -43,13 +43,20 @@ _STARTING = 5.0  # seconds until a fresh process is warm
 class Done:
     """A study that has been carried out.
 
-    Attributes:
-        data: what came out.
-        messages: why cases failed, by their place in the grid of ``data["outcome"]``.
-        outcome_counts: what became of it, in a line.
-        cost: what it took, in a sentence.
-        summary: the same as ``told`` for machines: plain values by name.
-        notes: what the user must know besides.
+    Attributes
+    ----------
+    data
+        what came out.
+    messages
+        why cases failed, by their place in the grid of ``data["outcome"]``.
+    outcome_counts
+        what became of it, in a line.
+    cost
+        what it took, in a sentence.
+    summary
+        the same as ``told`` for machines: plain values by name.
+    notes
+        what the user must know besides.
     """
 
     data: xr.Dataset
@@ -64,10 +71,14 @@ class Done:
 class Prepared:
     """A study about to begin.
 
-    Attributes:
-        plan, outputs: what is computed, and what is kept.
-        seconds: that one case took, warm.
-        work: what computes a chunk.
+    Attributes
+    ----------
+    plan, outputs
+        what is computed, and what is kept.
+    seconds
+        that one case took, warm.
+    work
+        what computes a chunk.
     """
 
     plan: Plan
@@ -145,18 +156,29 @@ class Prepared:
     ) -> Done:
         """Compute what a folder does not hold yet, and return the whole.
 
-        Args:
-            folder: to keep it in.
-            compute: who computes.
-            resume: whether the folder may hold a part of it already.
-            retry_failed: whether chunks with failed cases are computed again.
-            progress: called with the finished share; what it raises ends the work, and leaves whole chunks.
-            workers: how many ``compute`` has, for the time that remains.
+        Parameters
+        ----------
+        folder
+            to keep it in.
+        compute
+            who computes.
+        resume
+            whether the folder may hold a part of it already.
+        retry_failed
+            whether chunks with failed cases are computed again.
+        progress
+            called with the finished share; what it raises ends the work, and leaves whole chunks.
+        workers
+            how many ``compute`` has, for the time that remains.
 
-        Raises:
-            ModelError: the folder holds something else.
-            SchedulerLost: whoever computed has gone.
-            OSError: the folder cannot be written.
+        Raises
+        ------
+        ModelError
+            the folder holds something else.
+        SchedulerLost
+            whoever computed has gone.
+        OSError
+            the folder cannot be written.
         """
         store = self.open(folder, resume=resume)
         try:
@@ -199,12 +221,18 @@ def carry_out(
 ) -> list[int]:
     """Compute whatever is not done, and return the chunks that were found damaged and computed again.
 
-    Args:
-        store: where results are kept.
-        compute: who computes.
-        retry_failed: whether chunks with failed cases are computed again.
-        progress: as in ``study``; its method ``expect``, if it has one, is told the seconds that remain.
-        pace: workers of the scheduler, and the seconds that a chunk is expected to take.
+    Parameters
+    ----------
+    store
+        where results are kept.
+    compute
+        who computes.
+    retry_failed
+        whether chunks with failed cases are computed again.
+    progress
+        as in ``study``; its method ``expect``, if it has one, is told the seconds that remain.
+    pace
+        workers of the scheduler, and the seconds that a chunk is expected to take.
     """
     damaged = store.damaged()
     for chunk in {*damaged, *(store.failed() if retry_failed else ())}:

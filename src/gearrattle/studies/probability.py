@@ -34,12 +34,18 @@ if TYPE_CHECKING:
 def wilson(count: ArrayLike, among: ArrayLike, level: float = 0.95) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return Wilson's interval of a probability.
 
-    Args:
-        count: (...,) how often it happened.
-        among: (...,) of how many; NaN comes back where that is 0.
-        level: of confidence, between 0 and 1.
+    Parameters
+    ----------
+    count
+        (...,) how often it happened.
+    among
+        (...,) of how many; NaN comes back where that is 0.
+    level
+        of confidence, between 0 and 1.
 
-    Returns:
+    Returns
+    -------
+    tuple[NDArray[np.float64], NDArray[np.float64]]
         Its lower and its upper limit, (...,) each.
     """
     from scipy.stats import norm
@@ -56,13 +62,24 @@ def wilson(count: ArrayLike, among: ArrayLike, level: float = 0.95) -> tuple[NDA
 def samples_needed(half_width: float, probability: float = 0.5, level: float = 0.95) -> int:
     """Return how many independent samples tell a probability to a wished half-width of its interval.
 
-    Args:
-        half_width: half the length of Wilson's interval, 0 to 0.5.
-        probability: about what it is; 0.5 needs the most.
-        level: of confidence of the interval.
+    Parameters
+    ----------
+    half_width
+        half the length of Wilson's interval, 0 to 0.5.
+    probability
+        about what it is; 0.5 needs the most.
+    level
+        of confidence of the interval.
 
-    Raises:
-        ModelError: a number outside its range.
+    Raises
+    ------
+    ModelError
+        a number outside its range.
+
+    Examples
+    --------
+    >>> gr.studies.samples_needed(0.05)
+    381
     """
     from scipy.stats import norm
 
@@ -96,11 +113,16 @@ def samples_needed(half_width: float, probability: float = 0.5, level: float = 0
 def running(codes: NDArray[np.int_], level: float = 0.95) -> tuple[NDArray[np.float64], ...]:
     """Return how an estimate settles: share of the first 1 to n samples above quiet, and Wilson's limits.
 
-    Args:
-        codes: (n,) 0 for quiet, -1 for a case that failed: those are counted nowhere.
-        level: of confidence.
+    Parameters
+    ----------
+    codes
+        (n,) 0 for quiet, -1 for a case that failed: those are counted nowhere.
+    level
+        of confidence.
 
-    Returns:
+    Returns
+    -------
+    tuple[NDArray[np.float64], ...]
         Samples counted, share, lower and upper limit: (m,) each, m <= n.
     """
     there = codes[codes >= 0]
@@ -111,17 +133,32 @@ def running(codes: NDArray[np.int_], level: float = 0.95) -> tuple[NDArray[np.fl
 def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: float = 0.95) -> xr.Dataset:
     """Return how likely each part rattles over the samples of a study.
 
-    Args:
-        data: what ``study`` returned, with samples.
-        output: of codes, 0 for quiet: "regime" or "verdict"; None for the first of these that was kept.
-        level: of confidence of the interval.
+    Parameters
+    ----------
+    data
+        what ``study`` returned, with samples.
+    output
+        of codes, 0 for quiet: "regime" or "verdict"; None for the first of these that was kept.
+    level
+        of confidence of the interval.
 
-    Returns:
+    Returns
+    -------
+    xr.Dataset
         A Dataset over the study's axes and those of the output's subjects that can separate: ``probability``, ``low``
         and ``high`` (Wilson 1927), ``rattling`` of ``samples``; cases that failed are counted nowhere.
 
-    Raises:
-        ModelError: no samples, no such output, a level outside 0 to 1.
+    Raises
+    ------
+    ModelError
+        no samples, no such output, a level outside 0 to 1.
+
+    Examples
+    --------
+    >>> vary = {"mesh.gear.backlash": {"distribution": "uniform", "from": "0.05 mm", "to": "0.2 mm"}}
+    >>> data = gr.study(gr.example("case3"), outputs=["verdict"], vary=vary, samples=16, workers=1)
+    >>> float(gr.studies.rattle_probability(data)["probability"])
+    1.0
     """
     import xarray as xr
 

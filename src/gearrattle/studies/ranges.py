@@ -30,10 +30,14 @@ _KEYS = ("from", "to", "spacing")
 class Range:
     """From where to where one value may go.
 
-    Attributes:
-        path: of the value.
-        low, high: its ends, SI.
-        log: whether shares of it are shares of the logarithm.
+    Attributes
+    ----------
+    path
+        of the value.
+    low, high
+        its ends, SI.
+    log
+        whether shares of it are shares of the logarithm.
     """
 
     path: str
@@ -57,12 +61,17 @@ class Range:
 def ranges_of(requested: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
     """Read ranges.
 
-    Args:
-        requested: by path a pair, or a mapping with ``from``, ``to`` and ``spacing``.
-        model: whose values they are.
+    Parameters
+    ----------
+    requested
+        by path a pair, or a mapping with ``from``, ``to`` and ``spacing``.
+    model
+        whose values they are.
 
-    Raises:
-        ModelError: everything that is wrong with them.
+    Raises
+    ------
+    ModelError
+        everything that is wrong with them.
     """
     problems, ranges = [], []
     if not checked(AnyTable(), requested, "variables"):

@@ -63,24 +63,42 @@ def screen(
 ) -> xr.Dataset:
     """Map which loose gear rattles at which speed and load, by the threshold and, if asked, by simulation.
 
-    Args:
-        model: the driveline, with one loose gear at least: a drag torque on a body whose only stiffness is its mesh.
-        speeds: of the reference shaft, as in a model file or as a range ``{"from": ..., "to": ..., "count": ...}``.
-        loads: factors on the amplitudes of all torque harmonics; or by path of the model file equally many values,
-            which vary together; None: the model's own.
-        simulate: also run every case, by the model's settings, and keep the regime of every loose gear's mesh.
-        workers: of the simulations, as in ``study``.
-        progress: called with the finished share, of the thresholds, then of the simulations; what it raises ends the
-            work.
+    Parameters
+    ----------
+    model
+        the driveline, with one loose gear at least: a drag torque on a body whose only stiffness is its mesh.
+    speeds
+        of the reference shaft, as in a model file or as a range ``{"from": ..., "to": ..., "count": ...}``.
+    loads
+        factors on the amplitudes of all torque harmonics; or by path of the model file equally many values,
+        which vary together; None: the model's own.
+    simulate
+        also run every case, by the model's settings, and keep the regime of every loose gear's mesh.
+    workers
+        of the simulations, as in ``study``.
+    progress
+        called with the finished share, of the thresholds, then of the simulations; what it raises ends the
+        work.
 
-    Returns:
+    Returns
+    -------
+    xr.Dataset
         A Dataset with the dimensions "speed" [rad/s], "load" (factor, or number) and "gear" (by its mesh, with its
         loose and driver). separation_ratio [1], margin [dB] and lift_ratio [1] are of every gear; inside tells whether
         the linear motion is an exact one; with ``simulate`` there is regime, codes of ``flag_meanings``.
 
-    Raises:
-        ModelError: no loose gear, a value or path that is none, motions or records instead of harmonics.
-        ConvergenceError: not even one case could be simulated.
+    Raises
+    ------
+    ModelError
+        no loose gear, a value or path that is none, motions or records instead of harmonics.
+    ConvergenceError
+        not even one case could be simulated.
+
+    Examples
+    --------
+    >>> margins = gr.screen(gr.example("manual_transmission"), ["700 rpm", "900 rpm"])
+    >>> dict(margins["margin"].sizes)
+    {'speed': 2, 'load': 1, 'gear': 2}
     """
     check_model(model)
     import xarray as xr

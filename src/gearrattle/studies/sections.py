@@ -77,11 +77,16 @@ NEARNESS = Nearness()
 class Section:
     """What is looked at, and when.
 
-    Attributes:
-        names: of the quantities kept.
-        tested: of those the period is asked of: deflections and rates of all clearances.
-        scale: what counts as one, by name.
-        phase: of the period.
+    Attributes
+    ----------
+    names
+        of the quantities kept.
+    tested
+        of those the period is asked of: deflections and rates of all clearances.
+    scale
+        what counts as one, by name.
+    phase
+        of the period.
     """
 
     names: tuple[str, ...]
@@ -105,13 +110,19 @@ class Section:
 def section_of(model: Model, names: Sequence[str] | None, phase: float) -> Section:
     """Choose what is looked at.
 
-    Args:
-        model: the driveline; its clearances are the scale of the whole study.
-        names: of quantities; None for deflection and rate of every clearance.
-        phase: of the period, from 0 to below 1, a fraction with a denominator up to 360.
+    Parameters
+    ----------
+    model
+        the driveline; its clearances are the scale of the whole study.
+    names
+        of quantities; None for deflection and rate of every clearance.
+    phase
+        of the period, from 0 to below 1, a fraction with a denominator up to 360.
 
-    Raises:
-        ModelError: no clearance, a name there is not, a phase that is no such fraction.
+    Raises
+    ------
+    ModelError
+        no clearance, a name there is not, a phase that is no such fraction.
     """
     system, elements = assemble(model).system, model.elements
     parts, inertias = [e.name for e in elements], [inertia.name for inertia in model.inertias]
@@ -194,15 +205,24 @@ def unit_of(name: str, model: Model) -> str:
 class Sections(Outputs):
     """What is kept of every case: the section's last points, the kind of motion, and chosen outputs of criteria.
 
-    Attributes:
-        section: what is looked at.
-        units: of its quantities.
-        points: periods kept of the section, the last ones.
-        tolerance: of the period's test, in the units of the section.
-        most: largest period number looked for.
-        states: number of relative states; 0 keeps no Floquet multipliers.
-        inertias: whose last angles and velocities are kept; empty for none.
-        own_units: of the exponent, of angles and of velocities at the end.
+    Attributes
+    ----------
+    section
+        what is looked at.
+    units
+        of its quantities.
+    points
+        periods kept of the section, the last ones.
+    tolerance
+        of the period's test, in the units of the section.
+    most
+        largest period number looked for.
+    states
+        number of relative states; 0 keeps no Floquet multipliers.
+    inertias
+        whose last angles and velocities are kept; empty for none.
+    own_units
+        of the exponent, of angles and of velocities at the end.
     """
 
     section: Section = Section((), (), {}, Fraction(0))
@@ -266,9 +286,12 @@ def is_isolated(run: Run, cycles: int) -> bool:
     body that floats within its gap may do so anywhere. A body that turns freely has such a multiplier too, but deflects
     nothing.
 
-    Args:
-        run: the motion, settled.
-        cycles: its period number.
+    Parameters
+    ----------
+    run
+        the motion, settled.
+    cycles
+        its period number.
     """
     total = _gradient(run, cycles)
     values, vectors = np.linalg.eig(total)

@@ -54,11 +54,16 @@ def rank_correlations(x: Array, y: Array) -> Array:
 def rank_regression(x: Array, y: Array) -> tuple[Array, float]:
     """Return (d,) coefficients of the standardised ranks, and the share of the ranks' variance they explain.
 
-    Args:
-        x: (n, d) values.
-        y: (n,) output.
+    Parameters
+    ----------
+    x
+        (n, d) values.
+    y
+        (n,) output.
 
-    Returns:
+    Returns
+    -------
+    tuple[Array, float]
         NaN if y is constant, or if there are no more samples than coefficients.
     """
     n, d = x.shape
@@ -72,10 +77,14 @@ def rank_regression(x: Array, y: Array) -> tuple[Array, float]:
 def first_order(x: Array, y: Array, cosines: int = COSINES) -> Array:
     """Return (d,) first-order shares of the variance of y (n,), one for every column of x (n, d); adjusted.
 
-    Args:
-        x: (n, d) values, drawn independently of each other.
-        y: (n,) output.
-        cosines: of the rank of a value; more follow it in finer detail, and leave more to chance.
+    Parameters
+    ----------
+    x
+        (n, d) values, drawn independently of each other.
+    y
+        (n,) output.
+    cosines
+        of the rank of a value; more follow it in finer detail, and leave more to chance.
     """
     n = len(y)
     if n <= cosines + 1 or np.ptp(y) == 0.0:
@@ -105,11 +114,16 @@ def chance_levels(n: int, cosines: int = COSINES) -> tuple[float, float]:
 def sensitivities(data: xr.Dataset, output: str) -> xr.Dataset:
     """Return how an output follows each value that scatters: what the design of the samples allows.
 
-    Args:
-        data: what ``study`` returned, with samples; of a study with axes, one place of them: ``data.isel(...)``.
-        output: name of an output; codes count as numbers.
+    Parameters
+    ----------
+    data
+        what ``study`` returned, with samples; of a study with axes, one place of them: ``data.isel(...)``.
+    output
+        name of an output; codes count as numbers.
 
-    Returns:
+    Returns
+    -------
+    xr.Dataset
         A Dataset along "value" (paths), and the output's subjects. From independent samples: ``spearman``,
         ``rank_regression``, ``first_order`` (NaN below 64 samples); by subject ``explained``, the share of the ranks'
         variance that the regression explains, ``samples``, and ``chance_correlation`` and ``chance_first_order``, what
@@ -121,9 +135,19 @@ def sensitivities(data: xr.Dataset, output: str) -> xr.Dataset:
         ``output_unit`` is the output's; ``attrs["sampling"]`` tells the design. NaN where an output is the same in
         all cases. Cases that failed are left out.
 
-    Raises:
-        ModelError: no samples, axes that have not been chosen from, no such output.
-        NotInstalled: Sobol' indices need SALib, and it is not here.
+    Raises
+    ------
+    ModelError
+        no samples, axes that have not been chosen from, no such output.
+    NotInstalled
+        Sobol' indices need SALib, and it is not here.
+
+    Examples
+    --------
+    >>> vary = {"mesh.gear.backlash": {"distribution": "uniform", "from": "0.05 mm", "to": "0.2 mm"}}
+    >>> data = gr.study(gr.example("case3"), outputs=["largest impact energy"], vary=vary, samples=16, workers=1)
+    >>> sorted(gr.studies.sensitivities(data, "largest impact energy").data_vars)[:3]
+    ['chance_correlation', 'chance_first_order', 'explained']
     """
     import xarray as xr
 

@@ -40,11 +40,16 @@ _LEVELS = (("angle", "deflection"), ("velocity", "rate"))
 class Half:
     """Angles, or velocities, from values of their coordinates: base + gain (c - c_0).
 
-    Attributes:
-        names: (q,) coordinates.
-        base: (n,) the model's own.
-        gain: (n, q) least change for a unit of every coordinate.
-        zero: (q,) coordinates of the base.
+    Attributes
+    ----------
+    names
+        (q,) coordinates.
+    base
+        (n,) the model's own.
+    gain
+        (n, q) least change for a unit of every coordinate.
+    zero
+        (q,) coordinates of the base.
     """
 
     names: tuple[str, ...]
@@ -69,8 +74,10 @@ class Starts:
     def state(self, values: Mapping[str, float]) -> dict[str, list[float]]:
         """Return the state, as ``simulation.initial`` takes it.
 
-        Args:
-            values: of every coordinate, by name [SI].
+        Parameters
+        ----------
+        values
+            of every coordinate, by name [SI].
         """
         return {"angle": self.angle.at(values), "velocity": self.velocity.at(values)}
 
@@ -78,12 +85,17 @@ class Starts:
 def starts_of(model: Model, names: Sequence[str]) -> Starts:
     """Choose coordinates of initial states.
 
-    Args:
-        model: its own start holds for what they leave open.
-        names: "deflection.ELEMENT", "rate.ELEMENT", "angle.INERTIA", "velocity.INERTIA".
+    Parameters
+    ----------
+    model
+        its own start holds for what they leave open.
+    names
+        "deflection.ELEMENT", "rate.ELEMENT", "angle.INERTIA", "velocity.INERTIA".
 
-    Raises:
-        ModelError: a name there is not, or coordinates that follow from each other; all of them.
+    Raises
+    ------
+    ModelError
+        a name there is not, or coordinates that follow from each other; all of them.
     """
     parts, inertias = [e.name for e in model.elements], [inertia.name for inertia in model.inertias]
     known = [f"{kind}.{name}" for name in parts for kind in ("deflection", "rate")]
@@ -137,8 +149,10 @@ def _error(system: PiecewiseSystem, k: int, level: int) -> float:
 def read_value(name: str, value: Any, model: Model) -> float:
     """Read an initial value as a model file does: a plain number in SI or a text with a unit.
 
-    Raises:
-        ModelError: neither, or the wrong unit.
+    Raises
+    ------
+    ModelError
+        neither, or the wrong unit.
     """
     kind, _, subject = name.partition(".")
     length = any(e.name == subject and e.along_line for e in model.elements)

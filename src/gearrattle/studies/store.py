@@ -68,10 +68,14 @@ Work = Callable[["Store", int, ProgressCallback | None], Computed]
 class Store:
     """A study's folder.
 
-    Attributes:
-        storage: where.
-        plan, outputs: what it is of.
-        work: what computes a chunk.
+    Attributes
+    ----------
+    storage
+        where.
+    plan, outputs
+        what it is of.
+    work
+        what computes a chunk.
     """
 
     def __init__(self, storage: Storage, plan: Plan, outputs: Outputs, work: Work = case_by_case) -> None:
@@ -90,16 +94,25 @@ class Store:
     def open(cls, folder: Address, plan: Plan, outputs: Outputs, work: Work = case_by_case, *, resume: bool) -> Store:
         """Open a folder or what lies behind an address, made if it does not exist.
 
-        Args:
-            folder: where, a folder or an address.
-            plan, outputs: what is computed, and what is kept.
-            work: what computes a chunk.
-            resume: whether it may hold this study already.
+        Parameters
+        ----------
+        folder
+            where, a folder or an address.
+        plan, outputs
+            what is computed, and what is kept.
+        work
+            what computes a chunk.
+        resume
+            whether it may hold this study already.
 
-        Raises:
-            ModelError: it holds a study already and ``resume`` is not set, or one of something else.
-            NotInstalled: a library for the address is not here.
-            OSError: it cannot be written.
+        Raises
+        ------
+        ModelError
+            it holds a study already and ``resume`` is not set, or one of something else.
+        NotInstalled
+            a library for the address is not here.
+        OSError
+            it cannot be written.
         """
         store = cls(storage_of(folder), plan, outputs, work)
         store._claim = Claim(store.storage, resume=resume)
@@ -139,8 +152,10 @@ class Store:
     def check_claim(self) -> None:
         """Refuse to go on where a later study of this program writes into the storage location.
 
-        Raises:
-            ModelError: it does.
+        Raises
+        ------
+        ModelError
+            it does.
         """
         if self._claim is not None:
             self._claim.check()
@@ -173,8 +188,10 @@ class Store:
     def _is_laid_out(self) -> bool:
         """Whether all arrays were made: who began the study may have been killed before, or the power cut.
 
-        Raises:
-            ModelError: they are of another study, or no regular files.
+        Raises
+        ------
+        ModelError
+            they are of another study, or no regular files.
         """
         try:
             if self.storage.local is not None:
@@ -374,12 +391,17 @@ class Store:
 def check_array_names(plan: Plan, outputs: Outputs, taken: Collection[str] = ()) -> None:
     """Refuse what cannot be kept by its name: arrays are folders, and there is one of each name.
 
-    Args:
-        plan, outputs: what is computed, and what is kept.
-        taken: names of further variables that the results have.
+    Parameters
+    ----------
+    plan, outputs
+        what is computed, and what is kept.
+    taken
+        names of further variables that the results have.
 
-    Raises:
-        ModelError: names that no file can have, and names of two arrays; all of them.
+    Raises
+    ------
+    ModelError
+        names that no file can have, and names of two arrays; all of them.
     """
     axes = {name for axis in plan.axes for name in (axis.name, *axis.values)} | {*plan.dimensions}
     names = [("axis", name) for name in sorted(axes | set(plan.samples.paths if plan.samples else ()))]

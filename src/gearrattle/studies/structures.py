@@ -35,8 +35,10 @@ MOST_WORDS, MOST_TRIED = 64, 256
 def structures_of(plan: Plan) -> list[Model]:
     """Return a case of every structure, in the order of the grid.
 
-    Args:
-        plan: the study's cases; those that are no model are passed over. Without any the plan's own model is left.
+    Parameters
+    ----------
+    plan
+        the study's cases; those that are no model are passed over. Without any the plan's own model is left.
     """
     models: dict[Any, Model] = {}
     for index in _places(plan):

@@ -124,35 +124,64 @@ def study(
 ) -> xr.Dataset:
     """Simulate and judge many variants of a driveline.
 
-    Args:
-        model: the driveline; its file's settings hold for every case.
-        axes: what is varied in order, all combinations: by path of the model file a list of values or a range
-            ``{"from": ..., "to": ..., "count": ..., "spacing": "linear" | "log"}``; by another name a mapping from
-            paths to lists, which then vary together.
-        outputs: names of what is kept: quantities of criteria, "verdict", "crossings per cycle", ...
-        vary: what scatters: by path a mapping with ``distribution`` and its parameters (``studies.distributions``).
-        samples: points drawn of all that scatters, for every combination of the axes.
-        method: "latin-hypercube", "sobol", "random"; "saltelli", "saltelli-pairs" (samples: a power of two) for Sobol'
-            indices; "one-at-a-time" (no samples) for the ends of every value (``studies.designs``).
-        seed: of the points.
-        fixed: other values of the model, by path.
-        function: takes a Run, returns numbers by name: further outputs.
-        most: a study of more cases is refused.
-        output: folder or address ("s3://...", "memory://...") to keep it in; None: in memory.
-        resume, retry_failed: go on with what is there; and compute chunks with failed cases anew.
-        workers: processes or threads, results are the same; None: as many as cores, one for few cases.
-        scheduler: "local" (processes), "threads", "tcp://HOST:PORT" or a ``distributed.Client`` (Dask, whose workers
-            must see ``output``); None: threads where cases are computed together, else processes.
-        progress: called with the finished share; what it raises ends the work, and leaves whole chunks in the folder.
+    Parameters
+    ----------
+    model
+        the driveline; its file's settings hold for every case.
+    axes
+        what is varied in order, all combinations: by path of the model file a list of values or a range
+        ``{"from": ..., "to": ..., "count": ..., "spacing": "linear" | "log"}``; by another name a mapping from
+        paths to lists, which then vary together.
+    outputs
+        names of what is kept: quantities of criteria, "verdict", "crossings per cycle", ...
+    vary
+        what scatters: by path a mapping with ``distribution`` and its parameters (``studies.distributions``).
+    samples
+        points drawn of all that scatters, for every combination of the axes.
+    method
+        "latin-hypercube", "sobol", "random"; "saltelli", "saltelli-pairs" (samples: a power of two) for Sobol'
+        indices; "one-at-a-time" (no samples) for the ends of every value (``studies.designs``).
+    seed
+        of the points.
+    fixed
+        other values of the model, by path.
+    function
+        takes a Run, returns numbers by name: further outputs.
+    most
+        a study of more cases is refused.
+    output
+        folder or address ("s3://...", "memory://...") to keep it in; None: in memory.
+    resume, retry_failed
+        go on with what is there; and compute chunks with failed cases anew.
+    workers
+        processes or threads, results are the same; None: as many as cores, one for few cases.
+    scheduler
+        "local" (processes), "threads", "tcp://HOST:PORT" or a ``distributed.Client`` (Dask, whose workers
+        must see ``output``); None: threads where cases are computed together, else processes.
+    progress
+        called with the finished share; what it raises ends the work, and leaves whole chunks in the folder.
 
-    Returns:
+    Returns
+    -------
+    xr.Dataset
         A Dataset with a dimension for every axis, "sample" for what scatters, "part" and "inertia" for subjects;
         ``outcome`` tells what became of every case, ``attrs["failures"]`` why some failed.
 
-    Raises:
-        ModelError: anything wrong with the study, or a library is not here; nothing has been computed then.
-        ConvergenceError: not even one case could be simulated.
-        SchedulerLost: the cluster has gone; ``resume`` goes on with what is kept.
+    Raises
+    ------
+    ModelError
+        anything wrong with the study, or a library is not here; nothing has been computed then.
+    ConvergenceError
+        not even one case could be simulated.
+    SchedulerLost
+        the cluster has gone; ``resume`` goes on with what is kept.
+
+    Examples
+    --------
+    >>> axes = {"mesh.gear.backlash": ["0.05 mm", "0.1 mm", "0.2 mm"]}
+    >>> data = gr.study(gr.example("case3"), axes, outputs=["largest impact energy"], workers=1)
+    >>> data["largest impact energy"].dims
+    ('mesh.gear.backlash', 'part')
     """
     check_model(model)
     begin = partial(

@@ -24,9 +24,12 @@ Array = NDArray[np.float64]
 class Swings:
     """What one output does.
 
-    Attributes:
-        base: of the model itself.
-        low, high: (d,) with each value at its lower, its upper end.
+    Attributes
+    ----------
+    base
+        of the model itself.
+    low, high
+        (d,) with each value at its lower, its upper end.
     """
 
     base: float
@@ -45,12 +48,17 @@ class Swings:
 def swings(y: Array, d: int) -> Swings:
     """Return what an output does when d values go to their ends.
 
-    Args:
-        y: (2 d + 1,) the output in the order of the design.
-        d: values.
+    Parameters
+    ----------
+    y
+        (2 d + 1,) the output in the order of the design.
+    d
+        values.
 
-    Raises:
-        ModelError: these are not all cases of the design.
+    Raises
+    ------
+    ModelError
+        these are not all cases of the design.
     """
     if len(y) != 2 * d + 1:
         rule = f"must be the {2 * d + 1} cases of one value at a time"

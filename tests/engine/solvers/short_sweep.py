@@ -75,7 +75,9 @@ STEP = 5e-5
 def integrated(model: Model, end: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Integrate by DOP853 from corner to corner, the sines of the model taken as they are written.
 
-    Returns:
+    Returns
+    -------
+    tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
         (E,) times and (E,) elements of the crossings, (n,) angles and velocities at the end.
     """
     system = assemble(model).system

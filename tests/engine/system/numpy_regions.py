@@ -39,12 +39,18 @@ class Block:
 def block_diagonalise(triangle: ComplexArray, vectors: ComplexArray, largest: float) -> list[Block]:
     """Split M = V T V^H (T upper triangular, V unitary) into blocks.
 
-    Args:
-        triangle: (Z, Z) T.
-        vectors: (Z, Z) V.
-        largest: bound on the entries of every elimination; larger means more, but worse conditioned, blocks.
+    Parameters
+    ----------
+    triangle
+        (Z, Z) T.
+    vectors
+        (Z, Z) V.
+    largest
+        bound on the entries of every elimination; larger means more, but worse conditioned, blocks.
 
-    Returns:
+    Returns
+    -------
+    list[Block]
         Blocks with M = sum right @ triangle @ left, left_i right_j = identity if i = j, else 0.
     """
     size = triangle.shape[0]
@@ -98,12 +104,18 @@ def split_inputs(
 ) -> Split:
     """Solve for P, input by input, and keep those whose particular solution is too large.
 
-    Args:
-        free, driven: (N, N) A and (N, U) G.
-        frequency: (H,) radians a period.
-        amplitude: (1 + H,) constant amplitudes in u.
-        watched: (K, N) deflections by state, in corner scales.
-        typical: size of the states in an ordinary motion.
+    Parameters
+    ----------
+    free, driven
+        (N, N) A and (N, U) G.
+    frequency
+        (H,) radians a period.
+    amplitude
+        (1 + H,) constant amplitudes in u.
+    watched
+        (K, N) deflections by state, in corner scales.
+    typical
+        size of the states in an ordinary motion.
     """
     count = frequency.size
     particular, kept = np.zeros(driven.shape), np.zeros(driven.shape[1], dtype=bool)
@@ -180,14 +192,22 @@ def majorant(
 ) -> Majorant:
     """Build the bounds of one region.
 
-    Args:
-        generator: (Z, Z) M.
-        states: N, how many leading entries of z are states; the rest are inputs.
-        frequency: (H,) radians a period of the oscillators.
-        amplitude: (1 + H,) constant amplitude of the inputs in z.
-        deflection: (K, Z) rows.
-        horizon: longest s the bounds must hold for.
-        fast: modes beyond this many radians a period count as fast.
+    Parameters
+    ----------
+    generator
+        (Z, Z) M.
+    states
+        N, how many leading entries of z are states; the rest are inputs.
+    frequency
+        (H,) radians a period of the oscillators.
+    amplitude
+        (1 + H,) constant amplitude of the inputs in z.
+    deflection
+        (K, Z) rows.
+    horizon
+        longest s the bounds must hold for.
+    fast
+        modes beyond this many radians a period count as fast.
     """
     triangle, vectors = triangular_form(generator, states, frequency)
     blocks = block_diagonalise(triangle, vectors, ELIMINATION)

@@ -57,10 +57,14 @@ _HALVED = tuple(0.5**i for i in range(9))
 class Balance:
     """What became of a fixed point.
 
-    Attributes:
-        settled: whether it led to a periodic motion.
-        multiplier: largest modulus of its Floquet multipliers; NaN where there is no motion.
-        gain, mean_slope: (K,) contact ratios of the motion by clearance, as shares of the largest slope.
+    Attributes
+    ----------
+    settled
+        whether it led to a periodic motion.
+    multiplier
+        largest modulus of its Floquet multipliers; NaN where there is no motion.
+    gain, mean_slope
+        (K,) contact ratios of the motion by clearance, as shares of the largest slope.
     """
 
     settled: bool
@@ -77,10 +81,14 @@ class Balance:
 class Overtones:
     """The map from a periodic oscillation to the next.
 
-    Args:
-        system: the driveline; all its orders are whole numbers a period.
-        slope, damping: (m,) equivalent ones of every element.
-        means: (m, S) oscillations to (m,) mean deflections.
+    Parameters
+    ----------
+    system
+        the driveline; all its orders are whole numbers a period.
+    slope, damping
+        (m,) equivalent ones of every element.
+    means
+        (m, S) oscillations to (m,) mean deflections.
     """
 
     def __init__(self, system: PiecewiseSystem, slope: Array, damping: Array, means: Callable[[Array], Array]) -> None:
@@ -216,9 +224,12 @@ class Overtones:
 def multipliers(system: PiecewiseSystem, deflection: Array) -> Array:
     """Return (2n,) moduli of the Floquet multipliers of a periodic motion, largest first; one is a free shift's.
 
-    Args:
-        system: the driveline.
-        deflection: (m, S) samples over one period, joined by straight lines.
+    Parameters
+    ----------
+    system
+        the driveline.
+    deflection
+        (m, S) samples over one period, joined by straight lines.
     """
     from scipy.linalg import expm
 
@@ -262,10 +273,14 @@ def _crossings(system: PiecewiseSystem, deflection: Array) -> list[tuple[float, 
 def balance(system: PiecewiseSystem, slope: Array, damping: Array, means: Callable[[Array], Array]) -> Balance:
     """Seek the periodic motion a fixed point stands for.
 
-    Args:
-        system: the driveline; all its orders are whole numbers a period.
-        slope, damping: (m,) equivalent ones of every element [N m/rad, N m s/rad or N/m, N s/m].
-        means: (m, S) oscillations to (m,) mean deflections.
+    Parameters
+    ----------
+    system
+        the driveline; all its orders are whole numbers a period.
+    slope, damping
+        (m,) equivalent ones of every element [N m/rad, N m s/rad or N/m, N s/m].
+    means
+        (m, S) oscillations to (m,) mean deflections.
     """
     map_ = Overtones(system, slope, damping, means)
     spectrum = map_.settle()

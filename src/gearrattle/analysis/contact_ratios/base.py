@@ -26,12 +26,18 @@ from gearrattle.trajectory import Array, Layout, Trajectory
 class ContactRatio:
     """One slope for every clearance, as a share of the largest slope of its law.
 
-    Attributes:
-        route: "mean-slope", "spectral" or "describing".
-        quantity: "mean slope" or "equivalent gain"; the two agree for Gaussian motions only.
-        value: (K,) the ratio; NaN where the law has no slope or the deflection does not move.
-        low, high: (K,) 95 % confidence interval of the random error; the value itself where a route has none.
-        notes: what the user must know.
+    Attributes
+    ----------
+    route
+        "mean-slope", "spectral" or "describing".
+    quantity
+        "mean slope" or "equivalent gain"; the two agree for Gaussian motions only.
+    value
+        (K,) the ratio; NaN where the law has no slope or the deflection does not move.
+    low, high
+        (K,) 95 % confidence interval of the random error; the value itself where a route has none.
+    notes
+        what the user must know.
     """
 
     route: str
@@ -70,8 +76,10 @@ def largest_slope(law: PiecewiseLaw) -> float:
 def best_line(force: Array, deflection: Array) -> float:
     """Return the slope of the least-squares line of force on deflection: cov / var; NaN if nothing moves.
 
-    Args:
-        force, deflection: (N,) samples that stand for equal shares of time.
+    Parameters
+    ----------
+    force, deflection
+        (N,) samples that stand for equal shares of time.
     """
     moved = deflection - deflection.mean()
     power = float(moved @ moved)
@@ -84,9 +92,12 @@ def beyond(corners: Array, deflection: Array) -> Array:
 
     The last interval leads back to the first sample. Unlike a count of samples it is continuous in the deflections.
 
-    Args:
-        corners: (J,) ascending.
-        deflection: (S,) samples over one period.
+    Parameters
+    ----------
+    corners
+        (J,) ascending.
+    deflection
+        (S,) samples over one period.
     """
     after = np.roll(deflection, -1)
     high, width = np.maximum(deflection, after), np.abs(after - deflection)

@@ -44,12 +44,18 @@ from gearrattle.trajectory import Array, Trajectory
 class Describing:
     """How a law answers an assumed motion.
 
-    Attributes:
-        mean_force: mean of f [N m or N].
-        gain: amplitude gain: least-squares slope of f on the moving part [N m/rad or N/m].
-        damping: coefficient of equal loss [N m s/rad or N s/m].
-        mean_slope: mean of f', which is also d(mean force) / d(mean) [N m/rad or N/m].
-        mean_gain: (mean force - f(0)) / mean; its limit, the mean slope, at zero mean of a symmetric law.
+    Attributes
+    ----------
+    mean_force
+        mean of f [N m or N].
+    gain
+        amplitude gain: least-squares slope of f on the moving part [N m/rad or N/m].
+    damping
+        coefficient of equal loss [N m s/rad or N s/m].
+    mean_slope
+        mean of f', which is also d(mean force) / d(mean) [N m/rad or N/m].
+    mean_gain
+        (mean force - f(0)) / mean; its limit, the mean slope, at zero mean of a symmetric law.
     """
 
     mean_force: float
@@ -62,10 +68,14 @@ class Describing:
 def under_sine(law: PiecewiseLaw, amplitude: float, mean: float = 0.0) -> Describing:
     """Return how a law answers delta = mean + amplitude sin phi.
 
-    Args:
-        law: staged, with any number of corners.
-        amplitude: positive [rad or m].
-        mean: [rad or m].
+    Parameters
+    ----------
+    law
+        staged, with any number of corners.
+    amplitude
+        positive [rad or m].
+    mean
+        [rad or m].
     """
     u = np.clip((law.corners - mean) / amplitude, -1.0, 1.0)
     beyond, root = np.arccos(u), np.sqrt((1.0 - u) * (1.0 + u))
@@ -79,10 +89,14 @@ def under_gaussian(law: PiecewiseLaw, deviation: float, mean: float = 0.0) -> De
 
     The damping is that of equal loss if the rate is independent of the deflection, as in a stationary Gaussian motion.
 
-    Args:
-        law: staged, with any number of corners.
-        deviation: standard deviation, positive [rad or m].
-        mean: [rad or m].
+    Parameters
+    ----------
+    law
+        staged, with any number of corners.
+    deviation
+        standard deviation, positive [rad or m].
+    mean
+        [rad or m].
     """
     z = (law.corners - mean) / deviation
     tail = np.array([0.5 * erfc(x / sqrt(2.0)) for x in z])
@@ -110,8 +124,10 @@ def describing(trajectory: Trajectory) -> ContactRatio:
 
     The least-squares line of the elastic force on the deflection over the samples of the steady part.
 
-    Raises:
-        ModelError: if no cycle remains after the discarded ones.
+    Raises
+    ------
+    ModelError
+        if no cycle remains after the discarded ones.
     """
     window, value = steady(trajectory), np.empty(trajectory.layout.clearance.size)
     for k in clearances(trajectory):

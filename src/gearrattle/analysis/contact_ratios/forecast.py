@@ -47,14 +47,21 @@ _PERIODS_WITHOUT_PERIOD = 61  # how long incommensurate orders are sampled, in p
 class FixedPoint:
     """A motion that linearisation cannot tell from a solution.
 
-    Attributes:
-        gain: (K,) equivalent gain of every clearance, as a share of its largest slope.
-        mean_slope: (K,) mean of f' over the same motion, as a share of the largest slope.
-        mean: (K,) mean deflection [rad or m].
-        deviation: (K,) rms of the deflection about it [rad or m].
-        starts: how many searches ended here.
-        motion: the periodic motion that it leads to; None where none was sought: no clearance moves, nothing is
-            excited, or the orders of the excitation have no common period.
+    Attributes
+    ----------
+    gain
+        (K,) equivalent gain of every clearance, as a share of its largest slope.
+    mean_slope
+        (K,) mean of f' over the same motion, as a share of the largest slope.
+    mean
+        (K,) mean deflection [rad or m].
+    deviation
+        (K,) rms of the deflection about it [rad or m].
+    starts
+        how many searches ended here.
+    motion
+        the periodic motion that it leads to; None where none was sought: no clearance moves, nothing is
+        excited, or the orders of the excitation have no common period.
     """
 
     gain: Array
@@ -92,8 +99,10 @@ class Forecast:
 class Linearisation:
     """The map from gains to gains.
 
-    Args:
-        system: the driveline.
+    Parameters
+    ----------
+    system
+        the driveline.
     """
 
     def __init__(self, system: PiecewiseSystem) -> None:
@@ -227,13 +236,18 @@ def _search(linear: Linearisation, start: Array) -> Iterator[Array]:
 def forecast(system: PiecewiseSystem, *, thorough: bool = True) -> Forecast:
     """Find the fixed points of equivalent linearisation.
 
-    Args:
-        system: the driveline; it must have a static equilibrium.
-        thorough: whether to search from a grid of starts and to seek the motions that fixed points lead to, of up to
-            ``_MOST_SOUGHT`` clearances; otherwise two starts and no motions.
+    Parameters
+    ----------
+    system
+        the driveline; it must have a static equilibrium.
+    thorough
+        whether to search from a grid of starts and to seek the motions that fixed points lead to, of up to
+        ``_MOST_SOUGHT`` clearances; otherwise two starts and no motions.
 
-    Raises:
-        Runaway: an element of zero last slope cannot carry its load.
+    Raises
+    ------
+    Runaway
+        an element of zero last slope cannot carry its load.
     """
     linear = Linearisation(system)
     if not linear.moving:

@@ -20,9 +20,12 @@ from gearrattle.trajectory import Trajectory
 def mean_slope(trajectory: Trajectory) -> ContactRatio:
     """Return the mean slope of every clearance over the steady part.
 
-    Raises:
-        ModelError: if no cycle remains after the discarded ones.
-        GearRattleError: if the log of crossings has a gap.
+    Raises
+    ------
+    ModelError
+        if no cycle remains after the discarded ones.
+    GearRattleError
+        if the log of crossings has a gap.
     """
     window, value = steady(trajectory), np.full(trajectory.layout.clearance.size, np.nan)
     for k in clearances(trajectory):

@@ -46,14 +46,22 @@ _WANTED_SEGMENTS = 8
 class Gain:
     """A transfer function from deflection to force, and the one gain it makes.
 
-    Attributes:
-        frequency: (f,) [Hz].
-        h1, h2, hv: (f,) estimates [unit of force / unit of deflection]; NaN where there is no power.
-        coherence: (f,) gamma^2 of deflection and force.
-        random_error: (f,) normalised, of |h1|; NaN of a single segment.
-        value: power-weighted H1.
-        deviation: its standard deviation, from the spread of the segments; NaN of a single one.
-        segments: number n averaged, without overlap.
+    Attributes
+    ----------
+    frequency
+        (f,) [Hz].
+    h1, h2, hv
+        (f,) estimates [unit of force / unit of deflection]; NaN where there is no power.
+    coherence
+        (f,) gamma^2 of deflection and force.
+    random_error
+        (f,) normalised, of |h1|; NaN of a single segment.
+    value
+        power-weighted H1.
+    deviation
+        its standard deviation, from the spread of the segments; NaN of a single one.
+    segments
+        number n averaged, without overlap.
     """
 
     frequency: Array
@@ -70,11 +78,16 @@ class Gain:
 def gain(deflection: Array, force: Array, rate: float, segments: int, taper: Taper = "hann") -> Gain:
     """Return the transfer function of two signals of equal length, their means removed.
 
-    Args:
-        deflection, force: (N,) uniform samples.
-        rate: sampling rate [Hz].
-        segments: into how many equal parts they are cut, the remainder dropped at the start.
-        taper: "hann" or "none".
+    Parameters
+    ----------
+    deflection, force
+        (N,) uniform samples.
+    rate
+        sampling rate [Hz].
+    segments
+        into how many equal parts they are cut, the remainder dropped at the start.
+    taper
+        "hann" or "none".
     """
     length = deflection.size // segments
     d, f = (x[x.size - segments * length :] for x in (deflection, force))
@@ -106,12 +119,17 @@ def spectral(trajectory: Trajectory, taper: Taper = "hann") -> ContactRatio:
 
     Segments of eight cycles, or as few as leave eight segments.
 
-    Args:
-        trajectory: a motion.
-        taper: "hann" or "none".
+    Parameters
+    ----------
+    trajectory
+        a motion.
+    taper
+        "hann" or "none".
 
-    Raises:
-        ModelError: if no cycle remains after the discarded ones.
+    Raises
+    ------
+    ModelError
+        if no cycle remains after the discarded ones.
     """
     from scipy.special import stdtrit
 

@@ -26,11 +26,16 @@ Array = NDArray[np.float64]
 def jacobian(system: PiecewiseSystem, stiffness: Array, damping: Array, unit: Array, frequency: float = 1.0) -> Array:
     """Return (2n, 2n) A of (q, q'), angle i in multiples of unit_i [rad], time in 1/frequency [s].
 
-    Args:
-        system: the inertias, drags and rows.
-        stiffness, damping: (m,) of every element.
-        unit: (n,) what counts as 1 for every angle [rad].
-        frequency: what counts as 1 [rad/s].
+    Parameters
+    ----------
+    system
+        the inertias, drags and rows.
+    stiffness, damping
+        (m,) of every element.
+    unit
+        (n,) what counts as 1 for every angle [rad].
+    frequency
+        what counts as 1 [rad/s].
     """
     n = system.size
     matrix = np.zeros((2 * n, 2 * n))
@@ -45,9 +50,12 @@ def jacobian(system: PiecewiseSystem, stiffness: Array, damping: Array, unit: Ar
 def condition(matrix: Array, rigid: int) -> float:
     """Return the condition number with the ``rigid`` smallest singular values left out.
 
-    Args:
-        matrix: (2n, 2n) a Jacobian.
-        rigid: its number of rigid motions, each of which makes one singular value zero.
+    Parameters
+    ----------
+    matrix
+        (2n, 2n) a Jacobian.
+    rigid
+        its number of rigid motions, each of which makes one singular value zero.
     """
     values = np.linalg.svd(matrix, compute_uv=False)
     return float(values[0] / values[-1 - rigid])
@@ -66,10 +74,14 @@ def conditions(
 ) -> dict[str, float]:
     """Return the condition number of every formulation, and of the last one balanced.
 
-    Args:
-        system: the inertias, drags and rows.
-        stiffness, damping: (m,) of every element.
-        units: by name of the formulation: (n,) unit of every angle [rad], and unit of frequency [rad/s].
+    Parameters
+    ----------
+    system
+        the inertias, drags and rows.
+    stiffness, damping
+        (m,) of every element.
+    units
+        by name of the formulation: (n,) unit of every angle [rad], and unit of frequency [rad/s].
     """
     rigid = rigid_motions(system, stiffness)
     matrices = {name: jacobian(system, stiffness, damping, *unit) for name, unit in units.items()}

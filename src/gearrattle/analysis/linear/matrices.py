@@ -27,9 +27,12 @@ _RIGID = 1e-11  # of the highest frequency: below it lies rounding of the singul
 class LinearSystem:
     """M q'' + C q' + E^T E q = f.
 
-    Attributes:
-        mass, damping: (n, n).
-        elastic: (m, n) E, one row an element.
+    Attributes
+    ----------
+    mass, damping
+        (n, n).
+    elastic
+        (m, n) E, one row an element.
     """
 
     mass: Array

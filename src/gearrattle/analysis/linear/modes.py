@@ -35,13 +35,20 @@ IntArray = NDArray[np.int64]
 class ModalData:
     """Modes in ascending order.
 
-    Attributes:
-        frequencies: (n,) undamped natural frequencies [rad/s]; 0 for rigid motion.
-        damping_ratios: (n,); NaN for rigid motion.
-        shapes: (n, n) one column a mode, largest entry 1.
-        modal_inertia: (n,) phi^T J phi of these shapes [kg m^2].
-        strain_energy: (m, n) share of every element in a mode's strain energy; NaN for rigid motion.
-        kinetic_energy: (n, n) share of every inertia in a mode's kinetic energy.
+    Attributes
+    ----------
+    frequencies
+        (n,) undamped natural frequencies [rad/s]; 0 for rigid motion.
+    damping_ratios
+        (n,); NaN for rigid motion.
+    shapes
+        (n, n) one column a mode, largest entry 1.
+    modal_inertia
+        (n,) phi^T J phi of these shapes [kg m^2].
+    strain_energy
+        (m, n) share of every element in a mode's strain energy; NaN for rigid motion.
+    kinetic_energy
+        (n, n) share of every inertia in a mode's kinetic energy.
     """
 
     frequencies: Array
@@ -87,11 +94,16 @@ def modes(system: PiecewiseSystem, stiffness: Array, damping: Array) -> ModalDat
 def _train(rigid: Array, factor: Array) -> tuple[Array, Array, Array]:
     """Solve bodies that hang together.
 
-    Args:
-        rigid: (p, r) their rigid motions, in coordinates sqrt(J) q.
-        factor: (s, p) E, of the elements with a slope.
+    Parameters
+    ----------
+    rigid
+        (p, r) their rigid motions, in coordinates sqrt(J) q.
+    factor
+        (s, p) E, of the elements with a slope.
 
-    Returns:
+    Returns
+    -------
+    tuple[Array, Array, Array]
         omega: (p,) ascending.
         normal: (p, p) orthonormal v, one column a mode.
         stored: (s, p - r) orthonormal u of the elastic modes.

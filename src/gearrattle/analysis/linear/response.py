@@ -27,11 +27,16 @@ _MOST_SAMPLES = 1 << 16
 def accelerance(linear: LinearSystem, omega: Array, drive: Array, watch: Array) -> Complex:
     """Return (len(omega), p) accelerations of ``watch @ q`` by the torque distribution ``drive``.
 
-    Args:
-        linear: the system.
-        omega: (F,) angular frequencies, > 0 [rad/s].
-        drive: (n,) how a unit torque acts on the coordinates.
-        watch: (p, n) what is watched.
+    Parameters
+    ----------
+    linear
+        the system.
+    omega
+        (F,) angular frequencies, > 0 [rad/s].
+    drive
+        (n,) how a unit torque acts on the coordinates.
+    watch
+        (p, n) what is watched.
     """
     square = omega[:, None, None] ** 2
     dynamic = linear.stiffness - square * linear.mass + 1j * omega[:, None, None] * linear.damping
@@ -44,9 +49,12 @@ def steady_angles(system: PiecewiseSystem, stiffness: Array, damping: Array) -> 
 
     The motion is the real part of sum amplitude exp(i omega t); H counts the inputs' orders above zero.
 
-    Args:
-        system: the driveline.
-        stiffness, damping: (m,) slope and damping of every element.
+    Parameters
+    ----------
+    system
+        the driveline.
+    stiffness, damping
+        (m,) slope and damping of every element.
     """
     inputs = system.inputs
     turning = inputs.cycles > 0.0

@@ -37,9 +37,12 @@ BOUNDS: tuple[tuple[float, StiffnessClass], ...] = ((1e3, "mild"), (1e6, "strong
 class Eigenvalues:
     """Eigenvalues of one state matrix [1/s], by ascending magnitude.
 
-    Attributes:
-        elastic: of all motion that is not rigid.
-        rigid: those of rigid motions, a pair each: zero, and a drag rate.
+    Attributes
+    ----------
+    elastic
+        of all motion that is not rigid.
+    rigid
+        those of rigid motions, a pair each: zero, and a drag rate.
     """
 
     elastic: Complex

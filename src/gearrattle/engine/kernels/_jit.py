@@ -173,8 +173,10 @@ def inlined(function: Callable[..., Any]) -> Any:
 def callback(arguments: str) -> Callable[[Callable[..., Any]], Any]:
     """A function that C calls: compiled at once, with ``address``; it answers 0, or a code of the library's.
 
-    Args:
-        arguments: one letter each, ``d`` a double, ``p`` a pointer, which arrives as an integer (``array_at``).
+    Parameters
+    ----------
+    arguments
+        one letter each, ``d`` a double, ``p`` a pointer, which arrives as an integer (``array_at``).
     """
     kinds = {"d": numba.float64, "p": numba.intp}
 
@@ -190,9 +192,12 @@ def address_of(entry: Callable[..., Any], *arguments: Any) -> Any:
 
     With numba switched off it is the function itself.
 
-    Args:
-        entry: from ``vectorised`` or ``compact``.
-        arguments: any of the types it will be called with.
+    Parameters
+    ----------
+    entry
+        from ``vectorised`` or ``compact``.
+    arguments
+        any of the types it will be called with.
     """
     return entry.address(*arguments) if is_compiling() else entry  # type: ignore[attr-defined]
 

@@ -91,10 +91,14 @@ def group_reader(name: str, sample: Any, first: int) -> Any:
 
     What is not used of it costs nothing.
 
-    Args:
-        name: of the NamedTuple, in what stands for the words with numba switched off.
-        sample: such a NamedTuple, for the types.
-        first: see above.
+    Parameters
+    ----------
+    name
+        of the NamedTuple, in what stands for the words with numba switched off.
+    sample
+        such a NamedTuple, for the types.
+    first
+        see above.
     """
     group = _Group(name, sample)
 

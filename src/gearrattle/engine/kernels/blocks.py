@@ -99,10 +99,14 @@ def _is_coupled(triangle, begin, end, size):
 def block_diagonalise(workspace):
     """Split M = right T left, T upper triangular, into blocks, in place.
 
-    Args:
-        workspace: see ``located``; T, V^-1 and V change, where blocks begin is written, rows of bounds are scratch.
+    Parameters
+    ----------
+    workspace
+        see ``located``; T, V^-1 and V change, where blocks begin is written, rows of bounds are scratch.
 
-    Returns:
+    Returns
+    -------
+    value
         the number of blocks.
     """
     free, modes, bounds = free_at(workspace), modes_at(workspace), bounds_at(workspace)

@@ -175,16 +175,26 @@ def _cross(at, workspace, buffers, regions, march, cursor):
 def march_many(at, workspace, cases, buffers, driven, regions, march, samples, notes, log, out, cursor, slices):
     """March and judge variants from where the cursor stand, for so many slices.
 
-    Args:
-        at, cases, buffers: see there.
-        workspace: see ``located``.
-        driven: inputs and instants, see ``packed``.
-        regions, march, samples, notes, log: see ``packed``; samples begin with the first one that is kept.
-        out: ``variants.Tallies``.
-        cursor: see ``CURSOR``; the loop is over once ``AT`` is the number of variants.
-        slices: how many of ``_BUDGET`` steps each.
+    Parameters
+    ----------
+    at, cases, buffers
+        see there.
+    workspace
+        see ``located``.
+    driven
+        inputs and instants, see ``packed``.
+    regions, march, samples, notes, log
+        see ``packed``; samples begin with the first one that is kept.
+    out
+        ``variants.Tallies``.
+    cursor
+        see ``CURSOR``; the loop is over once ``AT`` is the number of variants.
+    slices
+        how many of ``_BUDGET`` steps each.
 
-    Returns:
+    Returns
+    -------
+    value
         FINISHED, SPENT, MORE_LOG or MORE_ROOM.
     """
     counts, integrals = march.counts, samples.states.shape[1] - buffers.final.size

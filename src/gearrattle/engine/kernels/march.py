@@ -108,7 +108,9 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
     Where fast modes are small against a clearance's gaps it is judged without them (``calm``), every gap taken smaller
     by their bound.
 
-    Returns:
+    Returns
+    -------
+    value
         (level, safe): not safe if even the finest step might reach a corner; ``unsafe`` marks which, (k, lower or
         upper). A step safe for one clearance stays so when another shortens it.
     """
@@ -294,8 +296,8 @@ def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
 def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     """March until all samples are noted, ``budget`` steps are taken or something above is needed; an ``Outcome`` code.
 
-    Args:
-        all but budget: see ``packed``; march, notes and log change. instants: None where no times are known beforehand.
+    The arguments are described in ``packed``; march, notes and log change. ``instants``: None where no times are
+    known beforehand.
     """
     steps, tables, first_table, powers = inputs.steps, regions.tables, regions.first_table, regions.powers
     cosines, sines, frequency = inputs.turn_cosine, inputs.turn_sine, inputs.frequency

@@ -26,14 +26,22 @@ class Sparse(NamedTuple):
 class Driveline(NamedTuple):
     """What does not depend on the region, in scaled states: r deflections x, n velocities v, S memories.
 
-    Attributes:
-        turning: (r, n) x' of v.
-        deflection: (m, r) every element's deflection of x [SI].
-        rate: (m, n) its rate of v [SI].
-        push: (n, m) v' of the elements' forces [SI].
-        drag: (n,) rate at which drag slows every velocity.
-        element: (S,) the element beside which a memory stands.
-        norm: no less than the norm of the generator of any region, about.
+    Attributes
+    ----------
+    turning
+        (r, n) x' of v.
+    deflection
+        (m, r) every element's deflection of x [SI].
+    rate
+        (m, n) its rate of v [SI].
+    push
+        (n, m) v' of the elements' forces [SI].
+    drag
+        (n,) rate at which drag slows every velocity.
+    element
+        (S,) the element beside which a memory stands.
+    norm
+        no less than the norm of the generator of any region, about.
     """
 
     turning: Sparse
@@ -48,10 +56,14 @@ class Driveline(NamedTuple):
 class Regions(NamedTuple):
     """The regions along the path.
 
-    Attributes:
-        stiffness, damping: (regions, m) of every element, its auxiliaries' included [SI].
-        memory: (regions, S) force by a unit of a memory.
-        moves: (regions, S) pace of a memory by a unit of its element's rate.
+    Attributes
+    ----------
+    stiffness, damping
+        (regions, m) of every element, its auxiliaries' included [SI].
+    memory
+        (regions, S) force by a unit of a memory.
+    moves
+        (regions, S) pace of a memory by a unit of its element's rate.
     """
 
     stiffness: Any
@@ -63,13 +75,20 @@ class Regions(NamedTuple):
 class Intervals(NamedTuple):
     """Intervals between crossings and ends of segments.
 
-    Attributes:
-        region: (I,) the region in every interval.
-        duration: (I,) its length in periods.
-        crossed: (I,) element crossed at its end; -1: none.
-        kick: (I, n) change of the velocities for a unit of the crossed element's deflection, crossing damping jump.
-        engaged: (I, S) change of the memories likewise.
-        reset: (I, S) whether a memory does not depend on what was before the crossing.
+    Attributes
+    ----------
+    region
+        (I,) the region in every interval.
+    duration
+        (I,) its length in periods.
+    crossed
+        (I,) element crossed at its end; -1: none.
+    kick
+        (I, n) change of the velocities for a unit of the crossed element's deflection, crossing damping jump.
+    engaged
+        (I, S) change of the memories likewise.
+    reset
+        (I, S) whether a memory does not depend on what was before the crossing.
     """
 
     region: Any
@@ -140,11 +159,16 @@ def flow_on(plan, regions, region, h, y, term, made, force):
 def carry(plan, regions, path, first, last, y, term, made, force, deflected):
     """Carry perturbations (N, P) through the intervals ``first`` to ``last`` - 1 and the crossings at their ends.
 
-    Args:
-        plan, regions, path: the driveline and its motion.
-        first, last: intervals.
-        y: (N, P) perturbations, scaled; overwritten.
-        term, made: (N, P) room; force (m, P) and deflected (1, P) too.
+    Parameters
+    ----------
+    plan, regions, path
+        the driveline and its motion.
+    first, last
+        intervals.
+    y
+        (N, P) perturbations, scaled; overwritten.
+    term, made
+        (N, P) room; force (m, P) and deflected (1, P) too.
     """
     r, n, columns = plan.turning.start.size - 1, plan.drag.size, y.shape[1]
     for i in range(first, last):

@@ -111,14 +111,21 @@ def _part_of_step(powers, region, h, scratch, width, sums):
 def integrate_powers(powers, path, durations, samples, scratch, sums):
     """Integrate every power over intervals, in periods.
 
-    Args:
-        powers: see ``Powers``.
-        path: (I, 3) region of each interval, the sample its first state is taken from (-1: goes on), and the signals'
-            interval that begins with it (-1: none).
-        durations: (I,) lengths in periods.
-        samples: (t, Z) sampled states z.
-        scratch: (order of the Taylor series + 5, room for the longest product).
-        sums: added to.
+    Parameters
+    ----------
+    powers
+        see ``Powers``.
+    path
+        (I, 3) region of each interval, the sample its first state is taken from (-1: goes on), and the signals'
+        interval that begins with it (-1: none).
+    durations
+        (I,) lengths in periods.
+    samples
+        (t, Z) sampled states z.
+    scratch
+        (order of the Taylor series + 5, room for the longest product).
+    sums
+        added to.
     """
     width = samples.shape[1]
     for i in range(durations.size):

@@ -177,15 +177,24 @@ def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, noth
 def rest(system, label, statics, acceleration, x, travel):
     """Write the deflections x (r,) of an equilibrium under the mean loads.
 
-    Args:
-        system: ``variants.Coefficients`` of one driveline.
-        label: (m,) label of every element's lowest piece.
-        statics: ``variants.Statics``.
-        acceleration: (n,) from ``accelerate_rigidly``.
-        x: (r,) written.
-        travel: (E,) written: where a search ended in nothing, elements with an entry that is not zero ran away.
+    Parameters
+    ----------
+    system
+        ``variants.Coefficients`` of one driveline.
+    label
+        (m,) label of every element's lowest piece.
+    statics
+        ``variants.Statics``.
+    acceleration
+        (n,) from ``accelerate_rigidly``.
+    x
+        (r,) written.
+    travel
+        (E,) written: where a search ended in nothing, elements with an entry that is not zero ran away.
 
-    Returns:
+    Returns
+    -------
+    value
         FOUND, RUNAWAY or LOST.
     """
     laws, size, elastic, combination = system.laws, x.size, statics.elastic, statics.combination

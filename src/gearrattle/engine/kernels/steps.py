@@ -119,7 +119,9 @@ def _exit(h, gap, closing, end, end_rate, bracket):
 
     A gap that is not positive at the begin (the motion sits on the corner) must open before it can close.
 
-    Returns:
+    Returns
+    -------
+    value
         whether there is one; the bracket of fractions.
     """
     inside, last = gap > 0.0, 0.0
@@ -190,7 +192,9 @@ def _next_guess(root, tries):
 def _widen(root, tries, x, value):
     """Take note of a value at an end of the bracket, and move the other end where the cubic misled.
 
-    Returns:
+    Returns
+    -------
+    value
         how many ends are settled now (2: both), or -1 if the motion does not cross after all.
     """
     inside = value * root[2] < 0.0
@@ -227,7 +231,9 @@ def _narrow(root, x, value):
 def _explore(field, method, control, stepper, h, count, samples_per_period, last, scratch, roots, after):
     """Look into a step: locate its ``count`` roots, log them (blind) or move to the first (held), store its samples.
 
-    Returns:
+    Returns
+    -------
+    value
         (x, k, up): where the step must end, element and way; x = 2: at its end.
     """
     buffers, probe, here = scratch

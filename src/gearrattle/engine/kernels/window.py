@@ -72,13 +72,20 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
     then Horner in B^4; as many rounds as x needs. Few suffice for a little of a window only where the entries of y are
     of comparable size; the higher derivatives of a signal are not, so with chains it is all rounds.
 
-    Args:
-        powers: see ``packed``.
-        slot, width: of the region.
-        chained: how many entries of y are chains, how many links each has, and what B takes of the next link.
-        x: part of the finest step.
-        y, carried: moved.
-        scratch: see ``window_scratch``.
+    Parameters
+    ----------
+    powers
+        see ``packed``.
+    slot, width
+        of the region.
+    chained
+        how many entries of y are chains, how many links each has, and what B takes of the next link.
+    x
+        part of the finest step.
+    y, carried
+        moved.
+    scratch
+        see ``window_scratch``.
     """
     out, terms, total, weight = scratch
     behind, moved = strips_of(carried.size), width - chained[0]
@@ -141,16 +148,26 @@ def first_crossing(
 ):
     """The first crossing of the corners (k, lower or upper) marked unsafe, within a part of one finest step h.
 
-    Args:
-        series, forced_series, forced_strips, lower, upper: see ``packed.Regions``.
-        slot, width: of the region.
-        y, u, side: see ``packed.March``.
-        band, unsafe: rounding bands (W,) and corners (W, 2).
-        gap: scratch (ORDER + 1,).
-        h: the finest step.
-        reach: the part of it that is searched, a power of two.
+    Parameters
+    ----------
+    series, forced_series, forced_strips, lower, upper
+        see ``packed.Regions``.
+    slot, width
+        of the region.
+    y, u, side
+        see ``packed.March``.
+    band, unsafe
+        rounding bands (W,) and corners (W, 2).
+    gap
+        scratch (ORDER + 1,).
+    h
+        the finest step.
+    reach
+        the part of it that is searched, a power of two.
 
-    Returns:
+    Returns
+    -------
+    value
         (x, k, upward, rate): x as a fraction of the step, ``NEVER`` if none or ``UNDECIDED``; d delta / ds there.
         Simultaneous crossings go to the first element.
     """

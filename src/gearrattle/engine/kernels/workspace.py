@@ -211,7 +211,9 @@ def workspace_for(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64]]:
 def _laid_out(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64], NDArray[np.int64], int]:
     """Where every array stands in one block of numbers.
 
-    Returns:
+    Returns
+    -------
+    tuple[Workspace, NDArray[np.int64], NDArray[np.int64], int]
         Shape, kind and first byte of every array; the words of a block at address 0; which of these are addresses, 1
         or 0; how many numbers the block holds.
     """

@@ -29,14 +29,22 @@ IntArray = NDArray[np.int64]
 class Task:
     """What to integrate and where to sample.
 
-    Attributes:
-        system: the piecewise-linear system [SI].
-        angle, velocity: (n,) state at t = 0 [rad, rad/s].
-        cycles: length of the run in periods.
-        samples_per_cycle: output grid.
-        tolerance: None for the solver's default.
-        step: fixed step [s]; None for the solver's default.
-        audit: whether to audit the energy, where the solver can.
+    Attributes
+    ----------
+    system
+        the piecewise-linear system [SI].
+    angle, velocity
+        (n,) state at t = 0 [rad, rad/s].
+    cycles
+        length of the run in periods.
+    samples_per_cycle
+        output grid.
+    tolerance
+        None for the solver's default.
+    step
+        fixed step [s]; None for the solver's default.
+    audit
+        whether to audit the energy, where the solver can.
     """
 
     system: PiecewiseSystem
@@ -83,11 +91,16 @@ class Motion:
 class Position:
     """Where a run stands.
 
-    Attributes:
-        time: [s].
-        deflection: (K,) of the clearances.
-        last_crossed: the clearance that crossed last, if any.
-        fastest: the element whose own motion needs the shortest steps; None where that is not known.
+    Attributes
+    ----------
+    time
+        [s].
+    deflection
+        (K,) of the clearances.
+    last_crossed
+        the clearance that crossed last, if any.
+    fastest
+        the element whose own motion needs the shortest steps; None where that is not known.
     """
 
     time: float

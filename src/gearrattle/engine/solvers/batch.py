@@ -39,12 +39,18 @@ _WAITING = 4  # tasks a thread may have ahead of the one whose result is asked f
 class Ended(Generic[T]):
     """How one variant ended.
 
-    Attributes:
-        index: which, counted from 0 in the order given.
-        outcome: DONE, or what stopped it: CHATTER, NON_FINITE.
-        kept: what was kept of its motion; None if it failed.
-        position: where it stopped; None if it is done, or could not begin.
-        reason: words for what could not be computed at all; empty otherwise.
+    Attributes
+    ----------
+    index
+        which, counted from 0 in the order given.
+    outcome
+        DONE, or what stopped it: CHATTER, NON_FINITE.
+    kept
+        what was kept of its motion; None if it failed.
+    position
+        where it stopped; None if it is done, or could not begin.
+    reason
+        words for what could not be computed at all; empty otherwise.
     """
 
     index: int
@@ -60,10 +66,14 @@ def march_all(tasks: Iterable[Task], keep: Callable[[Motion], T], threads: int |
     The tasks are drawn as threads become free: a generator may assemble them on the way. A result is the same for any
     number of threads.
 
-    Args:
-        tasks: what to integrate, each on its own.
-        keep: called in the thread that made the motion; what it raises is raised here, when its turn comes.
-        threads: how many; as many as the machine has cores by default.
+    Parameters
+    ----------
+    tasks
+        what to integrate, each on its own.
+    keep
+        called in the thread that made the motion; what it raises is raised here, when its turn comes.
+    threads
+        how many; as many as the machine has cores by default.
     """
     count = threads or os.cpu_count() or 1
     numbered, capacities = enumerate(tasks), deque[Capacity](maxlen=1)

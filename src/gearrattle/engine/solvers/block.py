@@ -37,11 +37,16 @@ def contiguous(field: Field) -> Field:
 class Block:
     """A problem in scaled variables z = y / size with every array its callbacks use; it must outlive them.
 
-    Attributes:
-        problem: what to integrate.
-        field: the arrays the callbacks look pieces up in; each C-contiguous.
-        clearances: (K,) elements with corners.
-        bounds: (K, 2) corners of the pieces held, where pieces are held.
+    Attributes
+    ----------
+    problem
+        what to integrate.
+    field
+        the arrays the callbacks look pieces up in; each C-contiguous.
+    clearances
+        (K,) elements with corners.
+    bounds
+        (K, 2) corners of the pieces held, where pieces are held.
     """
 
     problem: FieldProblem

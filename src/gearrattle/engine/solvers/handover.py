@@ -55,13 +55,19 @@ class StepLimit:
     hours, if it ends at all. The measure is the period of the fastest input and not T, which is long where orders have
     no small common multiple.
 
-    Args:
-        system: the driveline.
-        most: steps after which a march is judged; fewer where steps are made in Python.
-        a_period: most steps in a period of the fastest input.
+    Parameters
+    ----------
+    system
+        the driveline.
+    most
+        steps after which a march is judged; fewer where steps are made in Python.
+    a_period
+        most steps in a period of the fastest input.
 
-    Attributes:
-        average: mean step of those that were too many, in periods; None: there were none yet.
+    Attributes
+    ----------
+    average
+        mean step of those that were too many, in periods; None: there were none yet.
     """
 
     def __init__(self, system: PiecewiseSystem, most: int = _MOST_STEPS, a_period: float = _MOST_OF_EXACT) -> None:
@@ -89,9 +95,12 @@ def fastest_of(system: PiecewiseSystem, pieces: Sequence[int]) -> int | None:
 def rates_of(system: PiecewiseSystem, pieces: Sequence[int]) -> Array:
     """(m,) how fast elements move by themselves [rad/s]: sqrt(k / m) or c / m, 1 / m the sum of w_i^2 / J_i of a row.
 
-    Args:
-        system: the driveline.
-        pieces: (m,) piece of every element.
+    Parameters
+    ----------
+    system
+        the driveline.
+    pieces
+        (m,) piece of every element.
     """
     lightness = (system.rows**2 / system.inertia).sum(axis=1)
     pairs = list(zip(system.laws, pieces, strict=False))
@@ -129,7 +138,9 @@ def _by_row(rows: Array, states: Array) -> Array:
 def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> tuple[dict[str, Any], tuple[Array, Array]]:
     """Angles, velocities, accelerations, deflections, forces and pieces of every sample; (t, C) of auxiliaries [SI].
 
-    Returns:
+    Returns
+    -------
+    tuple[dict[str, Any], tuple[Array, Array]]
         fields of ``Motion`` by name; forces and memories of auxiliaries.
     """
     system = flow.system

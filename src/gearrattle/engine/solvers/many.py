@@ -40,11 +40,16 @@ _LARGEST_LOG = 1 << 21  # crossings; a motion of more goes the general way
 class Pattern:
     """What variants share, and how long they run.
 
-    Attributes:
-        system: one of them.
-        is_static: whether they start from their equilibrium; else from the angles given.
-        cycles: length of the run in periods.
-        judged: which pieces of the clearances are their centres.
+    Attributes
+    ----------
+    system
+        one of them.
+    is_static
+        whether they start from their equilibrium; else from the angles given.
+    cycles
+        length of the run in periods.
+    judged
+        which pieces of the clearances are their centres.
     """
 
     system: PiecewiseSystem
@@ -86,14 +91,22 @@ def march_variants(
 ) -> tuple[Tallies, NDArray[np.bool_]]:
     """March all variants and judge them.
 
-    Args:
-        pattern: what they share.
-        numbers: V variants.
-        start: (V, n) angles [rad], ignored for a static start, and (V, n) velocities [rad/s].
-        window: (V, 3) begin and end of the steady part [s], and the period.
-        progress: called now and then with the finished share; what it raises ends the work.
+    Parameters
+    ----------
+    pattern
+        what they share.
+    numbers
+        V variants.
+    start
+        (V, n) angles [rad], ignored for a static start, and (V, n) velocities [rad/s].
+    window
+        (V, 3) begin and end of the steady part [s], and the period.
+    progress
+        called now and then with the finished share; what it raises ends the work.
 
-    Returns:
+    Returns
+    -------
+    tuple[Tallies, NDArray[np.bool_]]
         Tallies with a leading axis, and (V,) which variants are judged.
     """
     cursor = _BatchState(pattern, numbers, start, window)

@@ -38,11 +38,16 @@ _SHORTEST = 1e-14  # of a period
 class StepMarch:
     """A run under way (see ``base.Marching``).
 
-    Args:
-        task: what to integrate; its ``step`` is the step, or the first one tried.
-        tableau: the Runge-Kutta method; None: extrapolation.
-        fixed: whether every step is the same.
-        held: whether to restart at every corner.
+    Parameters
+    ----------
+    task
+        what to integrate; its ``step`` is the step, or the first one tried.
+    tableau
+        the Runge-Kutta method; None: extrapolation.
+    fixed
+        whether every step is the same.
+    held
+        whether to restart at every corner.
     """
 
     def __init__(self, task: Task, tableau: Tableau | None, *, fixed: bool, held: bool) -> None:
@@ -150,8 +155,10 @@ class StepMarch:
 def _check_count(task: Task, step: float) -> None:
     """Refuse a step that is too short for the length of the run.
 
-    Raises:
-        ModelError: more than a thousand million steps.
+    Raises
+    ------
+    ModelError
+        more than a thousand million steps.
     """
     length = task.cycles * task.system.inputs.period
     if length / step <= MOST_STEPS:
@@ -197,9 +204,12 @@ class FixedStep:
 class ChosenStep:
     """A solver that chooses its steps by the tableau's embedded solution.
 
-    Attributes:
-        tableau: of the method.
-        at_corners: whether it is restarted at every corner, so that no step contains one; else it is blind to them.
+    Attributes
+    ----------
+    tableau
+        of the method.
+    at_corners
+        whether it is restarted at every corner, so that no step contains one; else it is blind to them.
     """
 
     tableau: Tableau

@@ -30,10 +30,14 @@ FINEST = 100 * float(np.finfo(float).eps)
 class ScipyStepper:
     """One of SciPy's solvers as a ``stepwise.Stepper``.
 
-    Args:
-        block: the problem.
-        task: for tolerance and first step.
-        method: name in ``scipy.integrate``.
+    Parameters
+    ----------
+    block
+        the problem.
+    task
+        for tolerance and first step.
+    method
+        name in ``scipy.integrate``.
     """
 
     stages = 12

@@ -59,9 +59,12 @@ def default_step(flow: Flow, start: tuple[int, ...]) -> float:
 def largest_stable_step(tableau: Tableau, values: NDArray[np.complex128]) -> float:
     """Largest step up to which no mode grows: |R(h lambda)| <= 1 for all smaller steps too; infinite without modes.
 
-    Args:
-        tableau: the Runge-Kutta method.
-        values: eigenvalues of every region of interest [1/s].
+    Parameters
+    ----------
+    tableau
+        the Runge-Kutta method.
+    values
+        eigenvalues of every region of interest [1/s].
     """
     fastest = float(np.abs(values).max(initial=0.0))
     if fastest == 0.0:
@@ -89,7 +92,9 @@ def regions_visited(
 ) -> tuple[set[tuple[int, ...]], int]:
     """The pieces of all elements, region by region, that a log of crossings (E,) leads through most often.
 
-    Returns:
+    Returns
+    -------
+    tuple[set[tuple[int, ...]], int]
         As many regions as have their eigenvalues found in about a second, all of most drivelines; and how many there
         are.
     """

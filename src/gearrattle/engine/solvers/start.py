@@ -26,7 +26,9 @@ def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...]
 
     ``angle`` (n,) is what the deflections in z were computed from; it sets how much of them is rounding.
 
-    Returns:
+    Returns
+    -------
+    tuple[tuple[int, ...], IntArray]
         pieces: (m + auxiliaries,) indices.
         side: (W,) -1 on the lower corner of its piece, +1 on the upper one, 0 on neither.
     """

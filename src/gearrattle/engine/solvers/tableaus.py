@@ -19,13 +19,20 @@ Array = NDArray[np.float64]
 class Tableau:
     """An explicit Runge-Kutta method.
 
-    Attributes:
-        name: its name on the shelf.
-        order: of the solution carried on.
-        a, b: stages and weights.
-        source: where the numbers are printed.
-        estimator: weights of the embedded solution whose distance estimates the error; empty: none.
-        estimator_order: of that solution.
+    Attributes
+    ----------
+    name
+        its name on the shelf.
+    order
+        of the solution carried on.
+    a, b
+        stages and weights.
+    source
+        where the numbers are printed.
+    estimator
+        weights of the embedded solution whose distance estimates the error; empty: none.
+    estimator_order
+        of that solution.
     """
 
     name: str

@@ -36,11 +36,16 @@ _HELD_BY_STABILITY = 0.02
 class FieldProblem:
     """A task as an initial-value problem y' = f(t, y).
 
-    Attributes:
-        task: what to integrate and where to sample.
-        flow: coordinates and scales.
-        field: the right-hand side's arrays.
-        start: (m,) the piece of every element at t = 0.
+    Attributes
+    ----------
+    task
+        what to integrate and where to sample.
+    flow
+        coordinates and scales.
+    field
+        the right-hand side's arrays.
+    start
+        (m,) the piece of every element at t = 0.
     """
 
     task: Task
@@ -92,12 +97,17 @@ class FieldProblem:
     def position(self, time: float, y: Array, last_element: int | None, step: float | None = None) -> Position:
         """Where a run stands.
 
-        Args:
-            time: [s].
-            y: the state.
-            last_element: the element that crossed last.
-            step: mean step of an explicit algorithm that took too many, in periods. Where the rate of the fastest
-                element, and not the error, may have held it so short, the place names that element.
+        Parameters
+        ----------
+        time
+            [s].
+        y
+            the state.
+        last_element
+            the element that crossed last.
+        step
+            mean step of an explicit algorithm that took too many, in periods. Where the rate of the fastest
+            element, and not the error, may have held it so short, the place names that element.
         """
         last = None if last_element is None else list(self.task.system.clearances).index(last_element)
         return Position(time, self.deflections(y), last, None if step is None else self._limiting(time, y, step))
@@ -119,10 +129,14 @@ class FieldProblem:
     def motion(self, states: Array, crossings: Crossings, **counted: Any) -> Motion:
         """The motion of (t, S) sampled states; accelerations and forces from the equation of motion at them.
 
-        Args:
-            states: y at ``sample_times``.
-            crossings: the log.
-            counted: the fields of ``Motion`` on cost, and its notes.
+        Parameters
+        ----------
+        states
+            y at ``sample_times``.
+        crossings
+            the log.
+        counted
+            the fields of ``Motion`` on cost, and its notes.
         """
         from gearrattle.engine.kernels.sampling import element_samples
 

@@ -27,12 +27,18 @@ class SweepAuditor:
     ) -> None:
         """Prepare the audit of a motion.
 
-        Args:
-            flow: the system.
-            arrays: its network, laws and inputs.
-            windows: a period.
-            samples: columns of the sweep's table, and the pieces.
-            crossings: the log.
+        Parameters
+        ----------
+        flow
+            the system.
+        arrays
+            its network, laws and inputs.
+        windows
+            a period.
+        samples
+            columns of the sweep's table, and the pieces.
+        crossings
+            the log.
         """
         self.flow = flow
         self.arrays = arrays

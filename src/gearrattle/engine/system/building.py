@@ -37,11 +37,15 @@ _WIDEST_TURN = 0.5  # of an input over the finest step, radians
 class RegionBuilder:
     """Builds a driveline's regions, one at a time.
 
-    Attributes:
-        workspace: the arrays.
-        words: what kernels take for it, see ``kernels.located``; with numba switched off the workspace itself.
-        typical: size of the scaled states in an ordinary motion: what fills a clearance, and what the inputs make at
-            most.
+    Attributes
+    ----------
+    workspace
+        the arrays.
+    words
+        what kernels take for it, see ``kernels.located``; with numba switched off the workspace itself.
+    typical
+        size of the scaled states in an ordinary motion: what fills a clearance, and what the inputs make at
+        most.
     """
 
     def __init__(self, flow: Flow) -> None:
@@ -84,8 +88,10 @@ class RegionBuilder:
     def work_out(self, pieces: Pieces) -> None:
         """Work a region out, up to its tables.
 
-        Raises:
-            FloatingPointError: its rates are not finite, or its eigenvalues are not found.
+        Raises
+        ------
+        FloatingPointError
+            its rates are not finite, or its eigenvalues are not found.
         """
         self.workspace.region.pieces[: len(pieces)] = pieces
         outcome = self._work_out(self._stages, self._zgees, self.words)

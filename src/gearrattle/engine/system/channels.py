@@ -29,9 +29,12 @@ SAME = 1e-13
 class Channel:
     """One piecewise polynomial of time.
 
-    Attributes:
-        knots: (G + 1,) ascending [s].
-        coefficients: (G, D + 1) of ascending powers of the time since the interval's begin [SI].
+    Attributes
+    ----------
+    knots
+        (G + 1,) ascending [s].
+    coefficients
+        (G, D + 1) of ascending powers of the time since the interval's begin [SI].
     """
 
     knots: Array
@@ -105,10 +108,14 @@ def distinct(times: Array) -> Array:
 def joined(channels: Sequence[Channel], torque: Array, error: Array) -> Signals:
     """Put channels on common intervals.
 
-    Args:
-        channels: C of them, all beginning at 0; the shortest ends the whole.
-        torque: (n, C) torque on every inertia for a unit of every channel.
-        error: (m, C) transmission error of every element for a unit of every channel.
+    Parameters
+    ----------
+    channels
+        C of them, all beginning at 0; the shortest ends the whole.
+    torque
+        (n, C) torque on every inertia for a unit of every channel.
+    error
+        (m, C) transmission error of every element for a unit of every channel.
     """
     end = min(float(channel.knots[-1]) for channel in channels)
     knots = np.unique(np.concatenate([channel.knots for channel in channels]))

@@ -20,10 +20,14 @@ IntArray = NDArray[np.int64]
 class Clock:
     """When auxiliaries change.
 
-    Attributes:
-        time: (n,) ascending, later than 0, up to the period included if they repeat [s].
-        auxiliary: (n,) which.
-        repeats: whether all comes again every period.
+    Attributes
+    ----------
+    time
+        (n,) ascending, later than 0, up to the period included if they repeat [s].
+    auxiliary
+        (n,) which.
+    repeats
+        whether all comes again every period.
     """
 
     time: Array

@@ -30,12 +30,18 @@ _INDEPENDENT = 1e-9  # a row counts as new if this fraction of its length lies o
 class RelativeCoordinates:
     """The chosen basis.
 
-    Attributes:
-        basis: (r, n) X, rows of W (plus nothing else).
-        elements: (r,) the element each basis row belongs to.
-        combination: (m, r) B, every element's deflection from x.
-        references: indices of the inertias whose absolute angle is carried beside.
-        angle_from_basis, angle_from_reference: (n, r) Qx and (n, len(references)) Qr.
+    Attributes
+    ----------
+    basis
+        (r, n) X, rows of W (plus nothing else).
+    elements
+        (r,) the element each basis row belongs to.
+    combination
+        (m, r) B, every element's deflection from x.
+    references
+        indices of the inertias whose absolute angle is carried beside.
+    angle_from_basis, angle_from_reference
+        (n, r) Qx and (n, len(references)) Qr.
     """
 
     basis: Array
@@ -68,9 +74,12 @@ def relative_coordinates(system: PiecewiseSystem, among: Sequence[int] | None = 
 
     Variants of a driveline that share W and the elements with corners share the coordinates.
 
-    Args:
-        system: the piecewise system.
-        among: the elements that tie inertias together; all by default. B then has one row for each of them.
+    Parameters
+    ----------
+    system
+        the piecewise system.
+    among
+        the elements that tie inertias together; all by default. B then has one row for each of them.
     """
     tying = tuple(range(len(system.laws)) if among is None else among)
     rows = np.ascontiguousarray(system.rows, dtype=float)

@@ -48,14 +48,21 @@ SLICE = 5e7
 class EnergyAudit:
     """Where the energy went [J].
 
-    Attributes:
-        torque_work: (n,) work of the torques on every inertia that is a degree of freedom, mean drag torques included.
-        error_work: (m,) work of every transmission error, and of prescribed motions through every element.
-        drag_loss: (n,) viscous drag.
-        element_loss: (m,) damping and friction of every element, and what a stiffness that alternates takes; negative
-            where that gives more.
-        stored: energy at the start and at the end.
-        friction_loss: (m,) the share of the element_loss that dry friction took; empty in files of before.
+    Attributes
+    ----------
+    torque_work
+        (n,) work of the torques on every inertia that is a degree of freedom, mean drag torques included.
+    error_work
+        (m,) work of every transmission error, and of prescribed motions through every element.
+    drag_loss
+        (n,) viscous drag.
+    element_loss
+        (m,) damping and friction of every element, and what a stiffness that alternates takes; negative
+        where that gives more.
+    stored
+        energy at the start and at the end.
+    friction_loss
+        (m,) the share of the element_loss that dry friction took; empty in files of before.
     """
 
     torque_work: Array
@@ -122,14 +129,22 @@ class Auditor:
     ) -> None:
         """Prepare the audit of a motion.
 
-        Args:
-            flow: the system.
-            initial: piece of every element and auxiliary at the start.
-            samples: (t, Z) sampled states z; sample i lies at i / per_cycle periods.
-            per_cycle: samples a period.
-            time, watch, upward: (E,) crossing times in periods, what crossed its bound, 1 for the upper one.
-            memory: (E, S) memories before each crossing, scaled.
-            first_cycle: whole periods before the first sample.
+        Parameters
+        ----------
+        flow
+            the system.
+        initial
+            piece of every element and auxiliary at the start.
+        samples
+            (t, Z) sampled states z; sample i lies at i / per_cycle periods.
+        per_cycle
+            samples a period.
+        time, watch, upward
+            (E,) crossing times in periods, what crossed its bound, 1 for the upper one.
+        memory
+            (E, S) memories before each crossing, scaled.
+        first_cycle
+            whole periods before the first sample.
         """
         self.flow, self.samples = flow, samples
         regions, visited = _visited(flow, initial, watch, upward)
@@ -209,9 +224,12 @@ class Auditor:
     def _add_difference(self, signals: Signals, torque: Array, error: Array) -> None:
         """Add what specified inputs work beyond the polynomials that stand for them in z.
 
-        Args:
-            signals: the polynomials, compared with their reference.
-            torque, error: (n,), (m,) works of the polynomials; added to [J].
+        Parameters
+        ----------
+        signals
+            the polynomials, compared with their reference.
+        torque, error
+            (n,), (m,) works of the polynomials; added to [J].
         """
         flow, knots = self.flow, self.flow.knots - self.first_cycle
         within = np.flatnonzero((knots[1:] > 0.0) & (knots[:-1] < self.grid[-1]))
@@ -231,11 +249,16 @@ class Auditor:
 def _used(flow: Flow, signals: Signals, intervals: IntArray, since: Array) -> Array:
     """(G, C, P) inputs as z has them, of channels with an error their first derivatives [SI].
 
-    Args:
-        flow: the system.
-        signals: its signals.
-        intervals: (G,) of these.
-        since: (G, P) periods since the interval's begin.
+    Parameters
+    ----------
+    flow
+        the system.
+    signals
+        its signals.
+    intervals
+        (G,) of these.
+    since
+        (G, P) periods since the interval's begin.
     """
     period, pace = flow.system.inputs.period, signals.pace(flow.system.inputs.period)
     chains = (flow.chains[intervals] / flow.chain).reshape(len(intervals), signals.channels, signals.degree + 1)
@@ -283,10 +306,14 @@ def _let_go(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray, memo
 def _powers(flow: Flow, regions: list[Pieces], short: Array, longest: float):  # type: ignore[no-untyped-def]
     """Pack every region: full steps, their nodes, rates, the rows whose products are powers, and leaps.
 
-    Args:
-        flow, regions: the system, and where the motion goes.
-        short: (regions,) length of a short step, in periods.
-        longest: the longest interval, in periods.
+    Parameters
+    ----------
+    flow, regions
+        the system, and where the motion goes.
+    short
+        (regions,) length of a short step, in periods.
+    longest
+        the longest interval, in periods.
     """
     from gearrattle.engine.kernels.quadrature import Powers
 

@@ -42,12 +42,18 @@ class Runaway(Exception):
 class Equilibrium:
     """Where the system rests.
 
-    Attributes:
-        angle: (n,) [rad]; the last inertia of every free train at zero.
-        deflection: (m,) w . angle.
-        pieces: (m,) piece of every element's law.
-        acceleration: (n,) uniform acceleration of trains whose means do not balance [rad/s^2].
-        middled: elements whose free gap carries no load.
+    Attributes
+    ----------
+    angle
+        (n,) [rad]; the last inertia of every free train at zero.
+    deflection
+        (m,) w . angle.
+    pieces
+        (m,) piece of every element's law.
+    acceleration
+        (n,) uniform acceleration of trains whose means do not balance [rad/s^2].
+    middled
+        elements whose free gap carries no load.
     """
 
     angle: Array
@@ -61,8 +67,10 @@ class Equilibrium:
 def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     """Find the static equilibrium.
 
-    Raises:
-        Runaway: an element of zero last slope cannot carry its load.
+    Raises
+    ------
+    Runaway
+        an element of zero last slope cannot carry its load.
     """
     elastic = elastic_elements(system)
     coordinates = relative_coordinates(system, elastic)

@@ -24,9 +24,12 @@ IntArray = NDArray[np.int64]
 class Split:
     """Inputs split off and inputs kept.
 
-    Attributes:
-        particular: (N, U) P, with zero columns for the inputs kept.
-        kept: indices into u, ascending: the constant, cosines, sines; a cosine and its sine go together.
+    Attributes
+    ----------
+    particular
+        (N, U) P, with zero columns for the inputs kept.
+    kept
+        indices into u, ascending: the constant, cosines, sines; a cosine and its sine go together.
     """
 
     particular: Array

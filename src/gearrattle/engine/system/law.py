@@ -32,10 +32,14 @@ class Stage(NamedTuple):
 class PiecewiseLaw:
     """Force of one element against deflection and its rate.
 
-    Attributes:
-        corners: (P-1,) ascending deflections where the piece changes.
-        stiffness, damping, offset: (P,) of each piece, lowest deflection first.
-        first_label: label of the lowest piece (<= 0).
+    Attributes
+    ----------
+    corners
+        (P-1,) ascending deflections where the piece changes.
+    stiffness, damping, offset
+        (P,) of each piece, lowest deflection first.
+    first_label
+        label of the lowest piece (<= 0).
     """
 
     corners: Array

@@ -26,11 +26,16 @@ MOST_BYTES = 256 << 20
 class Leaps:
     """The leaps of all regions, one region after the other.
 
-    Args:
-        width: length of z.
-        pairs: (P, 3) two forms, and the sum that their product goes to.
-        weights: (Q,) of the nodes of the shortest leap, in 0 ... 1.
-        longest: the longest interval, in periods.
+    Parameters
+    ----------
+    width
+        length of z.
+    pairs
+        (P, 3) two forms, and the sum that their product goes to.
+    weights
+        (Q,) of the nodes of the shortest leap, in 0 ... 1.
+    longest
+        the longest interval, in periods.
     """
 
     def __init__(self, width: int, pairs: IntArray, weights: Array, longest: float) -> None:
@@ -46,11 +51,16 @@ class Leaps:
     def add(self, step: float, move: Array, nodes: Array, few: int) -> None:
         """Make the next region's leaps, if an interval may take more than a few steps.
 
-        Args:
-            step: the shortest leap, in periods.
-            move: (Z, Z) increments of z over it.
-            nodes: (Q, F, Z) all forms at its nodes, of z at its beginning.
-            few: steps.
+        Parameters
+        ----------
+        step
+            the shortest leap, in periods.
+        move
+            (Z, Z) increments of z over it.
+        nodes
+            (Q, F, Z) all forms at its nodes, of z at its beginning.
+        few
+            steps.
         """
         first, width = len(self._steps), self._shape[1]
         count = int(np.log2(max(self._longest / step, 1.0))) + 1

@@ -41,12 +41,18 @@ ComplexArray = NDArray[np.complex128]
 class Majorant:
     """Bounds for 0 <= s <= horizon by the moduli m_j = |rows[j] . z(0)|, and the fast modes' part of delta.
 
-    Attributes:
-        rows: (J, Z) complex.
-        weights: (3, K, J); weights @ m bounds |delta_k''''|, the same without fast modes, the fast modes' |delta_k|.
-        pushes: (3, K, Q); pushes @ S is what the chains' fourth derivatives, bounded by S (Q,), make of the same.
-        constant: (3, K) to be added.
-        fast: (K, Z) the fast modes' part of every deflection.
+    Attributes
+    ----------
+    rows
+        (J, Z) complex.
+    weights
+        (3, K, J); weights @ m bounds |delta_k''''|, the same without fast modes, the fast modes' |delta_k|.
+    pushes
+        (3, K, Q); pushes @ S is what the chains' fourth derivatives, bounded by S (Q,), make of the same.
+    constant
+        (3, K) to be added.
+    fast
+        (K, Z) the fast modes' part of every deflection.
     """
 
     rows: ComplexArray

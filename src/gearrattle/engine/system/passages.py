@@ -18,11 +18,16 @@ IntArray = NDArray[np.int64]
 class Passages:
     """All crossings along a motion, clearances' and auxiliaries', in the order in which they came.
 
-    Attributes:
-        time: (E,) [s].
-        watch, upward: (E,) what crossed its bound (a clearance, or behind them an auxiliary element); 1: the upper one.
-        velocity: (E,) delta' of clearances [SI].
-        memory: (E, S) memories of auxiliaries before each crossing [SI].
+    Attributes
+    ----------
+    time
+        (E,) [s].
+    watch, upward
+        (E,) what crossed its bound (a clearance, or behind them an auxiliary element); 1: the upper one.
+    velocity
+        (E,) delta' of clearances [SI].
+    memory
+        (E, S) memories of auxiliaries before each crossing [SI].
     """
 
     time: Array
@@ -36,12 +41,18 @@ class Passages:
 class Auxiliaries:
     """Sliders, limiters and alternating stiffness along a motion (``system.auxiliary``): C, S with a memory [SI].
 
-    Attributes:
-        force: (t, C) what each adds to its element's force [N m or N].
-        memory: (t, C) state of each: the stretch of a slider's spring [rad or m]; 0 for a limiter.
-        piece: (t, C) pieces.
-        initial: (C,) pieces at the first sample.
-        passages: all crossings, clearances' and auxiliaries', in the order in which they came.
+    Attributes
+    ----------
+    force
+        (t, C) what each adds to its element's force [N m or N].
+    memory
+        (t, C) state of each: the stretch of a slider's spring [rad or m]; 0 for a limiter.
+    piece
+        (t, C) pieces.
+    initial
+        (C,) pieces at the first sample.
+    passages
+        all crossings, clearances' and auxiliaries', in the order in which they came.
     """
 
     force: Array

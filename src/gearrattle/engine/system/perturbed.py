@@ -94,11 +94,16 @@ class Gradient(ABC):
 class Perturbed(Gradient):
     """The gradient of one motion's flow, its factors never written down.
 
-    Attributes:
-        time: (S + 1,) ends of the segments [s], the first 0.
-        scale: (N,) balanced = scale * SI.
-        plan, regions, path: the driveline and its motion.
-        ends: (S + 1,) the interval of ``path`` with which each segment begins.
+    Attributes
+    ----------
+    time
+        (S + 1,) ends of the segments [s], the first 0.
+    scale
+        (N,) balanced = scale * SI.
+    plan, regions, path
+        the driveline and its motion.
+    ends
+        (S + 1,) the interval of ``path`` with which each segment begins.
     """
 
     time: Array

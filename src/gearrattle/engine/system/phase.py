@@ -33,9 +33,12 @@ _MULTIPLE = 512
 class Ramp:
     """A speed that changes steadily, then stays.
 
-    Attributes:
-        begin, end: speeds [rad/s].
-        over: how long it changes [s].
+    Attributes
+    ----------
+    begin, end
+        speeds [rad/s].
+    over
+        how long it changes [s].
     """
 
     begin: float

@@ -29,18 +29,30 @@ Array = NDArray[np.float64]
 class Region:
     """All the march needs about one region; y has Y = N + kept inputs entries, u has U.
 
-    Attributes:
-        pieces: the piece of every element.
-        split: the particular solution, and which inputs are kept.
-        generator: (Y, Y) A, rates of y.
-        carried: (C, Y) rates of the carried quantities.
-        carried_particular, drift: (C, U) and (C,) what the inputs split off do to them: Q u + drift s.
-        tables: (fine + 1, Y + C, Y) increments over the step of every level.
-        watched: (4, K, Y) deflections and their first three derivatives by s, corner scales.
-        calm: (4, K, Y) the same without the fast modes.
-        forced: (K, U) the deflections' forced part.
-        bound: majorants of the fourth derivatives and of the fast modes.
-        lower, upper: (K,) corners around the current piece in corner scales; infinite where there is none.
+    Attributes
+    ----------
+    pieces
+        the piece of every element.
+    split
+        the particular solution, and which inputs are kept.
+    generator
+        (Y, Y) A, rates of y.
+    carried
+        (C, Y) rates of the carried quantities.
+    carried_particular, drift
+        (C, U) and (C,) what the inputs split off do to them: Q u + drift s.
+    tables
+        (fine + 1, Y + C, Y) increments over the step of every level.
+    watched
+        (4, K, Y) deflections and their first three derivatives by s, corner scales.
+    calm
+        (4, K, Y) the same without the fast modes.
+    forced
+        (K, U) the deflections' forced part.
+    bound
+        majorants of the fourth derivatives and of the fast modes.
+    lower, upper
+        (K,) corners around the current piece in corner scales; infinite where there is none.
     """
 
     pieces: Pieces
@@ -92,12 +104,18 @@ def unpacked(packed: Array, *rows: int) -> list[Array]:
 def exponential_increments(matrix: Array, carried: Array, fine: int) -> Array:
     """E of every level's step, longest first.
 
-    Args:
-        matrix: (Z, Z) M.
-        carried: (C, Z) rates integrated beside z.
-        fine: the last level.
+    Parameters
+    ----------
+    matrix
+        (Z, Z) M.
+    carried
+        (C, Z) rates integrated beside z.
+    fine
+        the last level.
 
-    Returns:
+    Returns
+    -------
+    Array
         (fine + 1, Z + C, Z) increments of z and of the carried quantities.
     """
     octaves = (fine + 1) // 2

@@ -55,11 +55,16 @@ class TooLong(ValueError):
 class Tone:
     """One harmonic; order 0 and phase pi/2 make a mean.
 
-    Attributes:
-        order: multiple of the shaft's angle.
-        phase: of its sine [rad].
-        speeds: (S + 1,) ascending corners of its amplitude [rad/s]; they cover the ramp.
-        amplitudes: (S, d + 1) of ascending powers of the speed since the corner below [SI].
+    Attributes
+    ----------
+    order
+        multiple of the shaft's angle.
+    phase
+        of its sine [rad].
+    speeds
+        (S + 1,) ascending corners of its amplitude [rad/s]; they cover the ramp.
+    amplitudes
+        (S, d + 1) of ascending powers of the speed since the corner below [SI].
     """
 
     order: float
@@ -111,19 +116,28 @@ class Sound:
 def channels(ramp: Ramp, sounds: Sequence[Sound], until: float, period: float) -> list[Channel]:
     """Write channels as polynomials on common intervals.
 
-    Args:
-        ramp: the speed.
-        sounds: one a channel.
-        until: the last interval ends no earlier [s].
-        period: T [s].
+    Parameters
+    ----------
+    ramp
+        the speed.
+    sounds
+        one a channel.
+    until
+        the last interval ends no earlier [s].
+    period
+        T [s].
 
-    Returns:
+    Returns
+    -------
+    list[Channel]
         Channels whose value differs from f by less than 1e-12 of the sum of its tones' largest amplitudes a_j; with
         ``smooth`` f' and f'' by less than 1e-12 of the sums of a_j n_j Omega and of a_j (n_j Omega)^2 as well, Omega
         being the highest speed.
 
-    Raises:
-        TooLong: more than two million intervals.
+    Raises
+    ------
+    TooLong
+        more than two million intervals.
     """
     longest = min(_longest(ramp, sound, until) for sound in sounds)
     length = period * 0.5 ** np.ceil(np.log2((1.0 + _STRETCH) * period / longest))
@@ -190,12 +204,18 @@ def bound(
 
     Derivatives are by x, the time in half intervals. Only f counts unless the sound is smooth.
 
-    Args:
-        sound: what the channel is made of.
-        low, high: speeds in the interval [rad/s].
-        rate: magnitude of the acceleration [rad/s^2].
-        length: of the interval [s].
-        over: how long the speed changes [s]; its end is a knot, so that no interval sees more of it.
+    Parameters
+    ----------
+    sound
+        what the channel is made of.
+    low, high
+        speeds in the interval [rad/s].
+    rate
+        magnitude of the acceleration [rad/s^2].
+    length
+        of the interval [s].
+    over
+        how long the speed changes [s]; its end is a knot, so that no interval sees more of it.
     """
     half, rho = 0.5 * length, _RHO
     reach, height, square = 0.5 * (rho + 1 / rho), 0.5 * (rho - 1 / rho), 0.25 * (rho**2 - rho**-2)

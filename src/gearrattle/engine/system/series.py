@@ -51,15 +51,24 @@ def blocks_of(phase: float) -> int:
 class Series:
     """Power series of rows in one region, through some intervals at once or one of B blocks.
 
-    Attributes:
-        intervals: how many between two samples; 1 where there are several blocks.
-        matrix: (Z, Z) M.
-        known: (S,) memories known in the region, NaN where they go on.
-        first_memory: their first column in z.
-        count: B.
-        block: length of a block, in periods.
-        phase: |h M| of a block.
-        terms: P, the highest power.
+    Attributes
+    ----------
+    intervals
+        how many between two samples; 1 where there are several blocks.
+    matrix
+        (Z, Z) M.
+    known
+        (S,) memories known in the region, NaN where they go on.
+    first_memory
+        their first column in z.
+    count
+        B.
+    block
+        length of a block, in periods.
+    phase
+        |h M| of a block.
+    terms
+        P, the highest power.
     """
 
     intervals: int

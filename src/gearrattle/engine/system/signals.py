@@ -49,15 +49,22 @@ class Specified(Protocol):
 class Signals:
     """Piecewise polynomials; G intervals, C channels, degree D.
 
-    Attributes:
-        knots: (G + 1,) ascending times [s] from 0 to no less than the end of the run.
-        coefficients: (G, C, D + 1) a, of ascending powers of the time since its begin [SI].
-        torque: (n, C) A, torque on every inertia for a unit of every channel.
-        error: (m, C) B, e of every element for a unit of every channel; its channels must be continuous, and so must be
-            their first derivatives.
-        specified: (C,) what the polynomials stand for.
-        reference: (G, C, 3) the specified inputs at the points ``INNER`` of every interval, of channels with an error
-            their first derivatives; empty until the polynomials have been compared with them [SI].
+    Attributes
+    ----------
+    knots
+        (G + 1,) ascending times [s] from 0 to no less than the end of the run.
+    coefficients
+        (G, C, D + 1) a, of ascending powers of the time since its begin [SI].
+    torque
+        (n, C) A, torque on every inertia for a unit of every channel.
+    error
+        (m, C) B, e of every element for a unit of every channel; its channels must be continuous, and so must be
+        their first derivatives.
+    specified
+        (C,) what the polynomials stand for.
+    reference
+        (G, C, 3) the specified inputs at the points ``INNER`` of every interval, of channels with an error
+        their first derivatives; empty until the polynomials have been compared with them [SI].
     """
 
     knots: Array

@@ -133,15 +133,21 @@ def _split(a: Any) -> Pair:
 def checked(signals: Signals) -> Signals:
     """Compare polynomials with what they stand for, at both ends and within every interval.
 
-    Args:
-        signals: the polynomials as they are used.
+    Parameters
+    ----------
+    signals
+        the polynomials as they are used.
 
-    Returns:
+    Returns
+    -------
+    Signals
         The same, with the ``reference`` that they were compared with.
 
-    Raises:
-        NotKept: an error above 1e-12 of the input's size, and above what four roundings of the last time, and of the
-            speed that its amplitudes follow, make of it.
+    Raises
+    ------
+    NotKept
+        an error above 1e-12 of the input's size, and above what four roundings of the last time, and of the
+        speed that its amplitudes follow, make of it.
     """
     knots = signals.knots
     length = np.diff(knots)[:, None]

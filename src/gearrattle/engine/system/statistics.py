@@ -44,10 +44,14 @@ _MOST_WORK = 1e10  # floating-point operations, some seconds: beyond, samples mu
 class Statistics:
     """Of q rows over a window.
 
-    Attributes:
-        low, high: (q,) extremes.
-        mean: (q,).
-        second, third, fourth: (q,) central moments <(x - <x>)^p>; these and the mean are NaN where not asked for.
+    Attributes
+    ----------
+    low, high
+        (q,) extremes.
+    mean
+        (q,).
+    second, third, fourth
+        (q,) central moments <(x - <x>)^p>; these and the mean are NaN where not asked for.
     """
 
     low: Array
@@ -62,13 +66,20 @@ class Statistics:
 class SampledMotion:
     """A motion by the samples of the window and its log, times in periods from the first sample of the motion.
 
-    Attributes:
-        initial: piece of every element and auxiliary at the first sample.
-        samples: (t, Z) states z of the window; sample i lies at (first + i) / per_cycle.
-        per_cycle: samples a period.
-        first: samples before the window.
-        time, watch, upward: (E,) crossings, of clearances and auxiliaries, ascending.
-        first_cycle: whole periods before the first sample.
+    Attributes
+    ----------
+    initial
+        piece of every element and auxiliary at the first sample.
+    samples
+        (t, Z) states z of the window; sample i lies at (first + i) / per_cycle.
+    per_cycle
+        samples a period.
+    first
+        samples before the window.
+    time, watch, upward
+        (E,) crossings, of clearances and auxiliaries, ascending.
+    first_cycle
+        whole periods before the first sample.
     """
 
     initial: Pieces
@@ -101,10 +112,14 @@ class _Parts:
     def joined(self, together: IntArray, path: SampledMotion, rounding: float) -> _Parts:
         """Join parts that are whole intervals between samples, in each region so many, within a cycle.
 
-        Args:
-            together: by region.
-            path: the motion.
-            rounding: by which a length may differ from that between two samples.
+        Parameters
+        ----------
+        together
+            by region.
+        path
+            the motion.
+        rounding
+            by which a length may differ from that between two samples.
         """
         whole = (self.sample >= 0) & (np.abs(self.duration - 1.0 / path.per_cycle) < rounding)
         cycle, sample = np.divmod(self.sample, path.per_cycle)
@@ -123,10 +138,14 @@ class _Parts:
 def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float], Series]) -> Walk | None:
     """Return a motion cut into parts; None where its regions would take some seconds to expand.
 
-    Args:
-        flow: the system.
-        path: the motion.
-        series_of: gives the series of a region over a length in periods.
+    Parameters
+    ----------
+    flow
+        the system.
+    path
+        the motion.
+    series_of
+        gives the series of a region over a length in periods.
     """
     regions, visited = _visited(flow, path.initial, path.watch, path.upward)
     parts, length = _parts_of(flow, path, visited), 1.0 / path.per_cycle
@@ -154,16 +173,26 @@ def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float]
 class Walk:
     """A motion cut into K parts, over and over to be asked.
 
-    Attributes:
-        path: the motion.
-        regions: all that it is in.
-        parts: of the window.
-        series: by region, of those in the window.
-        blocks: through which all parts go.
-        start: (K,) the sample that a part's series start from, or -1 - the carried state.
-        backward: (K,) whether that is where the part ends.
-        whole: (K,) whether the part is as long as the series of its region.
-        carried: (C, Z) states.
+    Attributes
+    ----------
+    path
+        the motion.
+    regions
+        all that it is in.
+    parts
+        of the window.
+    series
+        by region, of those in the window.
+    blocks
+        through which all parts go.
+    start
+        (K,) the sample that a part's series start from, or -1 - the carried state.
+    backward
+        (K,) whether that is where the part ends.
+    whole
+        (K,) whether the part is as long as the series of its region.
+    carried
+        (C, Z) states.
     """
 
     path: SampledMotion
@@ -181,12 +210,18 @@ class Walk:
     ) -> Statistics | None:
         """Return extremes and moments of rows.
 
-        Args:
-            rows: gives (q, Z) rows for the pieces of a region [SI].
-            with_moments: whether moments are wanted, of all rows or of each (q,).
-            cycles: ends of some windows that follow each other, in cycles of the path's; None: all of it.
+        Parameters
+        ----------
+        rows
+            gives (q, Z) rows for the pieces of a region [SI].
+        with_moments
+            whether moments are wanted, of all rows or of each (q,).
+        cycles
+            ends of some windows that follow each other, in cycles of the path's; None: all of it.
 
-        Returns:
+        Returns
+        -------
+        Statistics | None
             The statistics, with a leading axis where there are several windows; None where they would take longer than
             some seconds (a contact that is stiff beyond all proportion to the window).
         """
@@ -220,9 +255,12 @@ class Walk:
     def exceeded(self, rows: Rows, share: float) -> Array | None:
         """Return (q,) what the modulus of each row exceeds for a share of the time; None as in ``statistics``.
 
-        Args:
-            rows: as in ``statistics``.
-            share: of the window, between 0 and 1.
+        Parameters
+        ----------
+        rows
+            as in ``statistics``.
+        share
+            of the window, between 0 and 1.
         """
         chosen = {r: rows(self.regions[r]) for r in self.series}
         count = len(next(iter(chosen.values())))

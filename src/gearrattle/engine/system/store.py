@@ -140,8 +140,10 @@ class Store:
     def add(self, pieces: Pieces) -> int:
         """Build a region into the next slot.
 
-        Raises:
-            FloatingPointError: the region's rates are not finite, or have no Schur form.
+        Raises
+        ------
+        FloatingPointError
+            the region's rates are not finite, or have no Schur form.
         """
         slot, builder = len(self.pieces), self.builder
         builder.work_out(pieces)

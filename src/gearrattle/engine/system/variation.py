@@ -53,10 +53,14 @@ _BLOCK = 8  # segments
 class Variation(Gradient):
     """The gradient of one motion's flow.
 
-    Attributes:
-        time: (S + 1,) ends of the segments [s], the first 0.
-        segments: (S, N, N) gradient over each, balanced coordinates.
-        scale: (N,) balanced = scale * SI.
+    Attributes
+    ----------
+    time
+        (S + 1,) ends of the segments [s], the first 0.
+    segments
+        (S, N, N) gradient over each, balanced coordinates.
+    scale
+        (N,) balanced = scale * SI.
     """
 
     time: Array
@@ -133,11 +137,16 @@ def variation(
     Factors are tables of exponentials, one for each region met, as long as these take no more memory than
     ``most_tables`` bytes; beyond, perturbations are carried without them.
 
-    Args:
-        flow: the system.
-        initial: piece of every element and auxiliary at the start.
-        path: the crossings.
-        end: length of the motion [s].
+    Parameters
+    ----------
+    flow
+        the system.
+    initial
+        piece of every element and auxiliary at the start.
+    path
+        the crossings.
+    end
+        length of the motion [s].
     """
     system, period, n, s = flow.system, flow.system.inputs.period, flow.states, flow.memory.size
     grid = np.arange(1, max(1, round(end / period / LONGEST)) + 1) * LONGEST

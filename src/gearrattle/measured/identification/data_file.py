@@ -44,13 +44,19 @@ Data = str | os.PathLike[str] | Mapping[str, Any]
 def read_data(data: Data, model: Model, default: State) -> Measurements:
     """Read data and check them against a model.
 
-    Args:
-        data: path of a TOML file, or its tables.
-        model: names inertias and elements, and says whether there are units.
-        default: state of data that do not name their own.
+    Parameters
+    ----------
+    data
+        path of a TOML file, or its tables.
+    model
+        names inertias and elements, and says whether there are units.
+    default
+        state of data that do not name their own.
 
-    Raises:
-        ModelError: every problem found, with its place.
+    Raises
+    ------
+    ModelError
+        every problem found, with its place.
     """
     tables, positions, folder = _tables(data)
     dimensionless = model.units == "dimensionless"

@@ -51,27 +51,55 @@ def fit(
 ) -> Fit:
     """Find the parameters of a model that fit measured modes and frequency responses best.
 
-    Args:
-        model: the rough start; what is not free keeps its value.
-        data: path of a data file (TOML), or its tables: ``{"mode": [{"number": 2, "frequency": "55 Hz"}]}``.
-        free: paths of the parameters to find, as ``Model.with_`` takes them; ``"inertia.*.J"`` frees all that match.
-        bounds: lowest and highest value by path, as in a model file.
-        factor: bounds of the others: start / factor and start * factor.
-        contact_ratio: as of ``modes``, for data that do not name their own state; every clearance is closed otherwise.
-        region: as of ``modes``, likewise.
-        starts: number of starts: the model itself, then a Latin hypercube in the bounds.
-        seed: of the hypercube; the same seed gives the same answer.
-        prior: standard deviation of every ln(parameter / start), as if the start had been measured; None: no prior.
-        profile: also find 95 % profile-likelihood intervals; takes some tens of local searches a parameter.
-        progress: called with the finished share; what it raises ends the fit.
+    Parameters
+    ----------
+    model
+        the rough start; what is not free keeps its value.
+    data
+        path of a data file (TOML), or its tables: ``{"mode": [{"number": 2, "frequency": "55 Hz"}]}``.
+    free
+        paths of the parameters to find, as ``Model.with_`` takes them; ``"inertia.*.J"`` frees all that match.
+    bounds
+        lowest and highest value by path, as in a model file.
+    factor
+        bounds of the others: start / factor and start * factor.
+    contact_ratio
+        as of ``modes``, for data that do not name their own state; every clearance is closed otherwise.
+    region
+        as of ``modes``, likewise.
+    starts
+        number of starts: the model itself, then a Latin hypercube in the bounds.
+    seed
+        of the hypercube; the same seed gives the same answer.
+    prior
+        standard deviation of every ln(parameter / start), as if the start had been measured; None: no prior.
+    profile
+        also find 95 % profile-likelihood intervals; takes some tens of local searches a parameter.
+    progress
+        called with the finished share; what it raises ends the fit.
 
-    Returns:
+    Returns
+    -------
+    Fit
         The fitted model, standard errors, residuals, all distinct minima, and what the data do not determine.
 
-    Raises:
-        ModelError: an unknown path or name, a value without unit, a mode the model does not have, bounds without the
-            start, no free parameter.
-        ConvergenceError: no start converged.
+    Raises
+    ------
+    ModelError
+        an unknown path or name, a value without unit, a mode the model does not have, bounds without the
+        start, no free parameter.
+    ConvergenceError
+        no start converged.
+
+    Examples
+    --------
+    >>> model = gr.example("case3")
+    >>> second = gr.modes(model).frequencies[1] / (2.0 * np.pi)
+    >>> start = model.with_({"coupling.clutch.stiffness": 1.2 * model.couplings[0].stiffness})
+    >>> data = {"mode": [{"number": 2, "frequency": f"{second} Hz"}]}
+    >>> fit = gr.identification.fit(start, data, ["coupling.clutch.stiffness"], starts=1)
+    >>> round(fit.parameters[0].value / model.couplings[0].stiffness, 4)
+    1.0
     """
     check_model(model)
     _check_settings(starts, seed, prior)

@@ -28,14 +28,22 @@ RIVAL = 3.841
 class FittedParameter:
     """One free parameter; values in SI.
 
-    Attributes:
-        path: as ``Model.with_`` takes it.
-        start: value in the model given.
-        value: fitted value.
-        standard_error: of the value, to first order; inf if the data leave it open, NaN on a bound.
-        lower, upper: bounds.
-        at_bound: "lower", "upper" or empty.
-        interval: 95 % profile-likelihood interval, ends beyond the bounds infinite (0 below); None unless asked for.
+    Attributes
+    ----------
+    path
+        as ``Model.with_`` takes it.
+    start
+        value in the model given.
+    value
+        fitted value.
+    standard_error
+        of the value, to first order; inf if the data leave it open, NaN on a bound.
+    lower, upper
+        bounds.
+    at_bound
+        "lower", "upper" or empty.
+    interval
+        95 % profile-likelihood interval, ends beyond the bounds infinite (0 below); None unless asked for.
     """
 
     path: str
@@ -57,10 +65,14 @@ class FittedParameter:
 class LocalMinimum:
     """One set of parameters from which every small change fits worse.
 
-    Attributes:
-        chi_square: sum of squares of the residuals in standard errors.
-        values: by path [SI].
-        times: from how many starts it was reached.
+    Attributes
+    ----------
+    chi_square
+        sum of squares of the residuals in standard errors.
+    values
+        by path [SI].
+    times
+        from how many starts it was reached.
     """
 
     chi_square: float
@@ -72,17 +84,38 @@ class LocalMinimum:
 class Fit(Result):
     """A fitted model and what the data say about it.
 
-    Attributes:
-        model: the model with the fitted values; it can be saved (``to_toml``) and simulated like any other.
-        parameters: the free ones.
-        residuals: every datum.
-        chi_square: sum of squares of the residuals of the data.
-        degrees_of_freedom: data, less one for each shape's scale, less parameters determined and not on a bound.
-        covariance: (P, P) of the logarithms of the parameters; inf on the diagonal of those left open, NaN on a bound.
-        minima: all distinct local minima found, the best first.
-        starts: number of starts.
-        undetermined: combinations of parameters that the data leave open.
-        notes: what the user must know.
+    Attributes
+    ----------
+    model
+        the model with the fitted values; it can be saved (``to_toml``) and simulated like any other.
+    parameters
+        the free ones.
+    residuals
+        every datum.
+    chi_square
+        sum of squares of the residuals of the data.
+    degrees_of_freedom
+        data, less one for each shape's scale, less parameters determined and not on a bound.
+    covariance
+        (P, P) of the logarithms of the parameters; inf on the diagonal of those left open, NaN on a bound.
+    minima
+        all distinct local minima found, the best first.
+    starts
+        number of starts.
+    undetermined
+        combinations of parameters that the data leave open.
+    notes
+        what the user must know.
+
+    Examples
+    --------
+    >>> model = gr.example("case3")
+    >>> second = gr.modes(model).frequencies[1] / (2.0 * np.pi)
+    >>> start = model.with_({"coupling.clutch.stiffness": 1.2 * model.couplings[0].stiffness})
+    >>> data = {"mode": [{"number": 2, "frequency": f"{second} Hz"}]}
+    >>> fit = gr.identification.fit(start, data, ["coupling.clutch.stiffness"], starts=1)
+    >>> [parameter.path for parameter in fit.parameters]
+    ['coupling.clutch.stiffness']
     """
 
     kind: ClassVar[str] = "fit"

@@ -51,12 +51,17 @@ _MOST = 5
 class Combination:
     """A combination of parameters that the data leave open.
 
-    Attributes:
-        exponents: by path: with any factor s, each parameter times s**exponent; the largest is 1.
-        structural: no datum notices it at all; else the data bound it, weakly.
-        factor: the standard error of s as a factor: it is known to within times or divided by this; inf if structural
-            or not noticed to first order.
-        words: the same in a sentence.
+    Attributes
+    ----------
+    exponents
+        by path: with any factor s, each parameter times s**exponent; the largest is 1.
+    structural
+        no datum notices it at all; else the data bound it, weakly.
+    factor
+        the standard error of s as a factor: it is known to within times or divided by this; inf if structural
+        or not noticed to first order.
+    words
+        the same in a sentence.
     """
 
     exponents: Mapping[str, float]
@@ -87,10 +92,14 @@ class Open(NamedTuple):
 def split(residuals: Callable[[Array], tuple[Array, Array]], x: Array, null: Array) -> Open:
     """Tell what in a null space holds everywhere, what nearby, and what at x only.
 
-    Args:
-        residuals: x to residuals and Jacobian.
-        x: (P,) where the null space was found.
-        null: (P, q).
+    Parameters
+    ----------
+    residuals
+        x to residuals and Jacobian.
+    x
+        (P,) where the null space was found.
+    null
+        (P, q).
     """
     count, dimension = null.shape
     if not dimension:
@@ -108,9 +117,12 @@ def split(residuals: Callable[[Array], tuple[Array, Array]], x: Array, null: Arr
 def covariance(jacobian: Array, null: Array) -> Array:
     """(P, P) covariance of the logarithms; inf on the diagonal of those with a part in the null space.
 
-    Args:
-        jacobian: (N, P) in standard errors, a prior's rows included.
-        null: (P, q) directions without information.
+    Parameters
+    ----------
+    jacobian
+        (N, P) in standard errors, a prior's rows included.
+    null
+        (P, q) directions without information.
     """
     count = jacobian.shape[1]
     kept = np.linalg.svd(null, full_matrices=True)[0][:, null.shape[1] :] if null.shape[1] else np.eye(count)
@@ -128,11 +140,16 @@ def covariance(jacobian: Array, null: Array) -> Array:
 def undetermined(paths: Sequence[str], jacobian: Array, null: Open, scale: float) -> tuple[Combination, ...]:
     """Put open directions in words, structural ones first.
 
-    Args:
-        paths: the parameters.
-        jacobian: (N, P) in standard errors.
-        null: its null space, split.
-        scale: factor on the standard errors.
+    Parameters
+    ----------
+    paths
+        the parameters.
+    jacobian
+        (N, P) in standard errors.
+    null
+        its null space, split.
+    scale
+        factor on the standard errors.
     """
     combinations = [_structural(paths, row) for row in _echelon(null.exact.T)]
     combinations += [_curved(paths, row, True) for row in _echelon(null.curved.T)]

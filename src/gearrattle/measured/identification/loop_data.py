@@ -44,15 +44,24 @@ _JOINED = "the test began between its ends: its last samples are joined to its f
 class Loop:
     """Samples of closed legs between two ends, in the order in which they were measured.
 
-    Attributes:
-        deflection: (N,) [rad].
-        torque: (N,) [N m].
-        way: (N,) +1 on a leg with growing deflection, -1 on one with falling deflection.
-        turn: (N,) the deflection at which the sample's leg began [rad].
-        leg: (N,) number of the leg, counted from 0.
-        source: where it came from, in words.
-        notes: what was left out.
-        angle_unit: "deg" where the file's angles are degrees, else "rad".
+    Attributes
+    ----------
+    deflection
+        (N,) [rad].
+    torque
+        (N,) [N m].
+    way
+        (N,) +1 on a leg with growing deflection, -1 on one with falling deflection.
+    turn
+        (N,) the deflection at which the sample's leg began [rad].
+    leg
+        (N,) number of the leg, counted from 0.
+    source
+        where it came from, in words.
+    notes
+        what was left out.
+    angle_unit
+        "deg" where the file's angles are degrees, else "rad".
     """
 
     deflection: Array
@@ -82,12 +91,17 @@ class Loop:
 def read_loop(data: Any, angle: str = "angle", torque: str = "torque") -> Loop:
     """Read a loop and cut it into legs.
 
-    Args:
-        data: path of a CSV file whose header names the units, or a pair of arrays, deflection [rad] and torque [N m].
-        angle, torque: names of the file's columns.
+    Parameters
+    ----------
+    data
+        path of a CSV file whose header names the units, or a pair of arrays, deflection [rad] and torque [N m].
+    angle, torque
+        names of the file's columns.
 
-    Raises:
-        ModelError: no such file, a column or its unit missing, too few samples, no reversal, a loop that is not closed.
+    Raises
+    ------
+    ModelError
+        no such file, a column or its unit missing, too few samples, no reversal, a loop that is not closed.
     """
     if isinstance(data, str | os.PathLike):
         path = Path(data)

@@ -35,13 +35,19 @@ Array = NDArray[np.float64]
 class Spread(NamedTuple):
     """How far a law is known.
 
-    Attributes:
-        covariance: (C + B + R, C + B + R) of coefficients, breaks (drive, then coast), logarithms of reaches; inf on
-            the diagonal of what no sample tells.
-        sliders: the R sliders in the order of their reaches.
-        residual: (N,) measured less fitted torque [N m].
-        tau: integrated autocorrelation time of the residuals, in samples.
-        variance: of the residuals, times tau [(N m)^2].
+    Attributes
+    ----------
+    covariance
+        (C + B + R, C + B + R) of coefficients, breaks (drive, then coast), logarithms of reaches; inf on
+        the diagonal of what no sample tells.
+    sliders
+        the R sliders in the order of their reaches.
+    residual
+        (N,) measured less fitted torque [N m].
+    tau
+        integrated autocorrelation time of the residuals, in samples.
+    variance
+        of the residuals, times tau [(N m)^2].
     """
 
     covariance: Array
@@ -71,9 +77,12 @@ def rubbing(solution: Solved) -> tuple[Slider, ...]:
 def spread(polish: Polish, solution: Solved) -> Spread:
     """Return the covariance of a law over every sample.
 
-    Args:
-        polish: the loop.
-        solution: the law.
+    Parameters
+    ----------
+    polish
+        the loop.
+    solution
+        the law.
     """
     sliders = rubbing(solution)
     samples = Regression(polish.loop, 0, polish.moments.reach)
@@ -115,13 +124,20 @@ def autocorrelation(residual: Array) -> float:
 def resampled(polish: Polish, solution: Solved, number: int, seed: int) -> list[tuple[Polish, Solved]]:
     """Fit a law again to its own torque with blocks of residuals in another order.
 
-    Args:
-        polish: the loop.
-        solution: its law.
-        number: of fits.
-        seed: of the blocks drawn.
+    Parameters
+    ----------
+    polish
+        the loop.
+    solution
+        its law.
+    number
+        of fits.
+    seed
+        of the blocks drawn.
 
-    Returns:
+    Returns
+    -------
+    list[tuple[Polish, Solved]]
         The law of every draw, with its polish.
     """
     loop = polish.loop

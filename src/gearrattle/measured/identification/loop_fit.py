@@ -46,22 +46,42 @@ def fit_loop(
 ) -> LoopFit:
     """Fit stages, hysteresis and preload to a measured torque-angle loop.
 
-    Args:
-        data: path of a CSV file whose header names the units, such as ``angle [deg], torque [N*m]``, or a pair of
-            arrays of equal length: deflection [rad] and torque [N m], in the order measured. Slow enough that damping
-            plays no part; one whole cycle at least.
-        stages: how many on each side, or a pair, drive side and coast side; None: chosen by BIC, at most 6.
-        angle, torque: names of the file's columns.
-        name, between: of the coupling that is made.
-        bootstrap: how often blocks of residuals are resampled to check the standard errors; 0: never.
-        seed: of the resampling.
+    Parameters
+    ----------
+    data
+        path of a CSV file whose header names the units, such as ``angle [deg], torque [N*m]``, or a pair of
+        arrays of equal length: deflection [rad] and torque [N m], in the order measured. Slow enough that damping
+        plays no part; one whole cycle at least.
+    stages
+        how many on each side, or a pair, drive side and coast side; None: chosen by BIC, at most 6.
+    angle, torque
+        names of the file's columns.
+    name, between
+        of the coupling that is made.
+    bootstrap
+        how often blocks of residuals are resampled to check the standard errors; 0: never.
+    seed
+        of the resampling.
 
-    Returns:
+    Returns
+    -------
+    LoopFit
         The law with standard errors, ready for a model file.
 
-    Raises:
-        ModelError: a file that cannot be read, a unit missing, too few points, no reversal, a loop that is not
-            closed, ends on one side of zero, stages or draws that are no number.
+    Raises
+    ------
+    ModelError
+        a file that cannot be read, a unit missing, too few points, no reversal, a loop that is not
+        closed, ends on one side of zero, stages or draws that are no number.
+
+    Examples
+    --------
+    >>> turn = np.linspace(0.0, 4.0 * np.pi, 2001)
+    >>> angle = 0.2 * np.sin(turn)
+    >>> torque = 100.0 * angle + 2.0 * np.sign(np.cos(turn))
+    >>> fit = gr.identification.fit_loop((angle, torque), stages=1)
+    >>> round(fit.stages[0].stiffness, 1)
+    99.7
     """
     if not isinstance(bootstrap, int) or bootstrap < 0 or bootstrap == 1:
         raise ModelError(Problem("bootstrap", repr(bootstrap), "must be 0, or a whole number from 2", "such as 200"))

@@ -50,11 +50,16 @@ def intervals(
 ) -> dict[str, tuple[float, float]]:
     """Return the 95 % interval of every number, and of stick stiffnesses whose default stands.
 
-    Args:
-        settled: the law.
-        known: how far it is known.
-        estimates: values and standard errors by name.
-        breaks: of ``places``.
+    Parameters
+    ----------
+    settled
+        the law.
+    known
+        how far it is known.
+    estimates
+        values and standard errors by name.
+    breaks
+        of ``places``.
     """
     values, errors = estimates
     made = {}

@@ -77,12 +77,18 @@ def best_place(linear: Linear, solution: Solved, where: tuple[str, int]) -> floa
 def interval(linear: Linear, solution: Solved, where: tuple[str, int], variance: float, reaches: Array) -> Array:
     """Return both ends of the central 95 % interval of a break, and the standard deviation of its density [rad].
 
-    Args:
-        linear: the law made linear in all that is free.
-        solution: the law, its least squares.
-        where: side and index of the break.
-        variance: of the noise, times its autocorrelation time [(N m)^2].
-        reaches: of its slider, each as likely as the next; none: that of the law.
+    Parameters
+    ----------
+    linear
+        the law made linear in all that is free.
+    solution
+        the law, its least squares.
+    where
+        side and index of the break.
+    variance
+        of the noise, times its autocorrelation time [(N m)^2].
+    reaches
+        of its slider, each as likely as the next; none: that of the law.
     """
     near = _near(linear, solution, *where)
     reaches = reaches if reaches.size else np.array([near.reach])

@@ -40,11 +40,16 @@ _PARTS = 5  # of a cell, in which columns are looked at before they are averaged
 class Shape:
     """What of a law is not linear: which stages there are, where they end, and how far sliders stretch.
 
-    Attributes:
-        drive, coast: breaks from the centre outward, positive magnitudes [rad].
-        parted: whether the first stages of both sides have slopes of their own.
-        rubs: "", "drive" or "coast": the side whose first stage has more friction than the other's.
-        reach: by slider, (side, index) [rad]; the centre's is ("centre", 0).
+    Attributes
+    ----------
+    drive, coast
+        breaks from the centre outward, positive magnitudes [rad].
+    parted
+        whether the first stages of both sides have slopes of their own.
+    rubs
+        "", "drive" or "coast": the side whose first stage has more friction than the other's.
+    reach
+        by slider, (side, index) [rad]; the centre's is ("centre", 0).
     """
 
     drive: tuple[float, ...] = ()
@@ -144,11 +149,16 @@ class Regression:
     def over(cls, points: Loop, weight: Array, whole: float, reach: float) -> Regression:
         """Return a regression over points that stand for samples.
 
-        Args:
-            points: where the columns are looked at.
-            weight: how many samples each stands for.
-            whole: sum of the squared torques of all samples [(N m)^2].
-            reach: of sliders whose reach a shape does not say [rad].
+        Parameters
+        ----------
+        points
+            where the columns are looked at.
+        weight
+            how many samples each stands for.
+        whole
+            sum of the squared torques of all samples [(N m)^2].
+        reach
+            of sliders whose reach a shape does not say [rad].
         """
         made = cls(points, 0, reach)
         made._weigh(weight, whole)

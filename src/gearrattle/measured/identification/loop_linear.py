@@ -24,12 +24,18 @@ Slider = tuple[str, int]
 class Linear:
     """A law and its derivatives in everything, over points that stand for all samples.
 
-    Attributes:
-        columns: (M, C + B + R) derivatives in coefficients, breaks (drive, then coast), logarithms of reaches.
-        moments: of the loop.
-        loop: the points.
-        residual: (M,) of the points [N m].
-        weight: (M,) samples each stands for.
+    Attributes
+    ----------
+    columns
+        (M, C + B + R) derivatives in coefficients, breaks (drive, then coast), logarithms of reaches.
+    moments
+        of the loop.
+    loop
+        the points.
+    residual
+        (M,) of the points [N m].
+    weight
+        (M,) samples each stands for.
     """
 
     def __init__(self, moments: Moments, solution: Solved, sliders: tuple[Slider, ...]) -> None:

@@ -72,10 +72,14 @@ class Moments:
     def between(self, sign: float, way: float, low: float, high: float) -> Loop:
         """Samples between two deflections counted outward, from low to high [rad].
 
-        Args:
-            sign: 1 on the drive side, -1 on the coast side.
-            way: 1 outward, -1 on the way back.
-            low, high: magnitudes on that side.
+        Parameters
+        ----------
+        sign
+            1 on the drive side, -1 on the coast side.
+        way
+            1 outward, -1 on the way back.
+        low, high
+            magnitudes on that side.
         """
         delta = sign * self.loop.deflection
         rows = np.flatnonzero((way * sign * self.loop.way > 0.0) & (delta > low) & (delta <= high))

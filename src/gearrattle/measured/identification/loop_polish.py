@@ -38,10 +38,14 @@ _ROUNDS = 8
 class Polish:
     """What does not change while a law is polished.
 
-    Attributes:
-        moments: of the loop.
-        without: sliders that the law has not.
-        held: sliders whose reach stays as it is.
+    Attributes
+    ----------
+    moments
+        of the loop.
+    without
+        sliders that the law has not.
+    held
+        sliders whose reach stays as it is.
     """
 
     moments: Moments

@@ -46,9 +46,12 @@ _OPEN = math.exp(-0.5 * 3.841458820694124)  # of the highest density: a bound th
 class Density:
     """What the samples say of one reach.
 
-    Attributes:
-        logs: (K,) logarithms of reaches [rad].
-        density: (K,) of them, 1 at the highest.
+    Attributes
+    ----------
+    logs
+        (K,) logarithms of reaches [rad].
+    density
+        (K,) of them, 1 at the highest.
     """
 
     logs: Array
@@ -129,10 +132,14 @@ class _Tables:
 def densities(polish: Polish, solution: Solved, known: Spread) -> tuple[dict[Slider, Density], list[Shape]]:
     """Return the density of every reach, and shapes from which a better minimum may be reached.
 
-    Args:
-        polish: the loop.
-        solution: its least squares.
-        known: how far that is known.
+    Parameters
+    ----------
+    polish
+        the loop.
+    solution
+        its least squares.
+    known
+        how far that is known.
     """
     if not known.sliders:
         return {}, []

@@ -33,11 +33,16 @@ _POWERS_OF_ANGLE = {"stiffness": -1, "until": 1, "stick_stiffness": -1}
 class FittedStage(NamedTuple):
     """One stage, from the centre outward.
 
-    Attributes:
-        stiffness: slope [N m/rad].
-        until: where it ends, a positive magnitude [rad]; None for the last.
-        hysteresis: full height of the loop in it, in all [N m].
-        stick_stiffness: of its slider [N m/rad]; None: it has none of its own, or the default stands.
+    Attributes
+    ----------
+    stiffness
+        slope [N m/rad].
+    until
+        where it ends, a positive magnitude [rad]; None for the last.
+    hysteresis
+        full height of the loop in it, in all [N m].
+    stick_stiffness
+        of its slider [N m/rad]; None: it has none of its own, or the default stands.
     """
 
     stiffness: float
@@ -50,26 +55,53 @@ class FittedStage(NamedTuple):
 class LoopFit(Result):
     """A law fitted to a measured torque-angle loop.
 
-    Attributes:
-        name: of the coupling.
-        between: what it couples.
-        stages, coast_stages: from the centre outward, positive magnitudes.
-        preload: torque at zero deflection, without friction [N m].
-        values: every fitted number [SI] by its name in the coupling, such as "stages.1.stiffness".
-        errors: their standard errors, by name; of breaks the standard deviation of the density of their place, of stick
-            stiffnesses the width of the interval over 2 x 1.96.
-        intervals: their 95 % intervals, by name, and those of stick stiffnesses whose default stands; a stick
-            stiffness that the samples bound on one side only ends at 0 or inf.
-        covariance: (V, V) of the values, in their order; of stick stiffnesses by the curvature.
-        bootstrap_errors: standard errors by resampled blocks, by name; empty unless asked for.
-        residual: root mean square of measured less fitted torque [N m].
-        tau: integrated autocorrelation time of the residuals, in samples; 1 for white noise.
-        measured: deflection [rad] and torque [N m] of the samples used.
-        residuals: (N,) measured less fitted torque [N m].
-        source: where they came from.
-        steps: drive-side and coast-side stages tried, with their BIC.
-        notes: what the user must know.
-        angle_unit: in which the report and ``toml`` are written: "deg" or "rad", as in the file.
+    Attributes
+    ----------
+    name
+        of the coupling.
+    between
+        what it couples.
+    stages, coast_stages
+        from the centre outward, positive magnitudes.
+    preload
+        torque at zero deflection, without friction [N m].
+    values
+        every fitted number [SI] by its name in the coupling, such as "stages.1.stiffness".
+    errors
+        their standard errors, by name; of breaks the standard deviation of the density of their place, of stick
+        stiffnesses the width of the interval over 2 x 1.96.
+    intervals
+        their 95 % intervals, by name, and those of stick stiffnesses whose default stands; a stick
+        stiffness that the samples bound on one side only ends at 0 or inf.
+    covariance
+        (V, V) of the values, in their order; of stick stiffnesses by the curvature.
+    bootstrap_errors
+        standard errors by resampled blocks, by name; empty unless asked for.
+    residual
+        root mean square of measured less fitted torque [N m].
+    tau
+        integrated autocorrelation time of the residuals, in samples; 1 for white noise.
+    measured
+        deflection [rad] and torque [N m] of the samples used.
+    residuals
+        (N,) measured less fitted torque [N m].
+    source
+        where they came from.
+    steps
+        drive-side and coast-side stages tried, with their BIC.
+    notes
+        what the user must know.
+    angle_unit
+        in which the report and ``toml`` are written: "deg" or "rad", as in the file.
+
+    Examples
+    --------
+    >>> turn = np.linspace(0.0, 4.0 * np.pi, 2001)
+    >>> angle = 0.2 * np.sin(turn)
+    >>> torque = 100.0 * angle + 2.0 * np.sign(np.cos(turn))
+    >>> fit = gr.identification.fit_loop((angle, torque), stages=1)
+    >>> len(fit.stages)
+    1
     """
 
     kind: ClassVar[str] = "loop fit"

@@ -65,10 +65,14 @@ class Search:
     def refine(self, solution: Solved, rounds: int = 3, *, near: bool = False) -> Solved:
         """Search breaks and reaches, one after another, until a round gains nothing.
 
-        Args:
-            solution: where to begin.
-            rounds: the most.
-            near: whether breaks stay near where they are.
+        Parameters
+        ----------
+        solution
+            where to begin.
+        rounds
+            the most.
+        near
+            whether breaks stay near where they are.
         """
         for turn in range(rounds):
             before = solution.left
@@ -176,11 +180,16 @@ def _closer(
 def select(loop: Loop, stages: tuple[int, int] | None) -> tuple[Solved, list[tuple[int, int, float]]]:
     """Choose the stages of a loop.
 
-    Args:
-        loop: what to fit.
-        stages: how many drive-side and coast-side stages; None lets BIC choose.
+    Parameters
+    ----------
+    loop
+        what to fit.
+    stages
+        how many drive-side and coast-side stages; None lets BIC choose.
 
-    Returns:
+    Returns
+    -------
+    tuple[Solved, list[tuple[int, int, float]]]
         The best law over cells, a start for ``loop_polish``, and the numbers of drive-side and coast-side stages with
         their BIC on the way.
     """

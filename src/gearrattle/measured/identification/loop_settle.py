@@ -31,11 +31,16 @@ _BETTER = 0.02  # chi-square by which a law met on the way must fit better to be
 class Settled(NamedTuple):
     """The law of a loop.
 
-    Attributes:
-        polish: the loop, the sliders that the law has not, and those with the default.
-        law: the least squares.
-        reaches: density of the reach of every slider that the law has.
-        sticks: intervals of their stick stiffnesses.
+    Attributes
+    ----------
+    polish
+        the loop, the sliders that the law has not, and those with the default.
+    law
+        the least squares.
+    reaches
+        density of the reach of every slider that the law has.
+    sticks
+        intervals of their stick stiffnesses.
     """
 
     polish: Polish

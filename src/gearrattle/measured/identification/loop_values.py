@@ -35,10 +35,14 @@ def values_of(
 ) -> dict[str, float]:
     """Every number of the law by its name in a coupling.
 
-    Args:
-        solution: the law.
-        fixed: sliders whose stick stiffness is the default and no value.
-        sticks: the sliders of the stick stiffnesses; None: those that have a height.
+    Parameters
+    ----------
+    solution
+        the law.
+    fixed
+        sliders whose stick stiffness is the default and no value.
+    sticks
+        the sliders of the stick stiffnesses; None: those that have a height.
     """
     heights, shape = heights_of(solution), solution.shape
     behind = stick_sliders(solution) if sticks is None else sticks

@@ -24,10 +24,14 @@ QUANTITIES = ("angle", "velocity", "acceleration")
 class State:
     """The state a driveline was in.
 
-    Attributes:
-        contact_ratio: factor on the slope of the last drive stage, by element.
-        region: region by element; elements in neither are in their last drive stage.
-        rigid: elements that may not deflect.
+    Attributes
+    ----------
+    contact_ratio
+        factor on the slope of the last drive stage, by element.
+    region
+        region by element; elements in neither are in their last drive stage.
+    rigid
+        elements that may not deflect.
     """
 
     contact_ratio: tuple[tuple[str, float], ...] = ()
@@ -39,15 +43,24 @@ class State:
 class MeasuredMode:
     """One mode: its frequency, its shape, or both.
 
-    Attributes:
-        label: what it is called, e.g. ``"mode 2"``.
-        number: from 1 in ascending order, rigid motions counted; None: matched by its shape.
-        omega: natural frequency [rad/s]; None if not measured.
-        omega_error: its standard error [rad/s].
-        inertias: names of the inertias in the shape; empty if it was not measured.
-        shape: (s,) their amplitudes, scale and sign free.
-        shape_error: (s,) standard errors, in the unit of ``shape``.
-        state: in which it was measured.
+    Attributes
+    ----------
+    label
+        what it is called, e.g. ``"mode 2"``.
+    number
+        from 1 in ascending order, rigid motions counted; None: matched by its shape.
+    omega
+        natural frequency [rad/s]; None if not measured.
+    omega_error
+        its standard error [rad/s].
+    inertias
+        names of the inertias in the shape; empty if it was not measured.
+    shape
+        (s,) their amplitudes, scale and sign free.
+    shape_error
+        (s,) standard errors, in the unit of ``shape``.
+    state
+        in which it was measured.
     """
 
     label: str
@@ -64,15 +77,24 @@ class MeasuredMode:
 class MeasuredResponse:
     """One frequency response: the motion of an inertia by a torque.
 
-    Attributes:
-        label: what it is called, e.g. ``"response 1, hub by flywheel"``.
-        at: inertia that moves.
-        torque_on: inertia on which the torque acts.
-        derivatives: 0 angle, 1 velocity, 2 acceleration.
-        omega: (F,) angular frequencies [rad/s].
-        value: (F,) complex, in rad, rad/s or rad/s^2 per N m, for exp(+i omega t).
-        error: (F,) standard error of the real and of the imaginary part.
-        state: in which it was measured.
+    Attributes
+    ----------
+    label
+        what it is called, e.g. ``"response 1, hub by flywheel"``.
+    at
+        inertia that moves.
+    torque_on
+        inertia on which the torque acts.
+    derivatives
+        0 angle, 1 velocity, 2 acceleration.
+    omega
+        (F,) angular frequencies [rad/s].
+    value
+        (F,) complex, in rad, rad/s or rad/s^2 per N m, for exp(+i omega t).
+    error
+        (F,) standard error of the real and of the imaginary part.
+    state
+        in which it was measured.
     """
 
     label: str
@@ -89,9 +111,12 @@ class MeasuredResponse:
 class Measurements:
     """All data of one fit.
 
-    Attributes:
-        modes, responses: as measured, in the order of the file.
-        assumed: what had no standard error of its own, in words: the covariance is then scaled by the residuals.
+    Attributes
+    ----------
+    modes, responses
+        as measured, in the order of the file.
+    assumed
+        what had no standard error of its own, in words: the covariance is then scaled by the residuals.
     """
 
     modes: tuple[MeasuredMode, ...]

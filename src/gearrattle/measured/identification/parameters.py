@@ -38,10 +38,14 @@ _EXPONENT = 1e-9
 class Parameters:
     """The free parameters.
 
-    Attributes:
-        paths: P of them, as ``Model.with_`` takes them.
-        start: (P,) values in the model given, SI.
-        lower, upper: (P,) bounds, SI.
+    Attributes
+    ----------
+    paths
+        P of them, as ``Model.with_`` takes them.
+    start
+        (P,) values in the model given, SI.
+    lower, upper
+        (P,) bounds, SI.
     """
 
     paths: tuple[str, ...]
@@ -67,13 +71,20 @@ class Parameters:
 class Coefficients:
     """One state's coefficients at the start, and their exponents.
 
-    Attributes:
-        inertia, drag: (n,).
-        stiffness, damping: (m,).
-        rows: (m, n).
-        of_inertia, of_drag: (n, P) exponents.
-        of_stiffness, of_damping: (m, P) exponents.
-        basis: (n, r) coordinates left free by rigid elements, orthonormal.
+    Attributes
+    ----------
+    inertia, drag
+        (n,).
+    stiffness, damping
+        (m,).
+    rows
+        (m, n).
+    of_inertia, of_drag
+        (n, P) exponents.
+    of_stiffness, of_damping
+        (m, P) exponents.
+    basis
+        (n, r) coordinates left free by rigid elements, orthonormal.
     """
 
     inertia: Array
@@ -93,14 +104,21 @@ def free_parameters(
 ) -> Parameters:
     """Look up paths, values and bounds.
 
-    Args:
-        model: the start.
-        free: paths; ``*`` stands for any text, as in ``inertia.*.J``.
-        bounds: lowest and highest value by path, as in a model file.
-        factor: bounds of the others: start / factor and start * factor.
+    Parameters
+    ----------
+    model
+        the start.
+    free
+        paths; ``*`` stands for any text, as in ``inertia.*.J``.
+    bounds
+        lowest and highest value by path, as in a model file.
+    factor
+        bounds of the others: start / factor and start * factor.
 
-    Raises:
-        ModelError: no path, a path that leads nowhere or to no positive number, bounds that do not hold the start.
+    Raises
+    ------
+    ModelError
+        no path, a path that leads nowhere or to no positive number, bounds that do not hold the start.
     """
     if not factor > 1.0 or not np.isfinite(factor):
         raise ModelError(Problem("factor", f"{factor:g}", "must be a finite number greater than 1"))
@@ -132,8 +150,10 @@ def free_parameters(
 def coefficients(model: Model, parameters: Parameters, state: State) -> Coefficients:
     """Return a state's coefficients, and how each parameter enters them.
 
-    Raises:
-        ModelError: a parameter that is no factor of them; rigid elements that leave nothing to move.
+    Raises
+    ------
+    ModelError
+        a parameter that is no factor of them; rigid elements that leave nothing to move.
     """
     base = _values(model, state)
     exponents = []

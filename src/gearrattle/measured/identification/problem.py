@@ -34,12 +34,18 @@ Array = NDArray[np.float64]
 class Residual:
     """One datum beside its fitted value.
 
-    Attributes:
-        label: what it is, e.g. ``"mode 2: frequency"``.
-        unit: SI unit; empty for amplitudes of a shape.
-        measured, fitted: values; of a shape the fitted one is scaled to the measured one.
-        standard_error: of the measured value.
-        residual: (fitted - measured) / standard_error.
+    Attributes
+    ----------
+    label
+        what it is, e.g. ``"mode 2: frequency"``.
+    unit
+        SI unit; empty for amplitudes of a shape.
+    measured, fitted
+        values; of a shape the fitted one is scaled to the measured one.
+    standard_error
+        of the measured value.
+    residual
+        (fitted - measured) / standard_error.
     """
 
     label: str
@@ -54,13 +60,20 @@ class Residual:
 class FitProblem:
     """Data, and the states in which they were measured.
 
-    Attributes:
-        data: the measurements.
-        names: of the inertias.
-        states: coefficients by state.
-        count: number of parameters P.
-        prior: standard deviation of every ln(parameter / start); None: no prior.
-        units: whether quantities have units.
+    Attributes
+    ----------
+    data
+        the measurements.
+    names
+        of the inertias.
+    states
+        coefficients by state.
+    count
+        number of parameters P.
+    prior
+        standard deviation of every ln(parameter / start); None: no prior.
+    units
+        whether quantities have units.
     """
 
     data: Measurements
@@ -186,8 +199,10 @@ class FitProblem:
 def check_modes(problem: FitProblem) -> None:
     """Refuse modes that the model does not have in their state, or that are rigid motion there.
 
-    Raises:
-        ModelError: all of them, and shapes without a number for which no elastic mode is left.
+    Raises
+    ------
+    ModelError
+        all of them, and shapes without a number for which no elastic mode is left.
     """
     problems = []
     spectra = {state: Spectrum(c, np.zeros(problem.count)) for state, c in problem.states.items()}

@@ -28,12 +28,18 @@ def profile(
 ) -> tuple[float, float]:
     """Return the ends of the interval as logarithms; -inf or inf where the bound comes first.
 
-    Args:
-        residuals: x to residuals and Jacobian.
-        x: (P,) the minimum.
-        parameter: its index p.
-        box: (P,) lowest and highest x.
-        errors: standard error of x[p], for the first step (need not be finite); factor on those of the data.
+    Parameters
+    ----------
+    residuals
+        x to residuals and Jacobian.
+    x
+        (P,) the minimum.
+    parameter
+        its index p.
+    box
+        (P,) lowest and highest x.
+    errors
+        standard error of x[p], for the first step (need not be finite); factor on those of the data.
     """
     spread, scale = errors
     rows = residuals(x)[0]

@@ -49,13 +49,19 @@ class Samples(NamedTuple):
 def read_samples(text: str, name: str, dimensionless: bool) -> Samples:
     """Read a frequency response.
 
-    Args:
-        text: the content of the file.
-        name: what messages call it.
-        dimensionless: whether the columns are plain; ``derivatives`` is then None.
+    Parameters
+    ----------
+    text
+        the content of the file.
+    name
+        what messages call it.
+    dimensionless
+        whether the columns are plain; ``derivatives`` is then None.
 
-    Raises:
-        ModelError: a column missing or without its unit, a row of other length, a value that is no finite number.
+    Raises
+    ------
+    ModelError
+        a column missing or without its unit, a row of other length, a value that is no finite number.
     """
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if not lines:

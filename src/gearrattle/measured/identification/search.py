@@ -36,11 +36,16 @@ _LEVEL = 1e-9  # relative change of chi-square that projection may make
 class Minimum:
     """A local minimum.
 
-    Attributes:
-        x: (P,) logarithms of the parameters over their start.
-        chi_square: sum of squares of the residuals, a prior's included.
-        times: from how many starts it was reached.
-        at_bound: (P,) -1 at the lower bound, +1 at the upper, 0 inside.
+    Attributes
+    ----------
+    x
+        (P,) logarithms of the parameters over their start.
+    chi_square
+        sum of squares of the residuals, a prior's included.
+    times
+        from how many starts it was reached.
+    at_bound
+        (P,) -1 at the lower bound, +1 at the upper, 0 inside.
     """
 
     x: Array
@@ -58,18 +63,28 @@ def search(
 ) -> tuple[tuple[Minimum, ...], int]:
     """Find distinct local minima.
 
-    Args:
-        residuals: x to (N,) residuals and (N, P) Jacobian.
-        box: (P,) lowest and highest x.
-        starts: how many.
-        seed: of the starts after the first.
-        progress: called with the finished share; what it raises ends the search.
+    Parameters
+    ----------
+    residuals
+        x to (N,) residuals and (N, P) Jacobian.
+    box
+        (P,) lowest and highest x.
+    starts
+        how many.
+    seed
+        of the starts after the first.
+    progress
+        called with the finished share; what it raises ends the search.
 
-    Returns:
+    Returns
+    -------
+    tuple[tuple[Minimum, ...], int]
         The minima, the best first, and the number of starts that did not converge.
 
-    Raises:
-        ConvergenceError: no start converged.
+    Raises
+    ------
+    ConvergenceError
+        no start converged.
     """
     origin = np.zeros(box[0].size)
     null = split(residuals, origin, null_space(residuals(origin)[1])).exact

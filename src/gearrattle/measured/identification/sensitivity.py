@@ -34,9 +34,12 @@ _SAME = 1e-13  # of the frequencies' squares: below, two modes count as one
 class Spectrum:
     """A state at given parameters.
 
-    Attributes:
-        of: the state's coefficients at the start.
-        x: (P,) logarithms of the parameters over their start.
+    Attributes
+    ----------
+    of
+        the state's coefficients at the start.
+    x
+        (P,) logarithms of the parameters over their start.
     """
 
     of: Coefficients

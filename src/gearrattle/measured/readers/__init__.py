@@ -37,11 +37,15 @@ __all__ = ["READERS", "Column", "Raw", "Reader", "Request", "format_of", "read_r
 def format_of(path: str | os.PathLike[str]) -> str:
     """Return the format of a file, by its content.
 
-    Args:
-        path: the file.
+    Parameters
+    ----------
+    path
+        the file.
 
-    Raises:
-        ModelError: there is no such file, it is empty, or no format known.
+    Raises
+    ------
+    ModelError
+        there is no such file, it is empty, or no format known.
     """
     file_path = Path(path)
     name = str(path)
@@ -72,14 +76,20 @@ def format_of(path: str | os.PathLike[str]) -> str:
 def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format: str = "") -> Raw:
     """Read the columns of a file as they stand.
 
-    Args:
-        path: the file.
-        request: what is wanted of it.
-        format: one of ``READERS``; empty: told by the content.
+    Parameters
+    ----------
+    path
+        the file.
+    request
+        what is wanted of it.
+    format
+        one of ``READERS``; empty: told by the content.
 
-    Raises:
-        ModelError: no such file, another or an unknown format, damage, no signals, two columns of
-            one name, times that do not ascend.
+    Raises
+    ------
+    ModelError
+        no such file, another or an unknown format, damage, no signals, two columns of
+        one name, times that do not ascend.
     """
     detected = format_of(path)
     reader = READERS[format or detected]
@@ -106,14 +116,30 @@ def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format
 def write(recording: Recording, path: str | os.PathLike[str], format: str = "") -> None:
     """Write a recording as a file, whole or not at all.
 
-    Args:
-        recording: its channels, in SI.
-        path: the file; one that exists is replaced.
-        format: csv, mat, hdf5, mdf4, uff or wav; empty: by the file's ending.
+    Parameters
+    ----------
+    recording
+        its channels, in SI.
+    path
+        the file; one that exists is replaced.
+    format
+        csv, mat, hdf5, mdf4, uff or wav; empty: by the file's ending.
 
-    Raises:
-        ModelError: an ending of no format, or a recording that the format cannot hold.
-        OSError: the machine refused; nothing half-written is left.
+    Raises
+    ------
+    ModelError
+        an ending of no format, or a recording that the format cannot hold.
+    OSError
+        the machine refused; nothing half-written is left.
+
+    Examples
+    --------
+    >>> record = gr.Recording(
+    ...     np.arange(4) / 1000.0, (gr.Channel("load", "torque", "", "N m", np.array([0.0, 1.0, 0.5, 0.0])),), "rig"
+    ... )
+    >>> gr.write(record, "rig.h5")
+    >>> gr.read("rig.h5")["load"].unit
+    'N*m'
     """
     target = Path(path)
     able = {name: reader for name, reader in READERS.items() if name != run.NAME}

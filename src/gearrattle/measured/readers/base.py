@@ -32,11 +32,16 @@ TIME_NAMES = ("time", "t", "Time", "TIME", "Zeit", "timestamps")
 class Request(NamedTuple):
     """What is wanted of a file, where it does not say so itself.
 
-    Attributes:
-        time: name of the column of times; empty: told by the file.
-        time_unit: of these times; empty: told by the file, else s.
-        interval: between samples of a file without times [s]; None: there are times.
-        names: the columns wanted; None: all that are signals. A reader may give more.
+    Attributes
+    ----------
+    time
+        name of the column of times; empty: told by the file.
+    time_unit
+        of these times; empty: told by the file, else s.
+    interval
+        between samples of a file without times [s]; None: there are times.
+    names
+        the columns wanted; None: all that are signals. A reader may give more.
     """
 
     time: str = ""
@@ -49,12 +54,18 @@ class Request(NamedTuple):
 class Column:
     """One column of a file.
 
-    Attributes:
-        name, unit: as they stand in the file; unit empty where there is none.
-        values: (N,); (0,) for a column that was not asked for and not read.
-        time: (N,) [s]; None until it is found among the columns.
-        quantity, subject: where the file says them.
-        axis: name of the column of its times, where the file says it.
+    Attributes
+    ----------
+    name, unit
+        as they stand in the file; unit empty where there is none.
+    values
+        (N,); (0,) for a column that was not asked for and not read.
+    time
+        (N,) [s]; None until it is found among the columns.
+    quantity, subject
+        where the file says them.
+    axis
+        name of the column of its times, where the file says it.
     """
 
     name: str
@@ -70,11 +81,16 @@ class Column:
 class Raw:
     """What a file holds.
 
-    Attributes:
-        columns: in the order of the file; every one has its times.
-        source: the file as messages name it.
-        format: name of its reader.
-        notes: what the user must know about it.
+    Attributes
+    ----------
+    columns
+        in the order of the file; every one has its times.
+    source
+        the file as messages name it.
+    format
+        name of its reader.
+    notes
+        what the user must know about it.
     """
 
     columns: tuple[Column, ...]
@@ -110,8 +126,10 @@ def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple
     The times of a column are those the request names, those its file names for it, or a column of a name or unit
     of time that stands beside it and is as long.
 
-    Raises:
-        ModelError: there are no times, they are not those of the column, or two columns wanted have one name.
+    Raises
+    ------
+    ModelError
+        there are no times, they are not those of the column, or two columns wanted have one name.
     """
     refuse_doubles(columns, str(path), request)
     by_name = {column.name: column for column in columns}
@@ -152,13 +170,19 @@ def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple
 def refuse_doubles(columns: Sequence[Column], source: str, request: Request) -> None:
     """Refuse two columns of one name, where that name is wanted or may be that of the times.
 
-    Args:
-        columns: in the order of the file.
-        source: the file as messages name it.
-        request: what is wanted of the file.
+    Parameters
+    ----------
+    columns
+        in the order of the file.
+    source
+        the file as messages name it.
+    request
+        what is wanted of the file.
 
-    Raises:
-        ModelError: the first such name, and which columns have it.
+    Raises
+    ------
+    ModelError
+        the first such name, and which columns have it.
     """
     first: dict[str, int] = {}
     for number, column in enumerate(columns, 1):

@@ -43,12 +43,18 @@ KIND = "mapping file"
 class Mapped:
     """A channel before anything was done to it.
 
-    Attributes:
-        table: what it is and what is to be done.
-        time: (N,) ascending [s].
-        values: (N,) in SI of what was measured; NaN where the file has no number.
-        unit: SI unit of what was measured.
-        place: where messages say it is.
+    Attributes
+    ----------
+    table
+        what it is and what is to be done.
+    time
+        (N,) ascending [s].
+    values
+        (N,) in SI of what was measured; NaN where the file has no number.
+    unit
+        SI unit of what was measured.
+    place
+        where messages say it is.
     """
 
     table: ChannelTable
@@ -66,12 +72,18 @@ class Mapped:
 class Measurement:
     """What a mapping names.
 
-    Attributes:
-        tables: of the mapping.
-        channels: in its order.
-        source: the record's name.
-        notes: what the user must know.
-        place: what messages call the mapping.
+    Attributes
+    ----------
+    tables
+        of the mapping.
+    channels
+        in its order.
+    source
+        the record's name.
+    notes
+        what the user must know.
+    place
+        what messages call the mapping.
     """
 
     tables: MeasurementTables
@@ -84,11 +96,15 @@ class Measurement:
 def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurement:
     """Read a mapping and the columns it names.
 
-    Args:
-        source: path of a TOML file, or its tables; paths in it are relative to the file or the working directory.
+    Parameters
+    ----------
+    source
+        path of a TOML file, or its tables; paths in it are relative to the file or the working directory.
 
-    Raises:
-        ModelError: every problem of the mapping with its place, then those of the record.
+    Raises
+    ------
+    ModelError
+        every problem of the mapping with its place, then those of the record.
     """
     if isinstance(source, Mapping):
         plain = source

@@ -132,13 +132,19 @@ def _version_5(content: bytes) -> Iterator[tuple[str, Any]]:
 def _unpacked(data: memoryview, order: str, before: int) -> bytes:
     """Return what a compressed variable holds: one element, whose head says its length.
 
-    Args:
-        data: the compressed bytes.
-        order: of bytes in a number.
-        before: bytes unpacked from the file so far.
+    Parameters
+    ----------
+    data
+        the compressed bytes.
+    order
+        of bytes in a number.
+    before
+        bytes unpacked from the file so far.
 
-    Raises:
-        Refused: the file would take more memory than the limit.
+    Raises
+    ------
+    Refused
+        the file would take more memory than the limit.
     """
     unpacking = zlib.decompressobj()
     head = unpacking.decompress(data, 8)

@@ -77,8 +77,10 @@ def read(path: Path, request: Request) -> Raw:
 def _check_size(file: Any, entries: list[tuple[str, int, int]], request: Request) -> None:
     """Refuse groups that unpack to more than the limit, before they are read.
 
-    Raises:
-        Refused: they do.
+    Raises
+    ------
+    Refused
+        they do.
     """
     groups = {group for name, group, _ in entries if request.names is None or name in request.names}
     samples = {group: int(file.groups[group].channel_group.cycles_nr) for group in groups}
@@ -99,8 +101,10 @@ def _check_size(file: Any, entries: list[tuple[str, int, int]], request: Request
 def _check_records(file: Any) -> None:
     """Refuse channels that lie beyond the records of their group: the library would read past them.
 
-    Raises:
-        Refused: there is one.
+    Raises
+    ------
+    Refused
+        there is one.
     """
     for group in file.groups:
         sizes = (getattr(group.channel_group, f"{part}_nr", 0) for part in ("samples_byte", "invalidation_bytes"))

@@ -19,10 +19,14 @@ _NEXT, _PARTS = 24, 32  # where a block of version 4 names the next, and a chann
 class _Format(NamedTuple):
     """Where addresses stand.
 
-    Attributes:
-        width: bytes of an address.
-        first: kind of block by the offset in the file of the first of its list.
-        links: by kind of block, kinds of the blocks that it names, by the offset in it.
+    Attributes
+    ----------
+    width
+        bytes of an address.
+    first
+        kind of block by the offset in the file of the first of its list.
+    links
+        by kind of block, kinds of the blocks that it names, by the offset in it.
     """
 
     width: int
@@ -57,8 +61,10 @@ _VERSION_4 = _Format(
 def check_lists(stream: BinaryIO) -> None:
     """Follow all lists of blocks.
 
-    Raises:
-        Refused: a block is met twice.
+    Raises
+    ------
+    Refused
+        a block is met twice.
     """
     layout = _VERSION_4 if _number(stream, _VERSION, 2) >= 400 else _VERSION_3
     waiting = [(_number(stream, offset, layout.width), kind) for offset, kind in layout.first.items()]

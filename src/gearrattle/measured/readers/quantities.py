@@ -62,12 +62,17 @@ _NONE = ("", "-", "1", "[-]", "none", "no_units")
 def factor(unit: str, quantity: str) -> tuple[float, str]:
     """Return the factor of a unit to SI, and the SI unit.
 
-    Args:
-        unit: as a file or a user writes it.
-        quantity: one of ``QUANTITIES``.
+    Parameters
+    ----------
+    unit
+        as a file or a user writes it.
+    quantity
+        one of ``QUANTITIES``.
 
-    Raises:
-        UnitError: unknown, or of the wrong dimension.
+    Raises
+    ------
+    UnitError
+        unknown, or of the wrong dimension.
     """
     options = DIMENSIONS[quantity]
     if not options:

@@ -61,9 +61,12 @@ def read(path: Path, _request: Request) -> Raw:
 def _check_length(path: Path) -> None:
     """Refuse a file that is shorter than its header says, or larger than the limit when it is unpacked.
 
-    Raises:
-        ModelError: it is shorter.
-        Refused: it is larger.
+    Raises
+    ------
+    ModelError
+        it is shorter.
+    Refused
+        it is larger.
     """
     with opened(path) as stream:
         size = os.fstat(stream.fileno()).st_size
@@ -103,13 +106,19 @@ def write(recording: Recording, path: Path) -> None:
 def wav_bytes(values: NDArray[np.float64], rate: int, bits: int) -> bytes:
     """A WAV file.
 
-    Args:
-        values: (N,) or (N, tracks) samples.
-        rate: samples a second [Hz].
-        bits: 24 (integers; 1 is full scale), 32 or 64 (floating point, as they are).
+    Parameters
+    ----------
+    values
+        (N,) or (N, tracks) samples.
+    rate
+        samples a second [Hz].
+    bits
+        24 (integers; 1 is full scale), 32 or 64 (floating point, as they are).
 
-    Raises:
-        ModelError: another number of bits; 24 bits and a value beyond full scale.
+    Raises
+    ------
+    ModelError
+        another number of bits; 24 bits and a value beyond full scale.
     """
     if bits not in BITS:
         raise ModelError(Problem("bits", str(bits), "must be 24 (integers), 32 or 64 (floating point)"))

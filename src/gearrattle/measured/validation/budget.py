@@ -30,15 +30,24 @@ _CYCLES = 16  # looked at for what sampling does
 class Known:
     """What is known of each channel, relative to its own level.
 
-    Attributes:
-        scatter: (2, C) standard errors of the logarithms, measured and simulated.
-        freedoms: degrees of freedom of both.
-        between: (2, C) change of the levels between samples, of both records together.
-        grid: (2, C) change of the simulated levels on an output grid half as fine.
-        numerical: (2, C); NaN where nothing is certified.
-        numerical_words: how that was obtained.
-        parameters: (2, C); NaN where no standard errors were handed in.
-        parameters_words: how that was obtained.
+    Attributes
+    ----------
+    scatter
+        (2, C) standard errors of the logarithms, measured and simulated.
+    freedoms
+        degrees of freedom of both.
+    between
+        (2, C) change of the levels between samples, of both records together.
+    grid
+        (2, C) change of the simulated levels on an output grid half as fine.
+    numerical
+        (2, C); NaN where nothing is certified.
+    numerical_words
+        how that was obtained.
+    parameters
+        (2, C); NaN where no standard errors were handed in.
+    parameters_words
+        how that was obtained.
     """
 
     scatter: tuple[Array, Array]
@@ -101,13 +110,19 @@ def _difference(one: Array, other: Array) -> Array:
 def with_budget(level: Level, row: int, channel: int, known: Known, stated: tuple[float, float, int]) -> Level:
     """Return a level with its budget.
 
-    Args:
-        level: rms or peak to peak.
-        row: 0 for peak to peak, 1 for rms.
-        channel: index in the arrays of ``known``.
-        known: about all channels.
-        stated: rms of the noise in the channel's unit, standard uncertainty of its calibration [%] (NaN: not stated),
-            samples in a cycle.
+    Parameters
+    ----------
+    level
+        rms or peak to peak.
+    row
+        0 for peak to peak, 1 for rms.
+    channel
+        index in the arrays of ``known``.
+    known
+        about all channels.
+    stated
+        rms of the noise in the channel's unit, standard uncertainty of its calibration [%] (NaN: not stated),
+        samples in a cycle.
     """
     ratio = level.simulated / level.measured if level.measured > 0.0 else float("nan")
     share = 100.0 * ratio

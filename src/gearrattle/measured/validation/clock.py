@@ -34,9 +34,12 @@ Complex = NDArray[np.complex128]
 class Found:
     """A delay.
 
-    Attributes:
-        delay: to be added to the measured times [s].
-        agreement, rival: correlation there, and the largest apart from it.
+    Attributes
+    ----------
+    delay
+        to be added to the measured times [s].
+    agreement, rival
+        correlation there, and the largest apart from it.
     """
 
     delay: float
@@ -54,10 +57,14 @@ def chosen_lines(x: Complex, z: Complex, method: str) -> NDArray[np.bool_]:
 def delay_of(x: Complex, z: Complex, period: float, lines: NDArray[np.bool_]) -> Found:
     """Return the delay within half a period either way at which two mean cycles agree best.
 
-    Args:
-        x, z: (K,) lines 1 to K of the simulated and the measured one, each by its clock.
-        period: [s].
-        lines: (K,) which count.
+    Parameters
+    ----------
+    x, z
+        (K,) lines 1 to K of the simulated and the measured one, each by its clock.
+    period
+        [s].
+    lines
+        (K,) which count.
     """
     scale = float(np.sqrt(np.sum(np.abs(x) ** 2) * np.sum(np.abs(z) ** 2)))
     if scale == 0.0:
@@ -91,13 +98,20 @@ def step(cross: Complex, delay: float, period: float) -> Array:
 def period_by_clock(amplitudes: Complex, power: float, period: float, *, refine: bool = False) -> float:
     """Return how long a cycle is by the clock of a record.
 
-    Args:
-        amplitudes: (N, K) lines of every cycle of a channel, cut at ``period``.
-        power: mean square of the channel.
-        period: assumed [s].
-        refine: whether it is known already that the record has its own.
+    Parameters
+    ----------
+    amplitudes
+        (N, K) lines of every cycle of a channel, cut at ``period``.
+    power
+        mean square of the channel.
+    period
+        assumed [s].
+    refine
+        whether it is known already that the record has its own.
 
-    Returns:
+    Returns
+    -------
+    float
         ``period`` itself where no line tells another one: less than 5 % of the power in any, a turn of less than a
         hundredth of a radian over the record, or one within five times its standard error.
     """

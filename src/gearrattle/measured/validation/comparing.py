@@ -43,13 +43,20 @@ _EXACT_TOLERANCE = 1e-12  # of the contract, where the run's model does not say 
 class _Matter:
     """What all parts of the comparison work on: measured first, simulated second.
 
-    Attributes:
-        run: the simulation.
-        pairing: the pairs of channels.
-        wanted: the arguments.
-        setting: how records become cycles.
-        sources, cycles, drawn: of both.
-        band: lowest and highest frequency [Hz].
+    Attributes
+    ----------
+    run
+        the simulation.
+    pairing
+        the pairs of channels.
+    wanted
+        the arguments.
+    setting
+        how records become cycles.
+    sources, cycles, drawn
+        of both.
+    band
+        lowest and highest frequency [Hz].
     """
 
     run: Run
@@ -65,8 +72,10 @@ class _Matter:
 def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[[float], None] | None) -> Validation:
     """Return the validation of a run by a recording.
 
-    Raises:
-        ModelError: see ``validate``.
+    Raises
+    ------
+    ModelError
+        see ``validate``.
     """
     _check_period(run.model)
     errors = standard_errors(run.model, wanted.parameters)
@@ -117,8 +126,10 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
 def check_asked(model: Model, recording: Recording, wanted: Wanted) -> None:
     """Refuse, before a model is simulated, all that its run could not be compared by.
 
-    Raises:
-        ModelError: as of ``compared``, where the samples of the run play no part.
+    Raises
+    ------
+    ModelError
+        as of ``compared``, where the samples of the run play no part.
     """
     _check_period(model)
     simulation = to_be_recorded(model)

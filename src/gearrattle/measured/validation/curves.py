@@ -16,10 +16,14 @@ from gearrattle.trajectory import Array
 def curves_of(cycles: tuple[Cycles, Cycles], spectra: tuple[Segments, Segments], delay: float) -> list[Curves]:
     """Return the curves of every channel.
 
-    Args:
-        cycles: measured, simulated.
-        spectra: of these.
-        delay: added to the measured times [s].
+    Parameters
+    ----------
+    cycles
+        measured, simulated.
+    spectra
+        of these.
+    delay
+        added to the measured times [s].
     """
     measured, simulated = cycles
     turns = (measured.start + delay) / measured.period, simulated.start / simulated.period

@@ -33,10 +33,14 @@ _ROUNDING = 1e-12  # of a signal: what is left without its trend, if no more, is
 class Setting:
     """How records become cycles.
 
-    Attributes:
-        samples: S, in a cycle.
-        lowest: of the frequencies compared [Hz]; 0: no high pass.
-        trend: what is taken away: "none", "mean" or "linear".
+    Attributes
+    ----------
+    samples
+        S, in a cycle.
+    lowest
+        of the frequencies compared [Hz]; 0: no high pass.
+    trend
+        what is taken away: "none", "mean" or "linear".
     """
 
     samples: int
@@ -48,11 +52,16 @@ class Setting:
 class Cycles:
     """Some channels of a record over whole cycles.
 
-    Attributes:
-        values: (N, S, C) in the band, trend treated.
-        whole: (N, S, C) the same with mean and trend and without a high pass.
-        start: time of the first sample by the record's clock [s].
-        period: by the same clock [s].
+    Attributes
+    ----------
+    values
+        (N, S, C) in the band, trend treated.
+    whole
+        (N, S, C) the same with mean and trend and without a high pass.
+    start
+        time of the first sample by the record's clock [s].
+    period
+        by the same clock [s].
     """
 
     values: Array
@@ -86,11 +95,16 @@ class Cycles:
 class Source:
     """Some channels of a recording, evenly sampled.
 
-    Attributes:
-        values: (M, C).
-        interval: between samples [s].
-        first: time of the first [s].
-        name: of the recording, for messages.
+    Attributes
+    ----------
+    values
+        (M, C).
+    interval
+        between samples [s].
+    first
+        time of the first [s].
+    name
+        of the recording, for messages.
     """
 
     values: Array
@@ -111,8 +125,10 @@ class Source:
 def source_of(recording: Recording, channels: tuple[Channel, ...]) -> tuple[Source, tuple[str, ...]]:
     """Return channels of a recording as evenly spaced samples, and a note where they were not.
 
-    Raises:
-        ModelError: fewer than four samples.
+    Raises
+    ------
+    ModelError
+        fewer than four samples.
     """
     if recording.time.size < 4:
         value = counted(recording.time.size, "sample")
@@ -135,15 +151,23 @@ def margin_of(period: float, setting: Setting) -> float:
 def cut(source: Source, period: float, setting: Setting, bounds: tuple[float, float], *, whole_start: bool) -> Cycles:
     """Return the whole cycles of a record.
 
-    Args:
-        source: its samples.
-        period: by its clock [s].
-        setting: samples in a cycle, band, trend.
-        bounds: first and last time wanted [s].
-        whole_start: whether cycles begin at multiples of the period.
+    Parameters
+    ----------
+    source
+        its samples.
+    period
+        by its clock [s].
+    setting
+        samples in a cycle, band, trend.
+    bounds
+        first and last time wanted [s].
+    whole_start
+        whether cycles begin at multiples of the period.
 
-    Raises:
-        ModelError: fewer than ``FEWEST`` cycles.
+    Raises
+    ------
+    ModelError
+        fewer than ``FEWEST`` cycles.
     """
     margin, step = margin_of(period, setting), period / setting.samples
     begin, end = max(bounds[0], source.first + margin), min(bounds[1], source.last - margin)
@@ -184,8 +208,10 @@ def samples_for(sources: tuple[Source, Source], period: float, highest: float | 
     The band then ends at 0.4 of these over the period, which is at the highest frequency or, as their number is whole,
     somewhat above it.
 
-    Raises:
-        ModelError: a record too coarse for eight samples in a cycle, or for the frequency wanted.
+    Raises
+    ------
+    ModelError
+        a record too coarse for eight samples in a cycle, or for the frequency wanted.
     """
     most = int(np.floor(min(period / source.interval for source in sources) + 1e-6))
     coarser = max(sources, key=lambda source: source.interval)

@@ -37,9 +37,12 @@ _ROUNDING = 1e-12  # of the power: a band with less on both sides is left out
 class Segments:
     """Periodograms of half-overlapping segments.
 
-    Attributes:
-        frequency: (f,) [Hz].
-        periodograms: (f, C, K) one-sided densities of every segment [unit^2/Hz].
+    Attributes
+    ----------
+    frequency
+        (f,) [Hz].
+    periodograms
+        (f, C, K) one-sided densities of every segment [unit^2/Hz].
     """
 
     frequency: Array
@@ -70,8 +73,10 @@ def _segments(record: Cycles, cycles: int) -> Segments:
 def averages(powers: Array) -> float:
     """Return the equivalent number of averages behind the power of a band.
 
-    Args:
-        powers: (b, K) of its bins in every segment.
+    Parameters
+    ----------
+    powers
+        (b, K) of its bins in every segment.
     """
     return min(gaussian_averages(powers.mean(axis=1), powers.shape[1]), observed_averages(powers.sum(axis=0)))
 
@@ -79,9 +84,12 @@ def averages(powers: Array) -> float:
 def gaussian_averages(density: Array, segments: int) -> float:
     """Return that number for a Gaussian signal.
 
-    Args:
-        density: (b,) of the band's bins.
-        segments: K.
+    Parameters
+    ----------
+    density
+        (b,) of the band's bins.
+    segments
+        K.
     """
     single = segments / (1.0 + (segments - 1) / (18.0 * segments))
     total = 0.0
@@ -106,9 +114,12 @@ def observed_averages(powers: Array) -> float:
 def limits(ratio: float, first: float, second: float) -> tuple[float, float]:
     """Return between what the true ratio of two powers lies, in 95 of 100 cases.
 
-    Args:
-        ratio: of the estimates.
-        first, second: equivalent numbers of averages of its numerator and its denominator.
+    Parameters
+    ----------
+    ratio
+        of the estimates.
+    first, second
+        equivalent numbers of averages of its numerator and its denominator.
     """
     from scipy.stats import f
 

@@ -44,10 +44,14 @@ def explained(
 ) -> Explained | None:
     """Return what the parameters could explain; None where the runs are too few for their effects.
 
-    Args:
-        drawn: runs with drawn parameters.
-        pairs: the channels with their budgets.
-        cycles, draws: measured, simulated.
+    Parameters
+    ----------
+    drawn
+        runs with drawn parameters.
+    pairs
+        the channels with their budgets.
+    cycles, draws
+        measured, simulated.
     """
     slopes, errors = effects(drawn)
     ratio = np.array([[_log(pair.levels[m]) for pair in pairs] for m in range(len(MEASURES))])
@@ -98,11 +102,16 @@ def effects(drawn: Drawn) -> tuple[Array, Array]:
 def update(effect: Array, difference: Array, covariance: Array, correlation: Array) -> tuple[Array, Array]:
     """Return (P,) shifts and (P, P) covariance of the parameters after the levels, in stated standard errors.
 
-    Args:
-        effect: (C, P) on every level.
-        difference: (C,) ln(measured / simulated).
-        covariance: (C, C) of it without the parameters, positive definite.
-        correlation: (P, P) as stated.
+    Parameters
+    ----------
+    effect
+        (C, P) on every level.
+    difference
+        (C,) ln(measured / simulated).
+    covariance
+        (C, C) of it without the parameters, positive definite.
+    correlation
+        (P, P) as stated.
     """
     across = correlation @ effect.T
     gain = np.linalg.solve(effect @ across + covariance, across.T).T

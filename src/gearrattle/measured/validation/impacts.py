@@ -29,9 +29,12 @@ FALLEN_BACK = 0.1
 def passings(values: Array, threshold: float) -> Array:
     """(N,) how often |x| rises to a threshold in every cycle.
 
-    Args:
-        values: (N, S) consecutive cycles.
-        threshold: above zero.
+    Parameters
+    ----------
+    values
+        (N, S) consecutive cycles.
+    threshold
+        above zero.
     """
     size = np.abs(values).ravel()
     known = np.where(size >= threshold, 1, np.where(size < (1.0 - FALLEN_BACK) * threshold, 0, -1))
@@ -51,12 +54,17 @@ def counted_of(
 ) -> dict[str, tuple[int, float]]:
     """Return index of the measured channel and threshold, by clearance.
 
-    Args:
-        names: of the clearances.
-        channels, thresholds: as of ``compare_impacts``.
+    Parameters
+    ----------
+    names
+        of the clearances.
+    channels, thresholds
+        as of ``compare_impacts``.
 
-    Raises:
-        ModelError: a threshold for what is no clearance, for what was not measured, or not above zero.
+    Raises
+    ------
+    ModelError
+        a threshold for what is no clearance, for what was not measured, or not above zero.
     """
     countable = _countable(channels)
     counted: dict[str, tuple[int, float]] = {}
@@ -81,14 +89,21 @@ def compare_impacts(
 ) -> tuple[Impacts, ...]:
     """Return the impacts of every clearance.
 
-    Args:
-        trajectory: of the run.
-        cycles, draws: measured, simulated.
-        channels: measured ones, as in the cycles.
-        thresholds: by clearance or by measured channel, in SI.
+    Parameters
+    ----------
+    trajectory
+        of the run.
+    cycles, draws
+        measured, simulated.
+    channels
+        measured ones, as in the cycles.
+    thresholds
+        by clearance or by measured channel, in SI.
 
-    Raises:
-        ModelError: a threshold for what is no clearance, for what was not measured, or not above zero.
+    Raises
+    ------
+    ModelError
+        a threshold for what is no clearance, for what was not measured, or not above zero.
     """
     names = trajectory.layout.clearance_names
     counted = counted_of(names, channels, thresholds)

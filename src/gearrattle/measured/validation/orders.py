@@ -32,10 +32,14 @@ _ROUNDING = 1e-9  # of the strongest line: less is none
 class Lines:
     """Lines 1 to K of all channels, on the model's clock.
 
-    Attributes:
-        mean: (K, C) of the mean cycle.
-        replicates: (R, K, C) of its replicates.
-        draws: these.
+    Attributes
+    ----------
+    mean
+        (K, C) of the mean cycle.
+    replicates
+        (R, K, C) of its replicates.
+    draws
+        these.
     """
 
     mean: Complex
@@ -80,11 +84,16 @@ def delays(
 ) -> Array:
     """(R,) delay of every replicate [s].
 
-    Args:
-        simulated, measured: each by its own clock.
-        channel: that sets the clock.
-        used: (K,) which of its lines do.
-        timing: the delay of the means and the period [s].
+    Parameters
+    ----------
+    simulated, measured
+        each by its own clock.
+    channel
+        that sets the clock.
+    used
+        (K,) which of its lines do.
+    timing
+        the delay of the means and the period [s].
     """
     cross = np.conj(simulated.replicates[:, :, channel]) * measured.replicates[:, :, channel]
     delay, period = timing
@@ -101,10 +110,14 @@ def moved(lines: Lines, delay: float, own: Array, period: float) -> Lines:
 def compare_orders(measured: Lines, simulated: Lines, base: float, frequency: float) -> list[tuple[Order, ...]]:
     """Return the strongest orders of every channel, ascending.
 
-    Args:
-        measured, simulated: on one clock.
-        base: order of the first line.
-        frequency: of it [Hz].
+    Parameters
+    ----------
+    measured, simulated
+        on one clock.
+    base
+        order of the first line.
+    frequency
+        of it [Hz].
     """
     errors = measured.draws.error(measured.along()), simulated.draws.error(simulated.along())
     turned = measured.draws.error(measured.across()), simulated.draws.error(simulated.across())

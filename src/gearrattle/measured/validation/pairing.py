@@ -17,11 +17,15 @@ from gearrattle.recording import Channel, Recording
 class Pairing:
     """Channels with partners, and without.
 
-    Attributes:
-        measured, simulated: of pair i.
-        measured_alone, simulated_alone: names; a simulated one is told only where nothing else of its subject or
-            quantity was measured either.
-        notes: on channels left out.
+    Attributes
+    ----------
+    measured, simulated
+        of pair i.
+    measured_alone, simulated_alone
+        names; a simulated one is told only where nothing else of its subject or
+        quantity was measured either.
+    notes
+        on channels left out.
     """
 
     measured: tuple[Channel, ...]
@@ -34,12 +38,17 @@ class Pairing:
 def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) -> Pairing:
     """Return the pairs.
 
-    Args:
-        measured, simulated: recordings in SI.
-        match: simulated names by measured names, before anything else.
+    Parameters
+    ----------
+    measured, simulated
+        recordings in SI.
+    match
+        simulated names by measured names, before anything else.
 
-    Raises:
-        ModelError: a name that is not there, no pair at all, units that differ.
+    Raises
+    ------
+    ModelError
+        a name that is not there, no pair at all, units that differ.
     """
     problems = [
         Problem("match", name, f"is no channel of {recording.source}; there are {listed(recording.names)}")

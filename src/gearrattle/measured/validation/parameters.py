@@ -31,8 +31,10 @@ Errors = Mapping[str, float]
 def standard_errors(model: Model, source: Errors | Fit) -> dict[str, tuple[float, float]]:
     """Return values and standard errors of parameters by path, SI.
 
-    Raises:
-        ModelError: no such path, no positive number there, an error that is not positive or as large as the value.
+    Raises
+    ------
+    ModelError
+        no such path, no positive number there, an error that is not positive or as large as the value.
     """
     errors = {p.path: p.standard_error for p in source.parameters} if isinstance(source, Fit) else dict(source)
     tables = model.to_tables()
@@ -61,11 +63,16 @@ def standard_errors(model: Model, source: Errors | Fit) -> dict[str, tuple[float
 class Drawn:
     """Runs with parameters drawn.
 
-    Attributes:
-        errors: values and standard errors by path, SI.
-        correlation: (P, P) of the logarithms of the parameters.
-        standard: (N, P) what was drawn, in standard errors of the logarithms.
-        logs: (N, 2, C) logarithms of the levels.
+    Attributes
+    ----------
+    errors
+        values and standard errors by path, SI.
+    correlation
+        (P, P) of the logarithms of the parameters.
+    standard
+        (N, P) what was drawn, in standard errors of the logarithms.
+    logs
+        (N, 2, C) logarithms of the levels.
     """
 
     errors: Mapping[str, tuple[float, float]]
@@ -76,8 +83,10 @@ class Drawn:
     def uncertainty(self, scatter: Array) -> Array:
         """(2, C) standard deviations of ln(level) that the parameters cause.
 
-        Args:
-            scatter: (2, C) standard errors of ln(level) of one run.
+        Parameters
+        ----------
+        scatter
+            (2, C) standard errors of ln(level) of one run.
         """
         return np.asarray(np.sqrt(np.maximum(np.var(self.logs, axis=0, ddof=1) - scatter**2, 0.0)))
 
@@ -106,14 +115,22 @@ def repeated(
 ) -> Drawn:
     """Repeat a run with parameters drawn.
 
-    Args:
-        run: the simulation, whose settings are kept.
-        errors: values and standard errors by path.
-        correlation: (P, P) of their logarithms.
-        levels: gives the (2, C) levels of a run.
-        runs: how many, two or more.
-        seed: of what is drawn.
-        progress: called with the fraction done.
+    Parameters
+    ----------
+    run
+        the simulation, whose settings are kept.
+    errors
+        values and standard errors by path.
+    correlation
+        (P, P) of their logarithms.
+    levels
+        gives the (2, C) levels of a run.
+    runs
+        how many, two or more.
+    seed
+        of what is drawn.
+    progress
+        called with the fraction done.
     """
     size, axes = np.linalg.eigh(correlation)  # a root that singular correlations have, too
     root = (axes * np.sqrt(np.maximum(size, 0.0))) @ axes.T

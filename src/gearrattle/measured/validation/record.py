@@ -27,10 +27,14 @@ NEGLIGIBLE = 0.1  # % of what was measured: a difference below it is none
 class Contribution(Record):
     """One line of an error budget.
 
-    Attributes:
-        source: what may be wrong.
-        value: its standard uncertainty [% of the measured level]; NaN where it is not known.
-        how: how the value was obtained.
+    Attributes
+    ----------
+    source
+        what may be wrong.
+    value
+        its standard uncertainty [% of the measured level]; NaN where it is not known.
+    how
+        how the value was obtained.
     """
 
     source: str
@@ -42,15 +46,24 @@ class Contribution(Record):
 class Level(Record):
     """One level of a channel, measured and simulated.
 
-    Attributes:
-        measure: "rms" or "peak-to-peak" (mean over the cycles of the largest less the smallest sample in each).
-        measured, simulated: in the channel's unit.
-        sigma: (measured - simulated) / measured [%].
-        low, high: interval of sigma from the scatter of the cycles on both sides [%].
-        standard_error: of sigma, from the same scatter [%].
-        budget: contributions to the uncertainty of sigma.
-        expanded: root of their sum of squares, times the factor of a 95 % interval [%].
-        remainder: what of sigma exceeds ``expanded``, with its sign; the model is wrong by at least that [%].
+    Attributes
+    ----------
+    measure
+        "rms" or "peak-to-peak" (mean over the cycles of the largest less the smallest sample in each).
+    measured, simulated
+        in the channel's unit.
+    sigma
+        (measured - simulated) / measured [%].
+    low, high
+        interval of sigma from the scatter of the cycles on both sides [%].
+    standard_error
+        of sigma, from the same scatter [%].
+    budget
+        contributions to the uncertainty of sigma.
+    expanded
+        root of their sum of squares, times the factor of a 95 % interval [%].
+    remainder
+        what of sigma exceeds ``expanded``, with its sign; the model is wrong by at least that [%].
     """
 
     measure: str
@@ -74,15 +87,24 @@ class Level(Record):
 class Order(Record):
     """One line of a channel's mean cycle.
 
-    Attributes:
-        order: multiple of the reference speed [1].
-        frequency: by the model [Hz].
-        measured, simulated: amplitudes in the channel's unit.
-        measured_error, simulated_error: their standard errors.
-        sigma, low, high: relative error of the amplitude and its interval [%]; NaN where nothing was measured.
-        phase: measured less simulated, on one clock [deg]; NaN where either amplitude is lost in its scatter.
-        phase_error: its standard error, that of the clock included [deg].
-        phase_low, phase_high: its interval [deg].
+    Attributes
+    ----------
+    order
+        multiple of the reference speed [1].
+    frequency
+        by the model [Hz].
+    measured, simulated
+        amplitudes in the channel's unit.
+    measured_error, simulated_error
+        their standard errors.
+    sigma, low, high
+        relative error of the amplitude and its interval [%]; NaN where nothing was measured.
+    phase
+        measured less simulated, on one clock [deg]; NaN where either amplitude is lost in its scatter.
+    phase_error
+        its standard error, that of the clock included [deg].
+    phase_low, phase_high
+        its interval [deg].
     """
 
     order: float
@@ -109,12 +131,18 @@ class Order(Record):
 class Band(Record):
     """Power in one band of frequencies.
 
-    Attributes:
-        low, high: its ends [Hz].
-        decibels: 10 lg of measured over simulated power.
-        least, most: 95 % limits of that by the F distribution [dB].
-        averages_measured, averages_simulated: equivalent numbers of independent averages behind each.
-        share: of the channel's power that lies in the band, measured or simulated, whichever is more.
+    Attributes
+    ----------
+    low, high
+        its ends [Hz].
+    decibels
+        10 lg of measured over simulated power.
+    least, most
+        95 % limits of that by the F distribution [dB].
+    averages_measured, averages_simulated
+        equivalent numbers of independent averages behind each.
+    share
+        of the channel's power that lies in the band, measured or simulated, whichever is more.
     """
 
     low: float
@@ -136,11 +164,16 @@ class Band(Record):
 class Curves:
     """What figures show of a channel.
 
-    Attributes:
-        measured, simulated: (S,) mean cycles on one clock, from the model's time zero on, in the channel's unit.
-        measured_scatter, simulated_scatter: (S,) standard deviations of the cycles about them.
-        frequency: (f,) [Hz].
-        measured_density, simulated_density: (f,) one-sided power spectral densities [unit^2/Hz].
+    Attributes
+    ----------
+    measured, simulated
+        (S,) mean cycles on one clock, from the model's time zero on, in the channel's unit.
+    measured_scatter, simulated_scatter
+        (S,) standard deviations of the cycles about them.
+    frequency
+        (f,) [Hz].
+    measured_density, simulated_density
+        (f,) one-sided power spectral densities [unit^2/Hz].
     """
 
     measured: Array
@@ -156,15 +189,24 @@ class Curves:
 class Pair(Record):
     """One channel, measured and simulated.
 
-    Attributes:
-        name: of the measured channel.
-        partner: of the simulated one.
-        quantity, subject, unit: what both are; SI.
-        levels: rms, peak-to-peak.
-        orders: ascending.
-        bands: ascending.
-        agreement: correlation of the two mean cycles on one clock [1].
-        curves: for figures.
+    Attributes
+    ----------
+    name
+        of the measured channel.
+    partner
+        of the simulated one.
+    quantity, subject, unit
+        what both are; SI.
+    levels
+        rms, peak-to-peak.
+    orders
+        ascending.
+    bands
+        ascending.
+    agreement
+        correlation of the two mean cycles on one clock [1].
+    curves
+        for figures.
     """
 
     name: str
@@ -191,14 +233,22 @@ class Pair(Record):
 class Impacts(Record):
     """Impacts of one clearance.
 
-    Attributes:
-        clearance: its name.
-        exact, exact_error: rate from the crossings of the run, and its standard error [1/cycle].
-        channel: the measured channel that was counted; empty if none could be.
-        threshold: at which it was counted, in SI; NaN without.
-        measured, simulated: rates of passings of the threshold, counted alike in both channels [1/cycle].
-        low, high: interval of measured less simulated [1/cycle].
-        words: what was done, or why not.
+    Attributes
+    ----------
+    clearance
+        its name.
+    exact, exact_error
+        rate from the crossings of the run, and its standard error [1/cycle].
+    channel
+        the measured channel that was counted; empty if none could be.
+    threshold
+        at which it was counted, in SI; NaN without.
+    measured, simulated
+        rates of passings of the threshold, counted alike in both channels [1/cycle].
+    low, high
+        interval of measured less simulated [1/cycle].
+    words
+        what was done, or why not.
     """
 
     clearance: str
@@ -217,15 +267,24 @@ class Impacts(Record):
 class Clock(Record):
     """How the two clocks were made one.
 
-    Attributes:
-        method: "cycle", "phase", "given" or "none".
-        channel: by which; empty where it was given.
-        delay: added to the measured times, within half a period either way [s].
-        standard_error: of the delay [s].
-        agreement: correlation at that delay.
-        rival: largest correlation at a delay apart from it.
-        period: of the model [s].
-        measured_period: of the record by its own clock [s].
+    Attributes
+    ----------
+    method
+        "cycle", "phase", "given" or "none".
+    channel
+        by which; empty where it was given.
+    delay
+        added to the measured times, within half a period either way [s].
+    standard_error
+        of the delay [s].
+    agreement
+        correlation at that delay.
+    rival
+        largest correlation at a delay apart from it.
+    period
+        of the model [s].
+    measured_period
+        of the record by its own clock [s].
     """
 
     method: str
@@ -242,23 +301,50 @@ class Clock(Record):
 class Validation(Result, Record):
     """A simulated motion against a measured one.
 
-    Attributes:
-        model: its name.
-        source: of the measurement.
-        algorithm: of the simulation.
-        measured_cycles, simulated_cycles: how many were compared.
-        measured_block, simulated_block: cycles in a block of the bootstrap.
-        rate: samples a second of both after resampling [Hz].
-        band: lowest and highest frequency compared [Hz].
-        trend: what was taken away from both: "none", "mean" or "linear".
-        clock: how the clocks were made one.
-        pairs: a channel each.
-        impacts: a clearance each.
-        unmatched_measured, unmatched_simulated: channels without a partner.
-        verdict: in one sentence.
-        findings: in words, a sentence each.
-        notes: what the user must know.
-        parameters: what the uncertain ones could explain; None without any, or of too few runs.
+    Attributes
+    ----------
+    model
+        its name.
+    source
+        of the measurement.
+    algorithm
+        of the simulation.
+    measured_cycles, simulated_cycles
+        how many were compared.
+    measured_block, simulated_block
+        cycles in a block of the bootstrap.
+    rate
+        samples a second of both after resampling [Hz].
+    band
+        lowest and highest frequency compared [Hz].
+    trend
+        what was taken away from both: "none", "mean" or "linear".
+    clock
+        how the clocks were made one.
+    pairs
+        a channel each.
+    impacts
+        a clearance each.
+    unmatched_measured, unmatched_simulated
+        channels without a partner.
+    verdict
+        in one sentence.
+    findings
+        in words, a sentence each.
+    notes
+        what the user must know.
+    parameters
+        what the uncertain ones could explain; None without any, or of too few runs.
+
+    Examples
+    --------
+    >>> run = gr.simulate(gr.example("case3"), cycles=40, discard=20)
+    >>> speed = run.data["velocity"].sel(inertia="output_gear")
+    >>> speed = speed[speed.time >= 20.0 * run.data.attrs["period"]]
+    >>> channel = gr.Channel("n", "velocity", "output_gear", "rad/s", 1.02 * speed.values)
+    >>> rig = gr.Recording(speed.time.values, (channel,), "rig")
+    >>> len(gr.validate(run, rig).pairs)
+    1
     """
 
     kind: ClassVar[str] = "validation"

@@ -30,15 +30,24 @@ if TYPE_CHECKING:
 class Track(Record):
     """One order of one channel over speed.
 
-    Attributes:
-        channel, partner: measured and simulated one.
-        unit: of the amplitudes.
-        order: multiple of the shaft's speed [1].
-        speed: (n,) ascending [rad/s].
-        measured: (n,) amplitude, the mean of repeats.
-        simulated: (n,) amplitude.
-        error: (n,) standard error of the measured one by the scatter of repeats; NaN of one run-up.
-        reach: (n,) half the interval of the measured one; NaN likewise.
+    Attributes
+    ----------
+    channel, partner
+        measured and simulated one.
+    unit
+        of the amplitudes.
+    order
+        multiple of the shaft's speed [1].
+    speed
+        (n,) ascending [rad/s].
+    measured
+        (n,) amplitude, the mean of repeats.
+    simulated
+        (n,) amplitude.
+    error
+        (n,) standard error of the measured one by the scatter of repeats; NaN of one run-up.
+    reach
+        (n,) half the interval of the measured one; NaN likewise.
     """
 
     channel: str
@@ -101,14 +110,33 @@ class Track(Record):
 class RunUp(Result, Record):
     """A simulated run-up against measured ones.
 
-    Attributes:
-        model: its name.
-        sources: of the measurements.
-        algorithm: of the simulation.
-        turns: in a block.
-        units: of the model.
-        tracks: a channel and order each.
-        notes: what the user must know.
+    Attributes
+    ----------
+    model
+        its name.
+    sources
+        of the measurements.
+    algorithm
+        of the simulation.
+    turns
+        in a block.
+    units
+        of the model.
+    tracks
+        a channel and order each.
+    notes
+        what the user must know.
+
+    Examples
+    --------
+    >>> run = gr.simulate(gr.example("run_up"), samples_per_cycle=64, audit=False)
+    >>> data = run.data["velocity"]
+    >>> gear = gr.Channel("gear", "velocity", "input_shaft", "rad/s", 1.1 * data.sel(inertia="input_shaft").values)
+    >>> speed = gr.Channel("n", "speed", "", "rad/s", run.data["speed"].values)
+    >>> rig = gr.Recording(data.time.values, (gear, speed), "rig")
+    >>> answer = gr.validate_run_up(run, rig, [2.0], speed="n")
+    >>> [track.order for track in answer.tracks]
+    [2.0]
     """
 
     kind: ClassVar[str] = "validation of a run-up"

@@ -27,9 +27,12 @@ CONFIDENCE = 0.95
 class Draws:
     """Bootstrap replicates of the mean over N cycles.
 
-    Attributes:
-        weights: (R, N) of the cycles in each replicate; a row adds up to 1.
-        block: L [cycles].
+    Attributes
+    ----------
+    weights
+        (R, N) of the cycles in each replicate; a row adds up to 1.
+    block
+        L [cycles].
     """
 
     weights: Array
@@ -54,9 +57,12 @@ class Draws:
 def block_length(levels: Array, lines: Array | None = None) -> int:
     """Return how many cycles make a block: until levels, and lines on average, are correlated no longer.
 
-    Args:
-        levels: (N, C) a level of every cycle and channel.
-        lines: (N, L) sizes of strong lines in every cycle.
+    Parameters
+    ----------
+    levels
+        (N, C) a level of every cycle and channel.
+    lines
+        (N, L) sizes of strong lines in every cycle.
     """
     count = len(levels)
     longest, length = max(1, count // 4), int(np.ceil(count ** (1.0 / 3.0)))
@@ -83,11 +89,16 @@ def draws(
 ) -> Draws:
     """Return replicates for a record.
 
-    Args:
-        levels: (N, C) a level of every cycle and channel, from which the block is chosen; N >= 8.
-        generator: of random numbers.
-        replicates: R.
-        lines: (N, L) sizes of strong lines in every cycle, likewise.
+    Parameters
+    ----------
+    levels
+        (N, C) a level of every cycle and channel, from which the block is chosen; N >= 8.
+    generator
+        of random numbers.
+    replicates
+        R.
+    lines
+        (N, L) sizes of strong lines in every cycle, likewise.
     """
     count, block = len(levels), block_length(levels, lines)
     starts = generator.integers(0, count, (replicates, -(-count // block)))
@@ -100,9 +111,12 @@ def draws(
 def factor(errors: tuple[Array, Array], freedoms: tuple[float, float]) -> Array:
     """Return by what the root of the sum of two squared standard errors is multiplied for a 95 % interval.
 
-    Args:
-        errors: (...) standard errors of two independent records.
-        freedoms: their degrees of freedom.
+    Parameters
+    ----------
+    errors
+        (...) standard errors of two independent records.
+    freedoms
+        their degrees of freedom.
     """
     from scipy.stats import t
 

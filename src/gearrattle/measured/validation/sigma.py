@@ -17,8 +17,10 @@ from dataclasses import dataclass
 def sigma(measured: float, simulated: float) -> float:
     """Return the relative error of a simulation [%]; NaN where nothing was measured.
 
-    Args:
-        measured, simulated: one level of both, in one unit, not below zero.
+    Parameters
+    ----------
+    measured, simulated
+        one level of both, in one unit, not below zero.
     """
     return 100.0 * (measured - simulated) / measured if measured else math.nan
 
@@ -27,9 +29,12 @@ def sigma(measured: float, simulated: float) -> float:
 class Printed:
     """Sigma of two printed values.
 
-    Attributes:
-        sigma: of the values as printed [%].
-        low, high: what the unrounded values allow [%].
+    Attributes
+    ----------
+    sigma
+        of the values as printed [%].
+    low, high
+        what the unrounded values allow [%].
     """
 
     sigma: float
@@ -40,9 +45,12 @@ class Printed:
 def of_printed(measured: float, simulated: float, half_unit: float = 0.5) -> Printed:
     """Return sigma of two values that a table gives rounded.
 
-    Args:
-        measured, simulated: as printed, in one unit.
-        half_unit: how far rounding may have moved each; less than what was measured.
+    Parameters
+    ----------
+    measured, simulated
+        as printed, in one unit.
+    half_unit
+        how far rounding may have moved each; less than what was measured.
     """
     ends = [sigma(measured + a, simulated - a) for a in (-half_unit, half_unit)]
     return Printed(sigma(measured, simulated), min(ends), max(ends))

@@ -35,10 +35,14 @@ def to_be_recorded(model: Model) -> Recording:
 def _channels(layout: Layout, units: str, values: Callable[[str, int], Array]) -> tuple[Channel, ...]:
     """Return the channels of a run.
 
-    Args:
-        layout: names and constants of the driveline.
-        units: of the model.
-        values: samples by quantity and index.
+    Parameters
+    ----------
+    layout
+        names and constants of the driveline.
+    units
+        of the model.
+    values
+        samples by quantity and index.
     """
     channels, plain = [], units == "dimensionless"
     for quantity, unit in _OF_INERTIAS.items():

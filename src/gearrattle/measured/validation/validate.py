@@ -45,29 +45,59 @@ def validate(
 ) -> Validation:
     """Compare a simulated motion with a measured one: the paper's Table 5 for any pair, with what chance allows.
 
-    Args:
-        model: a model, simulated for it; a run; or the file of either (.toml, .nc).
-        measurement: a recording, or whatever ``read`` takes.
-        match: simulated channels by measured ones, {"a3": "acceleration.hub"}; others go by quantity and subject.
-        start, end: part of the measured record that counts, by its clock [s]; default: all of it.
-        band: lowest and highest frequency [Hz]; 0 and None: no high pass, and up to 0.4 of the coarser rate. The
-            highest is rounded up to whole samples a cycle; ``Validation.band`` tells it.
-        trend: "mean" or "linear" is taken away from both, "none" from neither.
-        clock: how the clocks are made one: "cycle" (correlation of the mean cycles), "phase" (that of the strongest
-            order), "none", or the delay to be added to the measured times [s].
-        clock_by: measured channel that sets the clock; default: of those that agree best the one that scatters least.
-        thresholds: of the force or deflection of clearances, where impacts are counted, by clearance or channel [SI].
-        noise: rms of the measuring noise by measured channel, in its SI unit.
-        calibration: standard uncertainty of the calibration [%], of all or by measured channel.
-        parameters: standard errors by path [SI], or a Fit; the simulation is repeated with values drawn accordingly.
-        draws: number of such repetitions, two or more.
-        seed: of these and of the bootstrap.
-        settings: keyword arguments of ``simulate``, for a model.
-        progress: called with the fraction done of the simulation at hand; what it raises ends the comparison.
+    Parameters
+    ----------
+    model
+        a model, simulated for it; a run; or the file of either (.toml, .nc).
+    measurement
+        a recording, or whatever ``read`` takes.
+    match
+        simulated channels by measured ones, {"a3": "acceleration.hub"}; others go by quantity and subject.
+    start, end
+        part of the measured record that counts, by its clock [s]; default: all of it.
+    band
+        lowest and highest frequency [Hz]; 0 and None: no high pass, and up to 0.4 of the coarser rate. The
+        highest is rounded up to whole samples a cycle; ``Validation.band`` tells it.
+    trend
+        "mean" or "linear" is taken away from both, "none" from neither.
+    clock
+        how the clocks are made one: "cycle" (correlation of the mean cycles), "phase" (that of the strongest
+        order), "none", or the delay to be added to the measured times [s].
+    clock_by
+        measured channel that sets the clock; default: of those that agree best the one that scatters least.
+    thresholds
+        of the force or deflection of clearances, where impacts are counted, by clearance or channel [SI].
+    noise
+        rms of the measuring noise by measured channel, in its SI unit.
+    calibration
+        standard uncertainty of the calibration [%], of all or by measured channel.
+    parameters
+        standard errors by path [SI], or a Fit; the simulation is repeated with values drawn accordingly.
+    draws
+        number of such repetitions, two or more.
+    seed
+        of these and of the bootstrap.
+    settings
+        keyword arguments of ``simulate``, for a model.
+    progress
+        called with the fraction done of the simulation at hand; what it raises ends the comparison.
 
-    Raises:
-        ModelError: no channel in common, other units, too short a record, no period, bad arguments.
-        ConvergenceError: the simulation failed.
+    Raises
+    ------
+    ModelError
+        no channel in common, other units, too short a record, no period, bad arguments.
+    ConvergenceError
+        the simulation failed.
+
+    Examples
+    --------
+    >>> run = gr.simulate(gr.example("case3"), cycles=40, discard=20)
+    >>> speed = run.data["velocity"].sel(inertia="output_gear")
+    >>> speed = speed[speed.time >= 20.0 * run.data.attrs["period"]]
+    >>> channel = gr.Channel("n", "velocity", "output_gear", "rad/s", 1.02 * speed.values)
+    >>> rig = gr.Recording(speed.time.values, (channel,), "rig")
+    >>> [(level.measure, round(level.sigma, 1)) for level in gr.validate(run, rig).pairs[0].levels]
+    [('peak-to-peak', 2.0), ('rms', 2.0)]
     """
     wanted = Wanted(
         match or {},

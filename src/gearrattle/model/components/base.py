@@ -32,12 +32,18 @@ Gap = Annotated[float, Quantity(units.LENGTH, "non-negative")]
 class Piece(NamedTuple):
     """One linear piece of a law, from the centre outward.
 
-    Attributes:
-        stiffness: slope [N m/rad or N/m].
-        damping: [N m s/rad or N s/m].
-        until: where the piece ends, a positive magnitude of the deflection [rad or m]; None for the last.
-        hysteresis: full height of the friction loop in this piece [N m].
-        stick_stiffness: of the springs that stick in it [N m/rad].
+    Attributes
+    ----------
+    stiffness
+        slope [N m/rad or N/m].
+    damping
+        [N m s/rad or N s/m].
+    until
+        where the piece ends, a positive magnitude of the deflection [rad or m]; None for the last.
+    hysteresis
+        full height of the friction loop in this piece [N m].
+    stick_stiffness
+        of the springs that stick in it [N m/rad].
     """
 
     stiffness: float
@@ -51,21 +57,35 @@ class Piece(NamedTuple):
 class Element:
     """One deflection and its law, in words and SI numbers.
 
-    Attributes:
-        name: unique among all elements of a model.
-        path: of the component in the model file, such as "coupling.clutch".
-        along_line: whether the deflection is a length on a line of action [m] and the force a force [N]; otherwise an
-            angle [rad] and a torque [N m].
-        arms: bodies and the factors w_i of their angles [m or 1]; ground has none.
-        between: the two bodies it lies between; "ground" for the frame.
-        radii: (R_a, R_b) of these [m]; (1, 1) for a torsional element. R_a refers the force to the first.
-        drive, coast: the law for delta > 0 and for delta < 0 (positive magnitudes), from the centre outward.
-        preload: force at delta = 0 [N m].
-        errors: e(t) = sum of amplitude sin(order Omega t + phase) [rad or m].
-        error_key: key of the component under which these stand; what has none follows from other keys.
-        load_ripple: torque on the first body for a unit of the mean load, sum of amplitude sin(order Omega t + phase).
-        contact_damping: "kelvin-voigt" or "clipped".
-        alternation: how the stiffness alternates with the tooth pairs in contact; None if it does not.
+    Attributes
+    ----------
+    name
+        unique among all elements of a model.
+    path
+        of the component in the model file, such as "coupling.clutch".
+    along_line
+        whether the deflection is a length on a line of action [m] and the force a force [N]; otherwise an
+        angle [rad] and a torque [N m].
+    arms
+        bodies and the factors w_i of their angles [m or 1]; ground has none.
+    between
+        the two bodies it lies between; "ground" for the frame.
+    radii
+        (R_a, R_b) of these [m]; (1, 1) for a torsional element. R_a refers the force to the first.
+    drive, coast
+        the law for delta > 0 and for delta < 0 (positive magnitudes), from the centre outward.
+    preload
+        force at delta = 0 [N m].
+    errors
+        e(t) = sum of amplitude sin(order Omega t + phase) [rad or m].
+    error_key
+        key of the component under which these stand; what has none follows from other keys.
+    load_ripple
+        torque on the first body for a unit of the mean load, sum of amplitude sin(order Omega t + phase).
+    contact_damping
+        "kelvin-voigt" or "clipped".
+    alternation
+        how the stiffness alternates with the tooth pairs in contact; None if it does not.
     """
 
     name: str
@@ -157,8 +177,10 @@ class Component(Table):
     def between_groups(self, to: Mapping[str, tuple[str, float]], /) -> tuple[str, dict[str, Any]]:
         """Return the array of tables, and the table, of what stands for it between groups of bodies.
 
-        Args:
-            to: by body the one kept of its group, and its angle over that one's.
+        Parameters
+        ----------
+        to
+            by body the one kept of its group, and its angle over that one's.
         """
         raise NotImplementedError
 

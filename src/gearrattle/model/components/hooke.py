@@ -70,9 +70,12 @@ class HookeJoint(Table):
 def joint_rules(table: Mapping[str, Any], dimensionless: bool) -> Iterator[Breach]:
     """Yield breaches of a coupling with a joint: a shaft that cannot turn, an angle too large, no angle unit.
 
-    Args:
-        table: of the coupling, as written.
-        dimensionless: whether the model is.
+    Parameters
+    ----------
+    table
+        of the coupling, as written.
+    dimensionless
+        whether the model is.
     """
     joint = table.get("hooke")
     if joint is None:

@@ -23,10 +23,14 @@ _FEWEST = 3
 class Axis:
     """Maps values to pixels.
 
-    Attributes:
-        low, high: limits in the unit of the data; both positive if logarithmic.
-        start, end: the pixels they stand at.
-        log: whether equal ratios take equal lengths.
+    Attributes
+    ----------
+    low, high
+        limits in the unit of the data; both positive if logarithmic.
+    start, end
+        the pixels they stand at.
+    log
+        whether equal ratios take equal lengths.
     """
 
     low: float

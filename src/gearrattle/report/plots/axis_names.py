@@ -34,10 +34,14 @@ def paths_of(data: xr.Dataset, axis: str) -> list[str]:
 class Measure(NamedTuple):
     """What a variable of a study is called, and the unit its numbers are shown in.
 
-    Attributes:
-        words: e.g. ``"backlash of mesh gear"``.
-        unit: e.g. ``"mm"``; empty for counts, ratios, words, and in dimensionless models.
-        factor: shown number per number of the Dataset.
+    Attributes
+    ----------
+    words
+        e.g. ``"backlash of mesh gear"``.
+    unit
+        e.g. ``"mm"``; empty for counts, ratios, words, and in dimensionless models.
+    factor
+        shown number per number of the Dataset.
     """
 
     words: str

@@ -32,10 +32,14 @@ _MOST_PANELS, _MOST_POINTS = 6, 12_000
 def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart:
     """Draw the sweeps of one combination of further axes.
 
-    Args:
-        data: over direction and the swept value alone.
-        key: of the figure.
-        held: the values of further axes, in words.
+    Parameters
+    ----------
+    data
+        over direction and the swept value alone.
+    key
+        of the figure.
+    held
+        the values of further axes, in words.
     """
     axis = swept(data)
     x, log, ticks = positions(data, axis)

@@ -33,10 +33,14 @@ _WORDS = (
 def boundary_chart(crossings: xr.Dataset, axes: Sequence[str], subject: str) -> Chart | None:
     """Draw every change of regime in the colour of the higher one; None for more than two axes, or no change.
 
-    Args:
-        crossings: of ``regime_boundary``.
-        axes: names of what varies.
-        subject: the variable that says of which part; empty for one answer a case.
+    Parameters
+    ----------
+    crossings
+        of ``regime_boundary``.
+    axes
+        names of what varies.
+    subject
+        the variable that says of which part; empty for one answer a case.
     """
     count = crossings.sizes.get(CROSSING, 0)
     if len(axes) not in (1, 2) or not count or any(crossings[axis].dtype.kind not in "iuf" for axis in axes):
@@ -52,9 +56,12 @@ def boundary_chart(crossings: xr.Dataset, axes: Sequence[str], subject: str) -> 
 class _Changes:
     """Changes of regime.
 
-    Attributes:
-        of: indices of the changes of every part.
-        higher: (N,) rank of the higher of the two regimes.
+    Attributes
+    ----------
+    of
+        indices of the changes of every part.
+    higher
+        (N,) rank of the higher of the two regimes.
     """
 
     of: Mapping[str, IntArray]

@@ -28,9 +28,12 @@ _HEIGHT, _LABEL = 340, 12.0
 def campbell_chart(diagram: Campbell, *, si: bool) -> Chart:
     """Draw the diagram.
 
-    Args:
-        diagram: what to draw.
-        si: whether speeds are rad/s, drawn in rpm and Hz; otherwise they are drawn as they are.
+    Parameters
+    ----------
+    diagram
+        what to draw.
+    si
+        whether speeds are rad/s, drawn in rpm and Hz; otherwise they are drawn as they are.
     """
     kinds = {
         "Torque orders": [line for line in diagram.orders if any(s.startswith("torque") for s in line.sources)],

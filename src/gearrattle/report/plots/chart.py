@@ -22,14 +22,22 @@ Mark = Literal["line", "points"]
 class Line:
     """One curve or one cloud of points.
 
-    Attributes:
-        x, y: (N,) coordinates in the units of the panel's axes; NaN lifts the pen.
-        name: what it is, for the legend and for hovering.
-        colour: ``"#rrggbb"``.
-        mark: joined by a line or drawn as points.
-        width: line width, or point diameter [px].
-        opacity: 0 to 1.
-        legend: whether the legend names it.
+    Attributes
+    ----------
+    x, y
+        (N,) coordinates in the units of the panel's axes; NaN lifts the pen.
+    name
+        what it is, for the legend and for hovering.
+    colour
+        ``"#rrggbb"``.
+    mark
+        joined by a line or drawn as points.
+    width
+        line width, or point diameter [px].
+    opacity
+        0 to 1.
+    legend
+        whether the legend names it.
     """
 
     x: Array
@@ -46,11 +54,16 @@ class Line:
 class Bars:
     """A histogram: heights over bins, bottom to top.
 
-    Attributes:
-        edges: (N + 1,) ascending bin edges.
-        heights: (N,) heights.
-        base: (N,) where the bars stand; zero if not given.
-        name, colour, legend: as for a line.
+    Attributes
+    ----------
+    edges
+        (N + 1,) ascending bin edges.
+    heights
+        (N,) heights.
+    base
+        (N,) where the bars stand; zero if not given.
+    name, colour, legend
+        as for a line.
     """
 
     edges: Array
@@ -65,9 +78,12 @@ class Bars:
 class Cells:
     """Filled rectangles of one colour: the cells of a map that mean the same, bars that lie.
 
-    Attributes:
-        left, right, low, high: (N,) their edges, in the units of the axes.
-        name, colour: as for a line.
+    Attributes
+    ----------
+    left, right, low, high
+        (N,) their edges, in the units of the axes.
+    name, colour
+        as for a line.
     """
 
     left: Array
@@ -82,11 +98,16 @@ class Cells:
 class Heat:
     """A map of numbers over equal cells, in shades from ``low`` to ``high`` (``palette.shade``).
 
-    Attributes:
-        x_range, y_range: outer edges of the map, in the units of the axes.
-        values: (rows, columns), the first row lowest; NaN leaves a cell empty.
-        low, high: what the ends of the shades stand for; beyond them the end's shade is drawn.
-        name: what the numbers are, with their unit, for hovering.
+    Attributes
+    ----------
+    x_range, y_range
+        outer edges of the map, in the units of the axes.
+    values
+        (rows, columns), the first row lowest; NaN leaves a cell empty.
+    low, high
+        what the ends of the shades stand for; beyond them the end's shade is drawn.
+    name
+        what the numbers are, with their unit, for hovering.
     """
 
     x_range: tuple[float, float]
@@ -123,11 +144,16 @@ class Rule:
 class Label:
     """A few words beside a point of a panel.
 
-    Attributes:
-        x, y: the point, in the units of the axes.
-        words: plain text.
-        colour: ``"#rrggbb"``.
-        side: whether the words begin right of the point, or stand above it and end there.
+    Attributes
+    ----------
+    x, y
+        the point, in the units of the axes.
+    words
+        plain text.
+    colour
+        ``"#rrggbb"``.
+    side
+        whether the words begin right of the point, or stand above it and end there.
     """
 
     x: float
@@ -141,16 +167,25 @@ class Label:
 class Panel:
     """One pair of axes.
 
-    Attributes:
-        title: what is drawn, e.g. the name of the body.
-        unit: unit of the y axis, printed after the title.
-        x_title: title of the x axis; drawn below the lowest panel of a column only if the chart shares it.
-        heat, lines, bars, cells, bands, rules, labels: what it holds, drawn from the heat, bands and cells to lines and
-            labels.
-        x_range, y_range: limits; None fits the data.
-        x_log, y_log: whether the x, the y axis is logarithmic.
-        x_ticks, y_ticks: where the axes are labelled, and how; empty: at round values.
-        note: words to print in an empty panel.
+    Attributes
+    ----------
+    title
+        what is drawn, e.g. the name of the body.
+    unit
+        unit of the y axis, printed after the title.
+    x_title
+        title of the x axis; drawn below the lowest panel of a column only if the chart shares it.
+    heat, lines, bars, cells, bands, rules, labels
+        what it holds, drawn from the heat, bands and cells to lines and
+        labels.
+    x_range, y_range
+        limits; None fits the data.
+    x_log, y_log
+        whether the x, the y axis is logarithmic.
+    x_ticks, y_ticks
+        where the axes are labelled, and how; empty: at round values.
+    note
+        words to print in an empty panel.
     """
 
     title: str
@@ -184,17 +219,28 @@ class Key:
 class Chart:
     """A figure.
 
-    Attributes:
-        key: short name, used for file names and anchors.
-        title: heading.
-        caption: one or two sentences that say how to read it; also its text for screen readers.
-        panels: in reading order, row by row.
-        columns: number of columns of the grid.
-        panel_height: height of one panel [px].
-        share_x: whether all panels show the same x axis (zooming one then zooms all).
-        legend: swatches explained above the figure.
-        group: charts with the same group share one place in the report and are chosen by a tab.
-        tab: the word on that tab.
+    Attributes
+    ----------
+    key
+        short name, used for file names and anchors.
+    title
+        heading.
+    caption
+        one or two sentences that say how to read it; also its text for screen readers.
+    panels
+        in reading order, row by row.
+    columns
+        number of columns of the grid.
+    panel_height
+        height of one panel [px].
+    share_x
+        whether all panels show the same x axis (zooming one then zooms all).
+    legend
+        swatches explained above the figure.
+    group
+        charts with the same group share one place in the report and are chosen by a tab.
+    tab
+        the word on that tab.
     """
 
     key: str

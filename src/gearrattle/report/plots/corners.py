@@ -22,10 +22,14 @@ SIDES = (Key("drive side", DRIVE), Key("coast side", COAST))
 def shading(layout: Layout, clearance: int, factor: float) -> tuple[tuple[Band, ...], tuple[Rule, ...]]:
     """Return the shading of one clearance's contact sides, and a rule at each of its corners.
 
-    Args:
-        layout: names and constants of the driveline.
-        clearance: index into ``layout.clearance``.
-        factor: multiplies deflections for display.
+    Parameters
+    ----------
+    layout
+        names and constants of the driveline.
+    clearance
+        index into ``layout.clearance``.
+    factor
+        multiplies deflections for display.
     """
     corners = layout.corners[clearance]
     first = int(layout.region_of_first_piece[clearance])
@@ -46,9 +50,12 @@ def reach(values: Array, corners: Array) -> tuple[float, float]:
     The nearest corner always is; another one only if it lies within one span of the values, for a far one would
     squeeze the motion into a line.
 
-    Args:
-        values: (N,) deflections.
-        corners: (c,) corner positions in the same unit.
+    Parameters
+    ----------
+    values
+        (N,) deflections.
+    corners
+        (c,) corner positions in the same unit.
     """
     low, high = float(values.min()), float(values.max())
     away = np.maximum(np.maximum(low - corners, corners - high), 0.0)
@@ -61,9 +68,12 @@ def reach(values: Array, corners: Array) -> tuple[float, float]:
 def units(findings: Findings, clearance: int) -> dict[str, str]:
     """Return the units of one clearance's ``deflection``, ``rate``, ``force`` and ``energy``; empty if dimensionless.
 
-    Args:
-        findings: what the pipeline found.
-        clearance: index into ``layout.clearance``.
+    Parameters
+    ----------
+    findings
+        what the pipeline found.
+    clearance
+        index into ``layout.clearance``.
     """
     layout = findings.motion.trajectory.layout
     if findings.model.units != "SI":

@@ -31,10 +31,14 @@ _HEIGHT = 240
 def spectra_charts(data: xr.Dataset, *, si: bool = True, natural: Sequence[float] = ()) -> list[Chart]:
     """Return every figure: the density; of two signals also that of the reference, and what they have in common.
 
-    Args:
-        data: from ``gearrattle.spectra``.
-        si: whether frequencies are hertz.
-        natural: natural frequencies to mark [rad/s].
+    Parameters
+    ----------
+    data
+        from ``gearrattle.spectra``.
+    si
+        whether frequencies are hertz.
+    natural
+        natural frequencies to mark [rad/s].
     """
     rules = natural_rules(data, natural)
     made = [density_chart(data, si=si, rules=rules)]
@@ -50,11 +54,16 @@ def spectra_charts(data: xr.Dataset, *, si: bool = True, natural: Sequence[float
 def density_chart(data: xr.Dataset, which: str = "channel", *, si: bool = True, rules: tuple[Rule, ...] = ()) -> Chart:
     """Draw a density between its limits, on a logarithmic axis; the mean, at frequency zero, is left out.
 
-    Args:
-        data: from ``gearrattle.spectra``.
-        which: "channel" or "reference".
-        si: whether frequencies are hertz.
-        rules: to draw beside.
+    Parameters
+    ----------
+    data
+        from ``gearrattle.spectra``.
+    which
+        "channel" or "reference".
+    si
+        whether frequencies are hertz.
+    rules
+        to draw beside.
     """
     prefix = "" if which == "channel" else "reference_"
     values = {key: data[f"{prefix}psd{end}"].values[1:] for key, end in (("", ""), ("low", "_low"), ("high", "_high"))}

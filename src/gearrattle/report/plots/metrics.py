@@ -92,8 +92,10 @@ def rattle_metrics(findings: Findings) -> Chart | None:
 def metrics_chart(rows: Sequence[Row]) -> Chart | None:
     """Draw rows of metrics; None where none has a value.
 
-    Args:
-        rows: of ``gearrattle.quantities.rows_of``.
+    Parameters
+    ----------
+    rows
+        of ``gearrattle.quantities.rows_of``.
     """
     subjects = list(dict.fromkeys(row.subject for row in rows if row.subject))
     apart = [colour for colour in COLOURS if colour not in (DRIVE, COAST)]

@@ -37,11 +37,16 @@ _STYLE = (
 def mode_sketch(layout: Layout, modes: Modes, mode: int, title: str) -> bytes:
     """Draw one mode.
 
-    Args:
-        layout: names and constants of the driveline.
-        modes: its modes.
-        mode: which of them.
-        title: words above the drawing.
+    Parameters
+    ----------
+    layout
+        names and constants of the driveline.
+    modes
+        its modes.
+    mode
+        which of them.
+    title
+        words above the drawing.
     """
     scene = driveline.scene(layout, _FRAME)
     width, height = scene.size

@@ -19,11 +19,16 @@ _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
     """Choose an SI prefix so that magnitudes up to ``largest`` read well.
 
-    Args:
-        largest: a magnitude in ``unit``.
-        unit: an SI unit; the empty one, ``"1"`` and those in kg take no prefix.
+    Parameters
+    ----------
+    largest
+        a magnitude in ``unit``.
+    unit
+        an SI unit; the empty one, ``"1"`` and those in kg take no prefix.
 
-    Returns:
+    Returns
+    -------
+    tuple[float, str]
         The factor to multiply values with, and the unit they are then in.
     """
     if unit in ("", "1") or unit.startswith("kg") or not 0.0 < largest < math.inf:
@@ -41,12 +46,18 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
 def numeral(value: float, digits: int = 4, *, times: str = " × ") -> str:
     """Write a number.
 
-    Args:
-        value: any float; NaN becomes a dash.
-        digits: significant digits.
-        times: what stands between mantissa and power of ten.
+    Parameters
+    ----------
+    value
+        any float; NaN becomes a dash.
+    digits
+        significant digits.
+    times
+        what stands between mantissa and power of ten.
 
-    Returns:
+    Returns
+    -------
+    str
         Plain notation from 0.001 to 100 000, mantissa and power of ten elsewhere, e.g. ``"1.5 × 10⁻⁷"``.
     """
     if math.isnan(value):

@@ -69,13 +69,20 @@ def map_panel(
 ) -> Panel:
     """Draw one map: frequency or order over speed; over time where there is no speed, or it comes back.
 
-    Args:
-        data: from ``waterfall``, or the amplitude of ``order_map``.
-        title: of the panel.
-        top: the highest level drawn [dB]; None: the largest in it.
-        si: whether speeds are rad/s, drawn in rpm, and frequencies Hz.
-        orders: of the excitation, drawn over it (``overlays``).
-        natural: natural frequencies drawn over it [rad/s].
+    Parameters
+    ----------
+    data
+        from ``waterfall``, or the amplitude of ``order_map``.
+    title
+        of the panel.
+    top
+        the highest level drawn [dB]; None: the largest in it.
+    si
+        whether speeds are rad/s, drawn in rpm, and frequencies Hz.
+    orders
+        of the excitation, drawn over it (``overlays``).
+    natural
+        natural frequencies drawn over it [rad/s].
     """
     vertical = str(data.dims[1])
     places, x_title = _level_axis(data, si)

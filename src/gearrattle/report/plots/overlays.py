@@ -26,9 +26,12 @@ _POINTS = 200
 class Turning:
     """How the shaft turns along the x axis of a map.
 
-    Attributes:
-        places: (n,) ascending, in the units of the x axis.
-        speed: (n,) there [rad/s].
+    Attributes
+    ----------
+    places
+        (n,) ascending, in the units of the x axis.
+    speed
+        (n,) there [rad/s].
     """
 
     places: Array
@@ -52,12 +55,18 @@ def overlay(
 ) -> tuple[tuple[Line, ...], tuple[Label, ...]]:
     """Return the lines over a map, each named once.
 
-    Args:
-        x_range, y_range: of the map; on the y axis hertz, or orders.
-        turning: how the shaft turns along it; None where nobody knows.
-        by_order: whether orders are on the y axis.
-        orders: of the excitation.
-        natural: natural frequencies [rad/s].
+    Parameters
+    ----------
+    x_range, y_range
+        of the map; on the y axis hertz, or orders.
+    turning
+        how the shaft turns along it; None where nobody knows.
+    by_order
+        whether orders are on the y axis.
+    orders
+        of the excitation.
+    natural
+        natural frequencies [rad/s].
     """
     lines: list[Line] = []
     labels: list[Label] = []

@@ -88,9 +88,12 @@ def _count(samples: int, trajectory: Trajectory) -> str:
 def deflection_rate(findings: Findings, clearance: int) -> Array:
     """Return the deflection rate of one clearance at every sample, (Nt,) [rad/s or m/s].
 
-    Args:
-        findings: what the pipeline found.
-        clearance: index into ``layout.clearance``.
+    Parameters
+    ----------
+    findings
+        what the pipeline found.
+    clearance
+        index into ``layout.clearance``.
     """
     trajectory = findings.motion.trajectory
     return rate_of(findings.model, trajectory, int(trajectory.layout.clearance[clearance]))

@@ -25,12 +25,18 @@ Cell = tuple[int, int]
 class Placement:
     """The cells of a sketch.
 
-    Attributes:
-        bodies: cell of each inertia index.
-        grounds: cell of the ground symbol of each element index tied to ground.
-        seats: for each mesh drawn straight down, by element index: the cell on the upper body's shaft it hangs from.
-        shafts: by inertia index, the column of the last seat on its shaft.
-        feet: by inertia index, further cells on its shaft that stand below gears.
+    Attributes
+    ----------
+    bodies
+        cell of each inertia index.
+    grounds
+        cell of the ground symbol of each element index tied to ground.
+    seats
+        for each mesh drawn straight down, by element index: the cell on the upper body's shaft it hangs from.
+    shafts
+        by inertia index, the column of the last seat on its shaft.
+    feet
+        by inertia index, further cells on its shaft that stand below gears.
     """
 
     bodies: dict[int, Cell] = field(default_factory=dict)

@@ -49,12 +49,18 @@ def _png(heat: Heat) -> bytes:
 def largest_along(values: Array, places: Array, edges: Array) -> Array:
     """Gather rows of values into equal cells by where they are, keeping the largest.
 
-    Args:
-        values: (n, m).
-        places: (n,) ascending.
-        edges: (c + 1,) ascending, equally far apart.
+    Parameters
+    ----------
+    values
+        (n, m).
+    places
+        (n,) ascending.
+    edges
+        (c + 1,) ascending, equally far apart.
 
-    Returns:
+    Returns
+    -------
+    Array
         (c, m); a cell without a row shows the row nearest to its middle, if that is not farther than half the larger
         of the gaps beside the row; NaN elsewhere.
     """

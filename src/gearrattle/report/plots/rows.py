@@ -27,11 +27,16 @@ _MARGIN = 0.05
 class Series:
     """Values of one kind, a row each.
 
-    Attributes:
-        name: for the legend; empty if there is only one.
-        values: (N,); NaN draws nothing.
-        colour: of the points.
-        low, high: (N,) ends of an interval, drawn as a line; None draws none.
+    Attributes
+    ----------
+    name
+        for the legend; empty if there is only one.
+    values
+        (N,); NaN draws nothing.
+    colour
+        of the points.
+    low, high
+        (N,) ends of an interval, drawn as a line; None draws none.
     """
 
     name: str
@@ -54,15 +59,24 @@ def row_chart(
 ) -> Chart | None:
     """Draw rows of points; the first 40 rows, if there are more.
 
-    Args:
-        key, title, caption: of the chart.
-        names: of the rows.
-        series: what stands in the rows.
-        level: title of the x axis.
-        marks: where vertical rules stand; the axis reaches them.
-        log: whether the x axis is logarithmic; what is not positive is left out.
+    Parameters
+    ----------
+    key, title, caption
+        of the chart.
+    names
+        of the rows.
+    series
+        what stands in the rows.
+    level
+        title of the x axis.
+    marks
+        where vertical rules stand; the axis reaches them.
+    log
+        whether the x axis is logarithmic; what is not positive is left out.
 
-    Returns:
+    Returns
+    -------
+    Chart | None
         The chart; None without a finite value.
     """
     if log:

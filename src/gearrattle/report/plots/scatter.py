@@ -117,9 +117,12 @@ def tornado(data: xr.Dataset) -> Chart | None:
 def tornado_panels(dataset: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
     """Draw rank regression coefficients of one output, a panel a subject that varies.
 
-    Args:
-        dataset: from ``sensitivities``.
-        measured: holds the values that scatter, with their words and units.
+    Parameters
+    ----------
+    dataset
+        from ``sensitivities``.
+    measured
+        holds the values that scatter, with their words and units.
     """
     subject, output = str(dataset.attrs["subject"]), str(dataset.attrs["output"])
     panels = []

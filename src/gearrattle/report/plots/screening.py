@@ -39,9 +39,12 @@ Measure = Literal["lift_ratio", "separation_ratio"]
 def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
     """Draw a screening.
 
-    Args:
-        data: from ``gearrattle.screen``.
-        measure: by which ratio; "separation_ratio" is the classical one, of the engine's orders alone.
+    Parameters
+    ----------
+    data
+        from ``gearrattle.screen``.
+    measure
+        by which ratio; "separation_ratio" is the classical one, of the engine's orders alone.
     """
     with np.errstate(divide="ignore"):
         margin = 20.0 * np.log10(np.asarray(data[measure].values))

@@ -41,9 +41,12 @@ def sobol_bars(data: xr.Dataset) -> Chart | None:
 def sobol_panels(dataset: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
     """Draw the indices of one output, a panel a subject that varies.
 
-    Args:
-        dataset: from ``sensitivities``.
-        measured: holds the values that scatter, with their words and units.
+    Parameters
+    ----------
+    dataset
+        from ``sensitivities``.
+    measured
+        holds the values that scatter, with their words and units.
     """
     parts = [(title, one) for title, _, one in _by_subject(dataset) if np.isfinite(one["total_order"].values).any()]
     return [_indices(title, one, measured) for title, one in parts]

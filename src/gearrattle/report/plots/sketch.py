@@ -26,7 +26,9 @@ _FRAME = driveline.Frame(pitch_x=196, pitch_y=200, left=92, right=150, top=104, 
 def sketch(findings: Findings) -> str:
     """Draw the driveline.
 
-    Returns:
+    Returns
+    -------
+    str
         One ``<svg>`` element with its size in its viewBox, a title and a description for screen readers.
     """
     layout = findings.motion.trajectory.layout

@@ -32,11 +32,16 @@ _COLUMN_GAP = 74
 def draw(chart: Chart, *, legend: bool = False) -> bytes:
     """Draw a chart.
 
-    Args:
-        chart: what to draw.
-        legend: whether its legend is drawn above it; a page has its own.
+    Parameters
+    ----------
+    chart
+        what to draw.
+    legend
+        whether its legend is drawn above it; a page has its own.
 
-    Returns:
+    Returns
+    -------
+    bytes
         An SVG file. The same chart gives the same bytes.
     """
     gap = _TITLE_GAP + (0 if chart.share_x else _AXIS_GAP)

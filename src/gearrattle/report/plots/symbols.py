@@ -60,7 +60,9 @@ def mesh(x: float, top: float, bottom: float, colour: str, *, gap: bool) -> str:
 def bow(a: Point, b: Point, depth: float, colour: str) -> tuple[str, Point]:
     """Draw an element that runs beside another one, or between bodies far apart.
 
-    Returns:
+    Returns
+    -------
+    tuple[str, Point]
         The drawing, and its outermost point: ``depth`` below the middle, or beside it where one end is above the other.
     """
     aside = a[0] == b[0]

@@ -24,11 +24,16 @@ _SMALLEST_BUDGET = 16
 def thin(values: Array, at_most: int) -> IntArray:
     """Choose the samples of one curve that draw the same picture.
 
-    Args:
-        values: (N,) equally spaced samples, any unit.
-        at_most: largest number of indices wanted (>= 16).
+    Parameters
+    ----------
+    values
+        (N,) equally spaced samples, any unit.
+    at_most
+        largest number of indices wanted (>= 16).
 
-    Returns:
+    Returns
+    -------
+    IntArray
         Ascending indices into ``values``, at most ``at_most`` of them; all of them if there are no more than that.
         The first and the last sample and, of each of ``at_most // 4`` equal buckets, the lowest and highest are kept.
     """

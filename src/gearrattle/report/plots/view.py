@@ -35,9 +35,12 @@ class Scale:
 def scale(values: Array, unit: str) -> Scale:
     """Choose an SI prefix for values of the given unit; values without a unit keep theirs.
 
-    Args:
-        values: any shape; those that are not finite are passed over.
-        unit: e.g. ``"rad"``, ``"N m"``; empty for dimensionless quantities.
+    Parameters
+    ----------
+    values
+        any shape; those that are not finite are passed over.
+    unit
+        e.g. ``"rad"``, ``"N m"``; empty for dimensionless quantities.
     """
     finite = np.abs(values[np.isfinite(values)])
     largest = float(finite.max()) if finite.size else 0.0
@@ -57,12 +60,18 @@ def cycles(trajectory: Trajectory, time: Array) -> Array:
 def history(trajectory: Trajectory, values: Array, window: Window | None) -> tuple[Array, Array]:
     """Return one curve over normalised cycles: of a window in detail, or of the whole run thinned.
 
-    Args:
-        trajectory: where the curve is from.
-        values: (Nt,) one column of it.
-        window: the part to show; None for all.
+    Parameters
+    ----------
+    trajectory
+        where the curve is from.
+    values
+        (Nt,) one column of it.
+    window
+        the part to show; None for all.
 
-    Returns:
+    Returns
+    -------
+    tuple[Array, Array]
         x: (M,) cycles t / T.
         y: (M,) the chosen values.
     """

@@ -48,13 +48,25 @@ _REFERENCE = 2e-5  # Pa
 class Sound(Result):
     """One or more designs to listen to.
 
-    Attributes:
-        names: of the designs.
-        pressure: by design, (N,) sound pressure [Pa].
-        rate: samples a second [Hz].
-        gain: full scale per pascal, the same for all [1/Pa].
-        path: the way from impulse to pressure.
-        notes: what the user must know.
+    Attributes
+    ----------
+    names
+        of the designs.
+    pressure
+        by design, (N,) sound pressure [Pa].
+    rate
+        samples a second [Hz].
+    gain
+        full scale per pascal, the same for all [1/Pa].
+    path
+        the way from impulse to pressure.
+    notes
+        what the user must know.
+
+    Examples
+    --------
+    >>> gr.listen(gr.simulate(gr.example("case3"), cycles=20, discard=5)).rate
+    48000
     """
 
     kind: ClassVar[str] = "sound"
@@ -83,17 +95,25 @@ class Sound(Result):
     def save(self, path: str | os.PathLike[str], bits: int = 32) -> Path:
         """Save the sound, whole or not at all.
 
-        Args:
-            path: a folder, which gets ``NAME.wav`` of each design beside report.html, summary.json and results.nc; or a
-                file that ends in .nc or .csv.
-            bits: of the WAV files: 24 (integers), 32 or 64 (floating point).
+        Parameters
+        ----------
+        path
+            a folder, which gets ``NAME.wav`` of each design beside report.html, summary.json and results.nc; or a
+            file that ends in .nc or .csv.
+        bits
+            of the WAV files: 24 (integers), 32 or 64 (floating point).
 
-        Returns:
+        Returns
+        -------
+        Path
             The page in the folder, or the file.
 
-        Raises:
-            ModelError: another ending, other bits, or a folder that holds something else than a page of gearrattle.
-            OSError: it cannot be written; then nothing has changed.
+        Raises
+        ------
+        ModelError
+            another ending, other bits, or a folder that holds something else than a page of gearrattle.
+        OSError
+            it cannot be written; then nothing has changed.
         """
         page = import_module("gearrattle.report.sound.page").SoundPage(self, bits)
         written: Path = import_module("gearrattle.report.saved").save(page, path)
@@ -111,22 +131,40 @@ def listen(
 ) -> Sound:
     """Turn impacts or measured signals into sound.
 
-    Args:
-        runs: a run or a recording, several, or several by name.
-        path: from an impulse [N s] to sound pressure: None: an assumed casing; rows of frequency [Hz], damping ratio
-            and gain [Pa/(N s)]; or the path of a WAV or CSV file with an impulse response.
-        elements: whose impacts are heard; None: all gear meshes with backlash. A momentum of a coupling [N m s] counts
-            as one on a lever of 1 m.
-        gain: full scale per pascal [1/Pa]; None: the highest peak of all designs becomes half of full scale.
-        rate: samples a second [Hz].
-        scale: what 1 in a WAV impulse response is worth [Pa/(N s)].
+    Parameters
+    ----------
+    runs
+        a run or a recording, several, or several by name.
+    path
+        from an impulse [N s] to sound pressure: None: an assumed casing; rows of frequency [Hz], damping ratio
+        and gain [Pa/(N s)]; or the path of a WAV or CSV file with an impulse response.
+    elements
+        whose impacts are heard; None: all gear meshes with backlash. A momentum of a coupling [N m s] counts
+        as one on a lever of 1 m.
+    gain
+        full scale per pascal [1/Pa]; None: the highest peak of all designs becomes half of full scale.
+    rate
+        samples a second [Hz].
+    scale
+        what 1 in a WAV impulse response is worth [Pa/(N s)].
 
-    Returns:
+    Returns
+    -------
+    Sound
         Pressures, all through one path and at one gain. A run is heard from the end of its ``discard`` on.
 
-    Raises:
-        ModelError: no such element, an element without a free body, a path that cannot be read, a recording without
-            sound pressure or force.
+    Raises
+    ------
+    ModelError
+        no such element, an element without a free body, a path that cannot be read, a recording without
+        sound pressure or force.
+
+    Examples
+    --------
+    >>> run = gr.simulate(gr.example("case3"), cycles=20, discard=5)
+    >>> sound = gr.listen(run)
+    >>> sound.rate, sound.names
+    (48000, ('A',))
     """
     if not (isinstance(rate, int) and 8_000 <= rate <= 384_000):
         raise ModelError(Problem("rate", repr(rate), "must be a whole number of Hz from 8000 to 384000"))
@@ -163,13 +201,19 @@ def _named(runs: Any) -> dict[str, Run | Recording]:
 def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str]:
     """Return the clearances of a driveline whose impacts are heard.
 
-    Args:
-        name: of the design, for messages.
-        model: the driveline.
-        elements: as of ``listen``.
+    Parameters
+    ----------
+    name
+        of the design, for messages.
+    model
+        the driveline.
+    elements
+        as of ``listen``.
 
-    Raises:
-        ModelError: a dimensionless model, no such clearance, none at all.
+    Raises
+    ------
+    ModelError
+        a dimensionless model, no such clearance, none at all.
     """
     if model.units == "dimensionless":
         raise ModelError(

@@ -28,10 +28,14 @@ class SoundPage(Presentation[Sound]):
     def __init__(self, result: Sound, bits: int = 32, *, with_quality: bool = False) -> None:
         """Present sounds.
 
-        Args:
-            result: the designs.
-            bits: of the WAV files: 24 (integers), 32 or 64 (floating point).
-            with_quality: whether loudness, sharpness and roughness are computed too; needs the extra ``sound``.
+        Parameters
+        ----------
+        result
+            the designs.
+        bits
+            of the WAV files: 24 (integers), 32 or 64 (floating point).
+        with_quality
+            whether loudness, sharpness and roughness are computed too; needs the extra ``sound``.
         """
         super().__init__(result)
         self.bits = bits

@@ -54,11 +54,16 @@ _LONGEST = 30.0  # seconds
 class SoundPath:
     """An impulse response.
 
-    Attributes:
-        response: (N,) [Pa/(N s)]; the impulse is at sample ``lead``.
-        rate: samples a second [Hz].
-        lead: samples before the impulse.
-        source: where it comes from, in words.
+    Attributes
+    ----------
+    response
+        (N,) [Pa/(N s)]; the impulse is at sample ``lead``.
+    rate
+        samples a second [Hz].
+    lead
+        samples before the impulse.
+    source
+        where it comes from, in words.
     """
 
     response: Array
@@ -70,14 +75,20 @@ class SoundPath:
 def sound_path(source: Any, rate: float, scale: float = 1.0) -> SoundPath:
     """Make a path.
 
-    Args:
-        source: None: the assumed casing; rows of frequency [Hz], damping ratio and gain [Pa/(N s)]; a path of a WAV
-            file; or of a CSV file with the columns ``time [s], response [Pa/(N*s)]``.
-        rate: samples a second that the path is wanted at [Hz].
-        scale: what 1 in a WAV file is worth [Pa/(N s)].
+    Parameters
+    ----------
+    source
+        None: the assumed casing; rows of frequency [Hz], damping ratio and gain [Pa/(N s)]; a path of a WAV
+        file; or of a CSV file with the columns ``time [s], response [Pa/(N*s)]``.
+    rate
+        samples a second that the path is wanted at [Hz].
+    scale
+        what 1 in a WAV file is worth [Pa/(N s)].
 
-    Raises:
-        ModelError: a mode out of range, a file that cannot be read.
+    Raises
+    ------
+    ModelError
+        a mode out of range, a file that cannot be read.
     """
     if source is None:
         return modal_path(CASING, rate, "assumed casing of six modes")

@@ -28,11 +28,16 @@ SHORTEST = 0.5
 class Quality(NamedTuple):
     """How a sound is heard.
 
-    Attributes:
-        loudness: stationary [sone].
-        loudness_5: passed 5 % of the time [sone].
-        sharpness: [acum]; NaN for silence.
-        roughness: mean over time [asper].
+    Attributes
+    ----------
+    loudness
+        stationary [sone].
+    loudness_5
+        passed 5 % of the time [sone].
+    sharpness
+        [acum]; NaN for silence.
+    roughness
+        mean over time [asper].
     """
 
     loudness: float
@@ -44,13 +49,19 @@ class Quality(NamedTuple):
 def quality(pressure: Array, rate: float) -> Quality:
     """Judge a sound.
 
-    Args:
-        pressure: (N,) [Pa], free field.
-        rate: samples a second [Hz].
+    Parameters
+    ----------
+    pressure
+        (N,) [Pa], free field.
+    rate
+        samples a second [Hz].
 
-    Raises:
-        NotInstalled: MoSQITo is not here.
-        ModelError: a sound of less than half a second.
+    Raises
+    ------
+    NotInstalled
+        MoSQITo is not here.
+    ModelError
+        a sound of less than half a second.
     """
     mosqito = _mosqito()
     if pressure.size < SHORTEST * rate:

@@ -25,13 +25,19 @@ _LARGEST = 2000  # ratio of the rates, and its denominator
 def resampled(values: Array, rate: float, wanted: float, name: str) -> Array:
     """Return a signal at another rate.
 
-    Args:
-        values: (N,).
-        rate, wanted: samples a second [Hz].
-        name: of the signal, for messages.
+    Parameters
+    ----------
+    values
+        (N,).
+    rate, wanted
+        samples a second [Hz].
+    name
+        of the signal, for messages.
 
-    Raises:
-        ModelError: rates too far apart, or a signal that is too long.
+    Raises
+    ------
+    ModelError
+        rates too far apart, or a signal that is too long.
     """
     if not wanted / _LARGEST <= rate <= wanted * _LARGEST:
         rule = f"must have {wanted / _LARGEST:g} to {wanted * _LARGEST:g} samples a second to be heard at {wanted:g} Hz"

@@ -30,13 +30,20 @@ _BATCH = 100_000  # impulses at once
 def impulse_train(time: Array, impulse: Array, rate: float, samples: int) -> Array:
     """Samples of a train of impulses.
 
-    Args:
-        time: (I,) when [s]; the first sample is at 0.
-        impulse: (I,) [N s, or whatever a second of the result is worth].
-        rate: samples a second [Hz].
-        samples: how many.
+    Parameters
+    ----------
+    time
+        (I,) when [s]; the first sample is at 0.
+    impulse
+        (I,) [N s, or whatever a second of the result is worth].
+    rate
+        samples a second [Hz].
+    samples
+        how many.
 
-    Returns:
+    Returns
+    -------
+    Array
         (samples,) force [N]: its sum over the rate is the sum of the impulses that lie 32 samples within.
     """
     padded = np.zeros(samples + 2 * HALF + 1)

@@ -27,14 +27,22 @@ Messages = Mapping[tuple[int, ...], str]
 class StudyPage:
     """The page of a kind of study.
 
-    Attributes:
-        charts: every figure that has something to show, in reading order.
-        summary: what came out, in a few sentences.
-        setting: what was varied.
-        counts: the table below the summary.
-        sections: the tables behind it all, those that have rows.
-        answer: what the terminal shows below the summary.
-        content: what ``--json`` and summary.json give: SI values, by the paths of the model file.
+    Attributes
+    ----------
+    charts
+        every figure that has something to show, in reading order.
+    summary
+        what came out, in a few sentences.
+    setting
+        what was varied.
+    counts
+        the table below the summary.
+    sections
+        the tables behind it all, those that have rows.
+    answer
+        what the terminal shows below the summary.
+    content
+        what ``--json`` and summary.json give: SI values, by the paths of the model file.
     """
 
     charts: Callable[[xr.Dataset], list[Chart]]

@@ -46,26 +46,52 @@ def order_map(
 ) -> xr.Dataset:
     """Amplitudes of all orders along a change of speed, by resampling over the shaft's angle.
 
-    Args:
-        source: a run, from the end of its discarded cycles on, or a recording of uniform samples.
-        channel: "acceleration.hub", or the name of a recording's channel.
-        speed: the recording's channel of the shaft's speed or angle, or a constant speed, "1500 rpm" or a plain number
-            [rad/s]; None: a run's reference shaft, a recording's shaft angle or speed.
-        highest: order up to which they are shown; None: 100, or as far as the samples tell at the highest speed.
-        turns: in a block; orders are told apart by 1 / turns, and multiples of it fall on bins.
-        overlap: share of a block that the next has as well, 0 to below 1.
-        window: "hann", "flattop" or "boxcar".
-        over: "time", rows as they come; "speed", rows by speed, which must rise or fall throughout.
-        speed_step: rows whose speed rounds to the same step, "25 rpm" or a plain number [rad/s], are gathered: the root
-            of the mean of their squared amplitudes, over speed.
+    Parameters
+    ----------
+    source
+        a run, from the end of its discarded cycles on, or a recording of uniform samples.
+    channel
+        "acceleration.hub", or the name of a recording's channel.
+    speed
+        the recording's channel of the shaft's speed or angle, or a constant speed, "1500 rpm" or a plain number
+        [rad/s]; None: a run's reference shaft, a recording's shaft angle or speed.
+    highest
+        order up to which they are shown; None: 100, or as far as the samples tell at the highest speed.
+    turns
+        in a block; orders are told apart by 1 / turns, and multiples of it fall on bins.
+    overlap
+        share of a block that the next has as well, 0 to below 1.
+    window
+        "hann", "flattop" or "boxcar".
+    over
+        "time", rows as they come; "speed", rows by speed, which must rise or fall throughout.
+    speed_step
+        rows whose speed rounds to the same step, "25 rpm" or a plain number [rad/s], are gathered: the root
+        of the mean of their squared amplitudes, over speed.
 
-    Returns:
+    Returns
+    -------
+    xr.Dataset
         amplitude, of each order's sine [unit], and phase [rad], of a sine of the shaft's angle, over time or speed and
         order; with speed_step instead of phase the number of blocks. Both time [s] and speed [rad/s] of rows are there.
 
-    Raises:
-        ModelError: no shaft, one that stands or turns back, fewer turns than a block, an order that the samples do not
-            show, a speed that does not rise or fall throughout.
+    Raises
+    ------
+    ModelError
+        no shaft, one that stands or turns back, fewer turns than a block, an order that the samples do not
+        show, a speed that does not rise or fall throughout.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 4.0, 1e-3)
+    >>> turns = 10.0 * time + 2.5 * time**2
+    >>> speed = gr.Channel("n", "speed", "", "rad/s", 2.0 * np.pi * (10.0 + 5.0 * time))
+    >>> load = gr.Channel("load", "torque", "", "N m", 3.0 * np.cos(2.0 * np.pi * 2.0 * turns))
+    >>> record = gr.Recording(time, (speed, load), "rig")
+    >>> orders = gr.spectral.order_map(record, "load", speed="n", highest=4.0)
+    >>> strongest = np.abs(orders["amplitude"]).mean("time").values.argmax()
+    >>> float(orders["order"][strongest])
+    2.0
     """
     signal = sampled(source, channel)
     shaft = required(source, signal, speed)
@@ -114,18 +140,39 @@ def order_cuts(
     All orders are fitted at once, so that two close ones do not disturb each other; what else is in the signal does,
     as far as it is no multiple of 1 / turns away.
 
-    Args:
-        source, channel, speed: as in ``order_map``.
-        orders: multiples of the shaft's speed, positive, half of 1 / turns apart or more.
-        turns: in a block.
-        overlap: share of a block that the next has as well, 0 to below 1.
-        over: "time" or "speed", as in ``order_map``.
+    Parameters
+    ----------
+    source, channel, speed
+        as in ``order_map``.
+    orders
+        multiples of the shaft's speed, positive, half of 1 / turns apart or more.
+    turns
+        in a block.
+    overlap
+        share of a block that the next has as well, 0 to below 1.
+    over
+        "time" or "speed", as in ``order_map``.
 
-    Returns:
+    Returns
+    -------
+    xr.Dataset
         amplitude [unit] and phase [rad] over time or speed and order.
 
-    Raises:
-        ModelError: as ``order_map``; orders that a block cannot tell apart.
+    Raises
+    ------
+    ModelError
+        as ``order_map``; orders that a block cannot tell apart.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 4.0, 1e-3)
+    >>> turns = 10.0 * time + 2.5 * time**2
+    >>> speed = gr.Channel("n", "speed", "", "rad/s", 2.0 * np.pi * (10.0 + 5.0 * time))
+    >>> load = gr.Channel("load", "torque", "", "N m", 3.0 * np.cos(2.0 * np.pi * 2.0 * turns))
+    >>> record = gr.Recording(time, (speed, load), "rig")
+    >>> cuts = gr.spectral.order_cuts(record, "load", [2.0], speed="n")
+    >>> round(float(np.median(np.abs(cuts["amplitude"]))), 2)
+    3.0
     """
     signal = sampled(source, channel)
     shaft = required(source, signal, speed)

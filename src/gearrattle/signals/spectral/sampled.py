@@ -41,15 +41,24 @@ FEWEST = 16
 class Sampled:
     """A signal at uniform times.
 
-    Attributes:
-        name: the channel's.
-        unit: of the values, in SI; "1" for pure numbers.
-        values: (N,).
-        start: time of the first sample [s].
-        interval: between samples [s].
-        source: where it came from, in words.
-        dimensionless: whether its model has no units.
-        notes: what the user must know.
+    Attributes
+    ----------
+    name
+        the channel's.
+    unit
+        of the values, in SI; "1" for pure numbers.
+    values
+        (N,).
+    start
+        time of the first sample [s].
+    interval
+        between samples [s].
+    source
+        where it came from, in words.
+    dimensionless
+        whether its model has no units.
+    notes
+        what the user must know.
     """
 
     name: str
@@ -76,10 +85,14 @@ class Sampled:
 class Shaft:
     """How a shaft turns beside a signal.
 
-    Attributes:
-        angle: (N,) at the signal's samples [rad].
-        speed: (N,) its derivative [rad/s].
-        name: where they are from, in words.
+    Attributes
+    ----------
+    angle
+        (N,) at the signal's samples [rad].
+    speed
+        (N,) its derivative [rad/s].
+    name
+        where they are from, in words.
     """
 
     angle: Array
@@ -90,12 +103,17 @@ class Shaft:
 def sampled(source: Source, channel: str) -> Sampled:
     """Return one signal.
 
-    Args:
-        source: a run or a recording.
-        channel: of a run "quantity.subject", such as "acceleration.hub"; of a recording the same, or a channel's name.
+    Parameters
+    ----------
+    source
+        a run or a recording.
+    channel
+        of a run "quantity.subject", such as "acceleration.hub"; of a recording the same, or a channel's name.
 
-    Raises:
-        ModelError: no such channel, samples that are not uniform, no numbers, or too few.
+    Raises
+    ------
+    ModelError
+        no such channel, samples that are not uniform, no numbers, or too few.
     """
     check_run(source, (Recording,))
     samples = _of_run(source, channel) if isinstance(source, Run) else _of_recording(source, channel)
@@ -109,14 +127,20 @@ def sampled(source: Source, channel: str) -> Sampled:
 def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaft | None:
     """Return the shaft beside a signal; None if nobody says how it turns.
 
-    Args:
-        source: where the signal is from.
-        signal: from ``sampled``.
-        speed: a channel of a recording, with the speed or angle of the shaft; or a constant speed, "1500 rpm" or a
-            plain number [rad/s]; None: of a run its reference shaft, of a recording its shaft angle or speed.
+    Parameters
+    ----------
+    source
+        where the signal is from.
+    signal
+        from ``sampled``.
+    speed
+        a channel of a recording, with the speed or angle of the shaft; or a constant speed, "1500 rpm" or a
+        plain number [rad/s]; None: of a run its reference shaft, of a recording its shaft angle or speed.
 
-    Raises:
-        ModelError: no such channel or speed.
+    Raises
+    ------
+    ModelError
+        no such channel or speed.
     """
     count = signal.values.size
     time: Array = np.asarray(signal.start + signal.interval * np.arange(count), dtype=np.float64)
@@ -142,8 +166,10 @@ def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
 def required(source: Source, signal: Sampled, speed: str | float | None) -> Shaft:
     """Return the shaft beside a signal, turning one way, forward.
 
-    Raises:
-        ModelError: nobody says how it turns, or it stands or turns back.
+    Raises
+    ------
+    ModelError
+        nobody says how it turns, or it stands or turns back.
     """
     shaft = shaft_of(source, signal, speed)
     if shaft is None:
@@ -170,8 +196,10 @@ def required(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
 def quantity(location: str, value: str | float, dimension: Dimension, dimensionless: bool = False) -> float:
     """Return a positive quantity in SI.
 
-    Raises:
-        ModelError: not positive, or no quantity of this dimension.
+    Raises
+    ------
+    ModelError
+        not positive, or no quantity of this dimension.
     """
     try:
         return float(Quantity(dimension, "positive").read(value, dimensionless))
@@ -192,8 +220,10 @@ def _finite(location: str, values: Array) -> None:
 def column_of(layout: Layout, channel: str) -> tuple[str, int]:
     """Return which quantity of a run a channel names, and of which inertia, clearance or element, by number.
 
-    Raises:
-        ModelError: the run of this driveline has no such signal.
+    Raises
+    ------
+    ModelError
+        the run of this driveline has no such signal.
     """
     kind, _, subject = channel.partition(".")
     inertias = layout.inertia_names

@@ -37,14 +37,22 @@ def spectra(
 ) -> xr.Dataset:
     """Density of a signal, or densities, cross density, transfer function and coherence of two, with their limits.
 
-    Args:
-        source: a run or a recording.
-        channel: the signal, or the answer y.
-        reference: the cause x, of the same source; None: the density of the signal alone.
-        resolution, overlap, window: as in ``psd``.
-        level: probability that the limits enclose what they are of, bin by bin.
+    Parameters
+    ----------
+    source
+        a run or a recording.
+    channel
+        the signal, or the answer y.
+    reference
+        the cause x, of the same source; None: the density of the signal alone.
+    resolution, overlap, window
+        as in ``psd``.
+    level
+        probability that the limits enclose what they are of, bin by bin.
 
-    Returns:
+    Returns
+    -------
+    xr.Dataset
         psd, psd_low, psd_high (frequency). With a reference also reference_psd, reference_psd_low, reference_psd_high;
         cross and response, each as _real, _imaginary, _magnitude and _phase [rad]; response_radius, of the circle about
         the transfer function, and response_phase_limit [rad]; coherence, coherence_low, coherence_high. All are real,
@@ -52,8 +60,17 @@ def spectra(
         level, averages, segments, resolution, rms of the signal by its density [its unit], notes; of two signals
         threshold, that coherence stays below by chance.
 
-    Raises:
-        ModelError: as ``psd``; of two signals as ``coherence``.
+    Raises
+    ------
+    ModelError
+        as ``psd``; of two signals as ``coherence``.
+
+    Examples
+    --------
+    >>> run = gr.simulate(gr.example("case3"), cycles=40, discard=20)
+    >>> density = gr.spectra(run, "velocity.output_gear")
+    >>> sorted(density.data_vars)[:2]
+    ['psd', 'psd_high']
     """
     how: dict[str, Any] = {"resolution": resolution, "overlap": overlap, "window": window, "level": level}
     first = psd(source, channel, **how)

@@ -45,24 +45,50 @@ def waterfall(
 ) -> xr.DataArray:
     """Spectra of segments side by side.
 
-    Args:
-        source: a run, from the end of its discarded cycles on, or a recording of uniform samples.
-        channel: "acceleration.hub", or the name of a recording's channel.
-        speed: as in ``order_map``; where nobody says it, rows have times only.
-        resolution: width of a bin, "2 Hz" or a plain number [Hz]; None: a fortieth of the record a segment.
-        overlap: share of a segment that the next has as well, 0 to below 1.
-        window: "hann", "flattop" or "boxcar".
-        scaling: "amplitude" of lines [unit], or "density" [unit^2/Hz].
-        highest: frequency up to which they are kept, "2 kHz" or a plain number [Hz]; None: half the rate.
-        speed_step: rows whose speed rounds to the same step, "25 rpm" or a plain number [rad/s], are gathered: mean
-            square amplitudes, mean densities.
-        orders: read along these orders instead of over frequency; NaN beyond the highest frequency.
+    Parameters
+    ----------
+    source
+        a run, from the end of its discarded cycles on, or a recording of uniform samples.
+    channel
+        "acceleration.hub", or the name of a recording's channel.
+    speed
+        as in ``order_map``; where nobody says it, rows have times only.
+    resolution
+        width of a bin, "2 Hz" or a plain number [Hz]; None: a fortieth of the record a segment.
+    overlap
+        share of a segment that the next has as well, 0 to below 1.
+    window
+        "hann", "flattop" or "boxcar".
+    scaling
+        "amplitude" of lines [unit], or "density" [unit^2/Hz].
+    highest
+        frequency up to which they are kept, "2 kHz" or a plain number [Hz]; None: half the rate.
+    speed_step
+        rows whose speed rounds to the same step, "25 rpm" or a plain number [rad/s], are gathered: mean
+        square amplitudes, mean densities.
+    orders
+        read along these orders instead of over frequency; NaN beyond the highest frequency.
 
-    Returns:
+    Returns
+    -------
+    xr.DataArray
         (time, frequency) or, gathered, (speed, frequency), or order instead of frequency, with units.
 
-    Raises:
-        ModelError: as ``psd``; steps of speed or orders without a speed.
+    Raises
+    ------
+    ModelError
+        as ``psd``; steps of speed or orders without a speed.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 4.0, 1e-3)
+    >>> turns = 10.0 * time + 2.5 * time**2
+    >>> speed = gr.Channel("n", "speed", "", "rad/s", 2.0 * np.pi * (10.0 + 5.0 * time))
+    >>> load = gr.Channel("load", "torque", "", "N m", 3.0 * np.cos(2.0 * np.pi * 2.0 * turns))
+    >>> record = gr.Recording(time, (speed, load), "rig")
+    >>> rows = gr.spectral.waterfall(record, "load", speed="n", resolution="2 Hz")
+    >>> rows.dims
+    ('time', 'frequency')
     """
     if scaling not in _SCALINGS:
         rule = f"must be one of {listed(_SCALINGS)}"

@@ -31,15 +31,23 @@ def opened(
 ) -> AbstractContextManager[Scheduler]:
     """Open a scheduler.
 
-    Args:
-        address: "local", "threads", "tcp://HOST:PORT", "tls://HOST:PORT" or a ``distributed.Client``.
-        workers: how many are wanted; None for as many as make sense.
-        sensible: how many pay on this machine.
-        shared: whether other processes see where the study is kept.
+    Parameters
+    ----------
+    address
+        "local", "threads", "tcp://HOST:PORT", "tls://HOST:PORT" or a ``distributed.Client``.
+    workers
+        how many are wanted; None for as many as make sense.
+    sensible
+        how many pay on this machine.
+    shared
+        whether other processes see where the study is kept.
 
-    Raises:
-        ModelError: there is no such scheduler, nobody answers there, or it cannot be had as asked.
-        NotInstalled: it needs a library that is not here.
+    Raises
+    ------
+    ModelError
+        there is no such scheduler, nobody answers there, or it cannot be had as asked.
+    NotInstalled
+        it needs a library that is not here.
     """
     leave_if_imported()
     check_scheduler(address, workers)
@@ -52,12 +60,17 @@ def opened(
 def check_scheduler(address: Any, workers: int | None) -> None:
     """Refuse a scheduler that there is not, and a number of workers that is none.
 
-    Args:
-        address: as of ``opened``; None for none.
-        workers: how many are wanted.
+    Parameters
+    ----------
+    address
+        as of ``opened``; None for none.
+    workers
+        how many are wanted.
 
-    Raises:
-        ModelError: see above; nothing is opened.
+    Raises
+    ------
+    ModelError
+        see above; nothing is opened.
     """
     if workers is not None and (problems := argument_problems({"workers": (Count(1), workers)})):
         raise ModelError(problems)

@@ -44,9 +44,12 @@ class Scheduler(Protocol):
     def __call__(self, store: Store, chunks: Sequence[int], tick: Tick, /) -> Generator[int, None, None]:
         """Have chunks computed and kept, in any order; yield each once it is kept.
 
-        Raises:
-            OSError: the store cannot be written.
-            SchedulerLost: whoever dealt out the chunks has gone; what is kept is kept.
+        Raises
+        ------
+        OSError
+            the store cannot be written.
+        SchedulerLost
+            whoever dealt out the chunks has gone; what is kept is kept.
         """
 
 
@@ -54,11 +57,16 @@ class Scheduler(Protocol):
 class Wanted:
     """What the caller asked for.
 
-    Attributes:
-        address: the words of the call, or an object from Python.
-        workers: how many; None leaves it to the scheduler.
-        sensible: how many pay on this machine.
-        shared: whether other processes see where the study is kept.
+    Attributes
+    ----------
+    address
+        the words of the call, or an object from Python.
+    workers
+        how many; None leaves it to the scheduler.
+    sensible
+        how many pay on this machine.
+    shared
+        whether other processes see where the study is kept.
     """
 
     address: Any

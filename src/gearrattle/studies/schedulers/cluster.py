@@ -39,9 +39,12 @@ _PATIENCE_ALONE = 20.0  # seconds without any worker until that is told
 def cluster(wanted: Wanted) -> Iterator[Scheduler]:
     """Connect to a cluster, or take a client that is connected.
 
-    Raises:
-        NotInstalled: dask.distributed is not here.
-        ModelError: nobody answers, it is no client, or a number of workers was asked for.
+    Raises
+    ------
+    NotInstalled
+        dask.distributed is not here.
+    ModelError
+        nobody answers, it is no client, or a number of workers was asked for.
     """
     try:
         from distributed import Client

@@ -40,10 +40,14 @@ class LostBefore(GearRattleError):
 class Handed:
     """What travels with every chunk.
 
-    Attributes:
-        storage: of the study.
-        name: of the hand-over there.
-        digest: SHA-256 of it.
+    Attributes
+    ----------
+    storage
+        of the study.
+    name
+        of the hand-over there.
+    digest
+        SHA-256 of it.
     """
 
     storage: Storage
@@ -84,16 +88,25 @@ def _pickled(store: Store) -> bytes:
 def work(handed: Handed, chunk: int, attempt: str, alone: bool) -> None:
     """Compute a chunk in a worker and keep it.
 
-    Args:
-        handed: the study.
-        chunk: its number.
-        attempt: a name that this chunk has been sent out by, once.
-        alone: whether nothing else may be computed in this process meanwhile.
+    Parameters
+    ----------
+    handed
+        the study.
+    chunk
+        its number.
+    attempt
+        a name that this chunk has been sent out by, once.
+    alone
+        whether nothing else may be computed in this process meanwhile.
 
-    Raises:
-        LostBefore: a worker had begun this attempt.
-        ModelError: the folder cannot be seen or written from here, or versions differ.
-        OSError: the chunk cannot be kept.
+    Raises
+    ------
+    LostBefore
+        a worker had begun this attempt.
+    ModelError
+        the folder cannot be seen or written from here, or versions differ.
+    OSError
+        the chunk cannot be kept.
     """
     store = _received(handed)
     if store.is_done(chunk):

@@ -28,9 +28,12 @@ __all__ = ["Address", "File", "Folder", "Remote", "Storage", "storage_of"]
 def storage_of(address: Address) -> Storage:
     """Return the storage location that a path or an address names; ``file://`` is a folder.
 
-    Raises:
-        NotInstalled: a library for the protocol is not here.
-        ModelError: there is no such protocol, or the address names no storage location.
+    Raises
+    ------
+    NotInstalled
+        a library for the protocol is not here.
+    ModelError
+        there is no such protocol, or the address names no storage location.
     """
     if not isinstance(address, str | os.PathLike):
         return address

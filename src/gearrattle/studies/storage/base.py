@@ -19,9 +19,12 @@ from typing import Any, Protocol
 class File:
     """One file in storage, there or not; its methods are those of ``pathlib.Path``, but what it writes is whole.
 
-    Attributes:
-        storage: where.
-        name: its name there.
+    Attributes
+    ----------
+    storage
+        where.
+    name
+        its name there.
     """
 
     storage: Storage

@@ -19,8 +19,10 @@ from gearrattle.writing import is_left, put
 class Folder:
     """A folder.
 
-    Attributes:
-        path: where.
+    Attributes
+    ----------
+    path
+        where.
     """
 
     path: Path

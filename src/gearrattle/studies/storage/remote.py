@@ -27,8 +27,10 @@ _FOLDERS = {"auto_mkdir": True}
 class Remote:
     """A folder behind an address.
 
-    Attributes:
-        address: without a slash at the end.
+    Attributes
+    ----------
+    address
+        without a slash at the end.
     """
 
     address: str
@@ -137,9 +139,12 @@ class Remote:
 def remote(address: str) -> Remote:
     """Return the storage location behind an address.
 
-    Raises:
-        NotInstalled: fsspec, or its library for the protocol, is not here.
-        ModelError: there is no such protocol, or the address names no storage location.
+    Raises
+    ------
+    NotInstalled
+        fsspec, or its library for the protocol, is not here.
+    ModelError
+        there is no such protocol, or the address names no storage location.
     """
     protocol, _, rest = address.partition("://")
     try:

@@ -34,13 +34,20 @@ _LONGEST = 14  # letters of a prescribed word of an x axis in one line
 def prepare(axes: Axes, rows: Rows, *, labelled: bool, inches: float) -> Text:
     """Set limits, scales, labels and ticks.
 
-    Args:
-        axes: of the panel.
-        rows: the panel they show.
-        labelled: whether the x axis is labelled.
-        inches: width of the figure.
+    Parameters
+    ----------
+    axes
+        of the panel.
+    rows
+        the panel they show.
+    labelled
+        whether the x axis is labelled.
+    inches
+        width of the figure.
 
-    Returns:
+    Returns
+    -------
+    Text
         The title.
     """
     from matplotlib import rcParams

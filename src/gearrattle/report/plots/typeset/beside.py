@@ -23,10 +23,14 @@ _ROOM = 0.02
 class Rows:
     """A panel, and what stands at the right of its rows.
 
-    Attributes:
-        panel: to be drawn; the names are its y ticks.
-        right: words beyond the x axis, by their heights.
-        wordy: whether the y axis has words instead of numbers, so that a unit is not of that axis.
+    Attributes
+    ----------
+    panel
+        to be drawn; the names are its y ticks.
+    right
+        words beyond the x axis, by their heights.
+    wordy
+        whether the y axis has words instead of numbers, so that a unit is not of that axis.
     """
 
     panel: Panel

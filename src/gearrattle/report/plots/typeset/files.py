@@ -58,11 +58,15 @@ _SETTINGS: dict[str, Any] = {
 def known_formats(requested: str | Sequence[str]) -> list[str]:
     """Return formats, each once.
 
-    Args:
-        requested: names, or one text with commas between them; a dot before is allowed.
+    Parameters
+    ----------
+    requested
+        names, or one text with commas between them; a dot before is allowed.
 
-    Raises:
-        ModelError: none, or one that figures are not saved as.
+    Raises
+    ------
+    ModelError
+        none, or one that figures are not saved as.
     """
     names = requested.split(",") if isinstance(requested, str) else list(requested)
     formats = list(dict.fromkeys(name.strip().lower().removeprefix(".") for name in names if name.strip()))
@@ -77,8 +81,10 @@ def known_formats(requested: str | Sequence[str]) -> list[str]:
 def checked_dpi(dpi: float) -> float:
     """Return a resolution.
 
-    Raises:
-        ModelError: it is none.
+    Raises
+    ------
+    ModelError
+        it is none.
     """
     if not isinstance(dpi, int | float) or not _LOWEST <= dpi <= _HIGHEST:
         rule = f"must be {_LOWEST:g} to {_HIGHEST:g} dots an inch"
@@ -89,12 +95,18 @@ def checked_dpi(dpi: float) -> float:
 def saved(figure: Figure, kind: str, *, dpi: float = DPI, title: str = "", subject: str = "") -> bytes:
     """Return a figure as a file's bytes.
 
-    Args:
-        figure: to be saved.
-        kind: of ``FORMATS``.
-        dpi: points an inch of PNG and TIFF, and of pictures inside the others.
-        title: kept in the file, as far as its format can.
-        subject: the same.
+    Parameters
+    ----------
+    figure
+        to be saved.
+    kind
+        of ``FORMATS``.
+    dpi
+        points an inch of PNG and TIFF, and of pictures inside the others.
+    title
+        kept in the file, as far as its format can.
+    subject
+        the same.
     """
     from matplotlib import rc_context, rcParams
 
@@ -109,14 +121,21 @@ def saved(figure: Figure, kind: str, *, dpi: float = DPI, title: str = "", subje
 def save_figure(figure: Figure, path: str | os.PathLike[str], *, dpi: float = DPI) -> Path:
     """Save a figure; the ending says as what.
 
-    Args:
-        figure: to be saved.
-        path: a file that ends in one of ``FORMATS``.
-        dpi: points an inch of PNG and TIFF, and of pictures inside the others; 72 to 2400.
+    Parameters
+    ----------
+    figure
+        to be saved.
+    path
+        a file that ends in one of ``FORMATS``.
+    dpi
+        points an inch of PNG and TIFF, and of pictures inside the others; 72 to 2400.
 
-    Raises:
-        ModelError: another ending, or a resolution that is none.
-        OSError: the file cannot be written.
+    Raises
+    ------
+    ModelError
+        another ending, or a resolution that is none.
+    OSError
+        the file cannot be written.
     """
     (kind,) = known_formats([Path(path).suffix])
     content = saved(figure, kind, dpi=checked_dpi(dpi))

@@ -38,11 +38,16 @@ _INCH = 25.4
 def matplotlib_figure(chart: Chart, style: Style | None = None) -> Figure:
     """Draw a chart for print.
 
-    Args:
-        chart: what to draw.
-        style: how; None: 175 mm wide, sans-serif letters of 8 pt.
+    Parameters
+    ----------
+    chart
+        what to draw.
+    style
+        how; None: 175 mm wide, sans-serif letters of 8 pt.
 
-    Returns:
+    Returns
+    -------
+    Figure
         A figure of matplotlib's object-oriented interface: pyplot does not know it, so it need not be closed. Its axes
         are the panels in reading order, then the scales of maps. Its label is the chart's key. The layout stands still,
         so that what was measured is what is saved; ``set_layout_engine("constrained")`` makes room for longer words.

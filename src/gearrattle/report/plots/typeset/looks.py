@@ -34,11 +34,16 @@ _APART = 0.12
 class Looks:
     """How each colour of a chart is drawn.
 
-    Attributes:
-        dashes: of curves, by colour.
-        widths: of curves in the legend, by colour [pt].
-        markers: of points, by colour.
-        hatches: of bars and cells, by colour.
+    Attributes
+    ----------
+    dashes
+        of curves, by colour.
+    widths
+        of curves in the legend, by colour [pt].
+    markers
+        of points, by colour.
+    hatches
+        of bars and cells, by colour.
     """
 
     dashes: dict[str, Dashes]

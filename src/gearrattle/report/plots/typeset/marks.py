@@ -36,13 +36,20 @@ _BEYOND = 10.0
 def draw_marks(axes: Axes, rows: Rows, looks: Looks, *, inches: float) -> list[Annotation]:
     """Draw all that a panel holds, from the heat up; limits and scales must have been set.
 
-    Args:
-        axes: where.
-        rows: the panel.
-        looks: of the chart's colours.
-        inches: width of the figure.
+    Parameters
+    ----------
+    axes
+        where.
+    rows
+        the panel.
+    looks
+        of the chart's colours.
+    inches
+        width of the figure.
 
-    Returns:
+    Returns
+    -------
+    list[Annotation]
         The words inside the panel, in the order of their importance.
     """
     panel = rows.panel

@@ -34,10 +34,14 @@ _HIGHER = 1.2
 def settle_axes(figure: Figure, titles: Mapping[Axes, Text], height: float) -> None:
     """Take ticks away and break titles until all words stand apart and on the paper, and give the panels their height.
 
-    Args:
-        figure: with its layout engine.
-        titles: of the panels, by their axes.
-        height: that panels shall have [in].
+    Parameters
+    ----------
+    figure
+        with its layout engine.
+    titles
+        of the panels, by their axes.
+    height
+        that panels shall have [in].
     """
     for _ in range(_ROUNDS):
         figure.draw_without_rendering()

@@ -38,11 +38,16 @@ _FONTS = {"sans": ("DejaVu Sans",), "serif": ("STIXGeneral", "DejaVu Serif")}
 class Style:
     """How figures for print look.
 
-    Attributes:
-        width: of the figure [mm]: a number, a quantity such as "85 mm", "single" (85 mm) or "double" (175 mm).
-        font: "sans", "serif", or the name of an installed family such as "Arial".
-        size: of the letters [pt], 5 to 14; those of ticks and legends are an eighth smaller.
-        rc: matplotlib style file, or the name of a style matplotlib knows; it is laid over the house's.
+    Attributes
+    ----------
+    width
+        of the figure [mm]: a number, a quantity such as "85 mm", "single" (85 mm) or "double" (175 mm).
+    font
+        "sans", "serif", or the name of an installed family such as "Arial".
+    size
+        of the letters [pt], 5 to 14; those of ticks and legends are an eighth smaller.
+    rc
+        matplotlib style file, or the name of a style matplotlib knows; it is laid over the house's.
     """
 
     width: float | str = "double"
@@ -53,8 +58,10 @@ class Style:
     def __post_init__(self) -> None:
         """Refuse what cannot be drawn, everything that is wrong at once.
 
-        Raises:
-            ModelError: a width, a font, a size or a style that is none.
+        Raises
+        ------
+        ModelError
+            a width, a font, a size or a style that is none.
         """
         problems = [
             problem
