@@ -80,12 +80,17 @@ def test_every_example_is_listed() -> None:
     assert [name for path in files if (name := path.relative_to(EXAMPLES).as_posix()) not in catalogue] == []
 
 
-def test_readme_python_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    (code,) = re.findall(r"```python\n(.*?)```", _read(ROOT / "README.md"), flags=re.DOTALL)
+def test_readme_python_prints_what_it_says(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ((code, printed),) = re.findall(
+        r"```python\n(.*?)```\n+```text\n(.*?)```", _read(ROOT / "README.md"), flags=re.DOTALL
+    )
     assert len(code.strip().splitlines()) <= 12
     monkeypatch.chdir(tmp_path)  # it saves a report into the working directory
     exec(compile(code, "README.md", "exec"), {})
-    assert (tmp_path / "tight" / "report.html").is_file()
+    assert capsys.readouterr().out == printed
+    assert (tmp_path / "case3" / "report.html").is_file()
 
 
 def _keys(schema: Any) -> set[str]:

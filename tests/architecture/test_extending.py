@@ -17,7 +17,7 @@ FOLDER = DOCS / "howto" / "extend"
 LAWS = {
     "component": ["tests/model/test_components.py"],
     "algorithm": ["tests/engine/solvers/test_one_step.py"],
-    "quantity": ["tests/quantities/test_vectors.py", "tests/quantities/test_metric_table.py"],
+    "quantity": ["tests/quantities/test_vectors.py", "tests/quantities/test_metric_chunks.py"],
 }
 COPIED = ("src", "tests", "docs", "examples", "benchmarks", "pyproject.toml", "README.md")
 
