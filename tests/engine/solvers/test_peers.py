@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 from benchmarks.peers.cvode import ADAMS, BDF
 from benchmarks.peers.exact import EXACT
 from benchmarks.peers.fixed_step import RK2, RK4
-from benchmarks.peers.page import page
 from benchmarks.peers.plant import plant
 from benchmarks.peers.scipy_ivp import DOP853, RADAU
 from benchmarks.peers.sundae import SUNDAE
 from benchmarks.peers.taylor import AUTOMATIC, HEYOKA
-
-from tests.architecture.places import DOCS
 
 TRIED = [
     (RK2, "0.001/150 s", 3e-3),
@@ -44,8 +39,3 @@ def test_the_automatic_cooldown_of_a_loose_tolerance_loses_crossings():
     pytest.importorskip("heyoka")
     case = plant("case3_loaded")
     assert HEYOKA.build(case, 1e-4, cooldown=AUTOMATIC).run(4).events < EXACT.build(case).run(4).events / 2
-
-
-def test_the_page_is_what_its_data_give():
-    data = json.loads((DOCS / "reference" / "peers.json").read_text(encoding="utf-8"))
-    assert (DOCS / "reference" / "peers.md").read_text(encoding="utf-8") == page(data)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.growth.page import exponent, page
 from benchmarks.growth.plant import task, train
 
 from gearrattle.engine.solvers import SOLVERS, choice, sweep
@@ -16,7 +14,6 @@ from gearrattle.engine.solvers.sweep import SweepMarch, plan_of
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.engine.system.network import Majorant
 from gearrattle.outcome import Outcome
-from tests.architecture.places import DOCS
 from tests.engine.solvers.tasks import GAP, finished, oscillator
 from tests.engine.solvers.tasks import task as small
 from tests.oracles.compare import assert_exact
@@ -114,17 +111,3 @@ def test_an_unstable_motion_is_not_finite():
         pass
     assert outcome is Outcome.NON_FINITE
     assert march.position().time > 0
-
-
-def test_the_page_is_what_its_data_give():
-    data = json.loads((DOCS / "reference" / "growth.json").read_text(encoding="utf-8"))
-    assert (DOCS / "reference" / "growth.md").read_text(encoding="utf-8") == page(data)
-
-
-def test_the_cost_of_a_period_grows_by_less_than_three_halves():
-    """As measured when the page was written."""
-    data = json.loads((DOCS / "reference" / "growth.json").read_text(encoding="utf-8"))
-    for shape in ("chain", "tree"):
-        rows = [row for row in data["sweep"] if row["shape"] == shape]
-        assert exponent(rows, "window_us") <= 1.05
-        assert exponent(rows, "cycle_ms") <= 1.5
