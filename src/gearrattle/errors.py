@@ -102,7 +102,7 @@ class ConvergenceError(GearRattleError):
 
 
 class SchedulerLost(GearRattleError):
-    """Whoever dealt out the parts of a long computation has gone; what it had kept is kept, and resuming goes on."""
+    """The scheduler of a long computation is gone; what was kept stays, and the computation can be resumed."""
 
 
 class Cancelled(GearRattleError):

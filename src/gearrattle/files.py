@@ -323,7 +323,7 @@ def _objects(file: Any) -> Iterator[tuple[str, Any]]:
 
 
 def private_folder(path: Path) -> bool:
-    """Make a folder that nobody else can write, for files that are trusted later; tell whether it is one now.
+    """Make a folder that no other user can write, for files that are trusted later; tell whether it is one now.
 
     Its parent is made as well and held to the same: owned by this user, no symbolic link, mode 700.
     """
@@ -335,7 +335,7 @@ def private_folder(path: Path) -> bool:
             if not stat.S_ISDIR(owner.st_mode) or (hasattr(os, "geteuid") and owner.st_uid != os.geteuid()):
                 return False
             if owner.st_mode & 0o022 and folder == path and any(path.iterdir()):
-                return False  # what lies there may be somebody else's
+                return False  # what is there may belong to another user
             if owner.st_mode & 0o077:
                 folder.chmod(0o700)
         except OSError:

@@ -62,7 +62,7 @@ def _arrived(parent: int, main: dict[str, Any]) -> Worker:
 
 
 def _leave_with(parent: int) -> None:
-    """End this process once its parent is no more: nobody would ever read what it computes."""
+    """End this process once its parent is no more: its results would be lost."""
     while not _has_gone(parent):
         time.sleep(_LOOKING)
     os._exit(1)

@@ -1,4 +1,4 @@
-"""Classes of what calls return, for annotations; nobody makes one by hand.
+"""Classes of what calls return, for annotations; they are made by calls, not by hand.
 
 Examples
 --------

@@ -146,7 +146,7 @@ class Staging:
             raise NotADirectoryError(20, "a file stands where a folder is needed", str(anchor))
         sweep(anchor)
         with suppress(OSError):
-            sweep(anchor.parent)  # whoever was killed there may have begun before the folder was made
+            sweep(anchor.parent)  # a program killed there may have begun before the folder was made
         self._hidden, self._owner = _hidden_folder(anchor)
         self._path = self._hidden / _CONTENT / self.destination.relative_to(anchor)
         try:
@@ -207,7 +207,7 @@ class Staging:
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Remove the hidden folder, also if somebody is still writing there."""
+        """Remove the hidden folder, also if another program still writes there."""
         hidden = self._hidden
         self._hidden = None
         self._path = None
@@ -329,7 +329,7 @@ def _move_back(hidden: Path, names: list[str]) -> None:
         if os.path.lexists(old / name):
             os.rename(old / name, destination / name)
     _flush_folder(destination)
-    os.rename(new, hidden / "undone")  # nobody is to move it in any more
+    os.rename(new, hidden / "undone")  # so that no other program moves it in
 
 
 @contextmanager
@@ -452,7 +452,7 @@ class Lock:
         Raises
         ------
         Refused
-            somebody else has it.
+            another program has it.
         OSError
             the machine refused.
         """
@@ -499,7 +499,7 @@ def _opened_lock(path: Path, *, make: bool = True) -> int:
 
 
 def _locked(handle: int) -> bool | None:
-    """Lock an open file if nobody has locked it; None on a file system without locks."""
+    """Lock an open file if it is not locked; None on a file system without locks."""
     try:
         if sys.platform == "win32":
             import msvcrt

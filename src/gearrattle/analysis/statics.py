@@ -59,7 +59,7 @@ class Modes(Result):
     """Natural modes, where their energy is, and what excites them.
 
     A share in ``kinetic_energy`` reads two ways: down its column, where the mode moves; along its row, how the energy
-    of a blow on that inertia spreads over the modes. So does one in ``strain_energy``: along its row, how the energy
+    of a unit impulse on that inertia spreads over the modes. A row of ``strain_energy`` says how the energy
     of a sudden step of transmission error in that element spreads. Of modes of one frequency only sums of shares mean
     anything, as any combination of them is a mode too.
 

@@ -46,7 +46,7 @@ def ramp_of(model: Model) -> Ramp | None:
 
 
 def default_cycles(model: Model) -> int:
-    """Length of a run in periods where nobody says: a sweep is followed to its end."""
+    """Length of a run in periods where it is not given: a sweep is followed to its end."""
     ramp = ramp_of(model)
     return DEFAULTS.cycles if ramp is None else max(1, ceil(ramp.over / period_of(model).period * (1.0 - 1e-12)))
 

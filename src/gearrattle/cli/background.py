@@ -66,7 +66,7 @@ class Watch:
         self._expected = time.monotonic(), seconds
 
     def remaining(self) -> float | None:
-        """Seconds this phase will still take, as the work says or at the pace so far; None while nobody knows."""
+        """Seconds this phase will still take, as the work says or at the pace so far; None while unknown."""
         if self._expected is not None:
             at, seconds = self._expected
             return max(0.0, seconds - (time.monotonic() - at))

@@ -33,7 +33,7 @@ class Look:
     )
     font: Annotated[str, Parameter(help='"sans", "serif", or the name of an installed family.')] = "sans"
     size: Annotated[float, Parameter(help="Of the letters [pt].")] = 8.0
-    style: Annotated[Path | None, Parameter(help="matplotlib style file, laid over the house's.")] = None
+    style: Annotated[Path | None, Parameter(help="matplotlib style file, laid over gearrattle's own.")] = None
 
 
 _LOOK = Look()

@@ -4,7 +4,7 @@ An algorithm is *sound* here if it came to an end, its error inside the window s
 outside its stability region, it missed and invented no impact, and no more than a third of its statistics beyond the
 horizon lie outside those of all exact motions: chance puts one in twenty-two there, in groups that go together. The
 cheapest sound one is recommended next to exact.
-Against a reference that is itself wrong nobody is called sound or unsound.
+Against a reference that is itself wrong none is called sound or unsound.
 
 Takes a Comparison; gives verdicts with their reasons, and three sentences.
 """
@@ -40,7 +40,7 @@ def _is_strange(row: Row) -> bool:
 def with_verdicts(comparison: Comparison) -> tuple[Row, ...]:
     """Return the rows with a verdict, "sound" or "not sound", and what speaks against them.
 
-    The reference and the exact motion from nearby have neither, and against a reference that is not exact nobody has
+    The reference and the exact motion from nearby have neither, and against a reference that is not exact none has
     one; but why there is no motion is told in any case.
     """
     first, *others, away = comparison.rows

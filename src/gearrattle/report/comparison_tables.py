@@ -217,7 +217,7 @@ def stability_table(comparison: Comparison) -> Table:
     rows = tuple((row.label, *(_number(row.growths[region]) for region in regions)) for row in shown)
     note = (
         "max |R(h lambda)| over the eigenvalues of every region the true motion visits; a region is told by the labels "
-        "of its clearances. Above 1 a mode grows in it that in truth dies out. A rigid motion gives exactly 1."
+        "of its clearances. Above 1 a mode grows in it that really decays. A rigid motion gives exactly 1."
         + (f" Of {counted(len(largest), 'region')} the {len(regions)} with the largest are shown." if left else "")
     )
     return Table(("algorithm", *regions), rows, frozenset({0}), "", note)

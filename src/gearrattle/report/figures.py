@@ -144,7 +144,7 @@ def figures(
     size
         of the letters [pt], 5 to 14.
     style
-        matplotlib style file, or name of a style, laid over the house's.
+        matplotlib style file, or name of a style, laid over gearrattle's own.
 
     Returns
     -------

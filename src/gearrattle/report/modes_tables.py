@@ -59,7 +59,8 @@ def modes_in_words(modes: Modes, model_speed: float, *, si: bool) -> Table:
         )
     note = (
         "Order: at the model's speed. Works in: shares of the strain energy from 5 % on. Moves: shares of the kinetic "
-        "energy from 5 % on. Excited by: the share of the energy of a blow on that inertia, or of a sudden step of "
+        "energy from 5 % on. Excited by: the share of the energy of a unit impulse on that inertia, or of a sudden "
+        "step of "
         "that transmission error, that goes into the mode, from 0.1 % on."
     )
     groups = [" and ".join(str(mode + 1) for mode in group) for group in modes.repeated()]

@@ -159,7 +159,7 @@ def _run(model: Model, cycles: int, samples: int, start: dict[str, list[float]] 
 
 
 def _end(t: Trajectory) -> dict[str, list[float]]:
-    """The last state, turned back as one body, lest the angles grow from load to load."""
+    """The last state, turned back as one body, so that the angles do not grow from load to load."""
     return {"angle": (t.angle[-1] - t.angle[-1, 0]).tolist(), "velocity": t.velocity[-1].tolist()}
 
 

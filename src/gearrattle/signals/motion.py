@@ -46,7 +46,7 @@ def unwrapped(values: Array, span: float) -> Array:
     Parameters
     ----------
     values
-        (N,); two neighbours are less than half the span apart in truth.
+        (N,); two neighbours are less than half the span apart in reality.
     span
         where the encoder starts over, in the unit of the values.
     """

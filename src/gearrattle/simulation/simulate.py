@@ -196,7 +196,7 @@ def needs_exact(driveline: Driveline) -> str:
 
 
 def _sweep_notes(model: Model) -> tuple[str, ...]:
-    """What a sweep of the speed means for whoever counts in cycles."""
+    """What a sweep of the speed means for a count in cycles."""
     sweep = model.excitation.sweep
     if sweep is None:
         return ()

@@ -119,7 +119,7 @@ class Store:
         store = cls(path, owner, state)
         if path.exists():
             store._hold()
-            store.state = read_state(path)  # the last word of whoever wrote before
+            store.state = read_state(path)  # the last state that was written
             sweep(path)
         return store
 
@@ -141,7 +141,7 @@ class Store:
         Raises
         ------
         ModelError
-            somebody else writes into it.
+            another program writes into it.
         """
         if self._lock is None:
             try:

@@ -82,7 +82,7 @@ class Claim:
         except Refused as error:
             raise ModelError(Problem(storage.address, "", error.rule, error.remedy)) from None
         try:
-            check_storage(storage, resume=resume)  # somebody may have begun meanwhile
+            check_storage(storage, resume=resume)  # another program may have begun meanwhile
             for folder in ("", "done"):
                 sweep(storage.local / folder)
             for name in storage.names(""):

@@ -56,7 +56,7 @@ class Study(Protocol):
         ModelError
             the folder holds something else.
         SchedulerLost
-            whoever computed has gone.
+            the scheduler is gone.
         OSError
             the folder cannot be written.
         """

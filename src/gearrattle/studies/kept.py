@@ -1,4 +1,4 @@
-"""What is kept of a study, for whoever reads it: how far it has come, and its results.
+"""What is kept of a study: how far it has come, and its results.
 
     results.zarr/        one array an output over the whole grid, with names and coordinates: any xarray opens it
     study.json           what is computed: format, fingerprint, versions, outputs

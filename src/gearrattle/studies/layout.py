@@ -35,7 +35,7 @@ def scattered(data: xr.Dataset) -> tuple[str, ...]:
 
 
 def sampling_of(data: xr.Dataset) -> str:
-    """By which method the samples were chosen; empty if nobody says."""
+    """By which method the samples were chosen; empty if it is not stated."""
     return str(data.attrs.get("sampling", ""))
 
 

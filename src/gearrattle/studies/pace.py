@@ -31,7 +31,7 @@ _TOO_LONG = 2.0  # seconds of a case alone: no further case is tried then
 _OPENING, _KEEPING = 0.2, 0.02  # seconds to lay out a study, and to keep a chunk; measured
 _GOLDEN = 0.6180339887498949
 _BELIEVED = 0.5  # share of the work after which its own pace alone is believed, and the estimate no more
-_ALMOST = 0.95  # share of a chunk under way that is counted at most where nobody tells it
+_ALMOST = 0.95  # share of a chunk under way that is counted at most where it is unknown
 
 
 def spread(count: int, most: int) -> Iterator[int]:

@@ -176,7 +176,7 @@ class Prepared:
         ModelError
             the folder holds something else.
         SchedulerLost
-            whoever computed has gone.
+            the scheduler is gone.
         OSError
             the folder cannot be written.
         """

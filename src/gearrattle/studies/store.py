@@ -275,7 +275,7 @@ class Store:
         return [*paths, *(self.plan.samples.paths if self.plan.samples is not None else ())]
 
     def begin(self, chunk: int, attempt: str = "") -> None:
-        """Note that a worker has begun a chunk, and by which attempt: if it dies, this may be why."""
+        """Note that a worker has begun a chunk, and by which attempt: if it ends, this may be why."""
         self.storage.write(_begun(chunk), attempt.encode())
 
     def attempt(self, chunk: int) -> str:
@@ -358,7 +358,7 @@ class Store:
     def add(self, dataset: xr.Dataset) -> None:
         """Write what was made of the whole beside the results; what is there by these names is replaced.
 
-        Until all of it is written nobody is told of it.
+        It is announced when all of it is written.
         """
         group = self._group()
         known = [name for name in group.attrs["order"] if name not in dataset]

@@ -74,7 +74,7 @@ class Balance:
 
     @property
     def stable(self) -> bool:
-        """Whether the motion exists and a small disturbance dies out or stays small."""
+        """Whether the motion exists and a small disturbance decays or stays small."""
         return self.settled and self.multiplier <= 1.0 + MARGIN
 
 

@@ -1,7 +1,7 @@
 """How a region is built: the stages in their order, each a compiled function of its own.
 
 Compiled into one they would take half a minute; called where they lie (``_jit.address_of``) they take a few seconds,
-and whoever builds regions - a single run, many variants - runs the same machine code.
+and every caller - a single run, many variants - runs the same machine code.
 
 Takes a workspace (``located``); writes one slot of ``packed.Regions``.
 """

@@ -1,6 +1,6 @@
 """The groups of a workspace as stages read them: from words, the address and the shape of every array in turn.
 
-A stage that is handed the arrays themselves takes seconds to compile, and whoever calls it has to unpack them all. What
+A stage that is handed the arrays themselves takes seconds to compile, and every caller has to unpack them all. What
 a stage does not use of a group costs nothing.
 """
 

@@ -1,6 +1,6 @@
 """Whether a step lies inside a method's stability region: |R(h lambda)| <= 1 for every eigenvalue of every region met.
 
-A step outside makes a mode grow that in truth dies out, and the run invents motion (the 1995 paper's RK4 step does).
+A step outside makes a mode grow that really decays, and the run invents motion (the 1995 paper's RK4 step does).
 """
 
 from __future__ import annotations

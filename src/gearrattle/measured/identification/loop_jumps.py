@@ -11,7 +11,8 @@ to b', with residuals y and their sum of squares S,
     f = min(max(delta - b, 0) / r, 1),
 
 C the curvature and -2 G the slope of S in b, without jump and stretch, when all other parameters give way. The samples
-of the sums are few beside all, so what the others would gain by them is left out; whoever moves a break solves again.
+of the sums are few beside all, so what the others would gain by them is left out; after a break is moved, all is solved
+again.
 
     density of b  ~  sum over the density of r of  exp(-(S(b') - S(b)) / (2 tau s^2)) / W(r),
 

@@ -1,6 +1,6 @@
 """Which bodies and clearances a figure shows of a large driveline.
 
-A report draws a panel each for at most ``MOST`` of them: a hundred panels nobody reads would make a page of tens of
+A report draws a panel each for at most ``MOST`` of them: a hundred panels would make a page of tens of
 megabytes. The clearances are the worst ones of the verdict; the bodies the driven one, those at these clearances, then
 those of the largest acceleration. Captions say how many are left out and where they stand.
 

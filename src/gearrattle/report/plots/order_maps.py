@@ -199,7 +199,7 @@ def _level_axis(data: xr.DataArray, si: bool) -> tuple[Array, str]:
 
 
 def _turning(data: xr.DataArray) -> Turning | None:
-    """Return how the shaft turns along a map over time; None where nobody knows."""
+    """Return how the shaft turns along a map over time; None where unknown."""
     if "speed" not in data.coords:
         return None
     time = np.asarray(data["time"].values, np.float64)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 TURNS = 8
-_USUAL = 100.0  # orders that a map shows where nobody says how many
+_USUAL = 100.0  # orders that a map shows where no number is given
 _FEWEST_PER_TURN = 16
 _MOST = 50_000_000  # values of a map
 _OVER = ("time", "speed")

@@ -125,7 +125,7 @@ def sampled(source: Source, channel: str) -> Sampled:
 
 
 def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaft | None:
-    """Return the shaft beside a signal; None if nobody says how it turns.
+    """Return the shaft beside a signal; None if its speed is not given.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def required(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
     Raises
     ------
     ModelError
-        nobody says how it turns, or it stands or turns back.
+        its speed is not given, or it stands or turns back.
     """
     shaft = shaft_of(source, signal, speed)
     if shaft is None:

@@ -52,7 +52,7 @@ def waterfall(
     channel
         "acceleration.hub", or the name of a recording's channel.
     speed
-        as in ``order_map``; where nobody says it, rows have times only.
+        as in ``order_map``; where it is not stated, rows have times only.
     resolution
         width of a bin, "2 Hz" or a plain number [Hz]; None: a fortieth of the record a segment.
     overlap

@@ -1,6 +1,6 @@
 """What a scheduler is: it gets a store and numbers of chunks, has them computed, and tells each as it is done.
 
-A scheduler never sees a result: whoever computes a chunk keeps it in the store, results first, then the marker. So a
+A scheduler never sees a result: the worker keeps its chunk in the store, results first, then the marker. So a
 scheduler may lose anything, workers and itself included, and the study goes on from the markers. Three promises:
 
 * chunks under way are few, ``WINDOW`` a worker, so that memory does not grow with the study;
@@ -39,7 +39,7 @@ class Tick(Protocol):
 
 
 class Scheduler(Protocol):
-    """Whoever has chunks computed."""
+    """What has chunks computed."""
 
     def __call__(self, store: Store, chunks: Sequence[int], tick: Tick, /) -> Generator[int, None, None]:
         """Have chunks computed and kept, in any order; yield each once it is kept.
@@ -49,7 +49,7 @@ class Scheduler(Protocol):
         OSError
             the store cannot be written.
         SchedulerLost
-            whoever dealt out the chunks has gone; what is kept is kept.
+            the scheduler is gone; what was kept stays.
         """
 
 

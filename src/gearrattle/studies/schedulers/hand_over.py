@@ -174,7 +174,7 @@ def _here() -> str:
 
 
 class _Turns:
-    """Chunks computed beside each other, or one alone: what dies alone has only itself to blame."""
+    """Chunks computed beside each other, or one alone: a chunk that ends its worker while alone is the cause."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()

@@ -123,8 +123,8 @@ def _cannot_start(store: Store) -> GearRattleError:
 def processes(store: Store, chunks: Iterable[int], count: int, tick: Tick) -> Generator[int, None, None]:
     """Compute chunks in other processes, yielding each as it is done; ``tick`` is called now and then, and may raise.
 
-    Where a worker dies nobody knows which of the chunks that had been begun killed it: these go out again one at a
-    time, and only what dies alone counts against a chunk.
+    Where a worker ends, it is unknown which of the chunks that had been begun killed it: these go out again one at a
+    time, and only a worker that ends with one chunk counts against that chunk.
     """
     waiting: Iterator[int] = iter(chunks)
     deaths: dict[int, int] = {}

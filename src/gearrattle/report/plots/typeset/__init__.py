@@ -1,6 +1,6 @@
 """Charts for print: matplotlib figures of a stated width, and files a journal takes.
 
-    style.py    width, letters, strokes; the house's settings of matplotlib, in a context of their own
+    style.py    width, letters, strokes; our settings of matplotlib, in a context of their own
     looks.py    dashes, markers and hatching by colour
     marks.py    what a panel holds
     axes.py     limits, labels with units, ticks

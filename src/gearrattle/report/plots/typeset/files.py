@@ -1,4 +1,4 @@
-"""Files for print: the same figure gives the same bytes, whoever's machine, clock and settings.
+"""Files for print: the same figure gives the same bytes on every machine, at any time, with any settings.
 
 Letters in PDF and EPS are embedded TrueType (type 42), which publishers take and editors can change; SVG has them as
 outlines, so that no font need be there. No file carries a date. EPS knows no transparency: what is translucent becomes

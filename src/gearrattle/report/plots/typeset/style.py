@@ -47,7 +47,7 @@ class Style:
     size
         of the letters [pt], 5 to 14; those of ticks and legends are an eighth smaller.
     rc
-        matplotlib style file, or the name of a style matplotlib knows; it is laid over the house's.
+        matplotlib style file, or the name of a style matplotlib knows; it is laid over gearrattle's own.
     """
 
     width: float | str = "double"
