@@ -10,6 +10,7 @@ import math
 from gearrattle.measured.validation import Explained, Level, Pair, Validation
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
+from gearrattle.wording import counted
 
 
 def levels_table(validation: Validation) -> Table:
@@ -117,7 +118,7 @@ def _effects(explanation: Explained) -> Table:
     )
     head = ("parameter", "channel", "level", "by one standard error", "± s.e.", "alone, standard errors")
     note = (
-        f"From a straight line through {explanation.runs} runs. "
+        f"From a straight line through {counted(explanation.runs, 'run')}. "
         "Alone: by how many of its standard errors the parameter would "
         "have to be off to explain the whole difference; a dash: its effect is less than two of its errors."
     )
