@@ -8,13 +8,19 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 
+Json: TypeAlias = "Mapping[str, Json] | Sequence[Json] | str | float | bool | None"
+"""What JSON can say: objects, arrays, texts, numbers, true, false and null."""
 
-def json_value(value: Any) -> Any:
+TomlTable: TypeAlias = dict[str, Any]
+"""A table of a file, as ``tomllib`` reads it: what it may hold is the schema's business, not the type checker's."""
+
+
+def json_value(value: object) -> Any:
     """Return a value in JSON types: arrays become lists, dataclasses objects; what is not finite becomes None.
 
     Parameters
@@ -38,6 +44,6 @@ def json_value(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def json_text(value: Any) -> str:
+def json_text(value: object) -> str:
     """Return a value as indented JSON text; ``json_value`` says which values have one."""
     return json.dumps(json_value(value), indent=2, ensure_ascii=False, allow_nan=False)

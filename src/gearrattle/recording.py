@@ -13,8 +13,8 @@ Takes arrays; gives a frozen record to readers and metrics.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,10 +151,6 @@ class Recording:
         }
         attributes = {"source": self.source, "notes": "\n".join(self.notes)}
         return xr.Dataset(variables, {"time": ("time", self.time, {"units": "s"})}, attributes)
-
-    def with_(self, **changes: Any) -> Recording:
-        """Return a recording with some attributes changed."""
-        return replace(self, **changes)
 
     def _known(self, name: str) -> str:
         """Return a name that is there, or refuse."""

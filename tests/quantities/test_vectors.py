@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -92,7 +93,7 @@ def test_an_order_is_transmitted_alike_by_angle_and_by_acceleration() -> None:
     time = np.arange(257) / 64
     two = rig(sine(0.5)(time), "angle", "driver", "rad")
     other = Channel("another", "acceleration", "loose", "rad/s^2", sine(2.0)(time))
-    two = two.with_(channels=(*two.channels, other))
+    two = replace(two, channels=(*two.channels, other))
     (found,) = OrderTransmissibility().rows(inputs_of_recording(two, layout(), OMEGA, (1.0,)))
     assert found.value == pytest.approx(2.0 / (0.5 * OMEGA**2), rel=1e-9)
 

@@ -17,8 +17,7 @@ Takes a Model and the settings of the run planned; gives an Advice.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
 
 from gearrattle.advice.clearances import clearances_line, contact_ratios_line, linear_forecasts
 from gearrattle.advice.computing import algorithm_line, cost_line, predictability_line
@@ -46,7 +45,7 @@ def advise(
     samples_per_cycle: int | None = None,
     tolerance: float | None = None,
     step: float | str | None = None,
-    initial: Any = None,
+    initial: str | Mapping[str, Sequence[float]] | None = None,
     up_to: float | str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Advice:

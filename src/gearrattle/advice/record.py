@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, ClassVar
 
 from gearrattle.advice.forecasts import Forecast, Score, scored
-from gearrattle.json_types import json_value
+from gearrattle.json_types import Json, json_value
 from gearrattle.result import Result
 from gearrattle.results import Run
 
@@ -74,7 +74,7 @@ class Advice(Result):
         """
         return scored(self.forecasts, run)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """Return the advice in JSON types."""
         return {
             "model": self.model,

@@ -17,7 +17,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from itertools import product
 from math import prod
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from pydantic_core import PydanticCustomError
 
 from gearrattle.analysis.statics import Modes, modes, torque_source
 from gearrattle.errors import ModelError, Problem
+from gearrattle.json_types import Json
 from gearrattle.model import Harmonic, Model, check_model, units
 from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import shown
@@ -131,7 +132,7 @@ class Campbell(Result):
         """The crossing nearest to the model's speed by ratio; None if there are none."""
         return min(self.crossings, key=lambda c: abs(np.log(c.speed / self.model_speed)), default=None)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """Everything but the modes, in JSON types; speeds and frequencies as they are held, modes counted from 0."""
         return {
             "speeds": list(self.speeds),

@@ -10,7 +10,7 @@ Takes a Model; gives a Comparison, and the table of it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -53,7 +53,7 @@ def compare(
     samples_per_cycle: int | None = None,
     tolerance: float = 1e-6,
     step: float | str | None = None,
-    initial: Any = None,
+    initial: str | Mapping[str, Sequence[float]] | None = None,
     budget: float = 60.0,
     progress: Progress | None = None,
 ) -> pd.DataFrame:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from pydantic import ValidationError
 
+from gearrattle.json_types import TomlTable
 from gearrattle.model.engine import Engine, SquareOfSpeed, Wave
 from gearrattle.model.excitation import Excitation
 from gearrattle.model.over_speed import OMEGA
@@ -55,7 +56,7 @@ class GasTorque(Result):
             sums[wave.order] = sums.get(wave.order, 0.0) + wave.amplitude * np.exp(1j * wave.phase)
         return tuple(Wave(n, float(abs(z)), float(np.angle(z))) for n, z in sorted(sums.items()))
 
-    def to_table(self) -> dict[str, Any]:
+    def to_table(self) -> TomlTable:
         """Return mean and harmonics as a ``[[torque]]`` of a model file has them."""
         return {"mean": self.mean, "harmonics": [{k: float(v) for k, v in w._asdict().items()} for w in self.harmonics]}
 
@@ -66,7 +67,7 @@ def gas_torque(
     bore: float | str,
     stroke: float | str,
     rod: float | str,
-    pressure: dict[str, Any],
+    pressure: Mapping[str, object],
     speed: float | str,
     mass: float | str = 0.0,
     crankcase: float | str = 101325.0,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.json_types import json_value
+from gearrattle.json_types import Json, json_value
 from gearrattle.measured.readers import Column, Request, read_raw
 from gearrattle.measured.readers.quantities import guess
 from gearrattle.recording import QUANTITIES, Array, Recording
@@ -119,9 +119,9 @@ class Contents(Result):
             text += _entry(names[-1], row)
         return text
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """Return the contents in JSON types; numbers that are not finite are null."""
-        rows = [{key: json_value(value) for key, value in row.items()} for row in self.table.to_dict("records")]
+        rows = [{str(key): json_value(value) for key, value in row.items()} for row in self.table.to_dict("records")]
         return {"source": self.source, "format": self.format, "channels": rows, "notes": list(self.notes)}
 
 

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
+from gearrattle.json_types import TomlTable
 from gearrattle.model import units
 from gearrattle.model.engine import Engine, SquareOfSpeed
 from gearrattle.model.over_speed import OMEGA, OverSpeed
@@ -63,7 +64,7 @@ class Torque(Table):
     engine: Engine | None = None
     """An engine that gives the mean and the sines."""
 
-    def to_plain(self, *, at_speed: bool = False) -> dict[str, Any]:
+    def to_plain(self, *, at_speed: bool = False) -> TomlTable:
         """Return the table; at a speed an engine is told as the mean and the sines that it gives."""
         plain = super().to_plain(at_speed=at_speed)
         if at_speed and self.engine is not None:

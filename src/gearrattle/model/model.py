@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.json_types import TomlTable
 from gearrattle.model.components import COMPONENTS, Coupling, Mesh, Planetary
 from gearrattle.model.components.base import Component, Element
 from gearrattle.model.excitation import Excitation, Motion, Torque
@@ -72,7 +73,7 @@ class Model(Table):
 
     @classmethod
     def from_tables(
-        cls, tables: Mapping[str, Any], positions: Positions | None = None, stored: Points | None = None
+        cls, tables: Mapping[str, object], positions: Positions | None = None, stored: Points | None = None
     ) -> Self:
         """Validate tables of the file format given as plain dictionaries and lists.
 
@@ -111,7 +112,7 @@ class Model(Table):
         """All elements: of all couplings, then of all meshes, and so on in the order of ``COMPONENTS``."""
         return _elements(self)
 
-    def to_tables(self, *, at_speed: bool = False) -> dict[str, Any]:
+    def to_tables(self, *, at_speed: bool = False) -> TomlTable:
         """Return the tables of the file format, quantities as plain numbers; what was left out stays out.
 
         Parameters
@@ -139,7 +140,7 @@ class Model(Table):
                 points[signal.digest] = (signal.time, signal.value)
         return toml_text(tables), points
 
-    def with_(self, changes: Mapping[str, Any]) -> Self:
+    def with_(self, changes: Mapping[str, object]) -> Self:
         """Return a new model with some values changed.
 
         Parameters
@@ -155,7 +156,7 @@ class Model(Table):
         """
         return self.from_tables(changed(self.to_tables(), changes))
 
-    def with_simulation(self, settings: Mapping[str, Any]) -> Self:
+    def with_simulation(self, settings: Mapping[str, object]) -> Self:
         """Return a new model with some simulation settings changed; it shares all other tables with this one.
 
         Parameters

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from gearrattle.json_types import Json
 from gearrattle.model.model import Model
 from gearrattle.model.table import Table
 
 
-def json_schema() -> dict[str, Any]:
+def json_schema() -> dict[str, Json]:
     """Return the JSON Schema (draft 2020-12) of a model file.
 
     Examples

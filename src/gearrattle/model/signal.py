@@ -22,6 +22,7 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
 from gearrattle.files import Refused, reachable
+from gearrattle.json_types import TomlTable
 from gearrattle.model import units
 from gearrattle.model.csv_columns import read_columns
 from gearrattle.model.csv_layout import RecordError
@@ -108,7 +109,7 @@ class Signal:
         """Return a hash that agrees with equality."""
         return hash(self._key())
 
-    def to_plain(self, *, stored: bool = False) -> dict[str, Any]:
+    def to_plain(self, *, stored: bool = False) -> TomlTable:
         """Return the table of the file format; with ``stored`` its points are named, not written."""
         settings = {
             "scale": None if self.scale == 1.0 else self.scale,

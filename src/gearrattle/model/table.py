@@ -18,6 +18,8 @@ from typing import Any, NamedTuple, Self, cast
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, ValidationInfo, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from gearrattle.json_types import TomlTable
+
 Location = tuple[int | str, ...]
 BREACH = "breach"
 NO_TABLE = "must be a table of keys and values"
@@ -109,11 +111,11 @@ class Table(BaseModel):
         """Return the keys this table may have, in order."""
         return tuple(info.alias or name for name, info in cls.model_fields.items())
 
-    def stated(self, *keys: str) -> dict[str, Any]:
+    def stated(self, *keys: str) -> TomlTable:
         """Return the values of those keys that the file has."""
         return {key: getattr(self, key) for key in keys if key in self.model_fields_set}
 
-    def to_plain(self, *, at_speed: bool = False) -> dict[str, Any]:
+    def to_plain(self, *, at_speed: bool = False) -> TomlTable:
         """Return the table as plain dictionaries, lists and numbers, with the keys that were given and no others.
 
         Parameters

@@ -9,7 +9,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from gearrattle.json_types import json_value
+from gearrattle.json_types import Json, json_value
 from gearrattle.quantities.parts import Part
 from gearrattle.quantities.quantity import Row
 from gearrattle.quantities.wording import sentence
@@ -67,7 +67,7 @@ class Verdict(Result):
         """Return the entries of one criterion, of one inertia, mesh or coupling if it is named."""
         return tuple(e for e in self.entries if e.name == criterion and subject in (None, e.subject))
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """Return the verdict in JSON types; numbers that do not exist or are not finite become None."""
         names = ("verdict", "sentence", "rule", "parts", "entries", "notes")
         window = {"start": self.window.start, "end": self.window.end, "cycles": self.window.cycles}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gearrattle.analysis.linear.matrices import LinearSystem, linearised
 from gearrattle.assembly import assemble, free_names, left_out
 from gearrattle.errors import ModelError, Problem
-from gearrattle.json_types import json_value
+from gearrattle.json_types import Json, json_value
 from gearrattle.model import Model, check_model
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.reductions import REDUCTIONS, Request, accuracy
@@ -85,7 +85,7 @@ class Condensed(Result):
         """Basis, rows, mass, damping and stiffness by name; shapes and units as of the attributes."""
         return {name: getattr(self, name) for name in ("basis", "rows", "mass", "damping", "stiffness")}
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """Return the whole in JSON types."""
         return {
             "method": self.method,

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.json_types import json_value
+from gearrattle.json_types import Json, json_value
 from gearrattle.model import Model
 from gearrattle.reductions import Accuracy
 from gearrattle.result import Result
@@ -225,7 +225,7 @@ class Reduction(Result):
     notes: tuple[str, ...]
     simulated: Simulated | None = None
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """Return the record in JSON types; numbers that are not finite are null."""
         record: dict[str, Any] = json_value(
             {

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.report.drawn import charts_of
@@ -122,7 +122,7 @@ class Figures(Mapping[str, "Figure"]):
 
 
 def figures(
-    result: Any,
+    result: object,
     *,
     width: float | str = "double",
     font: str = "sans",

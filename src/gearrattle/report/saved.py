@@ -30,7 +30,7 @@ _FILE_ENDINGS = (*NUMBER_ENDINGS, *FIGURE_ENDINGS, *_OTHERS)
 _OLD_PAGES = ("compare.html", "modes.html", "reproduction.html", "study.html")
 
 
-def save(result: Any, path: str | os.PathLike[str]) -> Path:
+def save(result: object, path: str | os.PathLike[str]) -> Path:
     """Save a result of any kind, whole or not at all.
 
     Parameters

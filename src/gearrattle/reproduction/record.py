@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Literal
 
-from gearrattle.json_types import json_value
+from gearrattle.json_types import Json, json_value
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.tables import Table
 from gearrattle.result import Result
@@ -133,7 +133,7 @@ class Reproduction(Result):
         counts = {status: sum(row.status == status for row in self.rows) for status in STATUSES}
         return {status: number for status, number in counts.items() if number}
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """Return everything but the charts in JSON types; numbers that are not finite become None."""
         sections = [
             {

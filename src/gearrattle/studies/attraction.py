@@ -98,7 +98,7 @@ class Basins(Prepared):
 
 def prepare(
     model: Model,
-    over: Mapping[str, Any],
+    over: Mapping[str, object],
     *,
     samples: int = 0,
     method: str = "latin-hypercube",
@@ -110,7 +110,7 @@ def prepare(
     tolerance: float = TOLERANCE,
     same: float = SAME,
     outputs: Sequence[str] = DEFAULT,
-    fixed: Mapping[str, Any] | None = None,
+    fixed: Mapping[str, object] | None = None,
     most: int = MOST,
 ) -> Basins:
     """Look for everything that can be wrong with a basin study, and run one case. Arguments, errors as ``basins``."""
@@ -160,7 +160,7 @@ def prepare(
 
 def basins(
     model: Model,
-    over: Mapping[str, Any],
+    over: Mapping[str, object],
     *,
     samples: int = 0,
     method: str = "latin-hypercube",
@@ -172,13 +172,13 @@ def basins(
     tolerance: float = TOLERANCE,
     same: float = SAME,
     outputs: Sequence[str] = DEFAULT,
-    fixed: Mapping[str, Any] | None = None,
+    fixed: Mapping[str, object] | None = None,
     most: int = MOST,
     output: str | os.PathLike[str] | None = None,
     resume: bool = False,
     retry_failed: bool = False,
     workers: int | None = None,
-    scheduler: Any = "local",
+    scheduler: object = "local",
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Find which settled motion every initial state leads to.
@@ -267,7 +267,7 @@ def _check(arguments: Mapping[str, tuple[Reader, Any]]) -> None:
 
 
 def _points(
-    over: Mapping[str, Any], model: Model, samples: int, method: str, seed: int
+    over: Mapping[str, object], model: Model, samples: int, method: str, seed: int
 ) -> tuple[tuple[Axis, ...], Samples | None]:
     """Axes of a grid, or points drawn from a box."""
     problems: list[Problem] = []

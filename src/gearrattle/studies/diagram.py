@@ -25,6 +25,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, refuse_unsteady
 from gearrattle.engine.system.coordinates import relative_coordinates
@@ -120,9 +121,9 @@ class Diagram(Prepared):
 def prepare(
     model: Model,
     path: str,
-    values: Any,
+    values: Sequence[float | str] | NDArray[np.float64] | Mapping[str, object],
     *,
-    axes: Mapping[str, Any] | None = None,
+    axes: Mapping[str, object] | None = None,
     direction: str = "both",
     cycles: int | None = None,
     discard: int | None = None,
@@ -130,7 +131,7 @@ def prepare(
     section: Sequence[str] | None = None,
     tolerance: float = TOLERANCE,
     outputs: Sequence[str] = DEFAULT,
-    fixed: Mapping[str, Any] | None = None,
+    fixed: Mapping[str, object] | None = None,
 ) -> Diagram:
     """Look for everything that can be wrong with a diagram, and run one case. Arguments, errors as ``bifurcation``."""
     refuse_unsteady(model, "a bifurcation diagram")
@@ -174,9 +175,9 @@ def prepare(
 def bifurcation(
     model: Model,
     path: str,
-    values: Any,
+    values: Sequence[float | str] | NDArray[np.float64] | Mapping[str, object],
     *,
-    axes: Mapping[str, Any] | None = None,
+    axes: Mapping[str, object] | None = None,
     direction: str = "both",
     cycles: int | None = None,
     discard: int | None = None,
@@ -184,12 +185,12 @@ def bifurcation(
     section: Sequence[str] | None = None,
     tolerance: float = TOLERANCE,
     outputs: Sequence[str] = DEFAULT,
-    fixed: Mapping[str, Any] | None = None,
+    fixed: Mapping[str, object] | None = None,
     output: str | os.PathLike[str] | None = None,
     resume: bool = False,
     retry_failed: bool = False,
     workers: int | None = None,
-    scheduler: Any = "local",
+    scheduler: object = "local",
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Sweep one value of a driveline up and down, and keep the settled motion seen once a period.

@@ -244,15 +244,15 @@ _LOST = 1e6
 
 def prepare(
     model: Model,
-    variables: Mapping[str, Any],
+    variables: Mapping[str, object],
     objectives: Mapping[str, str],
     *,
-    constraints: Mapping[str, Any] | None = None,
+    constraints: Mapping[str, object] | None = None,
     outputs: Sequence[str] = (),
     population: int = POPULATION,
     generations: int = GENERATIONS,
     seed: int = 0,
-    fixed: Mapping[str, Any] | None = None,
+    fixed: Mapping[str, object] | None = None,
     function: Function | None = None,
 ) -> Optimization:
     """Look for everything that can be wrong with an optimisation, and run the model once. As ``optimize``."""
@@ -287,20 +287,20 @@ def prepare(
 
 def optimize(
     model: Model,
-    variables: Mapping[str, Any],
+    variables: Mapping[str, object],
     objectives: Mapping[str, str],
     *,
-    constraints: Mapping[str, Any] | None = None,
+    constraints: Mapping[str, object] | None = None,
     outputs: Sequence[str] = (),
     population: int = POPULATION,
     generations: int = GENERATIONS,
     seed: int = 0,
-    fixed: Mapping[str, Any] | None = None,
+    fixed: Mapping[str, object] | None = None,
     function: Function | None = None,
     output: Address | None = None,
     resume: bool = False,
     workers: int | None = None,
-    scheduler: Any = None,
+    scheduler: object = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Find values within ranges so that some outputs are small or large and others keep limits.

@@ -49,12 +49,12 @@ _SHARE = 0.02  # of the work, that thresholds are where cases are simulated
 BY_FACTOR, BY_PATH = "factor on the amplitudes of the torques", "number of the load"
 """What the coordinate "load" holds, as its ``long_name`` says."""
 Progress = Callable[[float], None]
-Loads = Sequence[float] | Mapping[str, Sequence[Any]]
+Loads = Sequence[float] | Mapping[str, Sequence[float | str]]
 
 
 def screen(
     model: Model,
-    speeds: Sequence[float | str] | Mapping[str, Any],
+    speeds: Sequence[float | str] | Mapping[str, object],
     loads: Loads | None = None,
     *,
     simulate: bool = False,

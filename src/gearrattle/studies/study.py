@@ -62,14 +62,14 @@ class _Refused:
 
 def prepare(
     model: Model,
-    axes: Mapping[str, Any] | None = None,
+    axes: Mapping[str, object] | None = None,
     outputs: Sequence[str] = DEFAULT,
     *,
-    vary: Mapping[str, Any] | None = None,
+    vary: Mapping[str, object] | None = None,
     samples: int = 0,
     method: str = "latin-hypercube",
     seed: int = 0,
-    fixed: Mapping[str, Any] | None = None,
+    fixed: Mapping[str, object] | None = None,
     function: Function | None = None,
     most: int = MOST,
 ) -> Prepared:
@@ -105,21 +105,21 @@ def prepare(
 
 def study(
     model: Model,
-    axes: Mapping[str, Any] | None = None,
+    axes: Mapping[str, object] | None = None,
     outputs: Sequence[str] = DEFAULT,
     *,
-    vary: Mapping[str, Any] | None = None,
+    vary: Mapping[str, object] | None = None,
     samples: int = 0,
     method: str = "latin-hypercube",
     seed: int = 0,
-    fixed: Mapping[str, Any] | None = None,
+    fixed: Mapping[str, object] | None = None,
     function: Function | None = None,
     most: int = MOST,
     output: str | os.PathLike[str] | None = None,
     resume: bool = False,
     retry_failed: bool = False,
     workers: int | None = None,
-    scheduler: Any = None,
+    scheduler: object = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Simulate and judge many variants of a driveline.

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +38,7 @@ def fit(
     data: Data,
     free: Sequence[str],
     *,
-    bounds: Mapping[str, tuple[Any, Any]] | None = None,
+    bounds: Mapping[str, tuple[float | str, float | str]] | None = None,
     factor: float = FACTOR,
     contact_ratio: Mapping[str, float] | None = None,
     region: Mapping[str, int] | None = None,

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.json_types import json_value
+from gearrattle.json_types import Json, json_value
 from gearrattle.measured.identification.identifiability import Combination
 from gearrattle.measured.identification.problem import Residual
 from gearrattle.model import Model
@@ -130,7 +130,7 @@ class Fit(Result):
     undetermined: tuple[Combination, ...]
     notes: tuple[str, ...]
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """Return the record in JSON types; numbers that are not finite are null."""
         return {
             "name": self.model.name,

@@ -11,11 +11,11 @@ Takes a path or arrays; gives a frozen ``LoopFit``.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.loop_data import Loop, read_loop
@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 
 
 def fit_loop(
-    data: Any,
+    data: str | os.PathLike[str] | tuple[ArrayLike, ArrayLike],
     stages: int | tuple[int, int] | None = None,
     *,
     angle: str = "angle",

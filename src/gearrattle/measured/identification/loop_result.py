@@ -8,12 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.analysis.torque_angle import TorqueAngle, torque_angle
+from gearrattle.json_types import Json, TomlTable
 from gearrattle.model import loads
 from gearrattle.model.writing import toml_text
 from gearrattle.result import Result
@@ -135,7 +136,7 @@ class LoopFit(Result):
         return float(np.abs(self.measured[1]).max())
 
     @property
-    def coupling(self) -> dict[str, Any]:
+    def coupling(self) -> TomlTable:
         """The table of a ``[[coupling]]``, numbers in SI."""
         sides = {
             key: [{k: v for k, v in stage._asdict().items() if v is not None} for stage in stages]
@@ -168,7 +169,7 @@ class LoopFit(Result):
         }
         return torque_angle(loads(toml_text(tables)), self.name, *ends)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """Return the record in JSON types; values in SI."""
         return {
             "source": self.source,

@@ -9,10 +9,10 @@ Takes numbers; gives frozen records to verdicts, plots and reports.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from gearrattle.comparison.record import Record
-from gearrattle.json_types import json_value
+from gearrattle.json_types import Json, json_value
 from gearrattle.measured.validation.effects import Explained
 from gearrattle.result import Result
 from gearrattle.trajectory import Array
@@ -224,7 +224,7 @@ class Pair(Record):
         """Return "rms" or "peak-to-peak"."""
         return next(level for level in self.levels if level.measure == measure)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """Return the fields in JSON types, without the curves."""
         return {field.name: json_value(getattr(self, field.name)) for field in fields(self) if field.name != "curves"}
 
@@ -372,7 +372,7 @@ class Validation(Result, Record):
         """Return the channel of a measured or a simulated name."""
         return next(pair for pair in self.pairs if name in (pair.name, pair.partner))
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """Return everything but the curves in JSON types."""
         content = {field.name: json_value(getattr(self, field.name)) for field in fields(self) if field.name != "pairs"}
         return {**content, "pairs": [pair.to_dict() for pair in self.pairs]}

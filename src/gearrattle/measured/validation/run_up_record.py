@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from gearrattle.comparison.record import Record
-from gearrattle.json_types import json_value
+from gearrattle.json_types import Json, json_value
 from gearrattle.measured.validation.record import NEGLIGIBLE
 from gearrattle.measured.validation.sigma import sigma
 from gearrattle.result import Result
@@ -176,7 +176,7 @@ class RunUp(Result, Record):
     def _largest(self, channel: str) -> float:
         return max((track.levels[0] for track in self.of(channel)), default=0.0) or 1.0
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """Return everything in JSON types."""
         tracks = [
             {

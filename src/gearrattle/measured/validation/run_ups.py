@@ -37,7 +37,7 @@ from gearrattle.signals.spectral.orders import TURNS, order_cuts
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
-Measured = Recording | str | os.PathLike[str] | Mapping[str, Any]
+Measured = Recording | str | os.PathLike[str] | Mapping[str, object]
 MOST = 200
 """Speeds at which orders are compared, at most."""
 _FEWEST = 3
@@ -52,7 +52,7 @@ def validate_run_up(
     match: Mapping[str, str] | None = None,
     speed: str | None = None,
     turns: float = TURNS,
-    settings: Mapping[str, Any] | None = None,
+    settings: Mapping[str, object] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> RunUp:
     """Compare a simulated run-up with measured ones, order by order over speed.

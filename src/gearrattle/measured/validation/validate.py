@@ -25,7 +25,7 @@ from gearrattle.simulation.simulate import simulate
 
 def validate(
     model: Model | Run | str | os.PathLike[str],
-    measurement: Recording | str | os.PathLike[str] | Mapping[str, Any],
+    measurement: Recording | str | os.PathLike[str] | Mapping[str, object],
     *,
     match: Mapping[str, str] | None = None,
     start: float | None = None,
@@ -40,7 +40,7 @@ def validate(
     parameters: Mapping[str, float] | Fit | None = None,
     draws: int = 16,
     seed: int = 0,
-    settings: Mapping[str, Any] | None = None,
+    settings: Mapping[str, object] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Validation:
     """Compare a simulated motion with a measured one: the paper's Table 5 for any pair, with what chance allows.

@@ -122,7 +122,7 @@ class Sound(Result):
 
 def listen(
     runs: Run | Recording | Mapping[str, Run | Recording] | Sequence[Run | Recording],
-    path: Any = None,
+    path: str | os.PathLike[str] | Sequence[tuple[float, float, float]] | None = None,
     *,
     elements: Sequence[str] | None = None,
     gain: float | None = None,

@@ -19,7 +19,6 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +71,9 @@ class SoundPath:
     source: str
 
 
-def sound_path(source: Any, rate: float, scale: float = 1.0) -> SoundPath:
+def sound_path(
+    source: str | os.PathLike[str] | Sequence[tuple[float, float, float]] | None, rate: float, scale: float = 1.0
+) -> SoundPath:
     """Make a path.
 
     Parameters
