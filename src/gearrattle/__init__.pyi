@@ -17,7 +17,6 @@ from .errors import Cancelled as Cancelled
 from .errors import ConvergenceError as ConvergenceError
 from .errors import GearRattleError as GearRattleError
 from .errors import ModelError as ModelError
-from .errors import Problem as Problem
 from .measured.drive import drive as drive
 from .measured.gas_torque import gas_torque as gas_torque
 from .measured.look import look as look
@@ -27,7 +26,6 @@ from .measured.validation import validate as validate
 from .measured.validation import validate_run_up as validate_run_up
 from .model import Model as Model
 from .model import example as example
-from .model import json_schema as json_schema
 from .model import load as load
 from .model import loads as loads
 from .pipeline import run as run
@@ -40,7 +38,6 @@ from .reductions.reduce import reduce as reduce
 from .report.figures import figures as figures
 from .report.saved import save as save
 from .report.sound.listen import listen as listen
-from .result import Result as Result
 from .results import Run as Run
 from .results import open_run as open_run
 from .signals.spectral.spectra import spectra as spectra

@@ -37,7 +37,8 @@ class Problem:
 
     Examples
     --------
-    >>> print(gr.Problem("mesh.gear.backlash", "-1 mm", "must not be negative", "leave it out for no backlash"))
+    >>> from gearrattle.typing import Problem
+    >>> print(Problem("mesh.gear.backlash", "-1 mm", "must not be negative", "leave it out for no backlash"))
     mesh.gear.backlash: found -1 mm; must not be negative (leave it out for no backlash)
     """
 

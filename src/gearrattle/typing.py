@@ -1,4 +1,4 @@
-"""Classes of what calls return, for annotations; they are made by calls, not by hand.
+"""Classes of what calls return and errors hold, for annotations; they are made by calls, not by hand.
 
 Examples
 --------
@@ -13,6 +13,7 @@ from gearrattle.analysis.scaling import Nondimensional
 from gearrattle.analysis.statics import Equilibrium, Modes
 from gearrattle.analysis.stiffness import Stiffness
 from gearrattle.analysis.torque_angle import TorqueAngle
+from gearrattle.errors import Problem
 from gearrattle.measured.gas_torque import GasTorque
 from gearrattle.measured.identification.fitted import Fit
 from gearrattle.measured.identification.loop_result import LoopFit
@@ -24,6 +25,7 @@ from gearrattle.reductions.condense import Condensed
 from gearrattle.reductions.reduction import Reduction
 from gearrattle.report.figures import Figures
 from gearrattle.report.sound.listen import Sound
+from gearrattle.result import Result
 from gearrattle.simulation.stream import Stream
 
 __all__ = [
@@ -39,7 +41,9 @@ __all__ = [
     "LoopFit",
     "Modes",
     "Nondimensional",
+    "Problem",
     "Reduction",
+    "Result",
     "RunUp",
     "Sound",
     "Stiffness",

@@ -18,6 +18,7 @@ import gearrattle as gr
 from gearrattle.cli import COMMANDS, app, main
 from gearrattle.cli.failures import explain
 from gearrattle.errors import Cancelled, ConvergenceError
+from gearrattle.model import json_schema
 from gearrattle.quantities.criteria import criteria as judged
 from gearrattle.writing import Staging
 from tests import synthetic
@@ -173,7 +174,7 @@ def test_check_tells_every_problem(model: Path, capsys: pytest.CaptureFixture[st
 
 def test_schema_is_that_of_the_classes(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["schema"]) == 0
-    assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(gr.json_schema()))
+    assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(json_schema()))
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:

@@ -176,7 +176,7 @@ CALLS: Mapping[str, Call] = {
 }
 """By public name, with a word where one name is called in several ways."""
 
-WITHOUT_MODEL = frozenset({"example", "identification.fit_loop", "gas_torque", "json_schema", "studies.samples_needed"})
+WITHOUT_MODEL = frozenset({"example", "identification.fit_loop", "gas_torque", "studies.samples_needed"})
 """Public functions that take neither a model nor anything made of one."""
 
 

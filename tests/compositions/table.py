@@ -144,5 +144,5 @@ Every public call and every command was tried on a small driveline of every kind
 either works or is refused with one error that says why; none ends with an internal error. `make compositions` computes
 this page anew; the tests compute the quick part of it every time, and the whole with `make test-long`.
 
-Not in the table, for they take no model: `fit_loop`, `gas_torque`, `json_schema`, `samples_needed` and the commands
+Not in the table, for they take no model: `fit_loop`, `gas_torque`, `samples_needed` and the commands
 `loop`, `reproduce` and `schema`."""

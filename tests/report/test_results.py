@@ -21,6 +21,7 @@ from gearrattle.report.records import texts
 from gearrattle.report.tables import Table
 from gearrattle.report.text import plain_text
 from gearrattle.reproduction.record import Reproduction, Section, row
+from gearrattle.typing import Result
 from tests.browser import BROWSER, browse
 from tests.report.examples import CASES, EXAMPLES, model, result
 
@@ -93,7 +94,7 @@ def test_no_section_of_the_page_is_empty(case: str) -> None:
 @pytest.mark.parametrize("case", CASES)
 def test_a_result_says_what_its_presentation_says(case: str) -> None:
     of, presentation = result(case), presentation_of(result(case))
-    if not isinstance(of, gr.Result):
+    if not isinstance(of, Result):
         assert isinstance(of, pd.DataFrame | pd.Series | xr.Dataset | xr.DataArray)
         return
     assert of.title == presentation.title
@@ -190,7 +191,7 @@ def view_of(case: str) -> str:
     from gearrattle.report.notebook import notebook_view
 
     view = notebook_view(result(case))
-    if isinstance(result(case), gr.Result):
+    if isinstance(result(case), Result):
         assert result(case)._repr_html_() == view
     return view
 

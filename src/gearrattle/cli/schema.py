@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import gearrattle
 from gearrattle.json_types import json_text
+from gearrattle.model import json_schema
+from gearrattle.model.schema import schema_of
 
 
 def schema(*, study: str | None = None) -> None:
@@ -15,9 +16,8 @@ def schema(*, study: str | None = None) -> None:
         Kind of study file, such as "grid" or "bifurcation"; without it, model files.
     """
     if study is None:
-        print(json_text(gearrattle.json_schema()))
+        print(json_text(json_schema()))
         return
-    from gearrattle.model.schema import schema_of
     from gearrattle.studies.kinds import kind_named
 
     print(json_text(schema_of(kind_named(study, "--study"), f"gearrattle study file: {study}")))

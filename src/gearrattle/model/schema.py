@@ -17,7 +17,8 @@ def json_schema() -> dict[str, Json]:
 
     Examples
     --------
-    >>> sorted(gr.json_schema()["required"])
+    >>> from gearrattle.model import json_schema
+    >>> sorted(json_schema()["required"])
     ['excitation', 'inertia', 'schema']
     """
     return schema_of(Model, "gearrattle model file")
