@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import gearrattle
 from gearrattle.cli.options import Json
 from gearrattle.json_types import json_text
+from gearrattle.model.components import COMPONENTS
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -50,7 +51,6 @@ def check(model: Path, /, *, json: Json = False) -> None:
 def _content(model: Model) -> dict[str, Any]:
     """Say what is in a model."""
     from gearrattle.assembly import assemble
-    from gearrattle.model.components import COMPONENTS
 
     return {
         "name": model.name,

@@ -11,6 +11,7 @@ import gearrattle
 from gearrattle.cli.options import Json
 from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import json_text
+from gearrattle.model.examples import example_files, examples_folder
 from gearrattle.wording import columns
 from gearrattle.writing import Staging
 
@@ -23,8 +24,6 @@ def examples(*, output: Annotated[Path | None, Parameter(name=["--output", "-o"]
     output
         New or empty folder for models, studies, measured files and scripts.
     """
-    from gearrattle.model.examples import example_files
-
     if output is not None:
         _copy(output)
     rows = [(name, gearrattle.load(path).name) for name, path in example_files().items()]
@@ -46,8 +45,6 @@ def _copy(output: Path) -> None:
         the folder holds something.
     """
     import shutil
-
-    from gearrattle.model.examples import examples_folder
 
     if output.is_dir() and any(output.iterdir()):
         raise ModelError(Problem("-o", f'"{output}"', "is not empty", "give a new or an empty folder"))

@@ -20,6 +20,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from gearrattle.engine.kernels import multistep as kernel
+from gearrattle.engine.kernels._jit import vectorised
+from gearrattle.engine.kernels.laws import Laws
+from gearrattle.engine.kernels.multistep import ERROR_FAILS, EVENTS, SOLVE_FAILS, STEPS, TIME, Held, march_on
 from gearrattle.engine.solvers import sundials
 from gearrattle.engine.solvers.base import Marching, Motion, Position, Task
 from gearrattle.engine.solvers.block import Block, contiguous
@@ -49,10 +53,6 @@ class MultistepMarch:
     """
 
     def __init__(self, task: Task, *, method: int, newton: bool, events: bool) -> None:
-        from gearrattle.engine.kernels._jit import vectorised
-        from gearrattle.engine.kernels.laws import Laws
-        from gearrattle.engine.kernels.multistep import Held, march_on
-
         self._march_on = vectorised(march_on)
         self.task, self.problem = task, FieldProblem.of(task)
         self.field = plain = contiguous(self.problem.field)
@@ -74,8 +74,6 @@ class MultistepMarch:
 
     def _begin(self) -> None:
         """Lay out what the kernel works on: the state at t = 0 is the first sample."""
-        from gearrattle.engine.kernels import multistep as kernel
-
         memory, problem = self.memory, self.problem
         elements, samples = len(self.block.field.rows), len(problem.sample_times)
         names = ["CVode", "CVodeGetDky", "CVodeGetIntegratorStats", "CVodeGetNumStepSolveFails"]
@@ -112,8 +110,6 @@ class MultistepMarch:
 
     def advance(self) -> Outcome:
         """Take one slice of steps; grow the log where the kernel asks for it."""
-        from gearrattle.engine.kernels.multistep import ERROR_FAILS, SOLVE_FAILS, STEPS, TIME
-
         begin, m = time.perf_counter(), self.march
         most = 2 * int(sum(law.pieces for law in self.task.system.laws))
         outcome = Outcome(
@@ -141,8 +137,6 @@ class MultistepMarch:
 
     def position(self) -> Position:
         """Time, deflections (transmission errors left out) and the last clearance crossed."""
-        from gearrattle.engine.kernels.multistep import EVENTS, TIME
-
         count = int(self.march.counts[EVENTS])
         last = int(self.march.event_element[count - 1]) if count else None
         step = None if self._newton else self._limit.average
@@ -150,8 +144,6 @@ class MultistepMarch:
 
     def motion(self) -> Motion:
         """Samples, crossings and CVODE's own counts; see ``kernels.multistep`` on rejected steps' sizes."""
-        from gearrattle.engine.kernels import multistep as kernel
-
         m = self.march
         total = m.counts + m.current
         steps, count = int(total[kernel.STEPS]), int(m.counts[kernel.EVENTS])

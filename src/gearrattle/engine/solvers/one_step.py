@@ -13,6 +13,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels._jit import vectorised
+from gearrattle.engine.kernels.one_step import EXTRAPOLATION, RUNGE_KUTTA, Control, Method
+from gearrattle.engine.kernels.steps import (
+    CALLS,
+    EVENTS,
+    NOW,
+    REJECTED,
+    SAMPLE,
+    SMALLEST,
+    STEP,
+    TRIED,
+    Stepper,
+    step_on,
+)
 from gearrattle.engine.solvers.base import Marching, Motion, Position, Task
 from gearrattle.engine.solvers.handover import MOST_CHOSEN, StepLimit
 from gearrattle.engine.solvers.stability import default_step, regions_visited, stability_notes
@@ -51,9 +65,6 @@ class StepMarch:
     """
 
     def __init__(self, task: Task, tableau: Tableau | None, *, fixed: bool, held: bool) -> None:
-        from gearrattle.engine.kernels._jit import vectorised
-        from gearrattle.engine.kernels.steps import Stepper, step_on
-
         self._step_on = vectorised(step_on)
         self.task = task
         self.tableau = tableau
@@ -80,8 +91,6 @@ class StepMarch:
         )
 
     def _control(self, held: bool) -> object:
-        from gearrattle.engine.kernels.one_step import Control
-
         tolerance = self.task.tolerance if self.task.tolerance is not None else TOLERANCE
         shortest = _SHORTEST * self.task.system.inputs.period
         return Control(self.fixed, held, float(self.step), shortest, float(tolerance), self.problem.size)
@@ -103,29 +112,21 @@ class StepMarch:
 
     def _is_stuck(self) -> bool:
         """Whether chosen steps hardly get on; one of extrapolation counts as several, by its evaluations."""
-        from gearrattle.engine.kernels.steps import CALLS, NOW
-
         now = float(self.stepper.clock[NOW]) / self.task.system.inputs.period
         return self._limit.is_exceeded(int(self.stepper.counts[CALLS]) // _CALLS_A_STEP, now)
 
     def fraction(self) -> float:
         """Samples stored, as a fraction of all."""
-        from gearrattle.engine.kernels.steps import SAMPLE
-
         return float(self.stepper.counts[SAMPLE] / self.stepper.states.shape[0])
 
     def position(self) -> Position:
         """Time, deflections (transmission errors left out) and the last element crossed."""
-        from gearrattle.engine.kernels.steps import EVENTS, NOW
-
         count = int(self.stepper.counts[EVENTS])
         last = int(self.stepper.event_element[count - 1]) if count else None
         return self.problem.position(float(self.stepper.clock[NOW]), self.stepper.y, last, self._limit.average)
 
     def motion(self) -> Motion:
         """Samples by the method's own shorter steps, accelerations and forces from the equation of motion at them."""
-        from gearrattle.engine.kernels.steps import CALLS, EVENTS, REJECTED, SMALLEST, STEP, TRIED
-
         s = self.stepper
         steps = int(s.counts[STEP])
         rejected = int(s.counts[REJECTED])
@@ -178,8 +179,6 @@ def _first_step(problem: FieldProblem) -> float:
 
 
 def _method(tableau: Tableau | None) -> object:
-    from gearrattle.engine.kernels.one_step import EXTRAPOLATION, RUNGE_KUTTA, Method
-
     if tableau is None:
         return Method(EXTRAPOLATION, np.zeros((1, 1)), np.ones(1), np.zeros(1), np.zeros(1), 0)
     return Method(RUNGE_KUTTA, *tableau.arrays(), tableau.error, min(tableau.order, tableau.estimator_order) + 1)

@@ -14,6 +14,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels.sampling import elements_at
 from gearrattle.engine.solvers.base import Motion, Position, Task
 from gearrattle.engine.solvers.block import Block
 from gearrattle.engine.solvers.handover import StepLimit
@@ -127,8 +128,6 @@ class StepwiseMarch:
 
     def _elements(self, at: float, z: Array) -> tuple[Array, Array, NDArray[np.int64]]:
         """(m,) deflections, rates and pieces at a state."""
-        from gearrattle.engine.kernels.sampling import elements_at
-
         elements: tuple[Array, Array, NDArray[np.int64]] = elements_at(self.block.field, at, z * self.block.size)
         return elements
 

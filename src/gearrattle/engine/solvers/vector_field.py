@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels.sampling import element_samples, elements_at
 from gearrattle.engine.kernels.variants import Crossings
 from gearrattle.engine.solvers.base import Motion, Position, Task
 from gearrattle.engine.solvers.handover import rates_of
@@ -113,8 +114,6 @@ class FieldProblem:
         return Position(time, self.deflections(y), last, None if step is None else self._limiting(time, y, step))
 
     def _limiting(self, time: float, y: Array, step: float) -> int | None:
-        from gearrattle.engine.kernels.sampling import elements_at
-
         system = self.task.system
         rates = rates_of(system, elements_at(self.field, time, y)[2])
         fastest = int(np.argmax(rates))
@@ -138,8 +137,6 @@ class FieldProblem:
         counted
             the fields of ``Motion`` on cost, and its notes.
         """
-        from gearrattle.engine.kernels.sampling import element_samples
-
         system, coordinates = self.task.system, self.flow.coordinates
         r = len(coordinates.elements)
         n = system.size

@@ -6,18 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearrattle.engine.kernels.vector_field import Field
 from gearrattle.engine.system.coordinates import RelativeCoordinates
 from gearrattle.engine.system.laid_out import laws_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 if TYPE_CHECKING:
-    from gearrattle.engine.kernels.vector_field import Field
+    pass
 
 
 def field_of(system: PiecewiseSystem, coordinates: RelativeCoordinates) -> Field:
     """Pack the system; nothing is scaled or linearised."""
-    from gearrattle.engine.kernels.vector_field import Field
-
     inputs = system.inputs
     return Field(
         inertia=system.inertia,

@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels.network import Near, Network
 from gearrattle.engine.kernels.packed import NEGLIGIBLE, ORDER, window_norm
 from gearrattle.engine.system.flow import Flow
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 if TYPE_CHECKING:
-    from gearrattle.engine.kernels.network import Near, Network
+    pass
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -117,8 +118,6 @@ def windows_of(system: PiecewiseSystem, bound: Majorant) -> int:
 
 def network_of(flow: Flow, windows: int) -> Network:
     """Pack a sparse system."""
-    from gearrattle.engine.kernels.network import Network
-
     system, coordinates, inputs = flow.system, flow.coordinates, flow.system.inputs
     ends, arm = ends_of(system)
     elements, none = len(system.laws), np.zeros(len(system.laws))
@@ -162,8 +161,6 @@ def network_of(flow: Flow, windows: int) -> Network:
 
 def near_of(flow: Flow, bound: Majorant, length: float) -> Near:
     """List the neighbourhood of every clearance within a window of a length [s]."""
-    from gearrattle.engine.kernels.network import Near
-
     system, references = flow.system, list(flow.coordinates.references)
     arms = ends_of(system)[1]
     inertias, elements, ends, active, positions = [], [], [], [], []

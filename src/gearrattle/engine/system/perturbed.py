@@ -23,7 +23,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels.perturbed import Driveline, Intervals, Regions, Sparse
+from gearrattle.engine.kernels._jit import vectorised
+from gearrattle.engine.kernels.perturbed import Driveline, Intervals, Regions, Sparse, carry
 from gearrattle.engine.system.flow import Flow, Pieces
 
 Array = NDArray[np.float64]
@@ -115,9 +116,6 @@ class Perturbed(Gradient):
 
     def carried(self, segment: int, columns: Array) -> Array:
         """Return what perturbations (N, P) at the begin of a segment are at its end, balanced coordinates."""
-        from gearrattle.engine.kernels._jit import vectorised
-        from gearrattle.engine.kernels.perturbed import carry
-
         elements = self.regions.stiffness.shape[1]
         y: Array = np.ascontiguousarray(columns, dtype=np.float64).copy()
         room = np.empty_like(y), np.empty_like(y), np.empty((elements, y.shape[1])), np.empty((1, y.shape[1]))

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels.scaling import scale
 from gearrattle.engine.kernels.variants import Scales
 from gearrattle.engine.system.coordinates import RelativeCoordinates
 from gearrattle.engine.system.laid_out import coefficients_of, frame_of
@@ -39,8 +40,6 @@ def power_of_two(values: Array) -> Array:
 
 def energy_scaling(system: PiecewiseSystem, coordinates: RelativeCoordinates) -> Scaling:
     """Balance the states by energy and each input column by the size of the force it makes (``kernels.scaling``)."""
-    from gearrattle.engine.kernels.scaling import scale
-
     sizes = len(coordinates.elements), system.size, 1 + system.inputs.count, len(system.clearances)
     scales = Scales(*(np.empty(size) for size in sizes))
     scale(coefficients_of(system), frame_of(system, coordinates), scales)

@@ -14,6 +14,8 @@ from gearrattle.errors import ModelError
 from gearrattle.pipeline import Findings
 from gearrattle.report.plots.chart import Chart, Key
 from gearrattle.report.plots.order_maps import CUTS, cuts_panel, level_unit, levels, map_panel, round_up, scale_keys
+from gearrattle.signals.spectral.orders import order_cuts
+from gearrattle.signals.spectral.waterfall import waterfall
 
 _RIGID = 1e-6
 _MOST = 8
@@ -21,8 +23,6 @@ _MOST = 8
 
 def run_up_spectra(findings: Findings) -> Chart | None:
     """Draw the spectra of a run-up; None at one speed, or from too few samples."""
-    from gearrattle.signals.spectral.waterfall import waterfall
-
     run, si = findings.motion, findings.model.units == "SI"
     if findings.model.excitation.sweep is None:
         return None
@@ -62,8 +62,6 @@ def run_up_spectra(findings: Findings) -> Chart | None:
 
 def run_up_orders(findings: Findings) -> Chart | None:
     """Draw the excited orders of every body's acceleration over speed; None at one speed, or if no block fits."""
-    from gearrattle.signals.spectral.orders import order_cuts
-
     run, si = findings.motion, findings.model.units == "SI"
     if findings.model.excitation.sweep is None:
         return None

@@ -15,7 +15,7 @@ import numpy as np
 from gearrattle.report.plots.axes import limits
 from gearrattle.report.plots.chart import Chart, Key
 from gearrattle.report.plots.palette import MUTED, shade
-from gearrattle.report.plots.typeset.axes import prepare
+from gearrattle.report.plots.typeset.axes import number_label, prepare
 from gearrattle.report.plots.typeset.beside import rows_of
 from gearrattle.report.plots.typeset.looks import Looks, looks_of
 from gearrattle.report.plots.typeset.marks import draw_marks, grid
@@ -110,8 +110,6 @@ def _panels(
 def _scales(figure: Figure, chart: Chart) -> None:
     """Put a scale beside maps: one for all if their shades mean the same."""
     from matplotlib import rcParams
-
-    from gearrattle.report.plots.typeset.axes import number_label
 
     maps = [(axes, panel.heat) for axes, panel in zip(list(figure.axes), chart.panels, strict=True) if panel.heat]
     groups: dict[tuple[float, float, str], list[Axes]] = {}
