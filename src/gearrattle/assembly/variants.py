@@ -187,8 +187,9 @@ def coefficients(model: Model, varied: Mapping[str, Array], count: int) -> tuple
         columns.good &= np.all((array != 0.0) == (pattern != 0.0), axis=1)
     pushes = (out.laws.offset != 0.0) == (base.laws.offset != 0.0)
     columns.good &= np.all(pushes, axis=1, where=limp)  # push, or push nothing
-    for array in (*out[:-1], *out.laws[:-2], out.laws.upper[:, np.isfinite(base.laws.upper)]):
-        columns.good &= np.isfinite(array).reshape(count, -1).all(axis=1)
+    finite: tuple[NDArray[Any], ...] = (*out[:-1], *out.laws[:-2], out.laws.upper[:, np.isfinite(base.laws.upper)])
+    for values in finite:
+        columns.good &= np.isfinite(values).reshape(count, -1).all(axis=1)
     return out, columns.good
 
 

@@ -143,7 +143,7 @@ def pack(stages, workspace, regions, slot, first):
     """Write the region worked out into a slot, its tables from ``first`` on."""
     a, common, region = regions, common_at(workspace), region_at(workspace)
     free, bounds, states = free_at(workspace), bounds_at(workspace), region.matrix.shape[0]
-    width, modes, fine = free.width[0], bounds.count[0], free.fine[0]
+    width, modes, fine = free.width[0], bounds.used[0], free.fine[0]
     carried, watched, inputs, h = region.carried.shape[0], common.corner_scale.size, region.kept.size, step(fine)
     a.width[slot], a.modes[slot], a.fine[slot], a.first_table[slot] = width, modes, fine, first
     for j in range(states, width):

@@ -8,11 +8,12 @@ points by the factor 2^(1/2) at most); the few parts that pass by these as well 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from gearrattle.engine.kernels._jit import loose
+from gearrattle.engine.kernels.arrays import BoolMatrix, BoolVector, IntVector, Matrix, Vector
 
 FEW = 4
 """Terms by which most parts are left out."""
@@ -22,36 +23,36 @@ _EXCESS = 1.5  # by which values pass the middle of those at Chebyshev points: 2
 class Parts(NamedTuple):
     """Parts of a motion, each within one region and one interval between two samples."""
 
-    duration: Any  # (K,) in periods
-    region: Any  # (K,)
-    start: Any  # (K,) the sample whose state the series starts from, or -1 - the carried state
-    backward: Any  # (K,) whether that is the state at the end of the part
-    whole: Any  # (K,) whether the part is the whole interval
-    samples: Any  # (t, Z) sampled states z
-    carried: Any  # (C, Z) states carried on to parts without one
+    duration: Vector  # (K,) in periods
+    region: IntVector  # (K,)
+    start: IntVector  # (K,) the sample whose state the series starts from, or -1 - the carried state
+    backward: BoolVector  # (K,) whether that is the state at the end of the part
+    whole: BoolVector  # (K,) whether the part is the whole interval
+    samples: Matrix  # (t, Z) sampled states z
+    carried: Matrix  # (C, Z) states carried on to parts without one
 
 
 class Rows(NamedTuple):
     """Power series of q rows in every region; flat arrays by block, then row."""
 
-    count: Any  # (R,) blocks of an interval
-    block: Any  # (R,) their length, in periods
-    terms: Any  # (R,) highest power P
-    cells: Any  # (R,) of a block: in each a rate changes its sign once at most
-    first: Any  # (R,) where the coefficients of a region begin
-    coefficients: Any  # (P + 1, Z) of each block and row
-    first_rest: Any  # (R,)
-    rest: Any  # (Z,) of each block and row: sums of the moduli of the coefficients from the power ``FEW`` on
-    points: Any  # (R,) Chebyshev points of a block
-    first_look: Any  # (R,)
-    looks: Any  # (2, points, Z) of each block and row: the row at each point after the state, and before it
-    moving: Any  # (R, q) whether a row is not 0 there
-    nodes: Any  # (R,) of Gauss's rule for moments
-    abscissas: Any  # (R, J) in 0 ... 1
-    weights: Any  # (R, J)
-    first_seen: Any  # (R,)
-    seen: Any  # (J, Z) of each block and row: the row at each node
-    known: Any  # (R, S) memories on entering, scaled; NaN where they go on
+    blocks: IntVector  # (R,) of an interval
+    block: Vector  # (R,) their length, in periods
+    terms: IntVector  # (R,) highest power P
+    cells: IntVector  # (R,) of a block: in each a rate changes its sign once at most
+    first: IntVector  # (R,) where the coefficients of a region begin
+    coefficients: Vector  # (P + 1, Z) of each block and row
+    first_rest: IntVector  # (R,)
+    rest: Vector  # (Z,) of each block and row: sums of the moduli of the coefficients from the power ``FEW`` on
+    points: IntVector  # (R,) Chebyshev points of a block
+    first_look: IntVector  # (R,)
+    looks: Vector  # (2, points, Z) of each block and row: the row at each point after the state, and before it
+    moving: BoolMatrix  # (R, q) whether a row is not 0 there
+    nodes: IntVector  # (R,) of Gauss's rule for moments
+    abscissas: Matrix  # (R, J) in 0 ... 1
+    weights: Matrix  # (R, J)
+    first_seen: IntVector  # (R,)
+    seen: Vector  # (J, Z) of each block and row: the row at each node
+    known: Matrix  # (R, S) memories on entering, scaled; NaN where they go on
     first_memory: int  # where they stand in z
 
 
@@ -182,7 +183,7 @@ def extremes(parts, rows, first, last, scratch, low, high):
                 low[c], high[c] = min(low[c], 0.0), max(high[c], 0.0)
                 continue
             left = parts.duration[i]
-            for j in range(rows.count[region]):
+            for j in range(rows.blocks[region]):
                 x = sign * min(left, rows.block[region]) / rows.block[region]
                 least, most = _reach(rows, region, j * count + c, x, z)
                 if most > high[c] or least < low[c]:
@@ -241,7 +242,7 @@ def moments(parts, rows, first, last, wanted, about, scratch, sums, powers):
         for m in range(wanted.size):
             c = wanted[m]
             left = parts.duration[i]
-            for j in range(rows.count[region] if rows.moving[region, c] else 0):
+            for j in range(rows.blocks[region] if rows.moving[region, c] else 0):
                 row, length = j * count + c, min(left, rows.block[region])
                 if parts.whole[i]:
                     at = rows.first_seen[region] + row * rows.nodes[region] * width
@@ -272,7 +273,7 @@ def reaches(parts, rows, first, last, c, scratch, low, high):
             continue
         _begin(parts, rows, i, z)
         low[i], high[i] = np.inf, -np.inf
-        for j in range(rows.count[region]):
+        for j in range(rows.blocks[region]):
             x = min(left, rows.block[region]) / rows.block[region]
             least, most = _reach(rows, region, j * count + c, -x if parts.backward[i] else x, z)
             lowest, highest = _look(rows, region, j * count + c, parts.backward[i], z)
@@ -319,7 +320,7 @@ def time_above(parts, rows, which, c, level, scratch):
         i = which[n]
         region, left = parts.region[i], parts.duration[i]
         _begin(parts, rows, i, z)
-        for j in range(rows.count[region]):
+        for j in range(rows.blocks[region]):
             length = min(left, rows.block[region])
             x = (-length if parts.backward[i] else length) / rows.block[region]
             top = _expand(rows, region, j * count + c, x, z, terms)

@@ -210,7 +210,7 @@ def gather(workspace):
             for j in range(width):
                 bounds.rows[count, j] = bounds.rows[i, j]
             count += 1
-    bounds.count[0] = count
+    bounds.used[0] = count
 
 
 @strict

@@ -9,17 +9,18 @@ Arrays: ``located`` (workspace), ``packed`` (regions, march, samples, notes, log
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from gearrattle.engine.kernels._jit import strict, strict_entry
 from gearrattle.engine.kernels._llvm import call_count, call_real, call_silent, call_truth
+from gearrattle.engine.kernels.arrays import IntVector, Matrix, Vector
 from gearrattle.engine.kernels.building import Stages
 from gearrattle.engine.kernels.corners import DONE, LOG_FULL, NEEDS_REGION, NOTES_FULL, SLICE_SPENT
 from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.located import bounds_at, common_at, free_at, region_at
 from gearrattle.engine.kernels.packed import EVENTS, EXPANSIONS, LEVEL, NOTED, PENDING, SAMPLE, SLOT, STEPS
 from gearrattle.engine.kernels.start import choose, stand
-from gearrattle.engine.kernels.variants import Coefficients
+from gearrattle.engine.kernels.variants import Coefficients, Frame, Judged, Scales, Statics
 from gearrattle.engine.kernels.workspace import BUILT
 
 FINISHED, SPENT, MORE_LOG, MORE_ROOM = range(4)
@@ -33,19 +34,19 @@ AT, UNDER_WAY, SLOTS, TABLES, CURSOR = range(5)
 class Entries(NamedTuple):
     """Where lies what is called, and the stages of a region."""
 
-    scale: Any
-    lay_out: Any
-    settle: Any
-    work_out: Any
-    pack: Any
-    accelerate_rigidly: Any
-    rest: Any
-    is_loose: Any
-    turn: Any
-    tally: Any
-    march_on: Any
-    work_out_samples: Any
-    zgees: Any
+    scale: int
+    lay_out: int
+    settle: int
+    work_out: int
+    pack: int
+    accelerate_rigidly: int
+    rest: int
+    is_loose: int
+    turn: int
+    tally: int
+    march_on: int
+    work_out_samples: int
+    zgees: int
     stages: Stages
 
 
@@ -55,27 +56,27 @@ _BUDGET = 20_000  # steps a slice
 class Cases(NamedTuple):
     """V variants of one structure."""
 
-    numbers: Any  # Coefficients with a leading axis
-    frame: Any  # Frame
-    statics: Any  # Statics
-    judged: Any  # variants.Judged
-    angle: Any  # (V, n) at the start; written where the equilibrium is sought
-    velocity: Any  # (V, n)
-    window: Any  # (V, 3) steady part [s], begin and end; period
-    is_static: Any  # (1,) whether the start is the equilibrium
-    outcome: Any  # (V,) JUDGED or LEFT, written
+    numbers: Coefficients  # every entry with a leading axis (V,)
+    frame: Frame
+    statics: Statics
+    judged: Judged
+    angle: Matrix  # (V, n) at the start; written where the equilibrium is sought
+    velocity: Matrix  # (V, n)
+    window: Matrix  # (V, 3) steady part [s], begin and end; period
+    is_static: IntVector  # (1,) whether the start is the equilibrium
+    outcome: IntVector  # (V,) JUDGED or LEFT, written
 
 
 class Buffers(NamedTuple):
     """Room of one thread that does not depend on the number of regions."""
 
-    scales: Any
-    deflection: Any  # (r,)
-    acceleration: Any  # (n,)
-    sought: Any  # deflections of the elements with stiffness
-    travel: Any  # (E,)
-    initial: Any  # (K,) pieces at the start
-    final: Any  # (K,) force integrals at the end
+    scales: Scales
+    deflection: Vector  # (r,)
+    acceleration: Vector  # (n,)
+    sought: Vector  # deflections of the elements with stiffness
+    travel: Vector  # (E,)
+    initial: IntVector  # (K,) pieces at the start
+    final: Vector  # (K,) force integrals at the end
 
 
 @strict
@@ -110,7 +111,7 @@ def _slot_of(at, workspace, regions, cursor):
         return -2
     slot, tables = cursor[SLOTS], free.fine[0] + 1
     has_room = slot < regions.fine.size and cursor[TABLES] + tables <= regions.tables.shape[0]
-    has_room = has_room and bounds_at(workspace).count[0] <= regions.weights.shape[2]
+    has_room = has_room and bounds_at(workspace).used[0] <= regions.weights.shape[2]
     if not has_room or free.width[0] > regions.probe.shape[2]:
         return -1
     call_silent(at.pack, (at.stages, workspace, regions, slot, cursor[TABLES]))

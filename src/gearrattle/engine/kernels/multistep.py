@@ -6,14 +6,15 @@ back its end; in between, CVodeGetDky evaluates the polynomial CVODE itself pred
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from gearrattle.engine.kernels._jit import kernel
 from gearrattle.engine.kernels._llvm import call_code
+from gearrattle.engine.kernels.arrays import Int32Vector, IntMatrix, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.products import copy
-from gearrattle.engine.kernels.vector_field import element_states
+from gearrattle.engine.kernels.vector_field import Field, element_states
 
 DONE, SLICE_SPENT, LOG_FULL, CHATTER, NON_FINITE, NO_CONVERGENCE = 0, 1, 3, 4, 5, 7  # outcome.Outcome
 ONE_STEP, ROOT_FOUND = 2, 2
@@ -30,59 +31,59 @@ TIME, SMALLEST, TRIED, LAST, NEXT, SPARE = range(6)
 class Library(NamedTuple):
     """Addresses: CVODE's memory, two of its vectors, its functions."""
 
-    memory: Any
-    vector: Any  # holds March.z
-    between: Any  # holds March.point
-    step: Any  # CVode
-    interpolate: Any  # CVodeGetDky
-    statistics: Any  # CVodeGetIntegratorStats
-    solve_fails: Any  # CVodeGetNumStepSolveFails
-    jacobians: Any  # CVodeGetNumJacEvals
-    roots: Any  # CVodeGetRootInfo
-    restart: Any  # CVodeReInit
-    stop: Any  # CVodeSetStopTime
-    first: Any  # CVodeSetInitStep
-    newton: Any  # whether there is a matrix
+    memory: int
+    vector: int  # holds March.z
+    between: int  # holds March.point
+    step: int  # CVode
+    interpolate: int  # CVodeGetDky
+    statistics: int  # CVodeGetIntegratorStats
+    solve_fails: int  # CVodeGetNumStepSolveFails
+    jacobians: int  # CVodeGetNumJacEvals
+    roots: int  # CVodeGetRootInfo
+    restart: int  # CVodeReInit
+    stop: int  # CVodeSetStopTime
+    first: int  # CVodeSetInitStep
+    newton: bool  # whether there is a matrix
 
 
 class March(NamedTuple):
     """Everything that changes; S states, K clearances, m elements."""
 
-    z: Any  # (S,) scaled state
-    point: Any  # (S,) scaled state between
-    counts: Any  # (8,)
-    numbers: Any  # (6,)
-    current: Any  # (8,) CVODE's own counts
-    roots: Any  # (2 K,) int32, the roots found
-    piece: Any  # (m,) int64
-    deflection: Any  # (m,) at the end of the last step
-    times: Any  # (samples,) output grid
-    states: Any  # (samples, S) output
-    event_time: Any  # (capacity,)
-    event_element: Any  # (capacity,)
-    event_pieces: Any  # (capacity, 2) from, to
-    event_rate: Any  # (capacity,)
-    event_integral: Any  # (capacity,)
+    z: Vector  # (S,) scaled state
+    point: Vector  # (S,) scaled state between
+    counts: IntVector  # (8,)
+    numbers: Vector  # (6,)
+    current: IntVector  # (8,) CVODE's own counts
+    roots: Int32Vector  # (2 K,) int32, the roots found
+    piece: IntVector  # (m,) int64
+    deflection: Vector  # (m,) at the end of the last step
+    times: Vector  # (samples,) output grid
+    states: Matrix  # (samples, S) output
+    event_time: Vector  # (capacity,)
+    event_element: IntVector  # (capacity,)
+    event_pieces: IntMatrix  # (capacity, 2) from, to
+    event_rate: Vector  # (capacity,)
+    event_integral: Vector  # (capacity,)
 
 
 class Held(NamedTuple):
     """The pieces held between corners; ``field`` has one piece an element. ``on`` is False for blind stepping."""
 
-    on: Any
-    field: Any
-    bounds: Any  # (K, 2)
-    clearances: Any  # (K,)
+    on: bool
+    field: Field
+    bounds: Matrix  # (K, 2)
+    clearances: IntVector  # (K,)
 
 
 class Scratch(NamedTuple):
     """The elements' states at one instant."""
 
-    y: Any
-    wave: Any
-    deflection: Any
-    rate: Any
-    piece: Any
-    force: Any
+    y: Vector
+    wave: Vector
+    deflection: Vector
+    rate: Vector
+    piece: Vector
+    force: Vector
 
 
 @kernel

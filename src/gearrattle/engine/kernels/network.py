@@ -15,11 +15,12 @@ crossing costs the same in a long train as in a short one.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from gearrattle.engine.kernels._jit import kernel
+from gearrattle.engine.kernels.arrays import IntArray3, IntMatrix, IntVector, Matrix, UInt64Vector, Vector
 from gearrattle.engine.kernels.packed import ORDER
 
 
@@ -31,27 +32,27 @@ class Network(NamedTuple):
     """
 
     length: float  # h, of a window [s]
-    first: Any  # (m,) columns of the two velocities an element joins, without a sign; the ground: any, with no arm
-    second: Any  # (m,)
-    first_arm: Any  # (m,) entries of w
-    second_arm: Any  # (m,)
-    mobility: Any  # (m + n,) 1 / J, by columns of velocities
-    drag: Any  # (m + n,) the same
-    clearances: Any  # (K,) their elements
-    clearance: Any  # (m,) which clearance an element is, or -1
-    references: Any  # (R,) columns of their velocities
-    mean: Any  # (m + n,) torque, the same
-    driven: Any  # (T,) columns of the velocities with a torque
-    torque: Any  # (2 H, T) its cosines, then its sines
-    error_of: Any  # (m,) row of its transmission error, or -1
-    erring: Any  # (E,) elements with a transmission error
-    error_at: Any  # (L, 2) row and harmonic of each error
-    error: Any  # (L, 2) cosine, sine
-    turn: Any  # (H,) radians a window
-    tied: Any  # (D,) elements whose deflection is a sum of others'
-    tie_start: Any  # (D + 1,)
-    tie: Any  # the others, one after the other
-    tie_weight: Any
+    first: UInt64Vector  # (m,) columns of the two velocities an element joins, no sign; the ground: any, with no arm
+    second: UInt64Vector  # (m,)
+    first_arm: Vector  # (m,) entries of w
+    second_arm: Vector  # (m,)
+    mobility: Vector  # (m + n,) 1 / J, by columns of velocities
+    drag: Vector  # (m + n,) the same
+    clearances: IntVector  # (K,) their elements
+    clearance: IntVector  # (m,) which clearance an element is, or -1
+    references: UInt64Vector  # (R,) columns of their velocities
+    mean: Vector  # (m + n,) torque, the same
+    driven: UInt64Vector  # (T,) columns of the velocities with a torque
+    torque: Matrix  # (2 H, T) its cosines, then its sines
+    error_of: IntVector  # (m,) row of its transmission error, or -1
+    erring: IntVector  # (E,) elements with a transmission error
+    error_at: IntMatrix  # (L, 2) row and harmonic of each error
+    error: Matrix  # (L, 2) cosine, sine
+    turn: Vector  # (H,) radians a window
+    tied: IntVector  # (D,) elements whose deflection is a sum of others'
+    tie_start: IntVector  # (D + 1,)
+    tie: IntVector  # the others, one after the other
+    tie_weight: Vector
 
 
 class Near(NamedTuple):
@@ -60,18 +61,18 @@ class Near(NamedTuple):
     Those felt first come first; ``active`` says how many are felt at an order.
     """
 
-    inertia_start: Any  # (K + 1,)
-    inertia: Any  # columns of their velocities
-    drag: Any
-    mobility: Any
-    element_start: Any  # (K + 1,)
-    element: Any
-    first: Any  # the element's inertias by their place in the neighbourhood; outside: one beyond the last
-    second: Any
-    first_arm: Any
-    second_arm: Any
-    reference: Any  # (K, R) place of each reference in the neighbourhood, or -1
-    active: Any  # (K, ORDER + 1, 2) inertias and elements
+    inertia_start: IntVector  # (K + 1,)
+    inertia: UInt64Vector  # columns of their velocities
+    drag: Vector
+    mobility: Vector
+    element_start: IntVector  # (K + 1,)
+    element: UInt64Vector
+    first: UInt64Vector  # the element's inertias by their place in the neighbourhood; outside: one beyond the last
+    second: UInt64Vector
+    first_arm: Vector
+    second_arm: Vector
+    reference: IntMatrix  # (K, R) place of each reference in the neighbourhood, or -1
+    active: IntArray3  # (K, ORDER + 1, 2) inertias and elements
 
 
 @kernel

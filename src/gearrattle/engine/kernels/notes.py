@@ -26,7 +26,7 @@ def note(notes, counts, rows, slot, y, carried, ahead, elapsed):
         notes.y[n, i] = y[i]
     for i in range(carried.size):
         notes.carried[n, i] = carried[i]
-    notes.row[n], notes.count[n] = rows
+    notes.row[n], notes.samples[n] = rows
     notes.slot[n], notes.ahead[n], notes.elapsed[n] = slot, ahead, elapsed
     counts[NOTED] = n + 1
 
@@ -63,7 +63,7 @@ def work_out(regions, inputs, notes, samples, counts):
     for n in range(counts[NOTED]):
         slot, fine = notes.slot[n], regions.fine[notes.slot[n]]
         chained = regions.chain, inputs.links, inputs.pace * inputs.steps[fine]
-        for i in range(notes.count[n]):
+        for i in range(notes.samples[n]):
             h, done, row = spacing, 0.0, notes.row[n] + i
             if i == 0 or regions.chain > 0:  # a move within a finest step leaves chains behind
                 h = notes.ahead[n] + i * spacing

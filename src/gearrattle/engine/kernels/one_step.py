@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearrattle.engine.kernels._jit import kernel, separate
+from gearrattle.engine.kernels.arrays import Matrix, Vector
 from gearrattle.engine.kernels.vector_field import derivative
 
 RUNGE_KUTTA, EXTRAPOLATION = 0, 1
@@ -30,10 +31,10 @@ class Method(NamedTuple):
     """What distinguishes one method from another."""
 
     kind: int  # RUNGE_KUTTA or EXTRAPOLATION
-    a: Any  # (s, s) tableau
-    b: Any  # (s,)
-    c: Any  # (s,)
-    error: Any  # (s,) weights of the error estimate; zeros: none
+    a: Matrix  # (s, s) tableau
+    b: Vector  # (s,)
+    c: Vector  # (s,)
+    error: Vector  # (s,) weights of the error estimate; zeros: none
     order: int  # of the estimate, as a power of h
 
 
@@ -45,20 +46,20 @@ class Control(NamedTuple):
     step: float  # the step, or the first one tried
     shortest: float  # below this a step counts as failed
     tolerance: float
-    size: Any  # (N,) of the states errors are relative to
+    size: Vector  # (N,) of the states errors are relative to
 
 
 class StepBuffers(NamedTuple):
     """Scratch: S states, m elements."""
 
-    wave: Any  # (2 H,)
+    wave: Vector  # (2 H,)
     at: Any  # four of (m,): deflection, rate, piece, force of the state looked at last
-    stages: Any  # (stages, S) slopes; the first is that at the step's begin
-    trial: Any  # (S,)
-    before: Any  # (S,)
-    table: Any  # (COLUMNS, S) one diagonal of the extrapolation table
-    error: Any  # (S,)
-    longest: Any  # (COLUMNS,) steps the columns would allow
+    stages: Matrix  # (stages, S) slopes; the first is that at the step's begin
+    trial: Vector  # (S,)
+    before: Vector  # (S,)
+    table: Matrix  # (COLUMNS, S) one diagonal of the extrapolation table
+    error: Vector  # (S,)
+    longest: Vector  # (COLUMNS,) steps the columns would allow
 
 
 @separate

@@ -13,33 +13,35 @@ increments hold the carried quantities' strips first, then those of y.
 from __future__ import annotations
 
 from math import ceil, factorial, log2
-from typing import Any, NamedTuple
+from typing import NamedTuple
+
+from gearrattle.engine.kernels.arrays import Array3, Array4, IntArray3, IntMatrix, IntVector, Matrix, Vector
 
 
 class Inputs(NamedTuple):
     """The oscillators that drive the system."""
 
-    cycles_high: Any  # (H,) oscillations a period, leading 24 bits
-    cycles_low: Any  # (H,) the rest
-    frequency: Any  # (H,) radians a period
-    scale: Any  # (1 + H,) constant amplitudes
-    steps: Any  # (levels,) see ``step_of``
-    knot_cycle: Any  # (G,) begins of the signals' intervals, whole periods
-    knot_fraction: Any  # (G,) the rest
-    chains: Any  # (G, channels, D + 1, and zeros of as many strips) at the begin of every interval
-    fourth: Any  # (G, Q) bounds on their fourth derivatives, all through every interval
+    cycles_high: Vector  # (H,) oscillations a period, leading 24 bits
+    cycles_low: Vector  # (H,) the rest
+    frequency: Vector  # (H,) radians a period
+    scale: Vector  # (1 + H,) constant amplitudes
+    steps: Vector  # (levels,) see ``step_of``
+    knot_cycle: Vector  # (G,) begins of the signals' intervals, whole periods
+    knot_fraction: Vector  # (G,) the rest
+    chains: Array3  # (G, channels, D + 1, and zeros of as many strips) at the begin of every interval
+    fourth: Matrix  # (G, Q) bounds on their fourth derivatives, all through every interval
     pace: float  # of the chains
     links: int  # D + 1, entries a channel has
-    turn_cosine: Any  # (levels, H) rotation over one step of each level
-    turn_sine: Any  # (levels, H)
+    turn_cosine: Matrix  # (levels, H) rotation over one step of each level
+    turn_sine: Matrix  # (levels, H)
 
 
 class Instants(NamedTuple):
     """What happens at times known beforehand, ascending; the last never comes."""
 
-    cycle: Any  # (instants,) whole periods
-    fraction: Any  # (instants,) the rest
-    watch: Any  # (instants,) the auxiliary that enters the piece above its own; -1: the next interval of signals begins
+    cycle: Vector  # (instants,) whole periods
+    fraction: Vector  # (instants,) the rest
+    watch: IntVector  # (instants,) the auxiliary that enters the piece above; -1: the next interval of signals begins
 
 
 class Regions(NamedTuple):
@@ -48,31 +50,31 @@ class Regions(NamedTuple):
     states: int  # N
     clearances: int  # K
     chain: int  # Q, the last entries of y
-    width: Any  # (slots,) length of y
-    kept: Any  # (slots, U) which inputs are kept, in the order they have in y
-    first_table: Any  # (slots,) where its tables begin in `tables`
-    fine: Any  # (slots,) its finest level
-    tables: Any  # (tables, strips, M, 4) increments over a step
-    powers: Any  # (4 slots, strips, M, 4) (h A)^1 ... (h A)^4, h the finest step
-    particular: Any  # (slots, strips, U, 4) P, carried rows first
-    drift: Any  # (slots, C filled up to fours) what the constant input adds to the carried quantities in a period
-    probe: Any  # (slots, strips, M, 4) what is watched and three derivatives
-    calm: Any  # (slots, strips, M, 4) the same without the fast modes
-    forced: Any  # (slots, strips, U, 4) the same from the inputs split off
-    series: Any  # (W slots, strips, M, 4) Taylor coefficients of all that is watched over the finest step
-    forced_series: Any  # (W slots, strips, U, 4)
-    forced_strips: Any  # (slots,) how many of them count: inputs turn little in a finest step
-    modes: Any  # (slots,) how many modes bound the fourth derivatives
-    bounds: Any  # (slots, strips, M, 4) their rows, four real and four imaginary parts in turn
-    weights: Any  # (slots, strips, modes, 4) W bounds on fourth derivatives, W without fast modes, W on fast modes
-    pushes: Any  # (slots, strips, Q, 4) the same on the fourth derivatives of chains
-    constant: Any  # (slots, 4 strips)
-    lower: Any  # (slots, W) bounds of what is watched, corner scales
-    upper: Any  # (slots, W)
-    band: Any  # (slots, W) rounding bands, corner scales; 0: relative to its motion
-    known: Any  # (slots, S) memories on entering, scaled; NaN where they go on
-    piece: Any  # (slots, W)
-    neighbour: Any  # (slots, W, 2) slot beyond the lower, the upper corner; -1: not built yet
+    width: IntVector  # (slots,) length of y
+    kept: IntMatrix  # (slots, U) which inputs are kept, in the order they have in y
+    first_table: IntVector  # (slots,) where its tables begin in `tables`
+    fine: IntVector  # (slots,) its finest level
+    tables: Array4  # (tables, strips, M, 4) increments over a step
+    powers: Array4  # (4 slots, strips, M, 4) (h A)^1 ... (h A)^4, h the finest step
+    particular: Array4  # (slots, strips, U, 4) P, carried rows first
+    drift: Matrix  # (slots, C filled up to fours) what the constant input adds to the carried quantities in a period
+    probe: Array4  # (slots, strips, M, 4) what is watched and three derivatives
+    calm: Array4  # (slots, strips, M, 4) the same without the fast modes
+    forced: Array4  # (slots, strips, U, 4) the same from the inputs split off
+    series: Array4  # (W slots, strips, M, 4) Taylor coefficients of all that is watched over the finest step
+    forced_series: Array4  # (W slots, strips, U, 4)
+    forced_strips: IntVector  # (slots,) how many of them count: inputs turn little in a finest step
+    modes: IntVector  # (slots,) how many modes bound the fourth derivatives
+    bounds: Array4  # (slots, strips, M, 4) their rows, four real and four imaginary parts in turn
+    weights: Array4  # (slots, strips, modes, 4) W bounds on fourth derivatives, W without fast modes, W on fast modes
+    pushes: Array4  # (slots, strips, Q, 4) the same on the fourth derivatives of chains
+    constant: Matrix  # (slots, 4 strips)
+    lower: Matrix  # (slots, W) bounds of what is watched, corner scales
+    upper: Matrix  # (slots, W)
+    band: Matrix  # (slots, W) rounding bands, corner scales; 0: relative to its motion
+    known: Matrix  # (slots, S) memories on entering, scaled; NaN where they go on
+    piece: IntMatrix  # (slots, W)
+    neighbour: IntArray3  # (slots, W, 2) slot beyond the lower, the upper corner; -1: not built yet
 
 
 class Samples(NamedTuple):
@@ -80,48 +82,50 @@ class Samples(NamedTuple):
 
     per_cycle: int
     first: int
-    states: Any  # (samples, N + C) x, carried
-    pieces: Any  # (samples, W)
-    waves: Any  # (per_cycle, U) inputs at the samples of a period, not scaled; (0, U) where no two periods are alike
+    states: Matrix  # (samples, N + C) x, carried
+    pieces: IntMatrix  # (samples, W)
+    waves: Matrix  # (per_cycle, U) inputs at the samples of a period, not scaled; (0, U) where no two periods are alike
 
 
 class Notes(NamedTuple):
     """What the march notes of the samples it passes in a step, see ``notes``."""
 
-    row: Any  # (room,) of the first of them
-    count: Any  # (room,) how many there are
-    slot: Any  # (room,)
-    ahead: Any  # (room,) periods from the state noted to the first
-    elapsed: Any  # (room,) periods from the entry of the region to the first
-    y: Any  # (room, N + U + Q filled up to fours)
-    carried: Any  # (room, C filled up to fours)
+    row: IntVector  # (room,) of the first of them
+    samples: IntVector  # (room,) how many there are
+    slot: IntVector  # (room,)
+    ahead: Vector  # (room,) periods from the state noted to the first
+    elapsed: Vector  # (room,) periods from the entry of the region to the first
+    y: Matrix  # (room, N + U + Q filled up to fours)
+    carried: Matrix  # (room, C filled up to fours)
 
 
 class Log(NamedTuple):
     """Where crossings go."""
 
-    cycle: Any  # (capacity,) whole periods
-    fraction: Any  # (capacity,) the rest of the time, in periods
-    clearance: Any  # (capacity,) or what else is watched
-    upward: Any  # (capacity,) 1: delta grows through the corner
-    piece: Any  # (capacity,) the piece left
-    rate: Any  # (capacity,) d delta / ds in corner scales
-    integral: Any  # (capacity,) the clearance's force integral
-    memory: Any  # (capacity, S) memories before the crossing
+    cycle: IntVector  # (capacity,) whole periods
+    fraction: Vector  # (capacity,) the rest of the time, in periods
+    clearance: IntVector  # (capacity,) or what else is watched
+    upward: IntVector  # (capacity,) 1: delta grows through the corner
+    piece: IntVector  # (capacity,) the piece left
+    rate: Vector  # (capacity,) d delta / ds in corner scales
+    integral: Vector  # (capacity,) the clearance's force integral
+    memory: Matrix  # (capacity, S) memories before the crossing
 
 
 class March(NamedTuple):
     """The marcher itself: everything that changes, and all a later run needs to go on with the same bits."""
 
-    y: Any  # (N + U + Q, filled up to fours) w and kept inputs, or x while no region is entered
-    carried: Any  # (C, filled up to fours) relative to their own particular solution, as w is
-    u: Any  # (U,) inputs
-    clock: Any  # (4,) anchor, offset, entry, age: time = cycle + anchor + offset, offset dyadic; the region was entered
+    y: Vector  # (N + U + Q, filled up to fours) w and kept inputs, or x while no region is entered
+    carried: Vector  # (C, filled up to fours) relative to their own particular solution, as w is
+    u: Vector  # (U,) inputs
+    clock: (
+        Vector  # (4,) anchor, offset, entry, age: time = cycle + anchor + offset, offset dyadic; the region was entered
+    )
     #   at entry cycle + entry; the bounds are as old as age
-    counts: Any  # (COUNTS,) integers, see the names below
-    tried: Any  # (1,) sum of all steps tried, in periods
-    bound: Any  # (4 strips,) the present bounds, as in `weights`
-    side: Any  # (W,) -1: sits on the lower corner (to the band), +1: on the upper one, 0: neither
+    counts: IntVector  # (COUNTS,) integers, see the names below
+    tried: Vector  # (1,) sum of all steps tried, in periods
+    bound: Vector  # (4 strips,) the present bounds, as in `weights`
+    side: IntVector  # (W,) -1: sits on the lower corner (to the band), +1: on the upper one, 0: neither
 
 
 LONGEST = 0.125

@@ -6,9 +6,10 @@ perturbations are carried through the crossings at about the cost of the motion 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from gearrattle.engine.kernels._jit import kernel
+from gearrattle.engine.kernels.arrays import BoolMatrix, IntVector, Matrix, Vector
 
 _NORM = 4.0  # of a step's generator: beyond, the terms of the series cancel
 _MOST_TERMS = 60
@@ -18,9 +19,9 @@ _NEGLIGIBLE = 1e-17
 class Sparse(NamedTuple):
     """A matrix by rows: entries ``start[i]`` to ``start[i + 1]`` of ``column`` and ``value`` are those of row i."""
 
-    start: Any
-    column: Any
-    value: Any
+    start: IntVector
+    column: IntVector
+    value: Vector
 
 
 class Driveline(NamedTuple):
@@ -48,8 +49,8 @@ class Driveline(NamedTuple):
     deflection: Sparse
     rate: Sparse
     push: Sparse
-    drag: Any
-    element: Any
+    drag: Vector
+    element: IntVector
     norm: float
 
 
@@ -66,10 +67,10 @@ class Regions(NamedTuple):
         (regions, S) pace of a memory by a unit of its element's rate.
     """
 
-    stiffness: Any
-    damping: Any
-    memory: Any
-    moves: Any
+    stiffness: Matrix
+    damping: Matrix
+    memory: Matrix
+    moves: Matrix
 
 
 class Intervals(NamedTuple):
@@ -91,12 +92,12 @@ class Intervals(NamedTuple):
         (I, S) whether a memory does not depend on what was before the crossing.
     """
 
-    region: Any
-    duration: Any
-    crossed: Any
-    kick: Any
-    engaged: Any
-    reset: Any
+    region: IntVector
+    duration: Vector
+    crossed: IntVector
+    kick: Matrix
+    engaged: Matrix
+    reset: BoolMatrix
 
 
 @kernel

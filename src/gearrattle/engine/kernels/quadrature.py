@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from gearrattle.engine.kernels._jit import inlined, kernel
+from gearrattle.engine.kernels.arrays import Array4, IntMatrix, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.packed import ORDER, window_norm
 from gearrattle.engine.kernels.products import copy, multiply, multiply_row
 
@@ -22,23 +23,23 @@ class Powers(NamedTuple):
     which the integral of every power is a quadratic form of the state at the beginning.
     """
 
-    step: Any  # (2, regions) their lengths, in periods
-    advance: Any  # (2 regions, strips, Z, 4) increments of z over a short, over a long step
-    seen: Any  # (R regions, strips, Z, 4) the forms at every node of a full step, of z at its begin
-    generator: Any  # (regions, strips, Z, 4) rates of z
-    forms: Any  # (regions, strips, Z, 4) rows over z whose products are powers
-    pairs: Any  # (P, 3) two forms, and the sum that their product goes to
-    known: Any  # (regions, S) memories on entering, scaled; NaN where they go on
+    step: Matrix  # (2, regions) their lengths, in periods
+    advance: Array4  # (2 regions, strips, Z, 4) increments of z over a short, over a long step
+    seen: Array4  # (R regions, strips, Z, 4) the forms at every node of a full step, of z at its begin
+    generator: Array4  # (regions, strips, Z, 4) rates of z
+    forms: Array4  # (regions, strips, Z, 4) rows over z whose products are powers
+    pairs: IntMatrix  # (P, 3) two forms, and the sum that their product goes to
+    known: Matrix  # (regions, S) memories on entering, scaled; NaN where they go on
     first_memory: int  # where they stand in z
-    chains: Any  # (G, Q) chains of signals at the begin of every interval; they stand last in z
-    nodes: Any  # (3,) where those of a short, of a long step begin, and how many there are
-    abscissas: Any  # (R,) in 0 ... 1
-    weights: Any  # (R,)
-    leaps: Any  # (regions, 2) where a region's leaps begin, shortest first, and where they end
-    leap_step: Any  # (leaps,) their lengths, in periods
-    leap_advance: Any  # (leaps, strips, Z, 4) increments of z
-    leap_work: Any  # (sums leaps, strips, Z, 4) the quadratic forms, a leap's sums together
-    leap_sums: Any  # (sums,) where they go
+    chains: Matrix  # (G, Q) chains of signals at the begin of every interval; they stand last in z
+    nodes: IntVector  # (3,) where those of a short, of a long step begin, and how many there are
+    abscissas: Vector  # (R,) in 0 ... 1
+    weights: Vector  # (R,)
+    leaps: IntMatrix  # (regions, 2) where a region's leaps begin, shortest first, and where they end
+    leap_step: Vector  # (leaps,) their lengths, in periods
+    leap_advance: Array4  # (leaps, strips, Z, 4) increments of z
+    leap_work: Array4  # (sums leaps, strips, Z, 4) the quadratic forms, a leap's sums together
+    leap_sums: IntVector  # (sums,) where they go
 
 
 @inlined

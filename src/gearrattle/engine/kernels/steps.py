@@ -8,11 +8,12 @@ the pieces up in every stage, as the 1995 paper's did, and learns of a crossing 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from gearrattle.engine.kernels._jit import inlined, kernel, separate
+from gearrattle.engine.kernels.arrays import IntMatrix, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.one_step import (
     COLUMNS,
     EXTRAPOLATION,
@@ -45,16 +46,16 @@ _LOCATING = 40
 class Stepper(NamedTuple):
     """Everything that changes."""
 
-    y: Any  # (S,) state
-    clock: Any  # (4,)
-    counts: Any  # (8,)
-    piece: Any  # (m,) pieces held
-    states: Any  # (samples, S) output
-    event_time: Any  # (capacity,)
-    event_element: Any  # (capacity,)
-    event_pieces: Any  # (capacity, 2) from, to
-    event_rate: Any  # (capacity,)
-    event_integral: Any  # (capacity,)
+    y: Vector  # (S,) state
+    clock: Vector  # (4,)
+    counts: IntVector  # (8,)
+    piece: Vector  # (m,) pieces held
+    states: Matrix  # (samples, S) output
+    event_time: Vector  # (capacity,)
+    event_element: IntVector  # (capacity,)
+    event_pieces: IntMatrix  # (capacity, 2) from, to
+    event_rate: Vector  # (capacity,)
+    event_integral: Vector  # (capacity,)
 
 
 @inlined

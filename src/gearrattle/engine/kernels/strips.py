@@ -43,7 +43,7 @@ def fill_in_turn(stack, index, rows, count, columns):
 def fill_bounds(workspace, stack, index):
     """Four real and four imaginary parts in turn."""
     free, bounds = free_at(workspace), bounds_at(workspace)
-    modes, width = bounds.count[0], free.width[0]
+    modes, width = bounds.used[0], free.width[0]
     for i in range(4 * ((modes + 3) // 4)):
         strip = 2 * (i // 4)
         for j in range(width):

@@ -12,11 +12,12 @@ The kernel works in slices, as ``march`` does; where a slice ends changes no bit
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from gearrattle.engine.kernels._jit import kernel
+from gearrattle.engine.kernels.arrays import IntVector, Matrix, Vector
 from gearrattle.engine.kernels.corners import (
     CHATTER,
     DONE,
@@ -46,38 +47,38 @@ class Sweep(NamedTuple):
 
     windows: int  # a period
     most: int  # crossings in a window before all is made afresh
-    counts: Any  # (SIZE,) integers, see the names above and in ``packed``
-    clock: Any  # (2,) in window lengths: the polynomials' origin in the window, and now, counted from the origin
-    table: Any  # (ORDER + 1, columns)
-    errors: Any  # (ORDER + 2, E) coefficients of transmission errors
-    reach: Any  # (m,) sum of |c_j| of each deflection's orders from 1 on
-    piece: Any  # (K,)
-    stiffness: Any  # (m,) of the present pieces
-    damping: Any  # (m,)
-    offset: Any  # (m,)
-    side: Any  # (K,) -1: sits on the lower corner (to the band), +1: on the upper one, 0: neither
-    exit: Any  # (K,) next crossing of each clearance in this window, from the origin; NEVER: none
-    upward: Any  # (K,) its direction
-    rate: Any  # (K,) and d delta / ds a window
+    counts: IntVector  # (SIZE,) integers, see the names above and in ``packed``
+    clock: Vector  # (2,) in window lengths: the polynomials' origin in the window, and now, counted from the origin
+    table: Matrix  # (ORDER + 1, columns)
+    errors: Matrix  # (ORDER + 2, E) coefficients of transmission errors
+    reach: Vector  # (m,) sum of |c_j| of each deflection's orders from 1 on
+    piece: IntVector  # (K,)
+    stiffness: Vector  # (m,) of the present pieces
+    damping: Vector  # (m,)
+    offset: Vector  # (m,)
+    side: IntVector  # (K,) -1: sits on the lower corner (to the band), +1: on the upper one, 0: neither
+    exit: Vector  # (K,) next crossing of each clearance in this window, from the origin; NEVER: none
+    upward: IntVector  # (K,) its direction
+    rate: Vector  # (K,) and d delta / ds a window
 
 
 class SweepBuffers(NamedTuple):
     """Scratch."""
 
-    y: Any  # (columns,)
-    u: Any  # (1 + 2 H,)
-    waves: Any  # (ORDER + 2, 2 H)
-    force: Any  # (m,)
-    pull: Any  # (m + n,)
-    load: Any  # (T,)
-    jump: Any  # (ORDER,)
-    matrix: Any  # (ORDER + 1, ORDER + 1), zero below the diagonal
-    laws: Any  # (2, most elements near a clearance)
-    moved: Any  # (ORDER + 1, twice the most elements near a clearance)
-    turned: Any  # (ORDER + 1, the most inertias, and one)
-    row: Any  # as long as the longer of their rows
-    whole: Any  # (ORDER + 1,) a deflection
-    gap: Any  # (ORDER + 1,)
+    y: Vector  # (columns,)
+    u: Vector  # (1 + 2 H,)
+    waves: Matrix  # (ORDER + 2, 2 H)
+    force: Vector  # (m,)
+    pull: Vector  # (m + n,)
+    load: Vector  # (T,)
+    jump: Vector  # (ORDER,)
+    matrix: Matrix  # (ORDER + 1, ORDER + 1), zero below the diagonal
+    laws: Matrix  # (2, most elements near a clearance)
+    moved: Matrix  # (ORDER + 1, twice the most elements near a clearance)
+    turned: Matrix  # (ORDER + 1, the most inertias, and one)
+    row: Vector  # as long as the longer of their rows
+    whole: Vector  # (ORDER + 1,) a deflection
+    gap: Vector  # (ORDER + 1,)
 
 
 @kernel

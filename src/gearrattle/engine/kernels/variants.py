@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from gearrattle.engine.kernels.arrays import Array3, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.laws import Laws
 
 T = TypeVar("T", "Coefficients", "Laws", "Tallies")
@@ -22,97 +23,97 @@ T = TypeVar("T", "Coefficients", "Laws", "Tallies")
 class Coefficients(NamedTuple):
     """Numbers of one driveline; of V variants with a leading axis (V, ...)."""
 
-    inertia: Any  # (n,)
-    drag: Any  # (n,)
-    mean: Any  # (n,) mean torques
-    torque_sine: Any  # (n, H)
-    torque_cosine: Any  # (n, H)
-    error_sine: Any  # (m, H)
-    error_cosine: Any  # (m, H)
-    period: Any  # (1,)
-    laws: Any  # Laws
+    inertia: Vector  # (n,)
+    drag: Vector  # (n,)
+    mean: Vector  # (n,) mean torques
+    torque_sine: Matrix  # (n, H)
+    torque_cosine: Matrix  # (n, H)
+    error_sine: Matrix  # (m, H)
+    error_cosine: Matrix  # (m, H)
+    period: Vector  # (1,)
+    laws: Laws
 
 
 class Frame(NamedTuple):
     """What variants of one structure share."""
 
-    rows: Any  # (m, n) W
-    label: Any  # (m,) label of its lowest piece
-    clearances: Any  # (K,) elements with corners
-    cycles: Any  # (H,) oscillations a period
-    basis: Any  # (r, n) X
-    combination: Any  # (m, r) B
-    elements: Any  # (r,) the element of each row of X
-    references: Any  # (R,) inertias whose angle is carried
+    rows: Matrix  # (m, n) W
+    label: IntVector  # (m,) label of its lowest piece
+    clearances: IntVector  # (K,) elements with corners
+    cycles: Vector  # (H,) oscillations a period
+    basis: Matrix  # (r, n) X
+    combination: Matrix  # (m, r) B
+    elements: IntVector  # (r,) the element of each row of X
+    references: IntVector  # (R,) inertias whose angle is carried
 
 
 class Scales(NamedTuple):
     """The scales of one variant, see ``system.scaling``."""
 
-    deflection: Any  # (r,)
-    velocity: Any  # (n,)
-    inputs: Any  # (1 + H,)
-    corner: Any  # (K,)
+    deflection: Vector  # (r,)
+    velocity: Vector  # (n,)
+    inputs: Vector  # (1 + H,)
+    corner: Vector  # (K,)
 
 
 class Statics(NamedTuple):
     """What the search for the equilibrium needs to know: coordinates of the elements with stiffness alone."""
 
-    elastic: Any  # (E,) these elements
-    at: Any  # (r,) which of them each deflection that is sought belongs to
-    combination: Any  # (E, r) B
-    angle_from_basis: Any  # (n, r)
-    motion: Any  # (n, R) free motion of the trains
+    elastic: IntVector  # (E,) these elements
+    at: IntVector  # (r,) which of them each deflection that is sought belongs to
+    combination: Matrix  # (E, r) B
+    angle_from_basis: Matrix  # (n, r)
+    motion: Matrix  # (n, R) free motion of the trains
 
 
 class Judged(NamedTuple):
     """What the judging of variants needs to know of their structure; corners and pieces of clearances end to end."""
 
-    pieces: Any  # (K + 1,) where a clearance's pieces begin; its corners begin at pieces[k] - k
-    label: Any  # (K,) label of its lowest piece
-    inner: Any  # (pieces,) whether one is its centre, 1 or 0
-    gap: Any  # (K,) whether its centre is free of stiffness, 1 or 0
+    pieces: IntVector  # (K + 1,) where a clearance's pieces begin; its corners begin at pieces[k] - k
+    label: IntVector  # (K,) label of its lowest piece
+    inner: IntVector  # (pieces,) whether one is its centre, 1 or 0
+    gap: IntVector  # (K,) whether its centre is free of stiffness, 1 or 0
 
 
 class Crossings(NamedTuple):
     """Crossings of corners in pieces, ordered by time, then element; ``EventLog`` has them in region labels."""
 
-    time: Any  # (E,) [s]
-    clearance: Any  # (E,)
-    from_piece: Any  # (E,) the piece left, the lowest of a clearance is 0
-    to_piece: Any  # (E,) the piece entered
-    velocity: Any  # (E,) deflection rate [rad/s or m/s]
-    force_integral: Any  # (E,) of the element's force since t = 0 [N m s or N s]
+    time: Vector  # (E,) [s]
+    clearance: IntVector  # (E,)
+    from_piece: IntVector  # (E,) the piece left, the lowest of a clearance is 0
+    to_piece: IntVector  # (E,) the piece entered
+    velocity: Vector  # (E,) deflection rate [rad/s or m/s]
+    force_integral: Vector  # (E,) of the element's force since t = 0 [N m s or N s]
 
 
 class Tallies(NamedTuple):
     """What is kept of the crossings of V motions, each array with a leading axis (V, ...)."""
 
-    sides: Any  # (K, 2) 1 where corners of the drive side, of the coast side are crossed
-    dwell: Any  # (pieces,) time in each region [s]
-    count: Any  # (K,) impacts
-    drive: Any  # (K,) on the drive side
-    speed: Any  # (K,) sum of their speeds
-    top_speed: Any  # (K,)
-    square: Any  # (K,) sum of the squares of their speeds
-    left: Any  # (K,) sum of the speeds at which contacts end
-    top_change: Any  # (K,) largest change of the deflection rate, begin to end of a contact
-    push: Any  # (K,) sum of their contact impulses
-    top_push: Any  # (K,)
-    lost: Any  # (K,) sum of v^2 - v'^2 of contacts that have ended
-    kept: Any  # (K,) sum of |v'| / |v| of those with v other than zero
-    moving: Any  # (K,) how many these are
-    held: Any  # (K,) time in contacts that have ended [s]
-    same: Any  # (K,) impacts on the flank of the contact before
-    other: Any  # (K,) impacts on the other one
-    flank: Any  # (K,) of the last contact: 1 drive, -1 coast, 0 none yet
-    final: Any  # (K,) force integral at the end
-    open: Any  # (corners,) 1 where a contact has not ended
-    begun: Any  # (corners,) the force integral at its begin
-    met: Any  # (corners,) the speed at its begin
-    since: Any  # (corners,) when it began [s]
-    crossings: Any  # (1,) crossings in the window
-    calls: Any  # (1,) function calls of the algorithm
+    sides: Array3  # (K, 2) 1 where corners of the drive side, of the coast side are crossed
+    dwell: Matrix  # (pieces,) time in each region [s]
+    count: Matrix  # type: ignore[assignment]  # (K,) impacts; hides tuple.count
+    drive: Matrix  # (K,) on the drive side
+    speed: Matrix  # (K,) sum of their speeds
+    top_speed: Matrix  # (K,)
+    square: Matrix  # (K,) sum of the squares of their speeds
+    left: Matrix  # (K,) sum of the speeds at which contacts end
+    top_change: Matrix  # (K,) largest change of the deflection rate, begin to end of a contact
+    push: Matrix  # (K,) sum of their contact impulses
+    top_push: Matrix  # (K,)
+    lost: Matrix  # (K,) sum of v^2 - v'^2 of contacts that have ended
+    kept: Matrix  # (K,) sum of |v'| / |v| of those with v other than zero
+    moving: Matrix  # (K,) how many these are
+    held: Matrix  # (K,) time in contacts that have ended [s]
+    same: Matrix  # (K,) impacts on the flank of the contact before
+    other: Matrix  # (K,) impacts on the other one
+    flank: Matrix  # (K,) of the last contact: 1 drive, -1 coast, 0 none yet
+    final: Matrix  # (K,) force integral at the end
+    open: Matrix  # (corners,) 1 where a contact has not ended
+    begun: Matrix  # (corners,) the force integral at its begin
+    met: Matrix  # (corners,) the speed at its begin
+    since: Matrix  # (corners,) when it began [s]
+    crossings: Matrix  # (1,) crossings in the window
+    calls: Matrix  # (1,) function calls of the algorithm
 
 
 def room_for(count: int, judged: Judged) -> Tallies:
@@ -120,7 +121,7 @@ def room_for(count: int, judged: Judged) -> Tallies:
     clearances, pieces = judged.label.size, int(judged.pieces[-1])
     shapes = {"sides": (clearances, 2), "dwell": (pieces,), "crossings": (1,), "calls": (1,)}
     shapes |= dict.fromkeys(("open", "begun", "met", "since"), (pieces - clearances,))
-    return Tallies(*(np.zeros((count, *shapes.get(name, (clearances,)))) for name in Tallies._fields))
+    return Tallies._make(np.zeros((count, *shapes.get(name, (clearances,)))) for name in Tallies._fields)
 
 
 def picked(many: T, which: Any) -> T:

@@ -10,9 +10,11 @@ the two share the laws and nothing else.
 from __future__ import annotations
 
 from math import factorial, floor, pi
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from gearrattle.engine.kernels._jit import inlined, kernel
+from gearrattle.engine.kernels.arrays import IntVector, Matrix, Vector
+from gearrattle.engine.kernels.laws import Laws
 
 _SINE = tuple((-1) ** i / factorial(2 * i + 1) for i in range(9))
 _COSINE = tuple((-1) ** i / factorial(2 * i) for i in range(10))
@@ -21,19 +23,19 @@ _COSINE = tuple((-1) ** i / factorial(2 * i) for i in range(10))
 class Field(NamedTuple):
     """The system as plain arrays: n inertias, m elements, r basis deflections, H harmonics."""
 
-    inertia: Any  # (n,)
-    drag: Any  # (n,)
-    rows: Any  # (m, n) W
-    basis: Any  # (r, n) X
-    combination: Any  # (m, r) B
-    references: Any  # (R,)
-    mean: Any  # (n,)
-    torque_sine: Any  # (n, H)
-    torque_cosine: Any  # (n, H)
-    error_sine: Any  # (m, H)
-    error_cosine: Any  # (m, H)
-    cycles: Any  # (H,)
-    laws: Any  # Laws
+    inertia: Vector  # (n,)
+    drag: Vector  # (n,)
+    rows: Matrix  # (m, n) W
+    basis: Matrix  # (r, n) X
+    combination: Matrix  # (m, r) B
+    references: IntVector  # (R,)
+    mean: Vector  # (n,)
+    torque_sine: Matrix  # (n, H)
+    torque_cosine: Matrix  # (n, H)
+    error_sine: Matrix  # (m, H)
+    error_cosine: Matrix  # (m, H)
+    cycles: Vector  # (H,)
+    laws: Laws
     period: float
 
 

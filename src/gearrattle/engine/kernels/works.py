@@ -6,9 +6,10 @@ sweep; the powers are integrated by Gauss-Legendre quadrature.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from gearrattle.engine.kernels._jit import kernel
+from gearrattle.engine.kernels.arrays import IntVector, Matrix, Vector
 from gearrattle.engine.kernels.network import error_series, expand, move, tie_up, wave_series
 from gearrattle.engine.kernels.oscillators import inputs_at
 
@@ -16,41 +17,41 @@ from gearrattle.engine.kernels.oscillators import inputs_at
 class Intervals(NamedTuple):
     """The intervals between neighbouring samples and crossings, I in all."""
 
-    duration: Any  # (I,) in windows
-    sample: Any  # (I,) the sample an interval's first state is taken from; -1: goes on
-    clearance: Any  # (I,) what crosses at its end, or -1
-    piece: Any  # (I,) the piece entered
+    duration: Vector  # (I,) in windows
+    sample: IntVector  # (I,) the sample an interval's first state is taken from; -1: goes on
+    clearance: IntVector  # (I,) what crosses at its end, or -1
+    piece: IntVector  # (I,) the piece entered
 
 
 class Works(NamedTuple):
     """What is summed [J]."""
 
-    torque: Any  # (n,) work of the torques
-    drag: Any  # (n,) loss
-    element: Any  # (m,) loss
-    error: Any  # (m,) work of the transmission errors
+    torque: Vector  # (n,) work of the torques
+    drag: Vector  # (n,) loss
+    element: Vector  # (m,) loss
+    error: Vector  # (m,) work of the transmission errors
 
 
 class WorkBuffers(NamedTuple):
     """What changes on the way, and buffers; see ``sweep``."""
 
-    now: Any  # (2,) whole periods and the rest, in periods
-    table: Any
-    waves: Any
-    errors: Any
-    stiffness: Any
-    damping: Any
-    offset: Any
-    u: Any
-    y: Any
-    wave: Any  # (2 H,)
-    slip: Any  # (2, E) errors and their rates
-    torque: Any  # (m + n,) of velocities, by their columns
-    load: Any  # (T,)
-    force: Any
-    pull: Any
-    reach: Any
-    turn: Any  # (H,)
+    now: Vector  # (2,) whole periods and the rest, in periods
+    table: Matrix
+    waves: Matrix
+    errors: Matrix
+    stiffness: Vector
+    damping: Vector
+    offset: Vector
+    u: Vector
+    y: Vector
+    wave: Vector  # (2 H,)
+    slip: Matrix  # (2, E) errors and their rates
+    torque: Vector  # (m + n,) of velocities, by their columns
+    load: Vector  # (T,)
+    force: Vector
+    pull: Vector
+    reach: Vector
+    turn: Vector  # (H,)
 
 
 @kernel

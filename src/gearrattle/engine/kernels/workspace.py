@@ -5,7 +5,7 @@ of chains, Z = N + U + Q, K clearances, W = K + auxiliaries watched, R reference
 pieces of all elements, then of all auxiliaries. z are the states, inputs and chains; y of the length Y <= Z are the
 states, the inputs kept as states and the chains. J rows bound the fourth derivatives.
 
-Every array is as large as it may ever need to be; ``Free.width`` and ``Bounds.count`` say how much of those over y and
+Every array is as large as it may ever need to be; ``Free.width`` and ``Bounds.used`` say how much of those over y and
 over J a region uses. They come in groups so that a stage is handed what it needs: every array takes time to compile.
 """
 
@@ -20,6 +20,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels.arrays import (
+    ByteVector,
+    ComplexMatrix,
+    ComplexVector,
+    Int32Vector,
+    IntVector,
+    Matrix,
+    Vector,
+)
 from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.packed import ORDER
 
@@ -27,25 +36,25 @@ from gearrattle.engine.kernels.packed import ORDER
 class Common(NamedTuple):
     """What the regions of a driveline have in common; rows over z."""
 
-    motion: Any  # (r, Z) rates of the deflections that are states
-    balance: Any  # (n, Z) torques less drag
-    rows: Any  # (m, n) W
-    deflection: Any  # (m, Z) of every element
-    rate: Any  # (m, Z)
-    references: Any  # (R, Z) rates of the reference angles
-    seen: Any  # (2 K, Z) deflections and rates of the clearances, in corner scales
-    curvature: Any  # (K, Z) e'' of the clearances [SI]
-    inertia: Any  # (n,)
-    pace: Any  # (n,) T times the scale of every velocity
-    corner_scale: Any  # (W,)
-    frequency: Any  # (H,) radians a period
-    amplitude: Any  # (1 + H,)
-    input_size: Any  # (U,) the amplitude of every input
-    clearances: Any  # (K,) elements
-    cornered: Any  # (K,) 1: one has a corner off zero
-    limits: Any  # (LIMITS,) see below
-    coarsest: Any  # (1,) the smallest level that a finest step may have
-    links: Any  # (1,) D + 1, entries a chain has
+    motion: Matrix  # (r, Z) rates of the deflections that are states
+    balance: Matrix  # (n, Z) torques less drag
+    rows: Matrix  # (m, n) W
+    deflection: Matrix  # (m, Z) of every element
+    rate: Matrix  # (m, Z)
+    references: Matrix  # (R, Z) rates of the reference angles
+    seen: Matrix  # (2 K, Z) deflections and rates of the clearances, in corner scales
+    curvature: Matrix  # (K, Z) e'' of the clearances [SI]
+    inertia: Vector  # (n,)
+    pace: Vector  # (n,) T times the scale of every velocity
+    corner_scale: Vector  # (W,)
+    frequency: Vector  # (H,) radians a period
+    amplitude: Vector  # (1 + H,)
+    input_size: Vector  # (U,) the amplitude of every input
+    clearances: IntVector  # (K,) elements
+    cornered: IntVector  # (K,) 1: one has a corner off zero
+    limits: Vector  # (LIMITS,) see below
+    coarsest: IntVector  # (1,) the smallest level that a finest step may have
+    links: IntVector  # (1,) D + 1, entries a chain has
 
 
 PERIOD, LARGEST_STATE, FAST, CHAIN_PACE, HORIZON, LIMITS = range(6)
@@ -56,97 +65,97 @@ make a mode fast; the pace of chains; how long bounds must hold, in periods."""
 class Auxiliaries(NamedTuple):
     """Of every auxiliary, and of its pieces, which follow those of the elements in ``Laws``."""
 
-    element: Any  # (auxiliaries,)
-    state: Any  # (auxiliaries,) its memory's place among the states, -1 without
-    scale: Any  # (auxiliaries,) of its memory
-    by_memory: Any  # (P,) the force for a unit of memory
-    moves: Any  # (P,) whether the memory moves, 1 or 0
-    by_deflection: Any  # (P,) what of the deflection is watched
-    by_rate: Any  # (P,) of its rate
-    by_itself: Any  # (P,) of the memory
+    element: IntVector  # (auxiliaries,)
+    state: IntVector  # (auxiliaries,) its memory's place among the states, -1 without
+    scale: Vector  # (auxiliaries,) of its memory
+    by_memory: Vector  # (P,) the force for a unit of memory
+    moves: Vector  # (P,) whether the memory moves, 1 or 0
+    by_deflection: Vector  # (P,) what of the deflection is watched
+    by_rate: Vector  # (P,) of its rate
+    by_itself: Vector  # (P,) of the memory
 
 
 class Region(NamedTuple):
     """The region at hand; rows over z."""
 
-    pieces: Any  # (m + auxiliaries,)
-    force: Any  # (m, Z)
-    acceleration: Any  # (n, Z)
-    matrix: Any  # (N, Z) A and G: rates of the states
-    carried: Any  # (C, Z) rates of the carried quantities
-    watched: Any  # (3 W, Z) what is watched, its first and second derivatives
-    kept: Any  # (U,) whether an input is kept, 1 or 0
-    particular: Any  # (N, U) P
-    forced: Any  # (4 W, U) what the inputs split off make of what is watched, and three derivatives
-    flowing: Any  # (C, U) of the rates of the carried quantities
-    integral: Any  # (C, U) of these quantities
+    pieces: IntVector  # (m + auxiliaries,)
+    force: Matrix  # (m, Z)
+    acceleration: Matrix  # (n, Z)
+    matrix: Matrix  # (N, Z) A and G: rates of the states
+    carried: Matrix  # (C, Z) rates of the carried quantities
+    watched: Matrix  # (3 W, Z) what is watched, its first and second derivatives
+    kept: IntVector  # (U,) whether an input is kept, 1 or 0
+    particular: Matrix  # (N, U) P
+    forced: Matrix  # (4 W, U) what the inputs split off make of what is watched, and three derivatives
+    flowing: Matrix  # (C, U) of the rates of the carried quantities
+    integral: Matrix  # (C, U) of these quantities
 
 
 class Free(NamedTuple):
     """The same without the inputs split off; rows over y."""
 
-    width: Any  # (1,) Y
-    chained: Any  # (1,) where the chains begin in y
-    column: Any  # (Y,) which of z stand in y
-    amplitude: Any  # (U,) of the kept constant and harmonics
-    rates: Any  # (C + Y, Y) of the carried quantities and of y
-    generator: Any  # (Y, Y) of y alone
-    watched: Any  # (4 W, Y) what is watched, and three derivatives
-    calm: Any  # (4 W, Y) the same without the fast modes
-    fast: Any  # (W, Y) the fast modes' part of what is watched
-    fine: Any  # (1,) level of the finest step
+    width: IntVector  # (1,) Y
+    chained: IntVector  # (1,) where the chains begin in y
+    column: IntVector  # (Y,) which of z stand in y
+    amplitude: Vector  # (U,) of the kept constant and harmonics
+    rates: Matrix  # (C + Y, Y) of the carried quantities and of y
+    generator: Matrix  # (Y, Y) of y alone
+    watched: Matrix  # (4 W, Y) what is watched, and three derivatives
+    calm: Matrix  # (4 W, Y) the same without the fast modes
+    fast: Matrix  # (W, Y) the fast modes' part of what is watched
+    fine: IntVector  # (1,) level of the finest step
 
 
 class Modes(NamedTuple):
     """The generator without chains as right T left, T upper triangular."""
 
-    schur: Any  # (N, N) Schur form of A, transposed
-    basis: Any  # (N, N) its vectors, transposed
-    triangle: Any  # (Y, Y) T; columns of chains: what they push
-    left: Any  # (Y, Y) V^-1
-    right: Any  # (Y, Y) V
-    begins: Any  # (blocks + 1,) where blocks begin, and where the last ends
-    simple: Any  # (Y,) whether a mode is a block of its own, 1 or 0
+    schur: ComplexMatrix  # (N, N) Schur form of A, transposed
+    basis: ComplexMatrix  # (N, N) its vectors, transposed
+    triangle: ComplexMatrix  # (Y, Y) T; columns of chains: what they push
+    left: ComplexMatrix  # (Y, Y) V^-1
+    right: ComplexMatrix  # (Y, Y) V
+    begins: IntVector  # (blocks + 1,) where blocks begin, and where the last ends
+    simple: IntVector  # (Y,) whether a mode is a block of its own, 1 or 0
 
 
 class Bounds(NamedTuple):
     """Bounds on fourth derivatives: W rows, W without the fast modes, W of the fast modes alone."""
 
-    count: Any  # (1,) J
-    rows: Any  # (J, Y)
-    weights: Any  # (3 W, J)
-    constant: Any  # (3 W,)
-    pushed: Any  # (3 W, Q) on what chains drive
-    followed: Any  # (W, Q) what the deflections follow of chains
+    used: IntVector  # (1,) J
+    rows: ComplexMatrix  # (J, Y)
+    weights: Matrix  # (3 W, J)
+    constant: Vector  # (3 W,)
+    pushed: Matrix  # (3 W, Q) on what chains drive
+    followed: Matrix  # (W, Q) what the deflections follow of chains
 
 
 class Scratch(NamedTuple):
     """For tables, series and exponentials."""
 
-    one: Any
-    two: Any
-    three: Any
-    four: Any
-    largest: Any  # (ORDER + 1,) Taylor coefficient of every order
+    one: Matrix
+    two: Matrix
+    three: Matrix
+    four: Matrix
+    largest: Vector  # (ORDER + 1,) Taylor coefficient of every order
 
 
 class Solver(NamedTuple):
     """A linear system with one right side."""
 
-    matrix: Any  # (N, N)
-    force: Any  # (N,)
-    solution: Any  # (N,)
-    residual: Any  # (N,)
-    pivots: Any  # (N,)
+    matrix: ComplexMatrix  # (N, N)
+    force: ComplexVector  # (N,)
+    solution: ComplexVector  # (N,)
+    residual: ComplexVector  # (N,)
+    pivots: IntVector  # (N,)
 
 
 class Lapack(NamedTuple):
     """What zgees is handed."""
 
-    letters: Any  # (2,) Schur vectors, yes; sorting, no
-    integers: Any  # (5,) sizes; the last is its answer, 0 where it found the Schur form
-    room: Any  # for its work
-    arguments: Any  # (15,) addresses
+    letters: ByteVector  # (2,) Schur vectors, yes; sorting, no
+    integers: Int32Vector  # (5,) sizes; the last is its answer, 0 where it found the Schur form
+    room: ComplexVector  # for its work
+    arguments: IntVector  # (15,) addresses
 
 
 class Workspace(NamedTuple):
@@ -200,8 +209,8 @@ def workspace_for(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64]]:
     """All arrays, zero but for what zgees is handed; and address and shape of each in turn, (words,)."""
     plan, words, addresses, count = _laid_out(sizes)
     block = np.zeros(count)
-    arrays = iter([np.ndarray(shape, kind, block, begin) for group in plan for shape, kind, begin in group])
     groups: tuple[Any, ...] = plan
+    arrays = iter([np.ndarray(shape, kind, block, begin) for group in groups for shape, kind, begin in group])
     workspace = Workspace(*(type(group)(*islice(arrays, len(group))) for group in groups))
     _prepare_lapack(workspace)
     return workspace, words + block.ctypes.data * addresses
@@ -315,7 +324,7 @@ def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Wo
         simple=integers(z),
     )
     bounds = Bounds(
-        count=integers(1),
+        used=integers(1),
         rows=waves(z, z),
         weights=floats(3 * watched, z),
         constant=floats(3 * watched),

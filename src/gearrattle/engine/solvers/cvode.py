@@ -148,10 +148,15 @@ class MultistepMarch:
         total = m.counts + m.current
         steps, count = int(total[kernel.STEPS]), int(m.counts[kernel.EVENTS])
         rejected = int(total[kernel.ERROR_FAILS] + total[kernel.SOLVE_FAILS])
-        log = (a[:count] for a in (m.event_time, m.event_element, m.event_pieces, m.event_rate, m.event_integral))
         return self.problem.motion(
             m.states,
-            self.problem.crossings(*log),
+            self.problem.crossings(
+                m.event_time[:count],
+                m.event_element[:count],
+                m.event_pieces[:count],
+                m.event_rate[:count],
+                m.event_integral[:count],
+            ),
             steps=steps,
             function_calls=int(total[kernel.CALLS]),
             jacobian_calls=int(total[kernel.JACOBIANS]),

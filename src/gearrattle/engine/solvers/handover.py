@@ -34,7 +34,7 @@ _SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
 def empty_log(memories: int = 0) -> packed.Log:
     """Room for some crossings."""
     kinds = (np.int64, float, np.int64, np.int64, np.int64, float, float)
-    return packed.Log(*[np.empty(FIRST_LOG, kind) for kind in kinds] + [np.empty((FIRST_LOG, memories))])
+    return packed.Log._make([*(np.empty(FIRST_LOG, kind) for kind in kinds), np.empty((FIRST_LOG, memories))])
 
 
 def doubled(log: packed.Log) -> packed.Log:
@@ -210,15 +210,15 @@ def forces_beside(flow: Flow, z: Array, pieces: IntArray, deflection: Array, rat
 
 def first_of(log: packed.Log, count: int) -> packed.Log:
     """The first crossings of a log."""
-    return packed.Log(*(a[:count] for a in log))
+    return packed.Log._make(a[:count] for a in log)
 
 
 def crossings_of(flow: Flow, log: packed.Log) -> Crossings:
     """The clearances' among the crossings of a log, those of one instant in element order and with one time."""
     own = np.flatnonzero(log.clearance < len(flow.system.clearances))
-    log = packed.Log(*(a[own] for a in log))
+    log = packed.Log._make(a[own] for a in log)
     order = _element_order(log)
-    log = packed.Log(*(a[order] for a in log))
+    log = packed.Log._make(a[order] for a in log)
     period = flow.system.inputs.period
     return Crossings(
         time=np.minimum.accumulate(((log.cycle + log.fraction) * period)[::-1])[::-1],  # one time if simultaneous

@@ -131,8 +131,13 @@ class StepMarch:
         steps = int(s.counts[STEP])
         rejected = int(s.counts[REJECTED])
         count = int(s.counts[EVENTS])
-        log = (a[:count] for a in (s.event_time, s.event_element, s.event_pieces, s.event_rate, s.event_integral))
-        crossings = self.problem.crossings(*log)
+        crossings = self.problem.crossings(
+            s.event_time[:count],
+            s.event_element[:count],
+            s.event_pieces[:count],
+            s.event_rate[:count],
+            s.event_integral[:count],
+        )
         notes: tuple[str, ...] = ()
         begin = time.perf_counter()
         if self.fixed and self.tableau is not None:

@@ -223,7 +223,7 @@ class SweepMarch:
 
     def _crossings(self) -> Crossings:
         count = int(self.sweep.counts[packed.EVENTS])
-        log = packed.Log(*(a[:count] for a in self.log))
+        log = packed.Log._make(a[:count] for a in self.log)
         log = log._replace(rate=log.rate / self.flow.corner_scale[log.clearance])
         return crossings_of(self.flow, log)
 

@@ -78,7 +78,7 @@ class RegionBuilder:
     @property
     def bounds(self) -> int:
         """J, how many rows bound its fourth derivatives."""
-        return int(self.workspace.bounds.count[0])
+        return int(self.workspace.bounds.used[0])
 
     @property
     def fine(self) -> int:

@@ -9,7 +9,7 @@ of exp(h A) say how far a change of one force can be felt within a window. A is 
 from __future__ import annotations
 
 from math import ceil
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +18,6 @@ from gearrattle.engine.kernels.network import Near, Network
 from gearrattle.engine.kernels.packed import NEGLIGIBLE, ORDER, window_norm
 from gearrattle.engine.system.flow import Flow
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-
-if TYPE_CHECKING:
-    pass
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -212,5 +209,5 @@ def _starts(lists: list[IntArray]) -> IntArray:
     return np.concatenate([[0], np.cumsum([len(part) for part in lists])]).astype(np.int64)
 
 
-def _joined(lists: list[NDArray[np.float64]] | list[IntArray], kind: type) -> NDArray[np.generic]:
+def _joined(lists: list[Array] | list[IntArray], kind: type) -> NDArray[Any]:
     return np.concatenate([np.zeros(0, kind), *lists]).astype(kind)

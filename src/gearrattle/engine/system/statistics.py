@@ -358,7 +358,7 @@ class Walk:
         blocks, terms, cells, nodes, points, *first = sizes
         room = np.zeros((2, max(self.path.samples.shape[1], most + 1)))
         return Compiled(
-            count=blocks,
+            blocks=blocks,
             block=block,
             terms=terms,
             cells=cells,

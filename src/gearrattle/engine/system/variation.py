@@ -196,8 +196,9 @@ def _perturbed(
     crossed = np.array([*flow.system.clearances, -1], dtype=np.int64)[steps[:, 1]]
     ends = np.concatenate([[0], np.flatnonzero(steps[:, 2]) + 1])
     moving, engaged = np.split(kicks[:, len(flow.coordinates.elements) :], [flow.system.size], axis=1)
-    contiguous = [np.ascontiguousarray(array) for array in (steps[:, 0], durations, crossed, moving, engaged, reset)]
-    return Perturbed(time, scale, driveline_of(flow), regions_of(flow, regions), kernel.Intervals(*contiguous), ends)
+    columns = (steps[:, 0], durations, crossed, moving, engaged, reset)
+    intervals = kernel.Intervals._make(np.ascontiguousarray(column) for column in columns)
+    return Perturbed(time, scale, driveline_of(flow), regions_of(flow, regions), intervals, ends)
 
 
 def _damping(flow: Flow, element: int, pieces: Pieces) -> float:
