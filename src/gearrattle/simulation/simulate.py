@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,9 +29,6 @@ from gearrattle.simulation.integrate import integrate
 from gearrattle.simulation.limits import check_memory, check_rates, check_tables
 from gearrattle.simulation.settings import settled
 from gearrattle.trajectory import Layout, Trajectory
-
-if TYPE_CHECKING:
-    pass
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 from gearrattle.engine.solvers import SOLVERS, Extensible
 from gearrattle.errors import ModelError, Problem
@@ -26,9 +26,6 @@ from gearrattle.simulation.limits import check_memory
 from gearrattle.simulation.simulate import Plan, prepare
 from gearrattle.simulation.store import Store
 from gearrattle.wording import counted
-
-if TYPE_CHECKING:
-    pass
 
 MOST_SAMPLES = 100_000
 MOST_CYCLES = 5000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,6 @@ from numpy.typing import NDArray
 from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.vector_field import Field
 from gearrattle.engine.solvers.vector_field import FieldProblem
-
-if TYPE_CHECKING:
-    pass
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

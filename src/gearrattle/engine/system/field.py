@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from gearrattle.engine.kernels.vector_field import Field
 from gearrattle.engine.system.coordinates import RelativeCoordinates
 from gearrattle.engine.system.laid_out import laws_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-
-if TYPE_CHECKING:
-    pass
 
 
 def field_of(system: PiecewiseSystem, coordinates: RelativeCoordinates) -> Field:
