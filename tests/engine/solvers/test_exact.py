@@ -34,6 +34,7 @@ def rattling(seed: int) -> Task:
     return task(system, list(rng.normal(size=system.size)), list(3 * rng.normal(size=system.size)), cycles=8)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("budget", [1, 7, 1000])
 @pytest.mark.parametrize("seed", range(4))
 def test_slices_change_no_bit(seed: int, budget: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -43,6 +44,7 @@ def test_slices_change_no_bit(seed: int, budget: int, monkeypatch: pytest.Monkey
     same_bits(whole, run(rattling(seed)))
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("seed", range(4))
 def test_regions_built_on_the_way_or_before_change_no_bit(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     given = rattling(seed)

@@ -16,6 +16,8 @@ import gearrattle as gr
 from gearrattle.errors import ConvergenceError, GearRattleError, ModelError
 from gearrattle.model.file import loads
 
+pytestmark = pytest.mark.compiled
+
 PAPER = Path(__file__).parents[3] / "examples" / "paper"
 TEXTS = {name: (PAPER / f"{name}.toml").read_text() for name in ("case1", "case3")}
 VALUES = (1e-300, 1e-30, 1e-6, 1e6, 1e30, 1e300)

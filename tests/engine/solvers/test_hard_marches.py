@@ -17,6 +17,8 @@ from gearrattle.model.file import loads
 from tests.engine.solvers.short_sweep import MODEL, integrated
 from tests.engine.system.drivelines import random_chain
 
+pytestmark = pytest.mark.compiled
+
 RINGING = """
 schema = 1
 [[inertia]]

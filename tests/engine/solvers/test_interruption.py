@@ -15,7 +15,10 @@ import pytest
 import gearrattle as gr
 from tests.interruption import ANSWER, longest_deafness
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+pytestmark = [
+    pytest.mark.compiled,
+    pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX"),
+]
 EXAMPLES = Path(__file__).parents[3] / "examples"
 PROGRAM = """
 import signal, sys, time

@@ -12,6 +12,8 @@ from benchmarks.peers.scipy_ivp import DOP853, RADAU
 from benchmarks.peers.sundae import SUNDAE
 from benchmarks.peers.taylor import AUTOMATIC, HEYOKA
 
+pytestmark = pytest.mark.compiled
+
 TRIED = [
     (RK2, "0.001/150 s", 3e-3),
     (RK4, "0.002/150 s", 3e-3),

@@ -22,6 +22,7 @@ from tests.oracles.random_drivelines import FAMILIES, random_problem
 SHAPES = pytest.mark.parametrize("shape", ["chain", "tree"])
 
 
+@pytest.mark.compiled
 @SHAPES
 def test_a_long_train_moves_as_its_tables_say(shape):
     """Sixteen inertias over a period: crossings far apart as well as near."""

@@ -170,6 +170,14 @@ def inlined(function: Callable[..., Any]) -> Any:
     return _compiled(function, inline="always")
 
 
+class _PlainCallback:
+    """A Python function that C calls, with ``address``, where nothing is compiled."""
+
+    def __init__(self, function: Callable[..., Any], kinds: list[Any]) -> None:
+        self._function = ctypes.CFUNCTYPE(ctypes.c_int32, *kinds)(function)  # kept, or the address leads nowhere
+        self.address = ctypes.cast(self._function, ctypes.c_void_p).value
+
+
 def callback(arguments: str) -> Callable[[Callable[..., Any]], Any]:
     """A function that C calls: compiled at once, with ``address``; it answers 0, or a code of the library's.
 
@@ -179,8 +187,11 @@ def callback(arguments: str) -> Callable[[Callable[..., Any]], Any]:
         one letter each, ``d`` a double, ``p`` a pointer, which arrives as an integer (``array_at``).
     """
     kinds = {"d": numba.float64, "p": numba.intp}
+    plain_kinds = {"d": ctypes.c_double, "p": ctypes.c_void_p}
 
     def compiled(function: Callable[..., Any]) -> Any:
+        if not is_compiling():
+            return _PlainCallback(function, [plain_kinds[letter] for letter in arguments])
         with _cached():
             return numba.cfunc(numba.int32(*[kinds[letter] for letter in arguments]), **_RULES)(function)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
+from math import prod
 from operator import attrgetter
 from typing import Any
 
@@ -35,10 +36,19 @@ _pointer: Any = intrinsic(_to_pointer)
 _carray: Any = numba.carray  # type: ignore[attr-defined]
 
 
-@inlined
-def array_at(address, shape, kind):  # type: ignore[no-untyped-def]
+def _compiled_array(address, shape, kind):  # type: ignore[no-untyped-def]
     """The array of a shape and type that lies at an address."""
     return _carray(_pointer(address), shape, kind)
+
+
+def _plain_array(address: int, shape: tuple[int, ...], kind: type) -> Any:
+    size = prod(map(int, shape)) * np.dtype(kind).itemsize
+    bytes_there: Any = (ctypes.c_char * size).from_address(int(address))
+    return np.ndarray(shape, kind, bytes_there)
+
+
+array_at: Any = inlined(_compiled_array) if is_compiling() else _plain_array
+"""The array of a shape and type that lies at an address: ``array_at(address, shape, kind)``."""
 
 
 class _Group(numba.types.Type):
@@ -112,12 +122,22 @@ def group_reader(name: str, sample: Any, first: int) -> Any:
     return intrinsic(read) if is_compiling() else attrgetter(name)
 
 
+_C_TYPES: dict[Any, Any] = {
+    numba.void: None,
+    numba.int32: ctypes.c_int32,
+    numba.intp: ctypes.c_void_p,
+    numba.float64: ctypes.c_double,
+}
+"""Type of an answer -> what ctypes calls it."""
+
+
 def _foreign(result: Any) -> Any:
     """A kernel ``call(address, values)`` of the C function at an address: doubles, integers and pointers."""
 
-    def plain(address: int, values: tuple[int, ...]) -> Any:
-        """Pointers alone, and no answer."""
-        return ctypes.CFUNCTYPE(None, *len(values) * [ctypes.c_void_p])(int(address))(*map(int, values))
+    def plain(address: int, values: tuple[float, ...]) -> Any:
+        kinds = [ctypes.c_double if isinstance(value, float) else ctypes.c_void_p for value in values]
+        arguments = (value if isinstance(value, float) else int(value) for value in values)
+        return ctypes.CFUNCTYPE(_C_TYPES[result], *kinds)(int(address))(*arguments)
 
     @intrinsic
     def call(_context: Any, address: Any, values: Any) -> Any:
@@ -184,7 +204,8 @@ def _strip_product(adds: bool) -> Any:
 
     def plain(stack: Any, where: tuple[int, int, int, int, int], y: Any, out: Any, at: int) -> None:
         (first, stride, apart, strips, columns), flat = where, stack.reshape(-1)
-        for i, begin in enumerate(range(first, first + strips * stride, stride)):
+        for i in range(strips):
+            begin = first + i * stride
             for r in range(4):
                 sums = out[at + 4 * i + r] if adds else 0.0
                 for j in range(columns):

@@ -1,0 +1,40 @@
+"""With ``NUMBA_DISABLE_JIT=1`` every kernel runs as plain Python, callbacks of C libraries too."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.model import ALGORITHMS
+
+_PROGRAM = """
+import json, sys
+import gearrattle as gr
+
+model = gr.example("case3")
+runs = {name: gr.simulate(model, algorithm=name, cycles=1, discard=0, samples_per_cycle=32) for name in sys.argv[1:]}
+print(json.dumps({name: run.data.angle.values.tolist() for name, run in runs.items()}))
+"""
+
+
+@pytest.fixture(scope="module")
+def plain() -> dict[str, np.ndarray]:
+    command = [sys.executable, "-c", _PROGRAM, *ALGORITHMS]
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    return {name: np.array(angle) for name, angle in json.loads(done.stdout).items()}
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_plain_kernels_give_the_motion_of_compiled_ones(algorithm: str, plain: dict[str, np.ndarray]) -> None:
+    run = gr.simulate(gr.example("case3"), algorithm=algorithm, cycles=1, discard=0, samples_per_cycle=32)
+    travel = np.ptp(run.data.angle.values)
+    allowed = 1e-10 if algorithm == "exact" else 1e-2  # the others choose other steps where rounding differs
+    assert plain[algorithm] == pytest.approx(run.data.angle.values, abs=allowed * travel)
