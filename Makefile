@@ -9,6 +9,8 @@ CONSTRAINTS ?= constraints.txt
 PYTEST_ARGS ?=
 TESTS       ?=
 FUZZ_ARGS   ?=
+MUTATION_ARGS ?= --count 100
+INTERPRETED := tests/engine tests/signals/test_crossing_sums.py tests/analysis/test_modes.py tests/quantities/test_peak_to_peak.py
 BASE        ?= HEAD
 KINDS       ?=
 
@@ -24,7 +26,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long lint docs same bench peers growth cost orders variants inputs loops advice forecast metrics horizon scaling compositions fuzz reliability images constraints wheel pythons lowest clean distclean
+.PHONY: help run test test-long coverage mutation lint docs same bench peers growth cost orders variants inputs loops advice forecast metrics horizon scaling compositions fuzz reliability images constraints wheel pythons lowest clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -37,6 +39,13 @@ test: $(VENV)/.test         ## all tests but the long ones
 
 test-long: $(VENV)/.test    ## the long, seeded attacks
 	$(PY) -m pytest -n auto -m long $(PYTEST_ARGS)
+
+coverage: $(VENV)/.test     ## how much of the source the tests run, the kernels as plain Python (add PYTEST_ARGS=--cov to `make test` before)
+	NUMBA_DISABLE_JIT=1 $(PY) -m pytest -n auto -m "not long" --cov --cov-append --cov-report= $(INTERPRETED)
+	$(PY) -m coverage report --skip-covered --fail-under=95
+
+mutation: $(VENV)/.test     ## wrong signs and comparisons in the kernels that no test notices; MUTATION_ARGS="--count 200 --seed 1" (minutes)
+	$(PY) -m tests.mutation $(MUTATION_ARGS)
 
 lint: $(VENV)/.lint         ## style, types, import contracts
 	$(PY) -m ruff check .
@@ -117,7 +126,7 @@ lowest:         ## TESTS with the lower bounds of pyproject.toml, exactly (minut
 	.ci/lowest $(TESTS)
 
 clean:          ## remove what was built, keep .venv
-	rm -rf out dist build docs/_build docs/reference/generated .pytest_cache .mypy_cache .ruff_cache \
+	rm -rf .coverage .coverage.* out dist build docs/_build docs/reference/generated .pytest_cache .mypy_cache .ruff_cache \
 	  .import_linter_cache .hypothesis .benchmarks
 	find src tests examples benchmarks docs -name __pycache__ -type d -exec rm -rf {} +
 
