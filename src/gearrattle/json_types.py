@@ -11,8 +11,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
-import numpy as np
-
 Json: TypeAlias = "Mapping[str, Json] | Sequence[Json] | str | float | bool | None"
 """What JSON can say: objects, arrays, texts, numbers, true, false and null."""
 
@@ -33,6 +31,8 @@ def json_value(value: object) -> Any:
     >>> json_value({"ratio": float("inf"), "levels": (1.5, 2)})
     {'ratio': None, 'levels': [1.5, 2]}
     """
+    import numpy as np  # late: model files name these types, and reading one needs no arrays
+
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {entry.name: json_value(getattr(value, entry.name)) for entry in dataclasses.fields(value)}
     if isinstance(value, Mapping):

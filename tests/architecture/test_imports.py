@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from importlib import import_module
+from importlib.util import find_spec
 from runpy import run_path
 
 import grimp
@@ -61,6 +63,24 @@ def test_a_name_that_is_also_that_of_a_file_comes_from_it() -> None:
                 names = {alias.asname or alias.name for alias in node.names} & files
                 shadowed += [f"{room}.{name}" for name in names if node.module not in (room, f"{room}.{name}")]
     assert shadowed == []
+
+
+def test_names_imported_from_the_package_exist() -> None:
+    """In every file, those that no test imports (benchmarks, manual) included."""
+    missing = []
+    for folder in ("src", "tests", "benchmarks", "examples", "docs"):
+        for path in (ROOT / folder).rglob("*.py"):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "gearrattle":
+                    missing += [f"{path}: {node.module}.{name.name}" for name in node.names if not _exists(node, name)]
+    assert missing == []
+
+
+def _exists(node: ast.ImportFrom, name: ast.alias) -> bool:
+    assert node.module is not None
+    module = import_module(node.module)
+    submodule = hasattr(module, "__path__") and find_spec(f"{node.module}.{name.name}") is not None
+    return submodule or hasattr(module, name.name)
 
 
 @pytest.mark.parametrize(
