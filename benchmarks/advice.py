@@ -43,20 +43,20 @@ The wrong ones, computing times left out:
 
 def tried(drivelines: Iterable[tuple[str, gr.Model]], cycles: int, discard: int) -> list[tuple[str, Score]]:
     """Advise on every driveline, run it, and score."""
-    found = []
+    outcomes = []
     for name, model in drivelines:
         planned = {"cycles": cycles, "discard": discard, "samples_per_cycle": 64}
         advice = gr.advise(model, **planned)
-        found += [(name, score) for score in advice.scores(gr.simulate(model, **planned))]
-    return found
+        outcomes += [(name, score) for score in advice.scores(gr.simulate(model, **planned))]
+    return outcomes
 
 
 def shares(scores: Sequence[tuple[str, Score]]) -> dict[tuple[str, str], tuple[int, int]]:
     """Right ones and all, by quantity and route."""
-    found: dict[tuple[str, str], list[bool]] = defaultdict(list)
+    shares: dict[tuple[str, str], list[bool]] = defaultdict(list)
     for _, score in scores:
-        found[score.forecast.quantity, score.forecast.by].append(score.right)
-    return {key: (sum(right), len(right)) for key, right in found.items()}
+        shares[score.forecast.quantity, score.forecast.by].append(score.right)
+    return {key: (sum(right), len(right)) for key, right in shares.items()}
 
 
 def _value(value: float | str) -> str:
@@ -73,10 +73,10 @@ def main() -> None:
         text += f"| {quantity} | {route} | {right} | {total} | {100.0 * right / total:.0f} % |\n"
     text += TAIL
     for name, score in scores:
-        told = score.forecast
-        if not score.right and told.quantity != TIMES:
+        forecast = score.forecast
+        if not score.right and forecast.quantity != TIMES:
             text += (
-                f"| {name} | {told.quantity} | {told.subject} | {told.by} | {_value(told.value)} | "
+                f"| {name} | {forecast.quantity} | {forecast.subject} | {forecast.by} | {_value(forecast.value)} | "
                 f"{_value(score.happened)} |\n"
             )
     PAGE.write_text(text, encoding="utf-8")

@@ -9,12 +9,12 @@ def pytest_terminal_summary(terminalreporter: Any, config: Any) -> None:
     """Print one line a case: fastest of the rounds, and their ratio."""
     session = getattr(config, "_benchmarksession", None)
     fastest: dict[str, dict[str, float]] = {}
-    for bench in session.benchmarks if session else []:
-        fastest.setdefault(bench.group, {})[bench.name.split("[")[0]] = bench.stats.min
+    for timing in session.benchmarks if session else []:
+        fastest.setdefault(timing.group, {})[timing.name.split("[")[0]] = timing.stats.min
     tried = {
-        (bench.group, bench.name.split("[")[0]): bench.stats.min / bench.extra_info["tried"]
-        for bench in (session.benchmarks if session else [])
-        if "tried" in bench.extra_info
+        (timing.group, timing.name.split("[")[0]): timing.stats.min / timing.extra_info["tried"]
+        for timing in (session.benchmarks if session else [])
+        if "tried" in timing.extra_info
     }
     for name in sorted({group for group, which in tried if (group, "test_c") in tried and which == "test_kernel"}):
         ours, native = tried[name, "test_kernel"], tried[name, "test_c"]

@@ -81,8 +81,8 @@ def measure(case: str) -> tuple[Row, ExactMarch]:
             pass
         exact = min(exact, process_time() - begin)
     counts = run.march.counts
-    found = (int(counts[i]) for i in (packed.STEPS, packed.EVENTS, packed.EXPANSIONS))
-    return Row(case, fixed, exact, *found), run
+    counted = (int(counts[i]) for i in (packed.STEPS, packed.EVENTS, packed.EXPANSIONS))
+    return Row(case, fixed, exact, *counted), run
 
 
 def flops(run: ExactMarch) -> tuple[int, int]:

@@ -28,12 +28,12 @@ FILES = (
 EACH = 5
 
 
-def drawn(seed: int = 1995, each: int = EACH) -> Iterator[tuple[str, gr.Model]]:
+def drawn(seed: int = 1995, bodies: int = EACH) -> Iterator[tuple[str, gr.Model]]:
     """Yield ``each`` variants of every file, with a name; the first is the file as it is."""
     for number, file in enumerate(FILES):
         model = gr.load(EXAMPLES / file)
         yield Path(file).stem, model
-        for i in range(1, each):
+        for i in range(1, bodies):
             yield f"{Path(file).stem} {i}", model.with_(changes(model, np.random.default_rng([seed, i, number])))
 
 
@@ -44,21 +44,21 @@ def changes(model: gr.Model, rng: np.random.Generator) -> dict[str, float]:
         return float(largest ** rng.uniform(-1.0, 1.0))
 
     mean, amplitude = factor(4.0), factor(4.0)
-    found: dict[str, float] = {}
+    changed: dict[str, float] = {}
     tables = model.to_tables()
     speed = tables["excitation"]
     key = "speed" if "speed" in speed else "frequency"
-    found[f"excitation.{key}"] = _number(speed[key]) * factor(2.0)
+    changed[f"excitation.{key}"] = _number(speed[key]) * factor(2.0)
     for i, torque in enumerate(tables.get("torque", [])):
         if torque.get("mean"):
-            found[f"torque.{i}.mean"] = _number(torque["mean"]) * mean
+            changed[f"torque.{i}.mean"] = _number(torque["mean"]) * mean
         for j, harmonic in enumerate(torque.get("harmonics", [])):
-            found[f"torque.{i}.harmonics.{j}.amplitude"] = _number(harmonic["amplitude"]) * amplitude
+            changed[f"torque.{i}.harmonics.{j}.amplitude"] = _number(harmonic["amplitude"]) * amplitude
     for kind, gap in (("coupling", "clearance"), ("mesh", "backlash")):
         for element in tables.get(kind, []):
             if element.get(gap):
-                found[f"{kind}.{element['name']}.{gap}"] = _number(element[gap]) * factor(2.0)
-    return found
+                changed[f"{kind}.{element['name']}.{gap}"] = _number(element[gap]) * factor(2.0)
+    return changed
 
 
 def _number(value: object) -> float:

@@ -52,19 +52,19 @@ A deflection is off by 1e-9 half-gaps for the first time at {earliest:.2f} of th
 """
 
 
-def page(found: list[Measured]) -> str:
+def page(measured: list[Measured]) -> str:
     """Return the page of what was measured."""
-    rounding = np.array([one.rounding for one in found])
-    passed = [one.passed for one in found]
+    rounding = np.array([one.rounding for one in measured])
+    passed = [one.passed for one in measured]
     rows = [
         f"| {one.name} | {one.cycles:.3g} | {one.crossings} | {one.error:.1e} | {one.rounding:.1e} | "
         f"{'beyond' if math.isinf(one.passed) else f'{one.passed:.2f}'} |"
-        for one in found
+        for one in measured
     ]
     return TEXT.format(
         date=datetime.date.today().isoformat(),
         machine=machine(),
-        count=len(found),
+        count=len(measured),
         seeds=SEEDS - 1,
         growth=GROWTH,
         mean=np.exp(np.mean(np.log(rounding))),

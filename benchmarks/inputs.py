@@ -31,14 +31,14 @@ FOUR = 4.0  # a run with may cost so many times the run without
 
 def tables(name: str, **simulation: Any) -> dict[str, Any]:
     """Return an example as tables, with few samples."""
-    found = gr.load(EXAMPLES / name).to_tables()
-    found["simulation"] = {"samples_per_cycle": 8, "discard": 0, **simulation}
-    return found
+    tables_of_file = gr.load(EXAMPLES / name).to_tables()
+    tables_of_file["simulation"] = {"samples_per_cycle": 8, "discard": 0, **simulation}
+    return tables_of_file
 
 
-def model(found: dict[str, Any]) -> gr.Model:
+def model(content: dict[str, Any]) -> gr.Model:
     """Return the model of some tables."""
-    return gr.Model.from_tables(found)
+    return gr.Model.from_tables(content)
 
 
 def seconds(made: gr.Model) -> float:
@@ -48,49 +48,49 @@ def seconds(made: gr.Model) -> float:
 
 def hysteresis() -> tuple[float, float]:
     """Return the time with and without hysteresis in three stages."""
-    found = tables("clutch_friction.toml", cycles=CYCLES)
-    with_ = seconds(model(found))
-    for coupling in found["coupling"]:
+    content = tables("clutch_friction.toml", cycles=CYCLES)
+    with_ = seconds(model(content))
+    for coupling in content["coupling"]:
         for stage in (*coupling.get("stages", ()), *coupling.get("coast_stages", ())):
             stage.pop("hysteresis", None)
             stage.pop("stick_stiffness", None)
-    return with_, seconds(model(found))
+    return with_, seconds(model(content))
 
 
 def alternation() -> tuple[float, float]:
     """Return the time with and without a mesh stiffness that alternates."""
-    found = tables("alternating_mesh.toml", cycles=CYCLES)
-    with_ = seconds(model(found))
-    for mesh in found["mesh"]:
+    content = tables("alternating_mesh.toml", cycles=CYCLES)
+    with_ = seconds(model(content))
+    for mesh in content["mesh"]:
         mesh.pop("alternation", None)
-    return with_, seconds(model(found))
+    return with_, seconds(model(content))
 
 
 def record() -> tuple[float, float]:
     """Return the time of case 3 with and without a torque measured at 1 kHz."""
-    found = tables("paper/case3.toml", cycles=CYCLES)
-    without = seconds(model(found))
+    content = tables("paper/case3.toml", cycles=CYCLES)
+    without = seconds(model(content))
     end = CYCLES * 2.0 * np.pi / 150.0
     time = np.arange(0.0, end + 0.01, 1e-3)
     noise = np.random.default_rng(1).normal(0.0, 2.0, time.size)
-    found["torque"].append(
+    content["torque"].append(
         {"on": "flywheel", "signal": {"time": time.tolist(), "value": (noise - noise.mean()).tolist()}}
     )
-    return seconds(model(found)), without
+    return seconds(model(content)), without
 
 
 def run_up() -> tuple[float, float]:
     """Return the time of a run-up of case 3, and of steady runs over its speeds, as long together."""
-    found = tables("paper/case3.toml")
+    content = tables("paper/case3.toml")
     steady = 0.0
     for i in range(SPEEDS):
         speed = RUN_UP[0] + (i + 0.5) / SPEEDS * (RUN_UP[1] - RUN_UP[0])
         cycles = max(1, round(OVER / SPEEDS * speed / 60.0))
-        at_speed = {**found, "excitation": {"speed": f"{speed!r} rpm"}}
-        at_speed["simulation"] = {**found["simulation"], "cycles": cycles}
+        at_speed = {**content, "excitation": {"speed": f"{speed!r} rpm"}}
+        at_speed["simulation"] = {**content["simulation"], "cycles": cycles}
         steady += seconds(model(at_speed))
     sweep = {"from": f"{RUN_UP[0]!r} rpm", "to": f"{RUN_UP[1]!r} rpm", "over": OVER}
-    return seconds(model({**found, "excitation": {"sweep": sweep}})), steady
+    return seconds(model({**content, "excitation": {"sweep": sweep}})), steady
 
 
 CASES = {

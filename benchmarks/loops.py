@@ -194,12 +194,12 @@ def by_least_squares(loop: Loop, stages: tuple[int, int], parted: bool, starts: 
         ends.append(coarse.fit(start))
     ends.sort(key=lambda ended: ended.cost)
     fine = Law(loop, Regression(loop, 0, REACH * (high - low)), stages, parted)
-    found = min((fine.fit(ended.x) for ended in ends[:best]), key=lambda ended: ended.cost)
-    left, free = 2.0 * found.cost, loop.torque.size - found.x.size
-    inverse = np.linalg.pinv(found.jac.T @ found.jac, rcond=1e-12, hermitian=True) * left / free
+    best_fit = min((fine.fit(ended.x) for ended in ends[:best]), key=lambda ended: ended.cost)
+    left, free = 2.0 * best_fit.cost, loop.torque.size - best_fit.x.size
+    inverse = np.linalg.pinv(best_fit.jac.T @ best_fit.jac, rcond=1e-12, hermitian=True) * left / free
     part = slice(fine.coefficients, fine.coefficients + fine.widths)
     errors = 1.96 * fine.span * np.sqrt(np.diag(fine.summed() @ inverse[part, part] @ fine.summed().T))
-    values = values_of(fine.solved(found.x), frozenset())
+    values = values_of(fine.solved(best_fit.x), frozenset())
     names = [name for name in values if name.endswith("until")]
     around = {name: (values[name] - e, values[name] + e) for name, e in zip(names, errors.tolist(), strict=True)}
     return Fitted(values, around, left, time.process_time() - begun)
@@ -225,7 +225,7 @@ def compared(seeds: Sequence[int], samples: int, tries: Sequence[tuple[int, int]
         )
         parted = table["stages"][0]["stiffness"] != table["coast_stages"][0]["stiffness"]
         loop = read_loop(data)
-        fits.append([by_fit_loop(data), *(by_least_squares(loop, stages, parted, *each) for each in tries)])
+        fits.append([by_fit_loop(data), *(by_least_squares(loop, stages, parted, *attempt) for attempt in tries)])
         truths.append(numbers(table))
         variances.append(fits[-1][0].left / loop.torque.size)
         print(

@@ -39,15 +39,15 @@ def measured(path: str, cycles: int) -> Changes:
         table = gr.metrics(run)
         tables[samples] = {(r.metric, r.quantity, r.subject): r.value for r in table.itertuples() if r.subject}
     finest = tables[SAMPLES[-1]]
-    found: Changes = {}
+    changed: Changes = {}
     for key, reference in finest.items():
         if not math.isfinite(reference) or reference == 0.0:
             continue
         quantity = re.sub(r" at order .*", " at an order", key[1])
-        worst = found.setdefault((key[0], quantity), dict.fromkeys(SAMPLES[:-1], 0.0))
+        worst = changed.setdefault((key[0], quantity), dict.fromkeys(SAMPLES[:-1], 0.0))
         for samples in worst:
             worst[samples] = max(worst[samples], abs(tables[samples][key] / reference - 1.0))
-    return found
+    return changed
 
 
 def sampling_table(cases: dict[str, Changes]) -> list[str]:
@@ -140,7 +140,7 @@ recording do as well: samples h apart miss up to $1-\\cos(\\pi h/2t_c)$ of the p
 
 def routes() -> list[tuple[str, float, float, float]]:
     """By mesh of whole runs: share in contact; energy by log and audit, exchanged momentum and contact impulse."""
-    found = []
+    rows = []
     for _, path, cycles in CASES[1:]:
         run = gr.simulate(gr.load(ROOT / "examples" / path), cycles=cycles, discard=0)
         value = gr.metrics(run).set_index(["quantity", "subject"]).value
@@ -149,8 +149,8 @@ def routes() -> list[tuple[str, float, float, float]]:
                 name = part.name
                 energy = value["impact loss rate", name] / value["contact work rate", name] - 1.0
                 impulse = part.mean_exchanged_momentum / part.mean_contact_impulse - 1.0
-                found.append((f"{Path(path).stem}: {name}", part.contact_share, float(energy), float(impulse)))
-    return found
+                rows.append((f"{Path(path).stem}: {name}", part.contact_share, float(energy), float(impulse)))
+    return rows
 
 
 def _span(values: list[float]) -> str:

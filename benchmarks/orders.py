@@ -49,14 +49,14 @@ def record(samples: int) -> gr.Recording:
 def measure(call: str) -> None:
     """Print seconds and gigabytes of one call, and the error of an order it finds."""
     gr.spectral.order_map(record(200_000), "a")  # compiles
-    given = record(SAMPLES)
+    signal = record(SAMPLES)
     if call == "coherence":
-        other = gr.Channel("b", "torque", "hub", "N m", given["a"].values + given["n"].values)
-        given = given.with_(channels=(*given.channels, other))
+        other = gr.Channel("b", "torque", "hub", "N m", signal["a"].values + signal["n"].values)
+        signal = signal.with_(channels=(*signal.channels, other))
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     begin = perf_counter()
     _, name, arguments, options = CALLS[call]
-    result = getattr(gr, name)(given, "a", *arguments, **options)
+    result = getattr(gr, name)(signal, "a", *arguments, **options)
     took = perf_counter() - begin
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     error = "–"

@@ -50,10 +50,10 @@ def _cluster(workers: int) -> Iterator[Any]:
         yield client
 
 
-def _taken(found: Prepared, scheduler: Any) -> Taken:
+def _taken(prepared: Prepared, scheduler: Any) -> Taken:
     """Have a study computed, and see what its workers were busy with once they had begun."""
     with tempfile.TemporaryDirectory() as name:
-        store = Store.open(Path(name) / "s", found.plan, found.outputs, noted, resume=False)
+        store = Store.open(Path(name) / "s", prepared.plan, prepared.outputs, noted, resume=False)
         folder_of(store).mkdir()
         carry_out(store, scheduler)
         notes = [json.loads(file.read_text(encoding="utf-8")) for file in folder_of(store).iterdir()]
@@ -84,16 +84,16 @@ def _schedulers(workers: int) -> Iterator[dict[str, Any]]:
 def costs_of_chunks(workers: int) -> Costs:
     """What a chunk costs, by scheduler: that of one with next to nothing to compute, on so many workers."""
     model = gr.loads(PAIR).with_({"simulation.cycles": 2, "simulation.discard": 1})
-    found = prepare(model, axis_of(model, "mesh.gear.backlash", EMPTY * _FEW))
-    found = replace(found, plan=replace(found.plan, chunk_size=_FEW))
+    prepared = prepare(model, axis_of(model, "mesh.gear.backlash", EMPTY * _FEW))
+    prepared = replace(prepared, plan=replace(prepared.plan, chunk_size=_FEW))
     with _schedulers(workers) as ways:
-        return Costs(workers, _least(ways, found))
+        return Costs(workers, _least(ways, prepared))
 
 
-def _least(ways: dict[str, Any], found: Prepared) -> dict[str, Taken]:
+def _least(ways: dict[str, Any], prepared: Prepared) -> dict[str, Taken]:
     """The fastest of some repeats, by scheduler."""
-    taken = [{name: _taken(found, way) for name, way in ways.items()} for _ in range(REPEATS)]
-    return {name: min((each[name] for each in taken), key=lambda one: one.seconds) for name in ways}
+    taken = [{name: _taken(prepared, way) for name, way in ways.items()} for _ in range(REPEATS)]
+    return {name: min((costs[name] for costs in taken), key=lambda one: one.seconds) for name in ways}
 
 
 def growths(counts: list[int]) -> list[Growth]:
@@ -104,24 +104,24 @@ def growths(counts: list[int]) -> list[Growth]:
     def study(seconds: float) -> Prepared:
         return prepare(model, axis_of(model, "coupling.clutch.stiffness", int(seconds / few.seconds)))
 
-    strong, found = study(SECONDS), []
+    strong, growth_rows = study(SECONDS), []
     for workers in counts:
         weak = study(_WEAK * workers)
         with _schedulers(workers) as ways:
-            found.append(Growth(workers, (strong.plan, weak.plan), (_least(ways, strong), _least(ways, weak))))
-        print(found[-1].told(), file=sys.stderr, flush=True)
-    return found
+            growth_rows.append(Growth(workers, (strong.plan, weak.plan), (_least(ways, strong), _least(ways, weak))))
+        print(growth_rows[-1].told(), file=sys.stderr, flush=True)
+    return growth_rows
 
 
-def _stored(found: Prepared) -> tuple[float, int]:
+def _stored(prepared: Prepared) -> tuple[float, int]:
     """Bytes a case in the store, and files a chunk."""
     with tempfile.TemporaryDirectory() as name, opened("threads", 1, 1) as scheduler:
         folder = Path(name) / "s"
-        store = Store.open(folder, found.plan, found.outputs, resume=False)
+        store = Store.open(folder, prepared.plan, prepared.outputs, resume=False)
         empty = {path for path in folder.rglob("*") if path.is_file()}
         carry_out(store, scheduler)
         new = [path for path in folder.rglob("*") if path.is_file() and path not in empty]
-        return sum(path.stat().st_size for path in new) / found.plan.count, len(new) // found.plan.chunks
+        return sum(path.stat().st_size for path in new) / prepared.plan.count, len(new) // prepared.plan.chunks
 
 
 def _names() -> float:

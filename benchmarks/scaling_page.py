@@ -135,7 +135,7 @@ class Growth:
 
     def told(self) -> str:
         """Return a row of the table."""
-        pairs = zip(*(each.values() for each in self.taken), strict=True)
+        pairs = zip(*(costs.values() for costs in self.taken), strict=True)
         return f"| {self.workers} | {' | '.join(' / '.join(one.told() for one in pair) for pair in pairs)} |"
 
 
@@ -152,21 +152,23 @@ class Measured:
     names: float
 
 
-def page(found: Measured) -> str:
+def page(measured: Measured) -> str:
     """Write the page."""
-    costs, strong = found.costs, found.growths[0].plans[0]
-    case = min(each.busy for row in found.growths for each in row.taken[0].values()) / strong.count
+    costs, strong = measured.costs, measured.growths[0].plans[0]
+    case = min(way.busy for row in measured.growths for way in row.taken[0].values()) / strong.count
     shortest = strong.chunk_size * case
-    busy = f"others kept {found.load:.1f} of them busy before it began" if found.load > 0.3 else "idle but for this"
+    busy = (
+        f"others kept {measured.load:.1f} of them busy before it began" if measured.load > 0.3 else "idle but for this"
+    )
     chunks = "\n".join(
-        f"| {name} | {1e3 * each.beside:.1f} | {each.chunks / each.seconds:.0f} "
-        f"| {100.0 * each.beside / shortest:.1f} % | {100.0 * each.beside / CHUNK_SECONDS:.1f} % |"
-        for name, each in costs.taken.items()
+        f"| {name} | {1e3 * way.beside:.1f} | {way.chunks / way.seconds:.0f} "
+        f"| {100.0 * way.beside / shortest:.1f} % | {100.0 * way.beside / CHUNK_SECONDS:.1f} % |"
+        for name, way in costs.taken.items()
     )
     text = HEAD.format(
         date=datetime.now(UTC).date().isoformat(),
         machine=machine(),
-        cores=found.cores,
+        cores=measured.cores,
         load=f"{busy}.",
         case=1e3 * case,
         workers=costs.workers,
@@ -179,14 +181,14 @@ def page(found: Measured) -> str:
     text += GROWTH.format(
         strong=strong.count,
         chunks=strong.chunks,
-        weak=found.growths[0].plans[1].count,
+        weak=measured.growths[0].plans[1].count,
         names=" | ".join(names),
         rule="---|" * len(names),
-        rows="\n".join(each.told() for each in found.growths),
+        rows="\n".join(growth.told() for growth in measured.growths),
     )
-    most = found.growths[-1]
+    most = measured.growths[-1]
     efficiency = most.taken[0]["cluster"].efficiency
-    rows = "\n".join(_row(10**n, case, efficiency, most.workers, found.stored) for n in (4, 6, 9))
+    rows = "\n".join(_row(10**n, case, efficiency, most.workers, measured.stored) for n in (4, 6, 9))
     deal = costs.taken["cluster"].seconds / costs.taken["cluster"].chunks
     return text + TAIL.format(
         most=MOST_IN_CHUNK,
@@ -198,9 +200,9 @@ def page(found: Measured) -> str:
         case=1e3 * case,
         efficiency=efficiency,
         rows=rows,
-        stored=found.stored,
-        files=found.files,
-        names=found.names,
+        stored=measured.stored,
+        files=measured.files,
+        names=measured.names,
     )
 
 
@@ -208,7 +210,7 @@ def _row(cases: int, case: float, efficiency: float, workers: int, stored: float
     size = min(MOST_IN_CHUNK, 1 << int(np.log2(CHUNK_SECONDS / case)))
     chunks = -(-cases // size)
     turns = [-(-chunks // count) for count in (workers, 64, 1000)]
-    cells = " | ".join(span(min(size, cases) * each * case / efficiency) for each in turns)
+    cells = " | ".join(span(min(size, cases) * turn * case / efficiency) for turn in turns)
     unit, scale = next((u, s) for u, s in (("GB", 1e9), ("MB", 1e6)) if cases * stored >= s or u == "MB")
     kept = f"{cases * stored / scale:.2g} {unit}"
     return f"| 1e{round(np.log10(cases))} | {chunks} | {cases * case / 3600.0:.3g} | {cells} | {kept} |"

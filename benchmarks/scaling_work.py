@@ -12,17 +12,17 @@ import time
 from pathlib import Path
 
 from gearrattle.studies.cases import Computed, compute
-from gearrattle.studies.store import Store, Told
+from gearrattle.studies.store import ProgressCallback, Store
 
 
-def noted(store: Store, chunk: int, told: Told | None) -> Computed:
+def noted(store: Store, chunk: int, report: ProgressCallback | None) -> Computed:
     """Compute a chunk; beside the study, note the worker, begin and end [s], and processor time spent [s]."""
     begin, spent = time.time(), time.thread_time()
-    found = compute(store.plan, store.outputs, chunk, told)
+    computed = compute(store.plan, store.outputs, chunk, report)
     worker = f"{os.getpid()} {threading.get_ident()}"
     note = worker, begin, time.time(), time.thread_time() - spent
     (folder_of(store) / f"{chunk}.json").write_text(json.dumps(note), encoding="utf-8")
-    return found
+    return computed
 
 
 def folder_of(store: Store) -> Path:

@@ -66,8 +66,8 @@ CASES = {
 
 def model_of(case: str) -> gr.Model:
     """Return one driveline with its settings."""
-    found = gr.loads(PAIR) if case not in ("case3", "case3_loaded") else gr.load(HERE / f"examples/paper/{case}.toml")
-    return found.with_({"simulation.cycles": CYCLES, "simulation.discard": CYCLES // 2})
+    loaded = gr.loads(PAIR) if case not in ("case3", "case3_loaded") else gr.load(HERE / f"examples/paper/{case}.toml")
+    return loaded.with_({"simulation.cycles": CYCLES, "simulation.discard": CYCLES // 2})
 
 
 def axis_of(model: gr.Model, path: str, count: int) -> dict[str, Any]:
@@ -94,8 +94,8 @@ def march_alone(model: gr.Model) -> tuple[float, int]:
 
 def python_share(model: gr.Model, axis: dict[str, Any]) -> tuple[float, float]:
     """Return the processor time [s] of a variant in one thread, and what of it is Python."""
-    found = prepare(model, axis)
-    plan = Plan(found.plan.model, found.plan.axes, None, found.plan.count // 4)
+    prepared = prepare(model, axis)
+    plan = Plan(prepared.plan.model, prepared.plan.axes, None, prepared.plan.count // 4)
     loop = many.march_many
     least = np.inf
     inside = [0.0]
@@ -112,7 +112,7 @@ def python_share(model: gr.Model, axis: dict[str, Any]) -> tuple[float, float]:
     try:
         for _ in range(ROUNDS):
             inside[0], begin = 0.0, thread_time()
-            compute(plan, found.outputs, 1)
+            compute(plan, prepared.outputs, 1)
             taken = thread_time() - begin
             least, python = min(least, taken), min(python, taken - inside[0])
     finally:
@@ -131,9 +131,9 @@ def studied(model: gr.Model, axis: dict[str, Any], **options: Any) -> list[float
     for _ in range(ROUNDS):
         for i, (scheduler, workers) in enumerate(WAYS):
             begin = perf_counter()
-            found = gr.study(model, axis, workers=workers, scheduler=scheduler, **options)
+            dataset = gr.study(model, axis, workers=workers, scheduler=scheduler, **options)
             least[i] = min(least[i], perf_counter() - begin)
-            assert np.all(found["outcome"] == DONE)
+            assert np.all(dataset["outcome"] == DONE)
     return least
 
 

@@ -25,11 +25,11 @@ for backlash in (0.03, 0.06, 0.12, 0.24):
         turned = float(motion.angle[-1] - motion.angle[0])
         gained = float(motion.velocity[-1] - motion.velocity[0])
         taken = gear.drag_torque * run.trajectory.end + gear.drag * turned + gear.J * gained
-        given = mesh.radii[1] * float(force_integral[mesh.name])
+        momentum_received = mesh.radii[1] * float(force_integral[mesh.name])
         part = parts[mesh.name]
         print(
             f"{backlash:5.2f} mm    {mesh.name:12}  {part.impacts_per_cycle:13.1f}"
-            f"  {1e3 * part.mean_impact_energy:16.4f}  {abs(given / taken - 1):14.1e}"
+            f"  {1e3 * part.mean_impact_energy:16.4f}  {abs(momentum_received / taken - 1):14.1e}"
         )
         assert part.regime == "double-sided"
-        assert abs(given - taken) < 1e-11 * taken
+        assert abs(momentum_received - taken) < 1e-11 * taken

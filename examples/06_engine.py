@@ -25,8 +25,8 @@ engine = {"cylinders": 4, "bore": BORE, "stroke": STROKE, "rod": ROD, "mass": "0
           "pressure": {"angle": angle.tolist(), "value": pressure.tolist()}}  # fmt: skip
 for speed in ("800 rpm", "3000 rpm"):
     torque = gr.gas_torque(**engine, speed=speed, orders=8)
-    told = ", ".join(f"order {w.order:g}: {w.amplitude:.1f} N m" for w in torque.harmonics)
-    print(f"{speed:>8}: mean {torque.mean:.1f} N m; {told}")
+    harmonics_text = ", ".join(f"order {w.order:g}: {w.amplitude:.1f} N m" for w in torque.harmonics)
+    print(f"{speed:>8}: mean {torque.mean:.1f} N m; {harmonics_text}")
 
 work = 4.0 * float(np.sum(0.5 * (pressure[1:] + pressure[:-1]) * np.diff(volume)))
 print(f"work of a cycle: {torque.work:.2f} J by the torque, {work:.2f} J by the area of the indicator diagram")

@@ -28,11 +28,11 @@ print(f"separation ratios of the recording: {share.min():.3f} to {share.max():.3
 assert ((share > 0.7) & (share <= 1.0)).all()  # samples miss the peaks, and say no more than the motion
 
 settled = {"simulation.cycles": 60, "simulation.discard": 40, **smooth}
-found = gr.screen(model.with_(settled), ["600 rpm", "1200 rpm", "2400 rpm"], [0.25, 1.0, 4.0], simulate=True)
+screening = gr.screen(model.with_(settled), ["600 rpm", "1200 rpm", "2400 rpm"], [0.25, 1.0, 4.0], simulate=True)
 print("speed [rpm]  load  lift ratio  regime of the second gear")
-words = found.regime.attrs["flag_meanings"].split()
-for speed in found.speed.values:
-    for load in found["load"].values:
-        case = found.sel(speed=speed, load=load, gear="second_mesh")
+words = screening.regime.attrs["flag_meanings"].split()
+for speed in screening.speed.values:
+    for load in screening["load"].values:
+        case = screening.sel(speed=speed, load=load, gear="second_mesh")
         print(f"{speed * 9.5493:11.0f}  {load:4.2f}  {float(case.lift_ratio):10.2f}  {words[int(case.regime)]}")
-assert ((found.lift_ratio > 1.0) == (found.regime > 0)).all()
+assert ((screening.lift_ratio > 1.0) == (screening.regime > 0)).all()

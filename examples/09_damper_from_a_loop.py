@@ -15,9 +15,9 @@ print(fit.report)
 
 model = gr.load(here / "clutch_friction.toml")
 truth = next(c for c in model.couplings if c.name == "damper")
-for found, stage in zip(fit.stages, truth.stages, strict=True):
-    print(f"{found.stiffness:8.1f} N m/rad for {stage.stiffness:8.1f}", end=", ")
-    print(f"loop {found.hysteresis:5.2f} N m for {stage.hysteresis:5.2f}")
+for fitted_stage, stage in zip(fit.stages, truth.stages, strict=True):
+    print(f"{fitted_stage.stiffness:8.1f} N m/rad for {stage.stiffness:8.1f}", end=", ")
+    print(f"loop {fitted_stage.hysteresis:5.2f} N m for {stage.hysteresis:5.2f}")
 
 error = abs(fit.stages[1].stiffness / truth.stages[1].stiffness - 1.0)
 print(f"slope of the driving stage off by {error:.2%}")

@@ -14,10 +14,10 @@ run = gr.simulate(model)
 cuts = gr.spectral.order_cuts(run, "acceleration.flywheel", [2, 4, 6], turns=4, over="speed")
 rpm = cuts.speed * 30.0 / np.pi
 torque = 0.15 * cuts.amplitude.sel(order=2)
-given = np.interp(rpm, [700.0, 1500.0, 3000.0], [50.0, 70.0, 40.0])
-for n, found, wanted in list(zip(rpm.values, torque.values, given, strict=True))[::6]:
-    print(f"{n:6.0f} rpm: order 2 of the inertia torque {found:5.2f} N m, of the applied torque {wanted:5.2f} N m")
-assert float(abs(torque / given - 1.0).max()) < 0.02
+expected_torque = np.interp(rpm, [700.0, 1500.0, 3000.0], [50.0, 70.0, 40.0])
+for n, torque_at_speed, wanted in list(zip(rpm.values, torque.values, expected_torque, strict=True))[::6]:
+    print(f"{n:6.0f} rpm: order 2 of the inertia torque {torque_at_speed:5.2f} N m, of the applied {wanted:5.2f} N m")
+assert float(abs(torque / expected_torque - 1.0).max()) < 0.02
 
 # The same motion as a rig's record: an acceleration and a speed, resampled over the shaft's angle.
 time = run.trajectory.time
@@ -29,8 +29,8 @@ record = gr.Recording(
     ),
     "rig",
 )
-found = gr.spectral.order_map(record, "acceleration.flywheel", turns=4, over="speed")
-same = found.amplitude.sel(order=[2.0, 4.0]).interp(speed=cuts.speed.values[1:-1])
+torque_at_speed = gr.spectral.order_map(record, "acceleration.flywheel", turns=4, over="speed")
+same = torque_at_speed.amplitude.sel(order=[2.0, 4.0]).interp(speed=cuts.speed.values[1:-1])
 assert float(abs(same.values / cuts.amplitude.sel(order=[2.0, 4.0]).values[1:-1] - 1.0).max()) < 0.02
 
 spectra = gr.spectral.waterfall(run, "acceleration.fifth_gear", speed_step="100 rpm")

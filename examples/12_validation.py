@@ -13,8 +13,8 @@ from gearrattle.reproduction.printed import TABLE_5
 
 print("case  quantity   measured  simulated  printed   sigma, %")
 for case, quantity, measured, simulated, text in TABLE_5:
-    found = of_printed(measured, simulated)
-    print(f"{case:4}  {quantity:9}  {measured:8}  {simulated:9}  {text:>7}   {found.sigma:.2f}")
+    validation = of_printed(measured, simulated)
+    print(f"{case:4}  {quantity:9}  {measured:8}  {simulated:9}  {text:>7}   {validation.sigma:.2f}")
 assert round(of_printed(1510, 1540).sigma, 2) == -1.99  # -1.95 is printed: the integers in print are rounded
 
 model = gr.example("case3")
@@ -44,10 +44,10 @@ scale = 1.2
 record = gr.read(folder / "measurement.toml")
 record = record.with_(time=record.time - 0.0123)
 
-found = gr.validate(model, record, settings=settings, calibration=1.0)
-print(found.to_dataframe().drop(columns=["unit"]).to_string(index=False, float_format="%.4g"))
-print(found.verdict)
-level = found["gear_3"].level("rms")
+validation = gr.validate(model, record, settings=settings, calibration=1.0)
+print(validation.to_dataframe().drop(columns=["unit"]).to_string(index=False, float_format="%.4g"))
+print(validation.verdict)
+level = validation["gear_3"].level("rms")
 assert level.low < 100.0 * (1.0 - 1.0 / 1.2) < level.high
-assert found["flywheel"].level("rms").remainder == 0.0
-assert abs(found.clock.delay - 0.0123) < 5.0 * found.clock.standard_error
+assert validation["flywheel"].level("rms").remainder == 0.0
+assert abs(validation.clock.delay - 0.0123) < 5.0 * validation.clock.standard_error

@@ -33,23 +33,23 @@ def test_the_stages_are_the_public_calls(model: gr.Model, findings: pipeline.Fin
 
 
 def test_settings_reach_the_simulation(model: gr.Model) -> None:
-    found = pipeline.run(
+    actual = pipeline.run(
         model, algorithm="rk4", cycles=2, samples_per_cycle=8, discard=0, step=2e-5, initial="zero", tolerance=1e-9
     )
-    motion = found.motion.trajectory
+    motion = actual.motion.trajectory
     assert (motion.cost.algorithm, motion.cycles, motion.samples_per_cycle, motion.discard) == ("rk4", 2, 8, 0)
     assert not motion.angle[0].any()
     assert motion.cost.average_step == pytest.approx(2e-5, rel=0.01)
 
 
 def test_progress_may_cancel(model: gr.Model) -> None:
-    told: list[float] = []
+    reports: list[float] = []
 
     def stop(fraction: float) -> None:
-        told.append(fraction)
+        reports.append(fraction)
         raise gr.Cancelled("enough")
 
     with pytest.raises(gr.Cancelled):
         pipeline.run(model, cycles=50_000, samples_per_cycle=4, discard=0, progress=stop)
-    assert len(told) == 1
-    assert 0.0 <= told[0] <= 1.0
+    assert len(reports) == 1
+    assert 0.0 <= reports[0] <= 1.0

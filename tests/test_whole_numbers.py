@@ -24,24 +24,24 @@ CYLINDER = {"bore": 0.08, "stroke": 0.09, "rod": 0.15, "pressure": TRACE, "speed
 LOOP = 0.1 * np.sin(np.linspace(0.0, 4 * np.pi, 400)), np.sin(np.linspace(0.0, 4 * np.pi, 400))
 
 CALLS: dict[str, Callable[..., Any]] = {
-    "advise": lambda **given: gr.advise(MODEL, **given),
-    "basins": lambda **given: gr.basins(MODEL, START, **given),
-    "bifurcation": lambda **given: gr.bifurcation(MODEL, "mesh.gear.backlash", [1e-4, 2e-4], **given),
-    "compare": lambda **given: gr.compare(MODEL, **given),
-    "identification.fit": lambda **given: gr.identification.fit(
-        MODEL, {"mode": [{"omega": 300.0}]}, ["coupling.clutch.stiffness"], **given
+    "advise": lambda **settings: gr.advise(MODEL, **settings),
+    "basins": lambda **settings: gr.basins(MODEL, START, **settings),
+    "bifurcation": lambda **settings: gr.bifurcation(MODEL, "mesh.gear.backlash", [1e-4, 2e-4], **settings),
+    "compare": lambda **settings: gr.compare(MODEL, **settings),
+    "identification.fit": lambda **settings: gr.identification.fit(
+        MODEL, {"mode": [{"omega": 300.0}]}, ["coupling.clutch.stiffness"], **settings
     ),
-    "identification.fit_loop": lambda **given: gr.identification.fit_loop(LOOP, **given),
-    "gas_torque": lambda **given: gr.gas_torque(**{"cylinders": 4, **CYLINDER, **given}),
-    "listen": lambda **given: gr.listen(_run(), **given),
-    "optimize": lambda **given: gr.optimize(MODEL, BACKLASH, {"hub: TR rms": "min"}, **given),
-    "spectral.order_map": lambda **given: gr.spectral.order_map(_run(), "velocity.hub", **given),
-    "run": lambda **given: gr.run(MODEL, **given),
-    "screen": lambda **given: gr.screen(MODEL, [100.0, 120.0], simulate=True, **given),
-    "simulate": lambda **given: gr.simulate(MODEL, **given),
-    "stream": lambda **given: gr.stream(MODEL, **given),
-    "study": lambda **given: gr.study(MODEL, BACKLASH, **given),
-    "validate": lambda **given: gr.validate(MODEL, rig(), **given),
+    "identification.fit_loop": lambda **settings: gr.identification.fit_loop(LOOP, **settings),
+    "gas_torque": lambda **settings: gr.gas_torque(**{"cylinders": 4, **CYLINDER, **settings}),
+    "listen": lambda **settings: gr.listen(_run(), **settings),
+    "optimize": lambda **settings: gr.optimize(MODEL, BACKLASH, {"hub: TR rms": "min"}, **settings),
+    "spectral.order_map": lambda **settings: gr.spectral.order_map(_run(), "velocity.hub", **settings),
+    "run": lambda **settings: gr.run(MODEL, **settings),
+    "screen": lambda **settings: gr.screen(MODEL, [100.0, 120.0], simulate=True, **settings),
+    "simulate": lambda **settings: gr.simulate(MODEL, **settings),
+    "stream": lambda **settings: gr.stream(MODEL, **settings),
+    "study": lambda **settings: gr.study(MODEL, BACKLASH, **settings),
+    "validate": lambda **settings: gr.validate(MODEL, rig(), **settings),
 }
 
 

@@ -108,8 +108,8 @@ def test_no_message_joins_an_article_or_a_plural_to_what_the_helpers_are_for() -
     source = Path(gr.__file__).parent
     left_out = {source / "reproduction"}  # counts of the paper's runs, in thousands, by a helper of its own
     wrong = {
-        str(path.relative_to(source)): found
+        str(path.relative_to(source)): actual
         for path in sorted(source.rglob("*.py"))
-        if path.parent not in left_out and (found := joined_plurals(path.read_text(encoding="utf-8")))
+        if path.parent not in left_out and (actual := joined_plurals(path.read_text(encoding="utf-8")))
     }
     assert wrong == {}

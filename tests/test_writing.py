@@ -167,8 +167,8 @@ def test_between_any_two_operations_all_is_old_or_all_is_new(
             fill(target, before)
         ended = not attacked(target, failing, failure)
         if isinstance(failure, OSError):
-            found = {name: text for name, text in tree(target).items() if not name.startswith(PREFIX)}
-            assert found in (before, after), f"operation {failing}"
+            actual = {name: text for name, text in tree(target).items() if not name.startswith(PREFIX)}
+            assert actual in (before, after), f"operation {failing}"
         with Staging(target):  # the next start
             pass
         assert tree(target) in (before, after), f"operation {failing}"

@@ -37,14 +37,14 @@ def measure_one(kind: str, seed: int, driveline: Model) -> dict[str, Any]:
     except gr.ConvergenceError:
         points = []
     end = time.perf_counter()
-    found: dict[str, Any] = {"kind": kind, "seed": seed, "run_s": middle - begin, "forecast_s": end - middle}
-    found["motion"] = points[0]["motion"] if points else "no fixed point"
-    found["stable"] = sum(point["motion"] == "stable" for point in points)
+    row: dict[str, Any] = {"kind": kind, "seed": seed, "run_s": middle - begin, "forecast_s": end - middle}
+    row["motion"] = points[0]["motion"] if points else "no fixed point"
+    row["stable"] = sum(point["motion"] == "stable" for point in points)
     for key, value in true.items():
-        found[key] = value.tolist()
+        row[key] = value.tolist()
         for name in ("linearised", "told"):
-            found[f"{name}_{key}"] = _error(points, name, key, value)
-    return found
+            row[f"{name}_{key}"] = _error(points, name, key, value)
+    return row
 
 
 def _error(points: list[dict[str, Any]], name: str, key: str, true: np.ndarray) -> list[float]:

@@ -51,10 +51,10 @@ def _table(data: dict[str, Any], key: str, title: str) -> str:
         rows = [row for row in data["rows"] if belongs(row)]
         cells = [label, str(len(rows)), ""]
         for name in ("linearised", "told"):
-            found = score(rows, name, key)
-            cells[2] = f"{found['clearances']:.0f}"
-            if found["clearances"]:
-                cells += [f"{found['median']:.4f}", f"{100 * found['within']:.0f} %", f"{found['largest']:.2f}"]
+            scored = score(rows, name, key)
+            cells[2] = f"{scored['clearances']:.0f}"
+            if scored["clearances"]:
+                cells += [f"{scored['median']:.4f}", f"{100 * scored['within']:.0f} %", f"{scored['largest']:.2f}"]
             else:
                 cells += ["–"] * 3
         lines.append("| " + " | ".join(cells) + " |")

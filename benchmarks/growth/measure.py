@@ -47,19 +47,19 @@ def linear(task: Task) -> Task:
 
 def swept(shape: str, n: int) -> dict[str, Any]:
     """Costs of the sweep."""
-    given = task(shape, n, CYCLES, samples=1)
+    problem = task(shape, n, CYCLES, samples=1)
     begin = time.perf_counter()
-    plan = plan_of(given.system)
+    plan = plan_of(problem.system)
     setup = time.perf_counter() - begin
-    calm_seconds, calm = fastest(linear(given))
+    calm_seconds, calm = fastest(linear(problem))
     window = calm_seconds / int(calm.sweep.counts[packed.STEPS])
-    seconds, run = fastest(given)
+    seconds, run = fastest(problem)
     crossings, windows = int(run.sweep.counts[packed.EVENTS]), int(run.sweep.counts[packed.STEPS])
     audited, _ = fastest(task(shape, n, 4, samples=1, audit=True), rounds=2)
     return {
         "shape": shape,
         "n": n,
-        "clearances": len(given.system.clearances),
+        "clearances": len(problem.system.clearances),
         "windows": plan.windows,
         "near": int(np.diff(plan.near.inertia_start).max()),
         "crossings": crossings / CYCLES,
@@ -68,30 +68,30 @@ def swept(shape: str, n: int) -> dict[str, Any]:
         "cycle_ms": 1e3 * seconds / CYCLES,
         "audited_cycle_ms": 1e3 * audited / 4,
         "setup_ms": 1e3 * setup,
-        "chosen": "sweep" if choice.is_large(given.system) else "tables",
+        "chosen": "sweep" if choice.is_large(problem.system) else "tables",
     }
 
 
 def met(run: ExactMarch) -> set[tuple[int, ...]]:
     """The regions a run came through, as pieces of the clearances."""
     crossings, pieces = run.motion().crossings, [int(p) for p in run.initial]
-    found = {tuple(pieces)}
+    visited = {tuple(pieces)}
     for clearance, piece in zip(crossings.clearance, crossings.to_piece, strict=True):
         pieces[clearance] = int(piece)
-        found.add(tuple(pieces))
-    return found
+        visited.add(tuple(pieces))
+    return visited
 
 
 def tabled(shape: str, n: int) -> dict[str, Any]:
     """Costs of tables: a region's, of a run that has to build them as it goes, and of the same run again."""
-    given = task(shape, n, CYCLES, samples=1)
-    first, run = fastest(given, ExactMarch, rounds=1)
-    again, _ = fastest(given, ExactMarch, rounds=2)
+    problem = task(shape, n, CYCLES, samples=1)
+    first, run = fastest(problem, ExactMarch, rounds=1)
+    again, _ = fastest(problem, ExactMarch, rounds=2)
     regions = met(run)
     slots, begin = Shelf(run.flow).slots, time.perf_counter()
     for region in sorted(regions)[:REGIONS_TIMED]:
-        pieces = [0] * len(given.system.laws)
-        for k, piece in zip(given.system.clearances, region, strict=True):
+        pieces = [0] * len(problem.system.laws)
+        for k, piece in zip(problem.system.clearances, region, strict=True):
             pieces[k] = piece
         slots.slot_of(tuple(pieces))
     built = time.perf_counter() - begin
@@ -99,7 +99,7 @@ def tabled(shape: str, n: int) -> dict[str, Any]:
     return {
         "shape": shape,
         "n": n,
-        "possible": choice.regions_of(given.system),
+        "possible": choice.regions_of(problem.system),
         "regions": len(regions),
         "region_ms": 1e3 * built / len(slots.pieces),
         "region_kb": held / 1024 / len(slots.pieces),

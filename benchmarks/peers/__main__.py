@@ -27,17 +27,17 @@ def kept(results: list[dict[str, Any]], measured: set[str]) -> list[dict[str, An
     """Return the cases with the rows that the last page has of peers not measured now, each with its date."""
     last = json.loads((HOME / "peers.json").read_text(encoding="utf-8"))
     order = [peer.name for peer in PEERS]
-    found = []
+    cases = []
     for case in results:
-        rows = next(each["peers"] for each in last["cases"] if each["case"] == case["case"])
+        rows = next(case_of_file["peers"] for case_of_file in last["cases"] if case_of_file["case"] == case["case"])
         exact = next(row["ms"] for row in rows if row["peer"] == "exact")
         older = [
             {**row, "ratio": row["ms"] / exact, "date": row.get("date", last["date"])}
             for row in rows
             if row["peer"] not in measured
         ]
-        found.append({**case, "peers": sorted([*case["peers"], *older], key=lambda row: order.index(row["peer"]))})
-    return found
+        cases.append({**case, "peers": sorted([*case["peers"], *older], key=lambda row: order.index(row["peer"]))})
+    return cases
 
 
 def main(cases: list[str], *, fast: bool) -> None:

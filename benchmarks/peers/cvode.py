@@ -39,9 +39,9 @@ def _library(part: str) -> Any:
 
 
 def _function(part: str, name: str, result: Any, *arguments: Any) -> Any:
-    found = getattr(_library(part), name)
-    found.restype, found.argtypes = result, arguments
-    return found
+    entry = getattr(_library(part), name)
+    entry.restype, entry.argtypes = result, arguments
+    return entry
 
 
 @cache

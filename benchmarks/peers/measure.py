@@ -79,11 +79,11 @@ def choose(peer: Peer, case: Plant, truth: Outcome) -> tuple[Row, Prepared] | No
         try:
             prepared.run(case.checked / 100)  # the first call may compile
             ready = perf_counter()
-            got = prepared.run(case.checked)
+            outcome = prepared.run(case.checked)
             expected = (perf_counter() - ready) * CYCLES / float(case.checked)
-            error = float(np.abs(got.deflection - truth.deflection).max())
-            enough = error <= ENOUGH and got.events in (truth.events, -1)
-            row = Row(peer.name, label, error, enough, got.events, failed, prepare_ms=1e3 * (ready - began))
+            error = float(np.abs(outcome.deflection - truth.deflection).max())
+            enough = error <= ENOUGH and outcome.events in (truth.events, -1)
+            row = Row(peer.name, label, error, enough, outcome.events, failed, prepare_ms=1e3 * (ready - began))
             if enough:
                 row.cycles = _length(prepared, expected)
                 return row, prepared
@@ -106,10 +106,10 @@ def _turn(prepared: Prepared, cycles: int) -> tuple[float, Outcome]:
     times: list[float] = []
     while sum(times) < TURN:
         began = process_time()
-        got = prepared.run(cycles)
+        outcome = prepared.run(cycles)
         times.append(process_time() - began)
     gc.enable()
-    return min(times), got
+    return min(times), outcome
 
 
 def time_in_turn(chosen: list[tuple[Row, Prepared]]) -> None:
@@ -123,9 +123,9 @@ def time_in_turn(chosen: list[tuple[Row, Prepared]]) -> None:
             slow = row.cycles < CYCLES
             if slow and number >= SLOW_ROUNDS:
                 continue
-            fastest, got = _turn(prepared, row.cycles)
+            fastest, outcome = _turn(prepared, row.cycles)
             best[row.peer] = min(best[row.peer], fastest * CYCLES / row.cycles)
-            row.all_crossings = -1 if slow else got.events
+            row.all_crossings = -1 if slow else outcome.events
     for row, _ in chosen:
         row.ms, row.ratio = 1e3 * best[row.peer], best[row.peer] / best[EXACT.name]
 
@@ -134,8 +134,8 @@ def measure(name: str, peers: list[Peer]) -> dict[str, Any]:
     """Measure a case."""
     case = plant(name)
     truth = reference(case)
-    found = [choose(peer, case, truth) for peer in peers]
-    chosen = [pair for pair in found if pair is not None]
+    chosen_runs = [choose(peer, case, truth) for peer in peers]
+    chosen = [pair for pair in chosen_runs if pair is not None]
     time_in_turn(chosen)
     rows = [asdict(row) for row, _ in chosen]
     return {"case": name, "checked_cycles": str(case.checked), "crossings": truth.events, "peers": rows}

@@ -80,8 +80,8 @@ def _of(case: dict[str, Any], peer: str) -> dict[str, Any] | None:
 def _summary(data: dict[str, Any]) -> str:
     rows = []
     for peer in (p["name"] for p in data["peers"]):
-        found = [_of(case, peer) for case in data["cases"]]
-        rows.append([peer, *("-" if row is None else _ratio(row) for row in found)])
+        rows_of_peer = [_of(case, peer) for case in data["cases"]]
+        rows.append([peer, *("-" if row is None else _ratio(row) for row in rows_of_peer)])
     return _table(["", *(_name(case["case"]) for case in data["cases"])], rows)
 
 

@@ -23,10 +23,10 @@ SHORTEST = 1e-9
 
 def _watch(flat: Any, element: int, step: int) -> Callable[[float, Any], float]:
     """Return the event of an element leaving its region upwards (1) or downwards (-1)."""
-    place = 5 * element + (4 if step > 0 else 3)
+    bound = 5 * element + (4 if step > 0 else 3)
 
     def distance(_time: float, y: Any) -> float:
-        return y[element] - flat[place]
+        return y[element] - flat[bound]
 
     distance.terminal = True  # type: ignore[attr-defined]
     distance.direction = step  # type: ignore[attr-defined]

@@ -31,8 +31,8 @@ def build(plant: Plant, method: str, tolerance: float) -> Prepared:
         jacobian(out, flat)
 
     def distance(_time: float, y: Any, out: Any) -> None:
-        for i, (k, place) in enumerate(places):
-            out[i] = y[k] - flat[place]
+        for i, (k, bound) in enumerate(places):
+            out[i] = y[k] - flat[bound]
 
     distance.terminal = [True] * len(ways)  # type: ignore[attr-defined]
     distance.direction = [step for _, step in ways]  # type: ignore[attr-defined]

@@ -78,12 +78,12 @@ class _Crossings:
         self.count = 0
         self.parameters[:] = self.initial
 
-    def callback(self, place: int, element: int) -> Callable[[Any, int], bool]:
+    def callback(self, clearance: int, element: int) -> Callable[[Any, int], bool]:
         """Return what happens at u^2 = 1 of an element: a plain function, since heyoka copies objects."""
         laws = self.plant.region[element][:, :3]
         region = self.region
-        a = 3 * place
-        b = 3 * place + 3
+        a = 3 * clearance
+        b = 3 * clearance + 3
 
         def crossed(integrator: Any, sign: int) -> bool:
             outer = 2 if integrator.state[element] > 0.0 else 0
@@ -104,8 +104,8 @@ def build(plant: Plant, tolerance: float, cooldown: float = COOLDOWN) -> Prepare
     equations, start, u = _equations(plant)
     crossings = _Crossings(plant)
     events = [
-        hy.t_event(u[k] * u[k] - 1.0, callback=crossings.callback(place, k), cooldown=cooldown)
-        for place, k in enumerate(plant.clearances)
+        hy.t_event(u[k] * u[k] - 1.0, callback=crossings.callback(clearance, k), cooldown=cooldown)
+        for clearance, k in enumerate(plant.clearances)
     ]
     hy.llvm_state.set_diskcache_enabled(False)  # so that what compiling takes is seen
     hy.llvm_state.clear_memcache()

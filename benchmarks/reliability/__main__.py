@@ -83,8 +83,8 @@ def page() -> str:
     """Return the page, from the counts beside this file."""
     lines = []
     for path in sorted(HERE.glob("*.json")):
-        told = json.loads(path.read_text(encoding="utf-8"))
-        lines += [_line(row, str(row.get("date", told["date"]))) for row in told["rows"]]
+        content = json.loads(path.read_text(encoding="utf-8"))
+        lines += [_line(row, str(row.get("date", content["date"]))) for row in content["rows"]]
     return HEAD.format(date=date.today()) + "\n".join(lines) + "\n" + TAIL
 
 

@@ -13,7 +13,7 @@ Takes arrays; gives a frozen record to readers and metrics.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -151,6 +151,18 @@ class Recording:
         }
         attributes = {"source": self.source, "notes": "\n".join(self.notes)}
         return xr.Dataset(variables, {"time": ("time", self.time, {"units": "s"})}, attributes)
+
+    def with_(self, **changes: object) -> Recording:
+        """Return a recording with some attributes changed.
+
+        Examples
+        --------
+        >>> channel = gr.Channel("n", "speed", "flywheel", "rad/s", np.array([83.8, 84.0, 83.7]))
+        >>> record = gr.Recording(np.array([0.0, 0.01, 0.02]), (channel,), "rig")
+        >>> float(record.with_(time=record.time + 1.0).time[0])
+        1.0
+        """
+        return replace(self, **changes)  # type: ignore[arg-type]
 
     def _known(self, name: str) -> str:
         """Return a name that is there, or refuse."""

@@ -48,7 +48,7 @@ def test_lines_tell_what_the_calls_behind_them_found(rattling: gr.typing.Advice)
     condition = gr.stiffness(model).condition
     assert f"balanced {condition['balanced']:.2g}" in rattling.line("scaling").evidence[0]
     pilot = gr.simulate(model, cycles=32, discard=16)
-    worst = max(each.eigenvalues.r_lambda for each in regions_visited(pilot).regions)
+    worst = max(region.eigenvalues.r_lambda for region in regions_visited(pilot).regions)
     assert f"{worst:.4g}" in rattling.line("stiffness").words
     slopes = gr.contact_ratio(pilot)
     assert f"gear {slopes['gear']:.3g}" in rattling.line("contact ratios").words
@@ -100,8 +100,8 @@ def test_what_counts_as_right() -> None:
 
 
 def test_the_papers_rk4_step_is_advised_against() -> None:
-    found = advise(case("case3_loaded"), algorithm="rk4", step=0.0128 / 150, cycles=40)
-    line = found.line("algorithm")
+    actual = advise(case("case3_loaded"), algorithm="rk4", step=0.0128 / 150, cycles=40)
+    line = actual.line("algorithm")
     assert line.words.startswith("Not rk4 with the step of 8.533e-05 s that is planned: it is unstable.")
     assert "multiplies a mode by 1.688" in line.evidence[0]
     stable = advise(case("case3_loaded"), algorithm="rk4", step=0.0119 / 150, cycles=40)
@@ -110,11 +110,11 @@ def test_the_papers_rk4_step_is_advised_against() -> None:
 
 def test_a_quiet_driveline_is_told_so_with_its_certificate() -> None:
     model = case("case3_loaded").with_({"torque.0.mean": 101.25, "inertia.output_gear.drag_torque": 97.2})
-    found = advise(model, cycles=40)
-    assert found.line("clearances").words == "No clearance opens."
-    assert "reaches no corner, so it is an exact motion" in found.line("clearances").evidence[1]
-    assert "any algorithm with an error test" in found.line("algorithm").words
-    assert found.line("predictability").words == "Single instants are predicted to the end of the run."
+    actual = advise(model, cycles=40)
+    assert actual.line("clearances").words == "No clearance opens."
+    assert "reaches no corner, so it is an exact motion" in actual.line("clearances").evidence[1]
+    assert "any algorithm with an error test" in actual.line("algorithm").words
+    assert actual.line("predictability").words == "Single instants are predicted to the end of the run."
 
 
 def test_lumping_is_tried_and_checked_by_flying_the_lumped_model() -> None:
@@ -152,8 +152,8 @@ def test_dwell_times_of_regions_add_up_to_those_of_every_clearance() -> None:
 def test_visited_regions_come_with_their_shares_and_eigenvalues() -> None:
     run = gr.simulate(case("case3"), cycles=30, discard=10)
     visited = regions_visited(run).regions
-    assert sum(each.share for each in visited) == pytest.approx(1.0, abs=1e-12)
-    assert [each.share for each in visited] == sorted((each.share for each in visited), reverse=True)
+    assert sum(entry.share for entry in visited) == pytest.approx(1.0, abs=1e-12)
+    assert [entry.share for entry in visited] == sorted((entry.share for entry in visited), reverse=True)
     one = visited[1]
     direct = gr.stiffness(case("case3"), region=one.labels).eigenvalues
     np.testing.assert_allclose(np.sort_complex(one.eigenvalues.elastic), np.sort_complex(direct), rtol=1e-12)

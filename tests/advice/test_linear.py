@@ -53,10 +53,10 @@ def test_deflections_are_those_the_exact_solution_settles_to() -> None:
     last = run.time[-129:]
     settled = run.angle[-129:] @ system.rows.T
     omega = 2 * np.pi * system.inputs.cycles[system.inputs.cycles > 0] / system.inputs.period
-    told = np.real(np.exp(1j * np.outer(last, omega)) @ amplitudes.T)
-    told[:, 1] += 1e-5 * np.sin(3 * 100.0 * last + 0.4)
-    rigid = settled - told
-    np.testing.assert_allclose(rigid - rigid.mean(axis=0), 0.0, atol=2e-9 * np.abs(told).max())
+    reported = np.real(np.exp(1j * np.outer(last, omega)) @ amplitudes.T)
+    reported[:, 1] += 1e-5 * np.sin(3 * 100.0 * last + 0.4)
+    rigid = settled - reported
+    np.testing.assert_allclose(rigid - rigid.mean(axis=0), 0.0, atol=2e-9 * np.abs(reported).max())
 
 
 def _laws(system):
@@ -66,7 +66,7 @@ def _laws(system):
 @pytest.mark.parametrize(("order", "most"), [("2", 1.003), ("2.7182818", 1.25)])
 def test_extremes_bound_the_motion_and_hardly_more(order: str, most: float) -> None:
     system = assemble(gr.loads(LINEAR.replace("ORDER", order))).system
-    amplitudes = steady_deflections(system, *(np.array([each[0] for each in pieces]) for pieces in _laws(system)))
+    amplitudes = steady_deflections(system, *(np.array([piece[0] for piece in pieces]) for pieces in _laws(system)))
     low, high = steady_extremes(system, amplitudes)
     orders = system.inputs.cycles[system.inputs.cycles > 0]
     turns = np.linspace(0.0, 40.0, 400_001)
@@ -80,26 +80,26 @@ def test_extremes_bound_the_motion_and_hardly_more(order: str, most: float) -> N
 def test_without_excitation_nothing_moves() -> None:
     model = gr.loads(LINEAR.replace("ORDER", "2").replace("20.0", "0.0").replace("9.0", "0.0").replace("1e-5", "0.0"))
     system = assemble(model).system
-    amplitudes = steady_deflections(system, *(np.array([each[0] for each in pieces]) for pieces in _laws(system)))
+    amplitudes = steady_deflections(system, *(np.array([piece[0] for piece in pieces]) for pieces in _laws(system)))
     assert np.abs(np.concatenate(steady_extremes(system, amplitudes))).max() == 0.0
 
 
 def test_a_response_inside_its_pieces_is_the_exact_motion() -> None:
     model = case("case3_loaded").with_({"torque.0.mean": 101.25, "inertia.output_gear.drag_torque": 97.2})
-    found, run = _excursions(model), gr.simulate(model, cycles=60, discard=50).trajectory
-    assert found.inside
-    assert np.all(found.used < 1.0)
+    actual, run = _excursions(model), gr.simulate(model, cycles=60, discard=50).trajectory
+    assert actual.inside
+    assert np.all(actual.used < 1.0)
     settled = run.deflection[-8 * run.samples_per_cycle :]
     assert len(run.events) == 0
-    span = found.high - found.low
-    np.testing.assert_array_less(np.abs(settled.max(axis=0) - found.high), 5e-3 * span)
-    np.testing.assert_array_less(np.abs(settled.min(axis=0) - found.low), 5e-3 * span)
+    span = actual.high - actual.low
+    np.testing.assert_array_less(np.abs(settled.max(axis=0) - actual.high), 5e-3 * span)
+    np.testing.assert_array_less(np.abs(settled.min(axis=0) - actual.low), 5e-3 * span)
 
 
 def test_a_response_that_reaches_a_corner_is_none() -> None:
-    found = _excursions(case("case3"))
-    assert not found.inside
-    assert np.all(found.used > 1.0)
+    actual = _excursions(case("case3"))
+    assert not actual.inside
+    assert np.all(actual.used > 1.0)
 
 
 def _excursions(model: gr.Model):

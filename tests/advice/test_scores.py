@@ -17,11 +17,11 @@ LEAST = {
 
 
 def test_forecasts_come_true_as_often_as_the_page_says() -> None:
-    drivelines = list(drawn(each=EACH))
+    drivelines = list(drawn(bodies=EACH))
     assert len(drivelines) == len(FILES) * EACH >= 30
-    found = shares(tried(drivelines, 100, 50))
-    table = "\n".join(f"{quantity:20} {route:28} {a}/{b}" for (quantity, route), (a, b) in found.items())
-    assert {quantity for quantity, _ in found} == {*LEAST, TIMES}
-    for (quantity, route), (right, total) in found.items():
+    actual = shares(tried(drivelines, 100, 50))
+    table = "\n".join(f"{quantity:20} {route:28} {a}/{b}" for (quantity, route), (a, b) in actual.items())
+    assert {quantity for quantity, _ in actual} == {*LEAST, TIMES}
+    for (quantity, route), (right, total) in actual.items():
         if quantity != TIMES and route != "equivalent linearisation":
             assert right / total >= LEAST[quantity], table

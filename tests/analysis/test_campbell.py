@@ -39,46 +39,46 @@ def test_crossings_solve_the_eigenproblem_and_none_is_missing(seed: int) -> None
     model = train(seed)
     top = float(gr.modes(model).frequencies[-1])
     name = model.elements[-1].name
-    found = gr.campbell(model, (0.001 * top, 0.7 * top), {name: [0.2, 1.0]})
-    assert [line.order for line in found.orders] == [1.0, 20.0][: 1 + bool(model.meshes)]
-    for crossing in found.crossings:
-        values = np.linalg.eigvalsh(dynamic(model, found.states[crossing.state], crossing.order * crossing.speed))
+    actual = gr.campbell(model, (0.001 * top, 0.7 * top), {name: [0.2, 1.0]})
+    assert [line.order for line in actual.orders] == [1.0, 20.0][: 1 + bool(model.meshes)]
+    for crossing in actual.crossings:
+        values = np.linalg.eigvalsh(dynamic(model, actual.states[crossing.state], crossing.order * crossing.speed))
         assert np.abs(values).min() <= 1e-9 * np.abs(values).max()
-        assert crossing.frequency == found.frequencies[crossing.state, crossing.mode]
-    for j, state in enumerate(found.states):
-        for line in found.orders:
+        assert crossing.frequency == actual.frequencies[crossing.state, crossing.mode]
+    for j, state in enumerate(actual.states):
+        for line in actual.orders:
             below = [
                 int(np.sum(np.linalg.eigvalsh(dynamic(model, state, line.order * speed)) < 0.0))
-                for speed in found.speeds
+                for speed in actual.speeds
             ]
-            met = [c for c in found.crossings if c.state == j and c.order == line.order]
+            met = [c for c in actual.crossings if c.state == j and c.order == line.order]
             assert len(met) == below[1] - below[0]
-    assert [c.speed for c in found.crossings] == sorted(c.speed for c in found.crossings)
+    assert [c.speed for c in actual.crossings] == sorted(c.speed for c in actual.crossings)
 
 
 def test_orders_know_what_turns_with_them() -> None:
-    found = gr.campbell(geared())
-    lines = {line.order: line.sources for line in found.orders}
+    actual = gr.campbell(geared())
+    lines = {line.order: line.sources for line in actual.orders}
     assert lines == {
         0.5: ("torque on gear2",),
         2.0: ("torque on engine",),
         20.0: ("torque on engine", "transmission error of mesh"),
     }
-    assert found.speeds == (0.0, 200.0)
-    modes = found.modes[0]
-    for crossing in found.crossings:
+    assert actual.speeds == (0.0, 200.0)
+    modes = actual.modes[0]
+    for crossing in actual.crossings:
         shares = dict(zip(modes.sources, modes.excitation[:, crossing.mode], strict=True))
         assert crossing.share == max(shares[source] for source in lines[crossing.order])
         assert shares[crossing.source] == crossing.share
-    near = found.nearest()
+    near = actual.nearest()
     assert near is not None
-    assert abs(np.log(near.speed / 100)) == min(abs(np.log(c.speed / 100)) for c in found.crossings)
+    assert abs(np.log(near.speed / 100)) == min(abs(np.log(c.speed / 100)) for c in actual.crossings)
 
 
 def test_a_grid_of_contact_ratios_gives_every_combination() -> None:
-    found = gr.campbell(geared(), contact_ratio={"shaft": 0.5, "mesh": [0.0, 0.1, 1.0]})
-    assert found.states == tuple({"shaft": 0.5, "mesh": ratio} for ratio in (0.0, 0.1, 1.0))
-    for state, frequencies in zip(found.states, found.frequencies, strict=True):
+    actual = gr.campbell(geared(), contact_ratio={"shaft": 0.5, "mesh": [0.0, 0.1, 1.0]})
+    assert actual.states == tuple({"shaft": 0.5, "mesh": ratio} for ratio in (0.0, 0.1, 1.0))
+    for state, frequencies in zip(actual.states, actual.frequencies, strict=True):
         assert frequencies.tolist() == gr.modes(geared(), contact_ratio=state).frequencies.tolist()
 
 
@@ -98,7 +98,7 @@ def test_a_model_without_units_takes_plain_numbers() -> None:
 
 
 @pytest.mark.parametrize(
-    ("speeds", "ratio", "told"),
+    ("speeds", "ratio", "message"),
     [
         ("3000 rpm", None, "a lowest and a highest speed"),
         ("3000 rpm:800 rpm", None, "a lowest and a highest speed"),
@@ -112,22 +112,22 @@ def test_a_model_without_units_takes_plain_numbers() -> None:
         (None, {"mash": [0.5]}, "no such element"),
     ],
 )
-def test_what_is_wrong_is_told(speeds, ratio, told) -> None:
-    with pytest.raises(gr.ModelError, match=told):
+def test_what_is_wrong_is_told(speeds, ratio, message) -> None:
+    with pytest.raises(gr.ModelError, match=message):
         gr.campbell(geared(), speeds, ratio)
 
 
 def test_nothing_to_cross() -> None:
     free = gr.loads(Driveline("free", (Body("disc", "2"),), speed="1").toml())
-    found = gr.campbell(free)
-    assert (found.orders, found.crossings, found.nearest()) == ((), (), None)
-    assert found.frequencies.tolist() == [[0.0]]
+    actual = gr.campbell(free)
+    assert (actual.orders, actual.crossings, actual.nearest()) == ((), (), None)
+    assert actual.frequencies.tolist() == [[0.0]]
 
 
 def test_it_is_frozen_and_json() -> None:
-    found = gr.campbell(geared())
+    actual = gr.campbell(geared())
     with pytest.raises(dataclasses.FrozenInstanceError):
-        found.speeds = (0.0, 1.0)
-    told = json.loads(json.dumps(found.to_dict(), allow_nan=False))
-    assert len(told["crossings"]) == len(found.crossings)
-    assert told["crossings"][0]["speed"] == found.crossings[0].speed
+        actual.speeds = (0.0, 1.0)
+    content = json.loads(json.dumps(actual.to_dict(), allow_nan=False))
+    assert len(content["crossings"]) == len(actual.crossings)
+    assert content["crossings"][0]["speed"] == actual.crossings[0].speed

@@ -19,15 +19,15 @@ def rattling() -> gr.Run:
 
 
 def test_mean_slope_by_clearance(rattling: gr.Run) -> None:
-    found = gr.contact_ratio(rattling)
-    assert list(found.index) == ["clutch", "spline", "gear"]
-    assert found.attrs["quantity"] == "mean slope"
+    actual = gr.contact_ratio(rattling)
+    assert list(actual.index) == ["clutch", "spline", "gear"]
+    assert actual.attrs["quantity"] == "mean slope"
     share = {entry.subject: entry.value for entry in gr.criteria(rattling).of("contact") if "share" in entry.quantity}
     contact = gr.criteria(rattling).parts
     by_name = {part.name: part.contact_share for part in contact}
     assert share
-    assert found["gear"] == pytest.approx(by_name["gear"], rel=1e-12)
-    assert found["clutch"] == pytest.approx(0.01 + 0.99 * by_name["clutch"], rel=1e-12)
+    assert actual["gear"] == pytest.approx(by_name["gear"], rel=1e-12)
+    assert actual["clutch"] == pytest.approx(0.01 + 0.99 * by_name["clutch"], rel=1e-12)
 
 
 def test_spectra_and_describing_functions_tell_one_gain(rattling: gr.Run) -> None:

@@ -89,12 +89,12 @@ def test_chunks_of_a_stream_have_their_sliders(model: gr.Model, run: gr.Run) -> 
 def test_a_study_gives_what_runs_give(model: gr.Model, tmp_path: Path) -> None:
     path = "coupling.damper.stages.1.hysteresis"
     small = model.with_({"simulation.cycles": 4, "simulation.discard": 2, "simulation.samples_per_cycle": 32})
-    found = gr.study(small, axes={path: [2.0, 8.0]}, outputs=["crossings per cycle"], output=tmp_path / "s.zarr")
-    for height, told in zip((2.0, 8.0), found["crossings per cycle"].values.ravel(), strict=True):
+    actual = gr.study(small, axes={path: [2.0, 8.0]}, outputs=["crossings per cycle"], output=tmp_path / "s.zarr")
+    for height, reported in zip((2.0, 8.0), actual["crossings per cycle"].values.ravel(), strict=True):
         alone = gr.simulate(small.with_({path: height}))
         late = alone.events["time"] > 2 * alone.trajectory.layout.period
-        assert told == pytest.approx(late.sum() / 2)
-    assert np.ptp(found["crossings per cycle"].values) > 0
+        assert reported == pytest.approx(late.sum() / 2)
+    assert np.ptp(actual["crossings per cycle"].values) > 0
 
 
 def test_without_dimensions_and_back(model: gr.Model, run: gr.Run) -> None:
@@ -104,9 +104,9 @@ def test_without_dimensions_and_back(model: gr.Model, run: gr.Run) -> None:
     log, other = mine.passages, theirs.passages
     pairs = [(mine, theirs, "force"), (mine, theirs, "memory")]
     for ours, restored, name in (*pairs, *((log, other, name) for name in ("time", "memory", "velocity"))):
-        want, got = getattr(ours, name), getattr(restored, name)
+        want, actual = getattr(ours, name), getattr(restored, name)
         size = np.nanmax(np.abs(want), axis=0) if want.ndim > 1 else np.nanmax(np.abs(want))
-        assert np.nanmax(np.abs(got - want) / np.where(size > 0, size, 1.0)) < 1e-8, name
+        assert np.nanmax(np.abs(actual - want) / np.where(size > 0, size, 1.0)) < 1e-8, name
     apart = np.cumsum(np.diff(log.time, prepend=0.0) > 1e-9)  # sliders that stick at one instant have no order
     assert np.array_equal(log.watch[np.lexsort((log.watch, apart))], other.watch[np.lexsort((other.watch, apart))])
 
@@ -233,10 +233,10 @@ def test_friction_over_speed_follows_the_speed(speed: float) -> None:
 
 
 def test_other_algorithms_are_refused_before_anything_runs(model: gr.Model) -> None:
-    told: list[float] = []
+    reports: list[float] = []
     with pytest.raises(gr.ModelError, match=r"need exact; the model has damper\.0.*take hysteresis"):
-        gr.compare(model, ["rk4"], cycles=5, progress=told.append)
-    assert told == []
+        gr.compare(model, ["rk4"], cycles=5, progress=reports.append)
+    assert reports == []
     with pytest.raises(gr.ModelError, match=r'algorithm = "exact"'):
         gr.simulate(model, "rk4", cycles=2)
 
@@ -261,5 +261,5 @@ def test_friction_is_no_parameter_of_a_fit(model: gr.Model, tmp_path: Path) -> N
     )
     with pytest.raises(gr.ModelError, match="friction enters neither modes nor linear responses"):
         gr.identification.fit(model, tmp_path / "data.toml", ["coupling.damper.stages.1.hysteresis"])
-    found = gr.identification.fit(model, tmp_path / "data.toml", ["coupling.damper.stages.2.stiffness"])
-    assert any(LEFT_OUT in note for note in found.notes)
+    actual = gr.identification.fit(model, tmp_path / "data.toml", ["coupling.damper.stages.2.stiffness"])
+    assert any(LEFT_OUT in note for note in actual.notes)

@@ -48,21 +48,21 @@ def test_there_and_back_to_rounding(path: Path, scales: dict[str, float]) -> Non
 
 def quantities(table: Any, path: tuple[str, ...] = ()) -> set[tuple[str, ...]]:
     """Every dimensional key of the model file, from the annotations."""
-    found = set()
+    actual = set()
     for name, field in table.model_fields.items():
         here = (*path, field.alias or name)
         marks = [m for m in field.metadata if isinstance(m, Quantity)]
         text = repr(field.annotation)
         if marks or "Quantity" in text:
-            found.add(here)
-    return found
+            actual.add(here)
+    return actual
 
 
 def leaves(kinds: dict[str, Any], path: tuple[str, ...] = ()) -> dict[tuple[str, ...], str]:
-    found: dict[tuple[str, ...], str] = {}
+    actual: dict[tuple[str, ...], str] = {}
     for key, kind in kinds.items():
-        found |= leaves(kind, (*path, key)) if isinstance(kind, dict) else {(*path, key): kind}
-    return found
+        actual |= leaves(kind, (*path, key)) if isinstance(kind, dict) else {(*path, key): kind}
+    return actual
 
 
 def test_every_dimensional_key_has_a_kind() -> None:
@@ -128,9 +128,9 @@ def test_contact_ratios_may_multiply_the_damping_too() -> None:
     """
     reduced, ratio = 2.0 * 3.0 / 5.0, 0.25
     for both, factor in ((False, 1.0), (True, ratio)):
-        found = gr.stiffness(gr.loads(train), {"s": ratio}, with_damping=both).eigenvalues
+        actual = gr.stiffness(gr.loads(train), {"s": ratio}, with_damping=both).eigenvalues
         roots = np.roots([1.0, factor * 2.4 / reduced, ratio * 600.0 / reduced])
-        np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(roots), rtol=1e-12)
+        np.testing.assert_allclose(np.sort_complex(actual), np.sort_complex(roots), rtol=1e-12)
         damped = gr.modes(gr.loads(train), {"s": ratio}, with_damping=both).damping_ratios[1]
         assert damped == pytest.approx(-roots[0].real / abs(roots[0]), rel=1e-12)
 
@@ -151,12 +151,12 @@ _QUANTITIES = ("angle", "velocity", "acceleration", "deflection", "force", "elem
 
 def _apart(a: gr.Run, b: gr.Run) -> dict[str, float]:
     """Return the largest deviation of every quantity, as a share of the largest value of its body or element."""
-    found = {}
+    actual = {}
     for name in _QUANTITIES:
         one, other = getattr(a.trajectory, name), getattr(b.trajectory, name)
         size = np.abs(one).max(axis=0, initial=0.0)
-        found[name] = float((np.abs(one - other) / np.where(size > 0.0, size, 1.0)).max(initial=0.0))
-    return found
+        actual[name] = float((np.abs(one - other) / np.where(size > 0.0, size, 1.0)).max(initial=0.0))
+    return actual
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,7 @@ def test_the_ends_may_be_words_and_have_defaults() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("values", "message"),
     [
         (("clutch",), "there is no such coupling; there are damper, spline"),
         (("dampr",), 'did you mean "damper"'),
@@ -71,9 +71,9 @@ def test_the_ends_may_be_words_and_have_defaults() -> None:
         (("damper", float("nan"), 1.0), "low"),
     ],
 )
-def test_bad_input_is_one_clear_error(given: tuple, told: str) -> None:
-    with pytest.raises(gr.ModelError, match=told):
-        gr.torque_angle(gr.load(EXAMPLES / "clutch_friction.toml"), *given)
+def test_bad_input_is_one_clear_error(values: tuple, message: str) -> None:
+    with pytest.raises(gr.ModelError, match=message):
+        gr.torque_angle(gr.load(EXAMPLES / "clutch_friction.toml"), *values)
 
 
 def test_friction_and_damping_share_the_loss() -> None:

@@ -12,7 +12,7 @@ import gearrattle as gr
 def _public() -> dict[str, Any]:
     top = {name: getattr(gr, name) for name in gr.__all__ if not name.startswith("_")}
     spaces = {name: space for name, space in top.items() if isinstance(space, ModuleType)}
-    names = {name: thing for name, thing in top.items() if name not in spaces}
+    names = {name: member for name, member in top.items() if name not in spaces}
     for at, space in spaces.items():
         names |= {f"{at}.{name}": getattr(space, name) for name in space.__all__ if name not in top}
     return names
@@ -20,4 +20,4 @@ def _public() -> dict[str, Any]:
 
 PUBLIC = _public()
 """Every public function and class by the name behind ``gr.``."""
-FUNCTIONS = {name: thing for name, thing in PUBLIC.items() if inspect.isfunction(thing)}
+FUNCTIONS = {name: member for name, member in PUBLIC.items() if inspect.isfunction(member)}

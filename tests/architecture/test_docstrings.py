@@ -12,7 +12,7 @@ import pytest
 import gearrattle as gr
 from tests.architecture.public import PUBLIC
 
-NAMES = [name for name, thing in PUBLIC.items() if inspect.isfunction(thing) or inspect.isclass(thing)]
+NAMES = [name for name, public in PUBLIC.items() if inspect.isfunction(public) or inspect.isclass(public)]
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -53,22 +53,22 @@ HOOKS = {"Model.rules"}
 """Methods that the class calls itself, on tables not yet checked."""
 
 
-def _annotations(name: str, thing: Any) -> Iterator[tuple[str, str]]:
+def _annotations(name: str, public: Any) -> Iterator[tuple[str, str]]:
     """Yield where an annotation stands and its text: of a function, or of the attributes and methods of a class."""
-    if inspect.isclass(thing):
-        yield from ((f"{name}.{key}", str(text)) for key, text in inspect.get_annotations(thing).items())
-        for key, member in inspect.getmembers_static(thing):
+    if inspect.isclass(public):
+        yield from ((f"{name}.{key}", str(text)) for key, text in inspect.get_annotations(public).items())
+        for key, member in inspect.getmembers_static(public):
             inner = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
             is_ours = inspect.isfunction(inner) and inner.__module__.startswith("gearrattle")
             if is_ours and (key == "__init__" or not key.startswith("_")) and f"{name}.{key}" not in HOOKS:
                 yield from _annotations(f"{name}.{key}", inner)
-    elif inspect.isfunction(thing):
-        signature = inspect.signature(thing)
+    elif inspect.isfunction(public):
+        signature = inspect.signature(public)
         yield f"{name} ->", str(signature.return_annotation)
         yield from ((f"{name}({key})", str(p.annotation)) for key, p in signature.parameters.items())
 
 
 def test_public_signatures_say_what_they_take_and_give() -> None:
-    annotations = [row for name, thing in PUBLIC.items() for row in _annotations(name, thing)]
+    annotations = [row for name, public in PUBLIC.items() for row in _annotations(name, public)]
     assert len(annotations) > 500
     assert [f"{where}: {text}" for where, text in annotations if re.search(r"\bAny\b", text)] == []

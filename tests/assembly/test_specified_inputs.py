@@ -106,9 +106,9 @@ def test_polynomials_that_are_wrong_in_one_interval_are_refused(name: str) -> No
     signals = signals_of(gr.load(EXAMPLES / f"{name}.toml"))
     checked(signals)
     for interval in (0, len(signals.coefficients) // 2, len(signals.coefficients) - 1):
-        for channel, each in enumerate(signals.specified):
+        for channel, entry in enumerate(signals.specified):
             coefficients = signals.coefficients.copy()
-            coefficients[interval, channel, 0] += 1e-11 * each.sizes[0]
+            coefficients[interval, channel, 0] += 1e-11 * entry.sizes[0]
             with pytest.raises(NotKept):
                 checked(replace(signals, coefficients=coefficients))
 

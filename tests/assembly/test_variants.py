@@ -81,12 +81,14 @@ def model() -> gr.Model:
     return gr.loads(STAGED, "staged.toml")
 
 
-def _check(base: gr.Model, given: Mapping[str, np.ndarray]) -> None:
-    count = len(next(iter(given.values())))
-    many, good = coefficients(base, given, count)
+def _check(base: gr.Model, values: Mapping[str, np.ndarray]) -> None:
+    count = len(next(iter(values.values())))
+    many, good = coefficients(base, values, count)
     assert good.all()
     for i in range(count):
-        alone = coefficients_of(assemble(base.with_({path: float(column[i]) for path, column in given.items()})).system)
+        alone = coefficients_of(
+            assemble(base.with_({path: float(column[i]) for path, column in values.items()})).system
+        )
         chosen = picked(many, i)
         for numbers, other in ((chosen, alone), (chosen.laws, alone.laws)):
             for name, array in other._asdict().items():
@@ -160,6 +162,6 @@ def test_speed_and_frequency_together_go_the_general_way() -> None:
 
 def test_every_path_that_may_vary_is_a_path_of_a_model() -> None:
     known: Any = {path: bound_of(model(), path) for path in model().path_names()}
-    told = {path for path, bound in known.items() if bound}
-    assert told >= {path for path in PATHS if path in model().path_names()}
+    reported = {path for path, bound in known.items() if bound}
+    assert reported >= {path for path in PATHS if path in model().path_names()}
     assert not any(known[path] for path in model().path_names() if path.startswith(("simulation", "schema")))

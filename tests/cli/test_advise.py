@@ -27,8 +27,8 @@ def test_advice_in_words_and_as_json(model: Path, capsys: pytest.CaptureFixture[
     assert heads[-1] == "predictability"
     assert "the band asked for: 75 Hz" in out
     assert main(["advise", str(model), "--cycles", "40", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert {each["quantity"] for each in found["forecasts"]} >= {"regime", "mean slope", "predictable cycles"}
+    actual = json.loads(capsys.readouterr().out)
+    assert {entry["quantity"] for entry in actual["forecasts"]} >= {"regime", "mean slope", "predictable cycles"}
     assert list(Path().iterdir()) == [model.relative_to(Path.cwd())]
 
 
@@ -40,11 +40,11 @@ def test_bad_input_is_refused(model: Path, words: tuple[str, str], capsys: pytes
 
 def test_run_keeps_the_advice_and_its_scores(model: Path) -> None:
     assert main(["run", str(model), "--cycles", "40", "--samples-per-cycle", "32", "-o", "out"]) == 0
-    found = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
-    assert [line["topic"] for line in found["advice"]["lines"]][:2] == ["lumping", "scaling"]
-    scores = {(each["quantity"], each["subject"], each["by"]): each for each in found["scores"]}
+    actual = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
+    assert [line["topic"] for line in actual["advice"]["lines"]][:2] == ["lumping", "scaling"]
+    scores = {(entry["quantity"], entry["subject"], entry["by"]): entry for entry in actual["scores"]}
     regime = scores["regime", "gear", "pilot of 32 cycles"]
-    gear = next(part for part in found["parts"] if part["name"] == "gear")
+    gear = next(part for part in actual["parts"] if part["name"] == "gear")
     assert regime["happened"] == gear["regime"]
     assert regime["right"] == (regime["value"] == gear["regime"])
     page = Path("out/report.html").read_text(encoding="utf-8")

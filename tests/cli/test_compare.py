@@ -40,17 +40,17 @@ def test_the_page_needs_nothing_else(model: Path, capsys: pytest.CaptureFixture[
     assert "http:" not in page
     assert "https:" not in page
     assert "<script" not in page
-    told = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
-    assert [row["label"] for row in told["rows"]] == ["exact", "rk4", "rkv", "exact, 1e-12 away"]
-    assert told["work_precision"] is None
+    content = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
+    assert [row["label"] for row in content["rows"]] == ["exact", "rk4", "rkv", "exact, 1e-12 away"]
+    assert content["work_precision"] is None
     assert Path("out/figures/errors.svg").read_bytes().startswith(b"<svg")
 
 
 def test_json_on_stdout(model: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", str(model), *SHORT, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["reference"] == "exact"
-    assert told["rows"][1]["cost"]["algorithm"] == "rk4"
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["reference"] == "exact"
+    assert printed["rows"][1]["cost"]["algorithm"] == "rk4"
 
 
 @pytest.mark.parametrize(

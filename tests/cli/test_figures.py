@@ -18,9 +18,9 @@ from tests import synthetic
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    place = tmp_path_factory.mktemp("run") / "out"
-    synthetic.findings("double-sided").save(place)
-    return place
+    folder = tmp_path_factory.mktemp("run") / "out"
+    synthetic.findings("double-sided").save(folder)
+    return folder
 
 
 def test_a_folder_becomes_files_of_the_width_asked_for(
@@ -28,9 +28,9 @@ def test_a_folder_becomes_files_of_the_width_asked_for(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["figures", str(folder), "--width", "3.5 inch", "--only", "force", "--only", "impacts"]) == 0
-    told = capsys.readouterr().out
-    assert "figures: out-figures" in told
-    assert re.search(r"force +Clearances +89 x \d+", told)
+    printed = capsys.readouterr().out
+    assert "figures: out-figures" in printed
+    assert re.search(r"force +Clearances +89 x \d+", printed)
     assert sorted(path.name for path in Path("out-figures").iterdir()) == ["force.pdf", "impacts.pdf"]
     raw = Path("out-figures/force.pdf").read_bytes()
     (width,) = re.findall(rb"/MediaBox \[ ?0 0 ([\d.]+)", raw)
@@ -41,16 +41,16 @@ def test_json_tells_files_and_captions(folder: Path, tmp_path: Path, capsys: pyt
     target = tmp_path / "print"
     words = ["--as", "png,svg", "--dpi", "72", "--font", "serif", "--size", "7", "--only", "force", "--json"]
     assert main(["figures", str(folder), "-o", str(target), *words]) == 0
-    (found,) = json.loads(capsys.readouterr().out)["figures"]
-    assert found["name"] == "force"
-    assert found["caption"].endswith(".")
-    assert found["width"] == pytest.approx(175.0)
-    assert found["files"] == [str(target / "force.png"), str(target / "force.svg")]
+    (actual,) = json.loads(capsys.readouterr().out)["figures"]
+    assert actual["name"] == "force"
+    assert actual["caption"].endswith(".")
+    assert actual["width"] == pytest.approx(175.0)
+    assert actual["files"] == [str(target / "force.png"), str(target / "force.svg")]
     assert (target / "force.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (["--width", "85"], '--width: found "85"; must be a length from 60 to 500 mm'),
         (["--width", "10 mm", "--font", "no font"], '--font: found "no font"'),
@@ -63,10 +63,10 @@ def test_json_tells_files_and_captions(folder: Path, tmp_path: Path, capsys: pyt
     ],
 )
 def test_what_is_wrong_is_refused_and_nothing_written(
-    words: list[str], told: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    words: list[str], message: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["figures", str(folder), "-o", str(tmp_path / "out"), *words]) == 2
-    assert told in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
@@ -88,8 +88,8 @@ def test_a_saved_map_keeps_the_lines_drawn_over_it(tmp_path: Path, capsys: pytes
     case = Path(__file__).parents[2] / "examples" / "paper" / "case3.toml"
     for words in ([], ["--spectra", "--speed-step", "20 rpm"], ["--spectra"]):
         saved = tmp_path / "map.nc"
-        given = ["orders", str(tmp_path / "rig.h5"), "a", *words, "--model", str(case), "-o", str(saved)]
-        assert main(given) == 0
+        values = ["orders", str(tmp_path / "rig.h5"), "a", *words, "--model", str(case), "-o", str(saved)]
+        assert main(values) == 0
         (figure,) = gr.figures(saved).values()
         drawn = {line.get_label() for line in figure.axes[0].lines}
         assert any(str(label).startswith(("order", "natural", "f1")) for label in drawn), drawn

@@ -53,12 +53,12 @@ def test_the_report_and_the_file(capsys: pytest.CaptureFixture[str]) -> None:
 def test_json_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--free", "inertia.*.J", "--free", "*.stiffness", "--starts", "2", "--prior", "0.5", "--json"]
     assert main(["fit", "start.toml", "data.toml", *words]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [p["path"] for p in told["parameters"]][:2] == ["inertia.flywheel.J", "inertia.hub.J"]
-    assert told["undetermined"][0]["structural"] is True
-    assert told["undetermined"][0]["factor"] is None
-    assert told["residuals"][0]["unit"] == "rad/s"
-    assert told["output"] is None
+    printed = json.loads(capsys.readouterr().out)
+    assert [p["path"] for p in printed["parameters"]][:2] == ["inertia.flywheel.J", "inertia.hub.J"]
+    assert printed["undetermined"][0]["structural"] is True
+    assert printed["undetermined"][0]["factor"] is None
+    assert printed["residuals"][0]["unit"] == "rad/s"
+    assert printed["output"] is None
 
 
 def test_bounds_and_profile(capsys: pytest.CaptureFixture[str]) -> None:

@@ -150,23 +150,23 @@ def _on_a_disk(options: str, folder: Path, words: list[str]) -> subprocess.Compl
 @pytest.mark.skipif(shutil.which("unshare") is None, reason="no unshare(1) on this machine")
 @pytest.mark.parametrize("output", ["run -o disk/out", "simulate -o disk/o.nc", "simulate -o disk/o.csv"])
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [("size=2m", "the disk is full; nothing was written"), ("ro", "choose another place with -o")],
     ids=["full", "read-only"],
 )
 def test_a_disk_that_takes_nothing(
-    model: Path, output: str, options: str, told: str, monkeypatch: pytest.MonkeyPatch
+    model: Path, output: str, options: str, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(model.parent)
     disk = model.parent / "disk"
     disk.mkdir()
-    command, *place = output.split()
-    done = _on_a_disk(options, disk, [command, str(model), "--cycles", "60", *place])
+    command, *position = output.split()
+    done = _on_a_disk(options, disk, [command, str(model), "--cycles", "60", *position])
     assert done.returncode == 1
     assert done.stdout == ""
     last = done.stderr.splitlines()[-1]
     assert last.startswith("error: ")
-    assert told in last
+    assert message in last
 
 
 def test_work_in_the_background_returns_or_raises() -> None:

@@ -51,8 +51,8 @@ def test_run_writes_everything_and_prints_the_verdict(model: Path, capsys: pytes
     assert lines[-1] == f"page: {Path('train-results') / 'report.html'}"
     assert names(folder) == ["figures", "report.html", "results.nc", "summary.json"]
     assert names(model.parent) == ["train-results", "train.toml"]
-    told = [line for line in err.splitlines() if line.startswith("note: ")]
-    assert told == [f"note: {note}" for note in summary["notes"]]
+    reported = [line for line in err.splitlines() if line.startswith("note: ")]
+    assert reported == [f"note: {note}" for note in summary["notes"]]
     with h5netcdf.File(folder / "results.nc", "r") as file:
         assert file["angle"].shape == (4 * 64 + 1, 4)
 
@@ -126,9 +126,9 @@ def test_criteria_judges_a_saved_run(model: Path, capsys: pytest.CaptureFixture[
 def test_modes_agree_with_the_call(model: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["modes", str(model), "--contact-ratio", "clutch=0.1", "--region", "spline=0", "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
-    found = gr.modes(gr.load(model), contact_ratio={"clutch": 0.1}, region={"spline": 0})
-    assert printed["frequencies"] == found.frequencies.tolist()
-    assert printed["shapes"][1] == dict(zip(found.inertia_names, found.shapes[:, 1].tolist(), strict=True))
+    actual = gr.modes(gr.load(model), contact_ratio={"clutch": 0.1}, region={"spline": 0})
+    assert printed["frequencies"] == actual.frequencies.tolist()
+    assert printed["shapes"][1] == dict(zip(actual.inertia_names, actual.shapes[:, 1].tolist(), strict=True))
     assert main(["modes", str(model)]) == 0
     _, table, words = (part.splitlines() for part in capsys.readouterr().out.split("\n\n"))
     assert table[0].split() == ["mode", "frequency", "[Hz]", "damping", "[%]", *synthetic.NAMES]
@@ -221,7 +221,7 @@ def test_an_option_that_counts_takes_whole_numbers_alone(
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (["run"], "requires an argument"),
         (["rum"], '"rum"'),
@@ -255,7 +255,7 @@ def test_an_option_that_counts_takes_whole_numbers_alone(
     ids=" ".join,
 )
 def test_bad_usage_is_told_and_writes_nothing(
-    model: Path, words: list[str], told: str, capsys: pytest.CaptureFixture[str]
+    model: Path, words: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (model.parent / "folder.nc").mkdir()
     (model.parent / "broken.nc").write_bytes(b"\x89HDF no")
@@ -263,14 +263,14 @@ def test_bad_usage_is_told_and_writes_nothing(
     assert main(words) == 2
     out, err = capsys.readouterr()
     assert out == ""
-    assert told in err
+    assert message in err
     assert err.startswith("error: ")
     assert "Traceback" not in err
     assert names(model.parent) == before
 
 
 @pytest.mark.parametrize(
-    ("error", "code", "told"),
+    ("error", "code", "error_message"),
     [
         (OSError(errno.ENOSPC, "No space left on device", "x"), 1, "disk is full"),
         (RuntimeError("Unable to flush file's cached information (No space left on device)"), 1, "disk is full"),
@@ -289,10 +289,10 @@ def test_bad_usage_is_told_and_writes_nothing(
     ],
     ids=lambda value: type(value).__name__ if isinstance(value, BaseException) else None,
 )
-def test_failures_have_a_code_and_a_remedy(error: BaseException, code: int, told: str) -> None:
-    found, message = explain(error)
-    assert found == code
-    assert told in message
+def test_failures_have_a_code_and_a_remedy(error: BaseException, code: int, error_message: str) -> None:
+    actual, message = explain(error)
+    assert actual == code
+    assert error_message in message
 
 
 def test_a_failing_simulation_writes_nothing(

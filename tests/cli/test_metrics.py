@@ -84,6 +84,6 @@ unit = "rad/s"
         encoding="utf-8",
     )
     assert main(["metrics", str(mapping), "--order", "2", "--name", "irregularity", "--json"]) == 0
-    found = {row["quantity"]: row["value"] for row in json.loads(capsys.readouterr().out)["metrics"]}
-    assert found["peak-to-peak speed at order 2"] == pytest.approx(3.0, rel=1e-3)
-    assert found["irregularity"] == pytest.approx(0.03, rel=1e-3)
+    actual = {row["quantity"]: row["value"] for row in json.loads(capsys.readouterr().out)["metrics"]}
+    assert actual["peak-to-peak speed at order 2"] == pytest.approx(3.0, rel=1e-3)
+    assert actual["irregularity"] == pytest.approx(0.03, rel=1e-3)

@@ -44,12 +44,12 @@ def test_words_tell_what_works_and_what_shakes(model: Path, capsys: pytest.Captu
 def test_crossings_are_printed_for_a_range(model: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["modes", EIGHT, "--speeds", "800 rpm:3000 rpm"]) == 0
     sentence, *_, crossings = capsys.readouterr().out.split("\n\n")
-    found = gr.campbell(gr.load(EIGHT), "800 rpm:3000 rpm")
-    assert f"{len(found.crossings)} crossings with orders between 800 rpm and 3000 rpm" in sentence
+    actual = gr.campbell(gr.load(EIGHT), "800 rpm:3000 rpm")
+    assert f"{len(actual.crossings)} crossings with orders between 800 rpm and 3000 rpm" in sentence
     title, _, *rows = crossings.splitlines()
     assert title == "Crossings"
-    assert [float(row.split()[0]) for row in rows[: len(found.crossings)]] == pytest.approx(
-        [crossing.speed * 30.0 / pi for crossing in found.crossings][:12], rel=1e-3
+    assert [float(row.split()[0]) for row in rows[: len(actual.crossings)]] == pytest.approx(
+        [crossing.speed * 30.0 / pi for crossing in actual.crossings][:12], rel=1e-3
     )
     assert main(["modes", EIGHT, "--speeds", "800:3000"]) == 0
     assert "between 7639 rpm and 28650 rpm" in capsys.readouterr().out
@@ -80,16 +80,16 @@ def test_the_page_needs_nothing_else(model: Path, capsys: pytest.CaptureFixture[
 def test_json_is_the_file_of_the_page(model: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["modes", str(model), "-o", "out", "--json"]) == 0
     printed = capsys.readouterr()
-    told = json.loads(printed.out)
+    content = json.loads(printed.out)
     written = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
-    assert told == {**written, "output": str(Path("out/report.html"))}
+    assert content == {**written, "output": str(Path("out/report.html"))}
     assert printed.err == ""
-    found = gr.modes(gr.load(model))
-    assert told["strain_energy"][0] == {"clutch": None, "spline": None, "gear": None}
-    assert list(told["strain_energy"][1].values()) == found.strain_energy[:, 1].tolist()
-    assert list(told["participation"][2].values()) == found.participation[:, 2].tolist()
-    assert told["modal_inertia"] == found.modal_inertia.tolist()
-    assert told["campbell"] == json.loads(json.dumps(gr.campbell(gr.load(model)).to_dict()))
+    actual = gr.modes(gr.load(model))
+    assert content["strain_energy"][0] == {"clutch": None, "spline": None, "gear": None}
+    assert list(content["strain_energy"][1].values()) == actual.strain_energy[:, 1].tolist()
+    assert list(content["participation"][2].values()) == actual.participation[:, 2].tolist()
+    assert content["modal_inertia"] == actual.modal_inertia.tolist()
+    assert content["campbell"] == json.loads(json.dumps(gr.campbell(gr.load(model)).to_dict()))
 
 
 def test_a_page_replaces_the_one_before_and_leaves_the_rest(model: Path) -> None:
@@ -118,11 +118,11 @@ def test_a_model_without_units_shows_none(model: Path, capsys: pytest.CaptureFix
     plain = gr.nondimensionalize(gr.load(model)).model
     Path("plain.toml").write_text(plain.to_toml(), encoding="utf-8")
     assert main(["modes", "plain.toml", "-o", "out", "--speeds", "0:3"]) == 0
-    told = capsys.readouterr().out + Path("out/report.html").read_text(encoding="utf-8")
-    told += "".join(path.read_text(encoding="utf-8") for path in Path("out/figures").glob("*.svg"))
-    assert "Hz" not in told
-    assert "rpm" not in told
-    assert "kg m²" not in told
+    printed = capsys.readouterr().out + Path("out/report.html").read_text(encoding="utf-8")
+    printed += "".join(path.read_text(encoding="utf-8") for path in Path("out/figures").glob("*.svg"))
+    assert "Hz" not in printed
+    assert "rpm" not in printed
+    assert "kg m²" not in printed
 
 
 @pytest.mark.parametrize(

@@ -44,9 +44,9 @@ def test_chosen_orders_as_json_and_their_numbers_as_a_file(
 ) -> None:
     target = tmp_path / "cuts.nc"
     assert main(["orders", rig, "acceleration.hub", "--order", "4", "--order", "2", "--json", "-o", str(target)]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert [row["order"] for row in found["orders"]] == [2.0, 4.0]
-    assert [row["amplitude"] for row in found["orders"]] == pytest.approx([3.0, 0.5], rel=1e-6)
+    actual = json.loads(capsys.readouterr().out)
+    assert [row["order"] for row in actual["orders"]] == [2.0, 4.0]
+    assert [row["amplitude"] for row in actual["orders"]] == pytest.approx([3.0, 0.5], rel=1e-6)
     with xr.open_dataset(target, engine="h5netcdf") as kept:
         assert kept.amplitude.sel(order=4.0).values == pytest.approx(0.5, rel=1e-6)
         assert kept.amplitude.attrs["units"] == "rad/s^2"
@@ -82,9 +82,9 @@ def test_a_saved_run_knows_its_shaft(tmp_path: Path, capsys: pytest.CaptureFixtu
     path = tmp_path / "run.nc"
     gr.simulate(gr.load(CASE), cycles=30, discard=10).save(path)
     assert main(["orders", str(path), "velocity.flywheel", "--order", "1", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["shaft"] == "the reference shaft"
-    assert found["orders"][0]["speed"] == pytest.approx(gr.load(CASE).excitation.omega)
+    actual = json.loads(capsys.readouterr().out)
+    assert actual["shaft"] == "the reference shaft"
+    assert actual["orders"][0]["speed"] == pytest.approx(gr.load(CASE).excitation.omega)
 
 
 @pytest.mark.parametrize(

@@ -25,10 +25,10 @@ def test_a_folder_of_somebody_else_is_refused(
     (other / "figures").mkdir(parents=True)
     (other / "figures" / "photo.jpg").write_text("mine", encoding="utf-8")
     assert main([command, str(model), "-o", str(other)]) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert "is not empty and holds no page of gearrattle: figures" in told.err
-    assert "give a new or an empty folder" in told.err
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "is not empty and holds no page of gearrattle: figures" in captured.err
+    assert "give a new or an empty folder" in captured.err
     assert [path.name for path in other.rglob("*")] == ["figures", "photo.jpg"]
 
 

@@ -40,11 +40,11 @@ def test_the_report_and_the_file(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_json_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["reduce", str(EIGHT), *BAND, "--merge", "mesh_56", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["groups"] == {"gear_3": {"gear_5": 1.0, "gear_6": 1.0, "gear_7": 1.0}}
-    assert told["elements"]["mesh_56"]["reason"] == "asked to be merged"
-    assert told["error"]["frequency"] < 0.001
-    assert told["output"] is None
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["groups"] == {"gear_3": {"gear_5": 1.0, "gear_6": 1.0, "gear_7": 1.0}}
+    assert printed["elements"]["mesh_56"]["reason"] == "asked to be merged"
+    assert printed["error"]["frequency"] < 0.001
+    assert printed["output"] is None
     assert list(Path().iterdir()) == []
 
 

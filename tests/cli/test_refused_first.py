@@ -87,16 +87,16 @@ WORDS = [
 ]
 
 
-@pytest.mark.parametrize(("words", "told"), WORDS, ids=[words for words, _ in WORDS])
+@pytest.mark.parametrize(("words", "message"), WORDS, ids=[words for words, _ in WORDS])
 def test_what_can_be_refused_is_refused_before_anything_runs(
-    words: str, told: str, folder: Path, runs: list[str], capsys: pytest.CaptureFixture[str]
+    words: str, message: str, folder: Path, runs: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = sorted(path.relative_to(folder) for path in folder.rglob("*"))
     code = main(words.split())
     err = capsys.readouterr().err
     assert runs == [], err
     assert code == 2, err
-    assert told in err
+    assert message in err
     assert sorted(path.relative_to(folder) for path in folder.rglob("*")) == before
 
 

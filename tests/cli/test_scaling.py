@@ -28,8 +28,8 @@ def test_scale_writes_a_model_that_loads(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["scale", CASE, "-o", "new.toml", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["coefficients"]["Omega2_34"] == pytest.approx(160000 / 3)
+    actual = json.loads(capsys.readouterr().out)
+    assert actual["coefficients"]["Omega2_34"] == pytest.approx(160000 / 3)
     assert gr.load("new.toml") == gr.nondimensionalize(gr.load(CASE)).model
     assert [path.name for path in tmp_path.iterdir()] == ["new.toml"]
     assert main(["scale", "new.toml"]) == 2
@@ -47,11 +47,11 @@ def test_stiffness_tells_of_an_unstable_step(capsys: pytest.CaptureFixture[str])
 
 def test_stiffness_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["stiffness", CASE, "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["r_lambda"] == pytest.approx(109.304, abs=1e-3)
-    assert len(found["regions"]) == 8
-    assert {step["algorithm"] for step in found["steps"]} == {"rk2", "rk4"}
-    assert set(found["over"]["r_lambda"]) == {"clutch", "spline", "gear"}
+    actual = json.loads(capsys.readouterr().out)
+    assert actual["r_lambda"] == pytest.approx(109.304, abs=1e-3)
+    assert len(actual["regions"]) == 8
+    assert {step["algorithm"] for step in actual["steps"]} == {"rk2", "rk4"}
+    assert set(actual["over"]["r_lambda"]) == {"clutch", "spline", "gear"}
 
 
 @pytest.mark.parametrize("word", ["clutch", "clutch=x", "clutch=2", "nothing=0.5"])
@@ -77,8 +77,8 @@ def test_stiffness_says_why_it_judges_no_fixed_step(name: str, reason: str, caps
 
 def test_stiffness_of_the_regions_visited(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["stiffness", CASE, "--visited", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert sum(region["share"] for region in found["regions"]) == pytest.approx(1.0)
-    assert len(found["regions"]) > 8  # coast sides among them
+    actual = json.loads(capsys.readouterr().out)
+    assert sum(region["share"] for region in actual["regions"]) == pytest.approx(1.0)
+    assert len(actual["regions"]) > 8  # coast sides among them
     assert main(["stiffness", CASE, "--visited"]) == 0
     assert "share of time" in capsys.readouterr().out

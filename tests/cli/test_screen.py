@@ -73,20 +73,20 @@ def test_the_page_and_its_numbers(pair: str, capsys: pytest.CaptureFixture[str])
         expected = gr.screen(gr.load(pair), ["400 rpm", "800 rpm"], [0.1, 10.0])
         xr.testing.assert_allclose(kept, expected)
         assert kept.speed.attrs["units"] == "rad/s"
-    told = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
-    assert told["gears"][0]["lifts"] == 2
-    assert told["gears"][0]["load"] == 10.0
-    assert told["lift_ratio"] == expected.lift_ratio.values.tolist()
+    content = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
+    assert content["gears"][0]["lifts"] == 2
+    assert content["gears"][0]["load"] == 10.0
+    assert content["lift_ratio"] == expected.lift_ratio.values.tolist()
 
 
 def test_a_study_file_is_screened_with_its_fixed_values(pair: str, capsys: pytest.CaptureFixture[str]) -> None:
     """Twice the drag, half the ratio, times 1/2, 1, 2 of the model's torque."""
     assert main(["screen", "study.toml", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    ratios = np.array(told["separation_ratio"])[:, :, 0]
+    printed = json.loads(capsys.readouterr().out)
+    ratios = np.array(printed["separation_ratio"])[:, :, 0]
     assert ratios == pytest.approx(np.tile(0.5 * RIGID * np.array([0.5, 1.0, 2.0]), (2, 1)), rel=2e-3)
-    assert told["axes"]["torque.0.harmonics.0.amplitude"] == [1.0, 2.0, 4.0]
-    assert told["axes"]["speed"] == pytest.approx([600.0 * np.pi / 30.0, 900.0 * np.pi / 30.0])
+    assert printed["axes"]["torque.0.harmonics.0.amplitude"] == [1.0, 2.0, 4.0]
+    assert printed["axes"]["speed"] == pytest.approx([600.0 * np.pi / 30.0, 900.0 * np.pi / 30.0])
 
 
 def test_simulations_stand_beside_the_threshold(pair: str, capsys: pytest.CaptureFixture[str]) -> None:

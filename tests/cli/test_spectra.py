@@ -41,14 +41,14 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> str:
 def test_the_highest_peak_is_the_line(rig: str, capsys: pytest.CaptureFixture[str]) -> None:
     """Its power is 25 / 2 within the three bins that a Hann window spreads it over, above the noise."""
     assert main(["spectra", rig, "--channel", "a", "--resolution", "5 Hz", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    peak = max(told["peaks"], key=lambda row: row["psd"])
+    printed = json.loads(capsys.readouterr().out)
+    peak = max(printed["peaks"], key=lambda row: row["psd"])
     assert peak["frequency"] == 200.0
     assert 1.5 * 5.0 * peak["psd"] == pytest.approx(12.5 + 9.0 * 1.5 * 5.0 / (0.5 * RATE), rel=0.05)
     assert peak["psd_low"] < peak["psd"] < peak["psd_high"]
-    assert told["rms"] == pytest.approx(np.sqrt(9.0 + 12.5), rel=0.02)
-    assert told["units_of"]["psd"] == "(rad/s^2)^2/Hz"
-    assert "reference" not in told
+    assert printed["rms"] == pytest.approx(np.sqrt(9.0 + 12.5), rel=0.02)
+    assert printed["units_of"]["psd"] == "(rad/s^2)^2/Hz"
+    assert "reference" not in printed
 
 
 def test_two_signals_on_the_terminal(rig: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -80,7 +80,7 @@ def test_the_folder_holds_numbers_and_figures(rig: str, tmp_path: Path, capsys: 
         xr.testing.assert_equal(kept, expected)
     rows = list(csv.reader((tmp_path / "out.csv").read_text().splitlines()))
     assert rows[0][0] == "frequency [Hz]"
-    assert rows[0][1:] == [f"{name} [{each.attrs['units']}]" for name, each in expected.data_vars.items()]
+    assert rows[0][1:] == [f"{name} [{variable.attrs['units']}]" for name, variable in expected.data_vars.items()]
     table = np.array([[cell or "nan" for cell in row] for row in rows[1:]], dtype=np.float64)
     for column, name in enumerate(expected.data_vars, start=1):
         assert np.array_equal(table[:, column], expected[name].values, equal_nan=True)

@@ -47,8 +47,8 @@ def test_chunks_are_written_and_the_verdict_is_printed(model: Path, capsys: pyte
 
 def test_json_and_the_default_folder(model: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["stream", str(model), *SHORT[:-2], "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["cycles"], told["folder"], told["window"]["cycles"]) == (20, "train-stream", 10)
+    printed = json.loads(capsys.readouterr().out)
+    assert (printed["cycles"], printed["folder"], printed["window"]["cycles"]) == (20, "train-stream", 10)
     assert Path("train-stream/state.npz").exists()
 
 
@@ -118,10 +118,10 @@ def test_a_full_disk_says_what_is_kept(
 
     save = store.np.savez
 
-    def full_soon(*given: object, **arrays: object) -> None:
+    def full_soon(*values: object, **arrays: object) -> None:
         if Path("long/chunk-000003.nc").exists():
             raise OSError(28, "No space left on device")
-        save(*given, **arrays)
+        save(*values, **arrays)
 
     monkeypatch.setattr(store.np, "savez", full_soon)
     assert main(["stream", str(model), *SHORT]) == 1

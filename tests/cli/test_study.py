@@ -54,11 +54,11 @@ def test_a_study_from_its_file(study: Path, capsys: pytest.CaptureFixture[str]) 
     assert main(["study", str(study)]) == 2
     assert "holds a study already" in capsys.readouterr().err
     assert main(["study", str(study), "--resume", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["outcomes"]["done"] == 6
-    assert sum(told["counts"]["joint"].values()) == 6
-    assert told["units"] == {"coupling.joint.clearance": "rad", "torque.0.mean": "N m"}
-    assert len(told["boundary"]) == gr.studies.regime_boundary(gr.open_study("gaps-study")).sizes.get("crossing", 0)
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["outcomes"]["done"] == 6
+    assert sum(printed["counts"]["joint"].values()) == 6
+    assert printed["units"] == {"coupling.joint.clearance": "rad", "torque.0.mean": "N m"}
+    assert len(printed["boundary"]) == gr.studies.regime_boundary(gr.open_study("gaps-study")).sizes.get("crossing", 0)
 
 
 def test_the_page_is_written_whole_or_not_at_all(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -85,9 +85,9 @@ def test_an_estimate_writes_nothing(study: Path, capsys: pytest.CaptureFixture[s
     assert main(["study", str(study), "--estimate"]) == 0
     assert "6 cases, about" in capsys.readouterr().out
     assert main(["study", str(study), "--estimate", "--json", "--workers", "2"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["cases"], told["workers"]) == (6, 2)
-    assert 0.0 < told["case_seconds"] < told["seconds"]
+    printed = json.loads(capsys.readouterr().out)
+    assert (printed["cases"], printed["workers"]) == (6, 2)
+    assert 0.0 < printed["case_seconds"] < printed["seconds"]
     assert sorted(Path().iterdir()) == before
 
 
@@ -110,11 +110,11 @@ def test_a_lost_cluster_is_told_in_one_line(study: Path) -> None:
         while time.monotonic() < deadline and not list(Path("cut/done").glob("*.json")):
             time.sleep(0.05)
         cluster.scheduler.kill()
-        told = process.communicate(timeout=100.0)[1]
+        reported = process.communicate(timeout=100.0)[1]
     assert process.returncode == 1
-    assert "Traceback" not in told
-    assert "ERROR" not in told
-    (line,) = [line for line in told.splitlines() if line.startswith("error:")]
+    assert "Traceback" not in reported
+    assert "ERROR" not in reported
+    (line,) = [line for line in reported.splitlines() if line.startswith("error:")]
     assert "has gone, or has dropped the study" in line
     assert "--resume goes on" in line
 
@@ -156,9 +156,9 @@ def test_a_full_disk_is_told_with_what_is_kept_and_resuming_gives_the_same(
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Store, "keep", full_once(Store.keep))
         assert main(["study", str(study), "--scheduler", "threads", "--workers", "2"]) == 1
-    told = capsys.readouterr().err
-    assert "error: the disk is full; " in told
-    assert "chunks are kept in gaps-study; --resume goes on when there is space again" in told
+    message = capsys.readouterr().err
+    assert "error: the disk is full; " in message
+    assert "chunks are kept in gaps-study; --resume goes on when there is space again" in message
     assert main(["study", str(study), "--scheduler", "threads", "--resume"]) == 0
     assert main(["study", str(study), "--workers", "1", "-o", "whole"]) == 0
     assert gr.open_study("gaps-study").identical(gr.open_study("whole"))
@@ -198,12 +198,12 @@ def test_killed_outright_it_goes_on_to_the_same_bits(study: Path) -> None:
 
 def _orphans(parent: int) -> list[str]:
     """Workers of a process that is no more: their command line names its pipe."""
-    found = []
+    actual = []
     for entry in Path("/proc").glob("[0-9]*"):
         try:
             words = (entry / "cmdline").read_bytes().decode(errors="replace")
         except OSError:
             continue
         if "spawn_main" in words and f"parent_pid={parent}" in words:
-            found.append(entry.name)
-    return found
+            actual.append(entry.name)
+    return actual

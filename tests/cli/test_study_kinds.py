@@ -52,17 +52,17 @@ def test_a_bifurcation_from_its_file(folder: Path, capsys: pytest.CaptureFixture
     out, err = capsys.readouterr()
     assert out.splitlines()[0] == "10 done"
     assert "2 sweeps of 5 values" in err
-    found = gr.open_study("over-study")
-    assert found.attrs["kind"] == "bifurcation"
-    assert set(found["motions"].dims) == {"torque.0.harmonics.0.amplitude"}
+    actual = gr.open_study("over-study")
+    assert actual.attrs["kind"] == "bifurcation"
+    assert set(actual["motions"].dims) == {"torque.0.harmonics.0.amplitude"}
     assert "Bifurcation diagram" in Path("over-study/report.html").read_text(encoding="utf-8")
     assert main(["study", "over.toml", "--resume", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["outcomes"]["done"] == 10
-    assert told["swept"] == "torque.0.harmonics.0.amplitude"
-    assert {each["sweep"] for each in told["stretches"]} == {"up", "down"}
-    assert sum(each["values"] for each in told["stretches"]) == 10
-    assert gr.open_study("over-study").identical(found)
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["outcomes"]["done"] == 10
+    assert printed["swept"] == "torque.0.harmonics.0.amplitude"
+    assert {entry["sweep"] for entry in printed["stretches"]} == {"up", "down"}
+    assert sum(entry["values"] for entry in printed["stretches"]) == 10
+    assert gr.open_study("over-study").identical(actual)
 
 
 @pytest.mark.parametrize(
@@ -93,11 +93,11 @@ def test_basins_from_their_file(folder: Path, capsys: pytest.CaptureFixture[str]
     assert main(["study", "rest.toml", "--workers", "1"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "36 done"
-    found = gr.open_study("rest-study")
-    for share in found["share"].values.tolist():
+    actual = gr.open_study("rest-study")
+    for share in actual["share"].values.tolist():
         assert any(f"{100.0 * share:.3g} %" in line for line in lines)
-    assert found.attrs["kind"] == "basins"
-    assert found["basin"].shape == (6, 6)
+    assert actual.attrs["kind"] == "basins"
+    assert actual["basin"].shape == (6, 6)
     page = Path("rest-study/report.html").read_text(encoding="utf-8")
     assert "The quiet state is reached from" in page
     drawn = BASINS.replace(", count = 6", "") + '[sample]\ncount = 20\nmethod = "random"\nseed = 3\n'
@@ -138,14 +138,14 @@ def stopped(by: signal.Signals, count: int) -> tuple[subprocess.Popen[bytes], st
 @pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGKILL])
 def test_stopped_within_a_sweep_it_goes_on_to_the_same_bits(folder: Path, by: signal.Signals) -> None:
     for count in (300, 1500):  # on a busy machine short sweeps end before the signal is heard
-        process, told = stopped(by, count)
+        process, reported = stopped(by, count)
         if list(Path("killed/done").glob("0*.part")):
             break
         shutil.rmtree("killed")
-    assert list(Path("killed/done").glob("0*.part")), told
+    assert list(Path("killed/done").glob("0*.part")), reported
     if by == signal.SIGINT:
         assert process.returncode == 130
-        assert "interrupted: 0 of 2 chunks are kept in killed; --resume goes on" in told
+        assert "interrupted: 0 of 2 chunks are kept in killed; --resume goes on" in reported
     assert main(["study", "over.toml", "--resume", "-o", "killed", "--workers", "1"]) == 0
     assert main(["study", "over.toml", "-o", "whole", "--workers", "1"]) == 0
     assert gr.open_study("killed").identical(gr.open_study("whole"))

@@ -40,10 +40,10 @@ def test_the_page_needs_nothing_else(files: tuple[str, str], capsys: pytest.Capt
     assert "http:" not in page
     assert "https:" not in page
     assert "<script" not in page
-    told = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
-    level = told["pairs"][0]["levels"][1]
+    content = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
+    level = content["pairs"][0]["levels"][1]
     assert level["sigma"] == pytest.approx(100.0 / 11.0, rel=1e-3)
-    budget = {each["source"]: each["value"] for each in level["budget"]}
+    budget = {entry["source"]: entry["value"] for entry in level["budget"]}
     assert budget["calibration"] == pytest.approx(2.0 / 1.1, rel=1e-3)  # of the simulated level, in % of the measured
     figures = {path.stem for path in Path("out/figures").glob("*.svg")}
     assert figures == {"sigma", "budget", "cycles", "orders", "spectra", "bands"}
@@ -59,9 +59,9 @@ def test_uncertain_parameters_have_their_tables(files: tuple[str, str], capsys: 
     page = Path("out/report.html").read_text(encoding="utf-8")
     for title in ("Parameters, each alone", "Parameters, all together", "Which go together"):
         assert title in page
-    told = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["parameters"]
-    assert told["parameters"][0]["effects"][1]["needed"] == pytest.approx(-9.53, rel=0.02)
-    assert told["stated"] == [[1.0, 0.0], [0.0, 1.0]]
+    content = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["parameters"]
+    assert content["parameters"][0]["effects"][1]["needed"] == pytest.approx(-9.53, rel=0.02)
+    assert content["stated"] == [[1.0, 0.0], [0.0, 1.0]]
 
 
 def test_json_and_a_saved_run_and_a_mapping(files: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
@@ -71,14 +71,14 @@ def test_json_and_a_saved_run_and_a_mapping(files: tuple[str, str], capsys: pyte
         encoding="utf-8",
     )
     assert main(["validate", "wheel.nc", "measurement.toml", "--json", "--clock", "phase"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["clock"]["delay"] == pytest.approx(0.0123, abs=1e-8)
-    assert told["pairs"][0]["name"] == "b"
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["clock"]["delay"] == pytest.approx(0.0123, abs=1e-8)
+    assert printed["pairs"][0]["name"] == "b"
 
 
 def test_figures_are_drawn_by_both_renderers() -> None:
-    found = gr.validate(made.run(), made.record(gain=1.1))
-    charts = validation_charts(found)
+    actual = gr.validate(made.run(), made.record(gain=1.1))
+    charts = validation_charts(actual)
     assert [chart.key for chart in charts] == ["sigma", "budget", "cycles", "orders", "spectra", "bands"]
     for chart in charts:
         assert json.dumps(plotly_figure(chart), allow_nan=False)

@@ -43,15 +43,15 @@ def test_errors_inside_the_window_are_those_of_the_motions(loaded: Comparison) -
     model = case("case1_loaded")
     grid = {"cycles": 24, "discard": 8, "samples_per_cycle": 128}
     truth = gr.simulate(model, **grid).trajectory
-    given = gr.simulate(model, algorithm="rk2", step=0.001 / 150, **grid).trajectory
+    values = gr.simulate(model, algorithm="rk2", step=0.001 / 150, **grid).trajectory
     until = truth.time <= loaded.window
     half_gaps = np.array([np.abs(corners).max() for corners in truth.layout.corners])
-    want = (np.abs(given.deflection - truth.deflection)[until] / half_gaps).max()
+    want = (np.abs(values.deflection - truth.deflection)[until] / half_gaps).max()
     row = loaded.row("rk2")
     assert row.error is not None
     assert row.error.worst == pytest.approx(want, rel=1e-12)
     assert row.history is not None
-    assert row.history[1].max() == pytest.approx((np.abs(given.deflection - truth.deflection) / half_gaps).max())
+    assert row.history[1].max() == pytest.approx((np.abs(values.deflection - truth.deflection) / half_gaps).max())
 
 
 def test_the_papers_rk4_step_is_told_to_be_unstable_and_to_invent_impacts(loaded: Comparison) -> None:
@@ -99,7 +99,7 @@ def test_the_ceiling_is_exact_from_nearby(loaded: Comparison) -> None:
     assert 1e-13 < error.worst < 1e-8
     coherence = loaded.rows[-1].coherence
     assert coherence is not None
-    assert min(each.mean for each in coherence.values()) > 0.999
+    assert min(entry.mean for entry in coherence.values()) > 0.999
 
 
 def test_the_table_has_a_line_a_row_and_the_comparison_hangs_on_it() -> None:
@@ -111,9 +111,9 @@ def test_the_table_has_a_line_a_row_and_the_comparison_hangs_on_it() -> None:
     assert table.loc["rkv", "function_calls"] == (
         8 * table.loc["rkv", "steps"] + 7 * table.loc["rkv", "rejected_steps"]
     )
-    found = table.attrs["comparison"]
-    assert isinstance(found, Comparison)
-    json.dumps(found.to_dict(), allow_nan=False)
+    actual = table.attrs["comparison"]
+    assert isinstance(actual, Comparison)
+    json.dumps(actual.to_dict(), allow_nan=False)
 
 
 @pytest.mark.parametrize(("tolerance", "growth"), [(1.0, 1e3), (1e-2, 1e3), (1e-6, 1e3), (1e-8, 1e5), (1e-13, 1e7)])
@@ -136,46 +136,48 @@ def test_an_unsound_algorithm_is_none_the_sounder_for_a_coarse_tolerance_of_othe
     torque = [{ on = "a", mean = -5.0, harmonics = [{ order = 1, amplitude = 30.0 }] }, { on = "b", mean = 5.0 }]
     """)
     for tolerance in (1e-2, 1e-6):
-        found = side_by_side(model, ["rk4", "rkv"], tolerance=tolerance, cycles=8, discard=2, samples_per_cycle=32)
-        error = found.row("rk4").error
+        actual = side_by_side(model, ["rk4", "rkv"], tolerance=tolerance, cycles=8, discard=2, samples_per_cycle=32)
+        error = actual.row("rk4").error
         assert error is not None
         assert error.worst == pytest.approx(0.067, abs=2e-3)
-        assert not is_sound(found.row("rk4"))
+        assert not is_sound(actual.row("rk4"))
 
 
 def test_a_contender_over_its_budget_is_stopped_and_said_to_be() -> None:
     slow = {"rk4": {"step": 1e-8}}
-    found = side_by_side(case("case1_loaded"), slow, cycles=50, samples_per_cycle=16, budget=0.2)
-    row = found.row("rk4")
+    actual = side_by_side(case("case1_loaded"), slow, cycles=50, samples_per_cycle=16, budget=0.2)
+    row = actual.row("rk4")
     assert row.status == "stopped after 0.2 s"
     assert row.cost is None
     assert (row.verdict, row.reasons) == ("no motion", ("stopped after 0.2 s",))
-    assert "Do not trust rk4 here" in found.recommendation
+    assert "Do not trust rk4 here" in actual.recommendation
 
 
 def test_statistics_that_were_not_compared_are_not_said_to_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     model, grid = case("case1_loaded"), {"cycles": 4, "discard": 1, "samples_per_cycle": 32}
     monkeypatch.setattr("gearrattle.comparison.peers.MANY", 12)  # as where time runs out
     table = gr.compare(model, ["rkf"], **grid)  # type: ignore[arg-type]
-    found = table.attrs["comparison"]
-    assert found.row("rkf").statistics.motions == 12
-    assert found.row("rkf").statistics.decided == 0
+    actual = table.attrs["comparison"]
+    assert actual.row("rkf").statistics.motions == 12
+    assert actual.row("rkf").statistics.decided == 0
     assert math.isnan(table.loc["rkf", "statistics_different"])
-    assert on_statistics(found, differ=False).startswith("Nothing can be said of statistics: time allowed for 12 exact")
+    assert on_statistics(actual, differ=False).startswith(
+        "Nothing can be said of statistics: time allowed for 12 exact"
+    )
     brief = gr.compare(model, ["rkf"], cycles=1, samples_per_cycle=2).attrs["comparison"]
     assert "the runs are too short" in on_statistics(brief, differ=False)
 
 
 def test_a_failure_is_a_row_with_time_and_remedy() -> None:
-    found = side_by_side(case("case1_loaded"), {"rkv": {"tolerance": 1e-30}}, cycles=2, samples_per_cycle=16)
-    assert "needs too many steps" in found.row("rkv").status
-    assert "at t = " in found.row("rkv").status
-    assert "try: a larger tolerance" in found.row("rkv").status
+    actual = side_by_side(case("case1_loaded"), {"rkv": {"tolerance": 1e-30}}, cycles=2, samples_per_cycle=16)
+    assert "needs too many steps" in actual.row("rkv").status
+    assert "at t = " in actual.row("rkv").status
+    assert "try: a larger tolerance" in actual.row("rkv").status
 
 
 def test_another_reference_and_progress() -> None:
     shares: list[float] = []
-    found = side_by_side(
+    actual = side_by_side(
         case("case1_loaded"),
         ["rk4"],
         reference="rk2",
@@ -184,18 +186,18 @@ def test_another_reference_and_progress() -> None:
         samples_per_cycle=64,
         progress=shares.append,
     )
-    assert found.rows[0].label == "rk2"
-    assert found.rows[0].cost is not None
-    assert found.rows[0].cost.algorithm == "rk2"
-    own = found.rows[-1].error
+    assert actual.rows[0].label == "rk2"
+    assert actual.rows[0].cost is not None
+    assert actual.rows[0].cost.algorithm == "rk2"
+    own = actual.rows[-1].error
     assert own is not None
     exact = side_by_side(case("case1_loaded"), ["rk2"], step=0.002 / 150, cycles=2, samples_per_cycle=64)
     error = exact.row("rk2").error
     assert error is not None
     assert own.worst == pytest.approx(error.worst, rel=1e-6)
     words = f"Errors are told against rk2, which is itself wrong by {own.worst:.1g} half-gaps"
-    assert found.recommendation.startswith(words)
-    assert "Use" not in found.recommendation
+    assert actual.recommendation.startswith(words)
+    assert "Use" not in actual.recommendation
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0, abs=0.05)
 
@@ -231,8 +233,8 @@ def test_a_budget_is_a_time(budget: float) -> None:
 
 
 def test_nothing_is_said_of_algorithms_that_took_no_part() -> None:
-    found = side_by_side(case("case1_loaded"), ["exact"], cycles=2, samples_per_cycle=64)
-    assert found.recommendation.startswith("Use exact. No other algorithm took part. The motion is predictable")
+    actual = side_by_side(case("case1_loaded"), ["exact"], cycles=2, samples_per_cycle=64)
+    assert actual.recommendation.startswith("Use exact. No other algorithm took part. The motion is predictable")
 
 
 def test_one_name_is_a_list_of_one() -> None:
@@ -247,8 +249,8 @@ def test_the_papers_seven_are_asked_for_by_name() -> None:
 
 @pytest.mark.parametrize("name", ["case1", "case2", "case3", "case1_loaded", "case2_loaded", "case3_loaded"])
 def test_restarted_at_corners_nothing_is_missed_and_nothing_flies_away(name: str) -> None:
-    found = side_by_side(case(name), ["rkv-events"], tolerance=1e-8, cycles=24, discard=4, samples_per_cycle=128)
-    row = found.row("rkv-events")
+    actual = side_by_side(case(name), ["rkv-events"], tolerance=1e-8, cycles=24, discard=4, samples_per_cycle=128)
+    row = actual.row("rkv-events")
     assert row.error is not None
     assert row.crossings is not None
     assert row.error.worst < 1e-2
@@ -262,9 +264,9 @@ def test_restarted_at_corners_nothing_is_missed_and_nothing_flies_away(name: str
 
 
 def test_precision_costs_work_and_restarting_costs_less() -> None:
-    found = work_precision(case("case3_loaded"), ["rk4", "rkv", "rkv-events"], budget=2.0, most_cycles=4)
-    curves = {curve.algorithm: curve.points for curve in found.curves}
-    assert found.exact.function_calls < min(point.function_calls for point in curves["rkv-events"])
+    actual = work_precision(case("case3_loaded"), ["rk4", "rkv", "rkv-events"], budget=2.0, most_cycles=4)
+    curves = {curve.algorithm: curve.points for curve in actual.curves}
+    assert actual.exact.function_calls < min(point.function_calls for point in curves["rkv-events"])
     for points in curves.values():
         assert [p.function_calls for p in points] == sorted(p.function_calls for p in points)
         assert points[-1].error < 0.3 * points[0].error
@@ -279,7 +281,7 @@ def test_work_and_precision_are_of_the_motion_compared() -> None:
     still = {"angle": [0.0] * 4, "velocity": [0.0] * 4}
     asked = [work_precision(model, ["rk4", "exact"], most_cycles=1, initial=i) for i in (None, "zero", still)]
     assert [curve.algorithm for curve in asked[0].curves] == ["rk4"]
-    errors = [[point.error for point in found.curves[0].points] for found in asked]
+    errors = [[point.error for point in actual.curves[0].points] for actual in asked]
     assert errors[1] == errors[2] != errors[0]
 
 
@@ -289,10 +291,13 @@ def test_an_algorithm_with_strange_statistics_is_not_sound(loaded: Comparison) -
     assert row.statistics is not None
     strange = replace(row, statistics=replace(row.statistics, different=len(row.statistics.items) // 2))
     assert not is_sound(strange)
-    rows = (*(strange if each is row else each for each in loaded.rows),)
-    told = next(each for each in with_verdicts(replace(loaded, rows=rows)) if each.label == "rkv-events")
+    rows = (*(strange if entry is row else entry for entry in loaded.rows),)
+    reported = next(row for row in with_verdicts(replace(loaded, rows=rows)) if row.label == "rkv-events")
     counts = f"{strange.statistics.different} of {strange.statistics.decided}"
-    assert (told.verdict, told.reasons) == ("not sound", (f"{counts} statistics outside those of all exact motions",))
+    assert (reported.verdict, reported.reasons) == (
+        "not sound",
+        (f"{counts} statistics outside those of all exact motions",),
+    )
 
 
 def test_errors_are_drawn_over_the_cycles_in_which_they_grow_and_to_the_end_of_a_predictable_motion(

@@ -25,29 +25,29 @@ def logged(keep=None, shift=0.0):
 
 
 def test_the_same_log_has_no_error():
-    found = compare_crossings(REFERENCE, REFERENCE)
-    assert found.total.matched == found.total.reference == len(REFERENCE.events) > 40
-    assert (found.total.missed, found.total.invented, found.total.largest) == (0, 0, 0.0)
-    assert sum(found.of(name).matched for name in ("clutch", "spline", "gear")) == found.total.matched
+    actual = compare_crossings(REFERENCE, REFERENCE)
+    assert actual.total.matched == actual.total.reference == len(REFERENCE.events) > 40
+    assert (actual.total.missed, actual.total.invented, actual.total.largest) == (0, 0, 0.0)
+    assert sum(actual.of(name).matched for name in ("clutch", "spline", "gear")) == actual.total.matched
 
 
 def test_a_shifted_log_tells_its_shift():
     shift = 1e-5
     assert shift < compare_crossings(REFERENCE, REFERENCE).reach
-    found = compare_crossings(logged(shift=shift), REFERENCE, 11.0 * T)
-    total = found.total
+    actual = compare_crossings(logged(shift=shift), REFERENCE, 11.0 * T)
+    total = actual.total
     assert (total.missed, total.invented) == (0, 0)
     np.testing.assert_allclose([total.largest, total.median, total.rms], shift, rtol=1e-9)
-    assert all(np.all(each.time_error > 0.0) for each in found.matches)
+    assert all(np.all(match_.time_error > 0.0) for match_ in actual.matches)
 
 
 def test_random_errors_have_their_rms_and_median():
     rng = np.random.default_rng(0)
     errors = rng.normal(scale=1e-6, size=len(REFERENCE.events))
-    found = compare_crossings(logged(shift=errors), REFERENCE).total
-    assert found.matched == errors.size
-    assert found.rms == pytest.approx(np.sqrt(np.mean(errors**2)), rel=1e-9)
-    assert found.median == pytest.approx(np.median(np.abs(errors)), rel=1e-9)
+    actual = compare_crossings(logged(shift=errors), REFERENCE).total
+    assert actual.matched == errors.size
+    assert actual.rms == pytest.approx(np.sqrt(np.mean(errors**2)), rel=1e-9)
+    assert actual.median == pytest.approx(np.median(np.abs(errors)), rel=1e-9)
 
 
 def test_deleted_and_inserted_crossings_are_counted_and_shift_nothing():
@@ -55,21 +55,21 @@ def test_deleted_and_inserted_crossings_are_counted_and_shift_nothing():
     mine = np.flatnonzero(REFERENCE.events.clearance == 2)
     gone = np.concatenate([mine[4:6], mine[11:13], mine[20:22]])
     thinned = logged(np.setdiff1d(np.arange(len(REFERENCE.events)), gone), shift=1e-6)
-    found = compare_crossings(thinned, REFERENCE)
-    assert (found.total.missed, found.total.invented) == (6, 0)
-    assert found.total.largest == pytest.approx(1e-6, rel=1e-6)
-    missed = np.sort(np.concatenate([each.missed for each in found.matches]))
+    actual = compare_crossings(thinned, REFERENCE)
+    assert (actual.total.missed, actual.total.invented) == (6, 0)
+    assert actual.total.largest == pytest.approx(1e-6, rel=1e-6)
+    missed = np.sort(np.concatenate([match_.missed for match_ in actual.matches]))
     np.testing.assert_array_equal(missed, np.sort(REFERENCE.events.time[gone]))
-    assert found.of("gear").missed == 6
-    assert found.of("spline").missed == 0
+    assert actual.of("gear").missed == 6
+    assert actual.of("spline").missed == 0
     reverse = compare_crossings(REFERENCE, thinned).total
     assert (reverse.missed, reverse.invented) == (0, 6)
 
 
 def test_only_crossings_inside_the_horizon_count_but_partners_may_lie_beyond():
     at = REFERENCE.events.time[20]
-    found = compare_crossings(logged(shift=1e-6), REFERENCE, at + 0.5e-6).total
-    assert (found.reference, found.matched, found.invented) == (21, 21, 0)
+    actual = compare_crossings(logged(shift=1e-6), REFERENCE, at + 0.5e-6).total
+    assert (actual.reference, actual.matched, actual.invented) == (21, 21, 0)
     gone = logged(np.arange(21), shift=1e-6)
     assert compare_crossings(gone, REFERENCE, at + 0.5e-6).total.missed == 0
     assert compare_crossings(gone, REFERENCE).total.missed == len(REFERENCE.events) - 21
@@ -85,8 +85,13 @@ def test_lone_crossings_just_beyond_the_horizon_are_neither_missed_nor_invented(
 
 def test_corners_and_directions_do_not_mix():
     rows = handmade.chain([0, 1, 0, -1, 0], [0.1, 0.2, 0.3, 0.4])
-    found = compare_crossings(handmade.trajectory(rows=rows), handmade.trajectory(rows=rows))
-    assert [(each.corner, each.direction) for each in found.matches] == [(-1.0, -1), (-1.0, 1), (1.0, -1), (1.0, 1)]
+    actual = compare_crossings(handmade.trajectory(rows=rows), handmade.trajectory(rows=rows))
+    assert [(match_.corner, match_.direction) for match_ in actual.matches] == [
+        (-1.0, -1),
+        (-1.0, 1),
+        (1.0, -1),
+        (1.0, 1),
+    ]
     other = handmade.chain([0, -1, 0, 1, 0], [0.1, 0.2, 0.3, 0.4])
     mixed = compare_crossings(handmade.trajectory(rows=other), handmade.trajectory(rows=rows), reach=0.05).total
     assert (mixed.matched, mixed.missed, mixed.invented) == (0, 4, 4)
@@ -95,15 +100,15 @@ def test_corners_and_directions_do_not_mix():
 def test_impacts_are_the_outward_crossings():
     rows = handmade.chain([0, 1, 0, -1, 0, 1], [0.1, 0.2, 0.3, 0.4, 0.5])
     fewer = handmade.chain([0, 1, 0, 1], [0.1, 0.2, 0.51])
-    found = compare_impacts(handmade.trajectory(rows=fewer), handmade.trajectory(rows=rows))
-    assert (found.total.reference, found.total.matched, found.total.missed) == (3, 2, 1)
-    assert found.total.largest == pytest.approx(0.01)
-    assert found.kind == "impact"
+    actual = compare_impacts(handmade.trajectory(rows=fewer), handmade.trajectory(rows=rows))
+    assert (actual.total.reference, actual.total.matched, actual.total.missed) == (3, 2, 1)
+    assert actual.total.largest == pytest.approx(0.01)
+    assert actual.kind == "impact"
 
 
 def test_no_events_at_all():
     quiet = handmade.trajectory()
-    found = compare_crossings(quiet, quiet)
-    assert found.matches == ()
-    assert np.isnan(found.total.rms)
-    assert found.to_dict()["total"]["rms"] is None
+    actual = compare_crossings(quiet, quiet)
+    assert actual.matches == ()
+    assert np.isnan(actual.total.rms)
+    assert actual.to_dict()["total"]["rms"] is None

@@ -28,9 +28,9 @@ def exact():
     return motion, exact_portraits(model, motion, GRID, None)
 
 
-def judged(given, exact):
+def judged(values, exact):
     motion, nearby = exact
-    return compare_statistics(portrait(given), nearby, floor_of(given, motion))
+    return compare_statistics(portrait(values), nearby, floor_of(values, motion))
 
 
 def by_algorithm(algorithm, **settings):
@@ -44,26 +44,26 @@ def moved(exact, error):
     return replace(motion, acceleration=motion.acceleration + sigma * error)
 
 
-def different(found):
-    return {(item.quantity, item.subject) for item in found.items if item.verdict == "different"}
+def different(actual):
+    return {(item.quantity, item.subject) for item in actual.items if item.verdict == "different"}
 
 
 @pytest.mark.parametrize("algorithm", ["dop853", "rkv", "rkv-events"])
 def test_an_accurate_motion_that_can_be_predicted_is_equal_in_every_statistic(exact, algorithm):
-    found = judged(by_algorithm(algorithm), exact)
-    assert {item.verdict for item in found.items} <= {"equal", "undecided"}
-    assert found.decided == 23
-    assert found.different_by_chance == 0.0
+    actual = judged(by_algorithm(algorithm), exact)
+    assert {item.verdict for item in actual.items} <= {"equal", "undecided"}
+    assert actual.decided == 23
+    assert actual.different_by_chance == 0.0
 
 
 @pytest.mark.parametrize(
     ("algorithm", "settings"), [("rk4", {"step": 0.0128 / 150}), ("rkv", {"tolerance": 1e-3})], ids=["rk4", "rkv"]
 )
 def test_an_algorithm_that_invents_rattle_is_different(exact, algorithm, settings):
-    found = judged(by_algorithm(algorithm, **settings), exact)
-    assert found.different >= 15
+    actual = judged(by_algorithm(algorithm, **settings), exact)
+    assert actual.different >= 15
     assert {("impact rate", "gear"), ("rms acceleration", "output_gear"), ("rms deflection", "gear")} <= different(
-        found
+        actual
     )
 
 
@@ -83,10 +83,10 @@ def test_no_error_below_a_hundredth_of_the_signal_makes_a_level_or_a_spectrum_di
     error = np.broadcast_to(SHAPES[shape](exact[0], np.random.default_rng(7)), exact[0].acceleration.shape)
     steady = error[GRID["discard"] * GRID["samples_per_cycle"] :]
     error = 0.999 * RESOLVED * error / np.sqrt(np.mean(steady**2, axis=0))
-    found = judged(moved(exact, error), exact)
-    assert {quantity for quantity, _ in different(found)} <= {"TR peak"}  # a peak is not bounded by an rms
+    actual = judged(moved(exact, error), exact)
+    assert {quantity for quantity, _ in different(actual)} <= {"TR peak"}  # a peak is not bounded by an rms
     if shape == "gain":
-        assert found.different == 0
+        assert actual.different == 0
 
 
 @pytest.mark.parametrize("inertia", range(4))
@@ -96,9 +96,9 @@ def test_a_bias_just_above_the_floor_is_found_and_one_just_below_is_not(exact, i
     for bias, verdict in ((0.9, "equal"), (1.1, "different")):
         gain = np.ones(4)
         gain[inertia] += bias * RESOLVED
-        found = judged(replace(motion, acceleration=motion.acceleration * gain), exact)
-        assert found.of("rms acceleration", name).verdict == verdict
-        others = {item.verdict for item in found.items if item.subject not in (name, motion.layout.inertia_names[0])}
+        actual = judged(replace(motion, acceleration=motion.acceleration * gain), exact)
+        assert actual.of("rms acceleration", name).verdict == verdict
+        others = {item.verdict for item in actual.items if item.subject not in (name, motion.layout.inertia_names[0])}
         assert others - {"undecided"} == {"equal"} or inertia == motion.layout.reference
 
 
@@ -114,18 +114,18 @@ def test_a_deflection_of_another_size_is_found(exact):
 def test_a_tone_of_three_hundredths_that_no_level_shows_is_found_in_the_spectrum(exact):
     motion, _ = exact
     tone = np.sqrt(2.0) * np.sin(2.0 * np.pi * 37.3 * motion.time / motion.layout.period)[:, None]
-    found = judged(moved(exact, 3.0 * RESOLVED * tone), exact)
+    actual = judged(moved(exact, 3.0 * RESOLVED * tone), exact)
     for name in motion.layout.inertia_names:
-        assert found.of("rms acceleration", name).verdict == "equal"
-        assert found.of("PSD distance", name).verdict == "different"
+        assert actual.of("rms acceleration", name).verdict == "equal"
+        assert actual.of("PSD distance", name).verdict == "different"
 
 
 def test_one_impact_more_is_equal_and_two_are_not(exact):
     motion, nearby = exact
     floor, own = floor_of(motion, motion), portrait(motion)
     for more, verdict in ((1, "equal"), (2, "different")):
-        found = compare_statistics(replace(own, rate=own.rate + more / own.cycles), nearby, floor)
-        assert found.of("impact rate", "clutch").verdict == verdict
+        actual = compare_statistics(replace(own, rate=own.rate + more / own.cycles), nearby, floor)
+        assert actual.of("impact rate", "clutch").verdict == verdict
 
 
 def test_impulses_shifted_by_less_than_a_hundredth_of_their_rms_are_equal(exact):
@@ -133,9 +133,9 @@ def test_impulses_shifted_by_less_than_a_hundredth_of_their_rms_are_equal(exact)
     floor, own = floor_of(motion, motion), portrait(motion)
     size = np.sqrt(np.mean(own.impulses[0] ** 2))
     for shift, verdict in ((0.9, "equal"), (1.1, "different")):
-        shifted = tuple(each + shift * RESOLVED * size for each in own.impulses)
-        found = compare_statistics(replace(own, impulses=shifted), nearby, floor)
-        assert found.of("contact impulse distribution", "clutch").verdict == verdict
+        shifted = tuple(impulse + shift * RESOLVED * size for impulse in own.impulses)
+        actual = compare_statistics(replace(own, impulses=shifted), nearby, floor)
+        assert actual.of("contact impulse distribution", "clutch").verdict == verdict
 
 
 def test_the_floor_of_a_motion_against_itself_explains_nothing_but_an_impact_at_the_edge(exact):

@@ -27,46 +27,46 @@ def off_by(deflection=(0.0, 0.0, 0.0), velocity=(0.0, 0.0, 0.0, 0.0), growth=Non
 
 
 def test_a_motion_against_itself_has_no_error_and_passes_nothing():
-    found = pointwise(REFERENCE, REFERENCE)
-    assert found.deflection.tolist() == [0.0, 0.0, 0.0]
-    assert found.velocity.tolist() == [0.0] * 4
-    assert np.all(np.isinf(found.passed))
-    assert found.samples == REFERENCE.time.size
+    actual = pointwise(REFERENCE, REFERENCE)
+    assert actual.deflection.tolist() == [0.0, 0.0, 0.0]
+    assert actual.velocity.tolist() == [0.0] * 4
+    assert np.all(np.isinf(actual.passed))
+    assert actual.samples == REFERENCE.time.size
 
 
 def test_errors_are_in_half_gaps_and_rms_velocities():
-    found = pointwise(off_by((0.016, -0.005867, 5e-6), (0.3, 0.0, -0.2, 0.0)), REFERENCE)
-    np.testing.assert_allclose(found.deflection, [0.1, 0.1, 0.1], rtol=1e-9)
+    actual = pointwise(off_by((0.016, -0.005867, 5e-6), (0.3, 0.0, -0.2, 0.0)), REFERENCE)
+    np.testing.assert_allclose(actual.deflection, [0.1, 0.1, 0.1], rtol=1e-9)
     level = REFERENCE.velocity.std(axis=0)
-    np.testing.assert_allclose(found.velocity, [0.3 / level[0], 0.0, 0.2 / level[2], 0.0], rtol=1e-9)
-    assert found.worst == pytest.approx(0.1)
+    np.testing.assert_allclose(actual.velocity, [0.3 / level[0], 0.0, 0.2 / level[2], 0.0], rtol=1e-9)
+    assert actual.worst == pytest.approx(0.1)
 
 
 def test_errors_beyond_the_horizon_do_not_count_but_the_growth_is_told():
     """An error of exp(t/T - 20) half gaps passes 1e-6 at (20 + ln 1e-6) T and 1e-3 at (20 + ln 1e-3) T."""
-    given = off_by((0.0, 0.0, 5e-5), growth=lambda t: np.exp(t / T - 20.0))
-    found = pointwise(given, REFERENCE, 7.0 * T)
-    assert found.deflection[2] == pytest.approx(np.exp(-13.0), rel=1e-6)
-    assert found.horizon == pytest.approx(7.0 * T)
+    values = off_by((0.0, 0.0, 5e-5), growth=lambda t: np.exp(t / T - 20.0))
+    actual = pointwise(values, REFERENCE, 7.0 * T)
+    assert actual.deflection[2] == pytest.approx(np.exp(-13.0), rel=1e-6)
+    assert actual.horizon == pytest.approx(7.0 * T)
     expected = (20.0 + np.log(1e-6)) * T
-    assert expected < found.passed[0] <= expected + T / REFERENCE.samples_per_cycle
-    assert np.all(np.isinf(found.passed[1:]))
-    assert found.to_dict()["passed"][1] is None
+    assert expected < actual.passed[0] <= expected + T / REFERENCE.samples_per_cycle
+    assert np.all(np.isinf(actual.passed[1:]))
+    assert actual.to_dict()["passed"][1] is None
 
 
 def test_a_corner_at_zero_is_measured_by_the_largest_deflection():
     plate = handmade.staged([0.0], -1, [0.0, 100.0])
     motion = handmade.trajectory(plate)
     moving = replace(motion, deflection=4.0 * np.sin(handmade.OMEGA * motion.time)[:, None])
-    found = pointwise(replace(moving, deflection=moving.deflection + 1.0), moving)
-    assert found.deflection.tolist() == pytest.approx([0.25])
+    actual = pointwise(replace(moving, deflection=moving.deflection + 1.0), moving)
+    assert actual.deflection.tolist() == pytest.approx([0.25])
     assert pointwise(replace(motion, deflection=motion.deflection + 1.0), motion).deflection.tolist() == [np.inf]
 
 
 def test_a_drift_does_not_flatter_and_a_constant_velocity_is_no_scale():
     drifting = replace(REFERENCE, velocity=REFERENCE.velocity + 1000.0)
-    found = pointwise(replace(drifting, velocity=drifting.velocity + 0.3), drifting)
-    np.testing.assert_allclose(found.velocity, 0.3 / REFERENCE.velocity.std(axis=0), rtol=1e-9)
+    actual = pointwise(replace(drifting, velocity=drifting.velocity + 0.3), drifting)
+    np.testing.assert_allclose(actual.velocity, 0.3 / REFERENCE.velocity.std(axis=0), rtol=1e-9)
     still = replace(REFERENCE, velocity=np.full_like(REFERENCE.velocity, 0.1))
     assert np.all(np.isinf(pointwise(replace(still, velocity=still.velocity + 1e-3), still).velocity))
 
@@ -83,20 +83,20 @@ def test_without_clearances_the_error_is_that_of_velocities():
     model, grid = gr.loads(text), {"cycles": 4, "discard": 0, "samples_per_cycle": 64}
     truth = gr.simulate(model, **grid).trajectory
     rough = gr.simulate(model, algorithm="rk2", step=0.02, **grid).trajectory
-    found = pointwise(rough, truth)
+    actual = pointwise(rough, truth)
     level = truth.velocity.std(axis=0).max()
-    assert found.unit == "of the rms velocity"
-    assert found.worst == pytest.approx(np.abs(rough.velocity - truth.velocity).max() / level)
-    assert found.worst > 1e-3
+    assert actual.unit == "of the rms velocity"
+    assert actual.worst == pytest.approx(np.abs(rough.velocity - truth.velocity).max() / level)
+    assert actual.worst > 1e-3
     assert pointwise(truth, truth).worst == 0.0
-    assert np.isfinite(found.passed[1])
+    assert np.isfinite(actual.passed[1])
 
 
 def test_not_a_number_is_no_small_error():
-    given = off_by()
-    given.deflection[100, 1] = np.nan
-    assert pointwise(given, REFERENCE).deflection[1] == np.inf
-    assert error_history(given, REFERENCE, np.ones(3))[100].tolist() == [0.0, np.inf, 0.0]
+    values = off_by()
+    values.deflection[100, 1] = np.nan
+    assert pointwise(values, REFERENCE).deflection[1] == np.inf
+    assert error_history(values, REFERENCE, np.ones(3))[100].tolist() == [0.0, np.inf, 0.0]
 
 
 def test_other_grids_and_drivelines_are_refused():

@@ -49,11 +49,11 @@ def others():
 
 @pytest.mark.parametrize("wander", [0.0, 0.7])
 def test_another_draw_of_the_process_differs_as_often_as_chance_has_it_however_slowly_levels_wander(wander):
-    found = []
+    actual = []
     for group in range(4):
         rest = peers(1000 * (group + 1), wander=wander)
-        found += [compare_statistics(portrait(drawn(50 * group + i, wander=wander)), rest) for i in range(15)]
-    different, expected = sum(each.different for each in found), sum(each.different_by_chance for each in found)
+        actual += [compare_statistics(portrait(drawn(50 * group + i, wander=wander)), rest) for i in range(15)]
+    different, expected = sum(entry.different for entry in actual), sum(entry.different_by_chance for entry in actual)
     assert expected == pytest.approx(60 * 11 / 22)
     assert 0.3 * expected < different < 1.9 * expected
 
@@ -68,31 +68,31 @@ def test_every_kind_of_difference_is_found_and_others_only_by_chance(others):
     chance = 0
     for changes, expected in kinds:
         for seed in range(7, 12):
-            found = compare_statistics(portrait(drawn(seed, **changes)), others)
-            different = {item.quantity for item in found.items if item.verdict == "different"}
+            actual = compare_statistics(portrait(drawn(seed, **changes)), others)
+            different = {item.quantity for item in actual.items if item.verdict == "different"}
             assert expected <= different, changes
             chance += len(different - expected)
     assert chance < 2 * 20 * 11 / 22
 
 
 def test_values_are_those_put_in(others):
-    found = compare_statistics(portrait(drawn(3, gain=2.0, push=2.0)), others)
-    assert found.motions == MANY
-    assert found.of("rms acceleration", "loose").value == pytest.approx(2.0, rel=0.05)
-    assert found.of("PSD distance", "driver").value == pytest.approx(20 * np.log10(2.0), rel=0.1)
-    assert found.of("impact rate", "gear").reference == pytest.approx(1.0, abs=0.05)
-    assert found.of("contact impulse distribution", "gear").candidate == pytest.approx(10.0, rel=0.1)
-    assert found.of("contact impulse distribution", "gear").value > 0.95
-    assert found.of("PSD outside bands", "driver").value > 0.9
-    assert found.of("TR rms", "loose").value == pytest.approx(1.0, rel=0.1)
-    level = found.of("rms acceleration", "driver")
+    actual = compare_statistics(portrait(drawn(3, gain=2.0, push=2.0)), others)
+    assert actual.motions == MANY
+    assert actual.of("rms acceleration", "loose").value == pytest.approx(2.0, rel=0.05)
+    assert actual.of("PSD distance", "driver").value == pytest.approx(20 * np.log10(2.0), rel=0.1)
+    assert actual.of("impact rate", "gear").reference == pytest.approx(1.0, abs=0.05)
+    assert actual.of("contact impulse distribution", "gear").candidate == pytest.approx(10.0, rel=0.1)
+    assert actual.of("contact impulse distribution", "gear").value > 0.95
+    assert actual.of("PSD outside bands", "driver").value > 0.9
+    assert actual.of("TR rms", "loose").value == pytest.approx(1.0, rel=0.1)
+    level = actual.of("rms acceleration", "driver")
     assert level.low < 1.0 < level.high < level.value
     assert level.p_value == pytest.approx(1 / 22)
 
 
 def test_fewer_than_twenty_others_decide_nothing(others):
-    found = compare_statistics(portrait(drawn(3, gain=2.0)), others[:19])
-    assert {item.verdict for item in found.items} == {"undecided"}
+    actual = compare_statistics(portrait(drawn(3, gain=2.0)), others[:19])
+    assert {item.verdict for item in actual.items} == {"undecided"}
     assert compare_statistics(portrait(drawn(3, gain=2.0)), others[:20]).different > 3
 
 
@@ -106,8 +106,8 @@ def test_a_periodic_motion_may_differ_by_less_than_counts_but_not_by_more():
     )
     assert compare_statistics(portrait(rounded), exact).different == 0
     louder = replace(reference, acceleration=reference.acceleration * 1.02)
-    found = compare_statistics(portrait(louder), exact)
-    assert {item.quantity for item in found.items if item.verdict == "different"} == {
+    actual = compare_statistics(portrait(louder), exact)
+    assert {item.quantity for item in actual.items if item.verdict == "different"} == {
         "rms acceleration",
         "PSD distance",
         "PSD outside bands",
@@ -115,18 +115,18 @@ def test_a_periodic_motion_may_differ_by_less_than_counts_but_not_by_more():
 
 
 def test_cycles_before_the_start_do_not_count():
-    given = drawn(9)
-    given.acceleration[: 40 * 64] *= 10.0
-    assert portrait(given).acceleration[0] > 5.0
-    later = portrait(given, 39.5)
+    values = drawn(9)
+    values.acceleration[: 40 * 64] *= 10.0
+    assert portrait(values).acceleration[0] > 5.0
+    later = portrait(values, 39.5)
     assert (later.start, later.end, later.cycles) == (40.0, 80.0, 40)
     assert later.acceleration[0] == pytest.approx(1.0, abs=0.1)
-    impacts = np.sum(given.events.to_region[given.events.time >= 40.0])
+    impacts = np.sum(values.events.to_region[values.events.time >= 40.0])
     assert later.rate[0] == pytest.approx(impacts / 40)
     with pytest.raises(ModelError, match="whole cycle must remain"):
-        portrait(given, 79.5)
+        portrait(values, 79.5)
     with pytest.raises(ModelError, match="pointwise"):
-        portrait(given, np.inf)
+        portrait(values, np.inf)
 
 
 def test_levels_are_over_whole_cycles():
@@ -142,16 +142,16 @@ def test_levels_are_over_whole_cycles():
         acceleration=np.stack([wave, wave], axis=1),
         deflection=wave[:, None],
     )
-    told = portrait(few)
-    assert told.acceleration == pytest.approx(np.sqrt(9.0 + 2.0), rel=1e-12)
-    assert told.deflection == pytest.approx(np.sqrt(9.0 + 2.0), rel=1e-12)
+    reported = portrait(few)
+    assert reported.acceleration == pytest.approx(np.sqrt(9.0 + 2.0), rel=1e-12)
+    assert reported.deflection == pytest.approx(np.sqrt(9.0 + 2.0), rel=1e-12)
 
 
 def test_too_little_to_tell_is_undecided():
     few = [portrait(drawn(seed, cycles=2)) for seed in range(MANY)]
-    found = compare_statistics(portrait(drawn(99, cycles=2)), few)
-    assert found.of("contact impulse distribution", "gear").verdict == "undecided"
-    assert found.to_dict()["items"][0]["quantity"] == "rms deflection"
+    actual = compare_statistics(portrait(drawn(99, cycles=2)), few)
+    assert actual.of("contact impulse distribution", "gear").verdict == "undecided"
+    assert actual.to_dict()["items"][0]["quantity"] == "rms deflection"
     silent = compare_statistics(portrait(drawn(12, gain=0.0, cycles=2)), few)
     assert silent.of("rms acceleration", "driver").verdict == "different"
 
@@ -227,14 +227,14 @@ def test_what_is_left_at_rest_is_not_different(model):
     assert compare_statistics(portrait(motion), exact).different == 0
     for algorithm in ("rkv-events", "rk4"):
         step = 2e-3 if algorithm == "rk4" else None
-        given = gr.simulate(model, algorithm=algorithm, step=step, **grid).trajectory
-        assert compare_statistics(portrait(given), exact).different == 0
+        values = gr.simulate(model, algorithm=algorithm, step=step, **grid).trajectory
+        assert compare_statistics(portrait(values), exact).different == 0
         rings = 1e-2 * np.abs(motion.acceleration).max() + 1e-2
-        noise = rings * np.sin(2.0 * np.pi * 5.0 * given.time / given.layout.period)[:, None]
-        ringing = replace(given, acceleration=given.acceleration + noise)
-        found = compare_statistics(portrait(ringing), exact)
+        noise = rings * np.sin(2.0 * np.pi * 5.0 * values.time / values.layout.period)[:, None]
+        ringing = replace(values, acceleration=values.acceleration + noise)
+        actual = compare_statistics(portrait(ringing), exact)
         for quantity in ("rms acceleration", "PSD distance"):
-            assert found.of(quantity, "a").verdict == found.of(quantity, "b").verdict == "different"
+            assert actual.of(quantity, "a").verdict == actual.of(quantity, "b").verdict == "different"
 
 
 def test_nothing_that_could_differ_is_left_where_it_is():
@@ -265,10 +265,10 @@ def test_portraits_end_with_the_budget():
 
 
 def test_coherence_of_accelerations_goes_with_what_chance_gives():
-    reference, given = drawn(14), drawn(15)
+    reference, values = drawn(14), drawn(15)
     same = compare_coherence(reference, reference)
     assert same["loose"].mean == pytest.approx(1.0)
-    other = compare_coherence(given, reference, 10.0, ensembles=8, points=64)
+    other = compare_coherence(values, reference, 10.0, ensembles=8, points=64)
     assert other["driver"].chance.bias == 0.125
     assert other["driver"].mean < 0.6
     assert list(other) == ["driver", "loose"]

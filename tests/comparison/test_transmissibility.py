@@ -13,33 +13,33 @@ from tests.signals import handmade
 
 def motion(loose, orders=(1.0, 3.0)):
     """A driver that shakes at orders 1 and 3, and a loose gear with the given amplitudes there."""
-    waves = [[handmade.sine(a, k) for a, k in zip(each, (1.0, 3.0), strict=True)] for each in ((2.0, 1.0), loose)]
+    waves = [[handmade.sine(a, k) for a, k in zip(entry, (1.0, 3.0), strict=True)] for entry in ((2.0, 1.0), loose)]
     sums = [lambda t, pair=pair: pair[0](t) + pair[1](t) for pair in waves]
     return handmade.trajectory(handmade.layout(orders=np.array(orders)), accelerations=sums, cycles=10)
 
 
 def test_levels_bands_and_their_errors():
-    reference, given = motion((1.0, 4.0)), motion((1.1, 2.0))
-    found = compare_transmissibility(given, reference)
-    assert found.reference.rms[1] == pytest.approx(np.sqrt(17.0 / 5.0))
-    assert found.rms_error[1] == pytest.approx(np.sqrt((1.21 + 4.0) / 17.0) - 1.0)
-    assert found.rms_error[0] == 0.0
-    np.testing.assert_allclose(found.reference.band[[0, 2], 1], [0.5, 4.0], rtol=1e-9)
-    np.testing.assert_allclose(found.band_error[[0, 2], 1], [0.1, -0.5], rtol=1e-9)
-    np.testing.assert_allclose(found.frequency, [1.0, 2.0, 3.0, 4.0, 5.0], rtol=1e-12)
+    reference, values = motion((1.0, 4.0)), motion((1.1, 2.0))
+    actual = compare_transmissibility(values, reference)
+    assert actual.reference.rms[1] == pytest.approx(np.sqrt(17.0 / 5.0))
+    assert actual.rms_error[1] == pytest.approx(np.sqrt((1.21 + 4.0) / 17.0) - 1.0)
+    assert actual.rms_error[0] == 0.0
+    np.testing.assert_allclose(actual.reference.band[[0, 2], 1], [0.5, 4.0], rtol=1e-9)
+    np.testing.assert_allclose(actual.band_error[[0, 2], 1], [0.1, -0.5], rtol=1e-9)
+    np.testing.assert_allclose(actual.frequency, [1.0, 2.0, 3.0, 4.0, 5.0], rtol=1e-12)
 
 
 def test_bands_follow_the_lowest_excited_order():
-    found = compare_transmissibility(motion((1.0, 4.0), (3.0,)), motion((2.0, 2.0), (3.0,)))
-    assert found.frequency[0] == pytest.approx(3.0)
-    assert found.band_error[0, 1] == pytest.approx(1.0, rel=1e-6)
+    actual = compare_transmissibility(motion((1.0, 4.0), (3.0,)), motion((2.0, 2.0), (3.0,)))
+    assert actual.frequency[0] == pytest.approx(3.0)
+    assert actual.band_error[0, 1] == pytest.approx(1.0, rel=1e-6)
 
 
 def test_errors_are_ordered_from_the_driving_point_outward():
     motion = synthetic.trajectory()
-    found = compare_transmissibility(motion, motion)
-    assert found.distance.tolist() == [0, 1, 2, 3]
-    assert found.by_distance() == dict.fromkeys(range(4), (0.0, 0.0))
+    actual = compare_transmissibility(motion, motion)
+    assert actual.distance.tolist() == [0, 1, 2, 3]
+    assert actual.by_distance() == dict.fromkeys(range(4), (0.0, 0.0))
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_distances(between, start, expected):
 def test_inertias_out_of_reach_come_last():
     plate = handmade.layout(between=np.array([[0, -1], [1, -1]]))
     still = handmade.trajectory(plate, accelerations=(handmade.still, handmade.sine(1.0)))
-    found = compare_transmissibility(still, still)
-    assert found.outward.tolist() == [0, 1]
-    assert list(found.by_distance()) == [0, -1]
-    assert np.all(np.isnan(found.rms_error))
+    actual = compare_transmissibility(still, still)
+    assert actual.outward.tolist() == [0, 1]
+    assert list(actual.by_distance()) == [0, -1]
+    assert np.all(np.isnan(actual.rms_error))

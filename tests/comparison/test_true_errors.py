@@ -18,12 +18,12 @@ def test_errors_quoted_are_true_errors(number: int, algorithm: str) -> None:
     driveline = paper_case(number, loaded=True)
     model = gr.loads(driveline.toml())
     grid = {"cycles": 1, "samples_per_cycle": 24, "discard": 0}
-    given = gr.simulate(model, algorithm=algorithm, tolerance=1e-6, **grid).trajectory
+    values = gr.simulate(model, algorithm=algorithm, tolerance=1e-6, **grid).trajectory
     reference = gr.simulate(model, **grid).trajectory
-    quoted = error_history(given, reference, deflection_scale(reference, reference.time.size))
+    quoted = error_history(values, reference, deflection_scale(reference, reference.time.size))
     oracle = solve(driveline, 1, 24).array("deflection")[:, reference.layout.clearance]
     half_gaps = np.array([np.abs(corners).max() for corners in reference.layout.corners])
-    true = np.abs(given.deflection - oracle) / half_gaps
+    true = np.abs(values.deflection - oracle) / half_gaps
     assert true.max() > 1e-7  # there is an error to quote
     for i in INSTANTS:
         assert quoted[i] == pytest.approx(true[i], abs=1e-11)

@@ -9,9 +9,9 @@ from tests.compositions.table import ROWS, kept, outcomes, write
 
 if __name__ == "__main__":
     rows = sys.argv[1:] or list(ROWS)
-    found = {} if rows == list(ROWS) else kept()
+    actual = {} if rows == list(ROWS) else kept()
     for kind in KINDS:
         print(kind, file=sys.stderr)
         for row, outcome in outcomes(kind, rows).items():
-            found.setdefault(row, {})[kind] = outcome
-    write({row: found[row] for row in ROWS})
+            actual.setdefault(row, {})[kind] = outcome
+    write({row: actual[row] for row in ROWS})

@@ -69,19 +69,19 @@ def outcomes(kind: str, rows: Iterable[str]) -> dict[str, str]:
     AssertionError
         one of them ended with an internal error; it says which.
     """
-    found = {}
+    actual = {}
     with TemporaryDirectory() as name:
         kit = Kit(KINDS[kind].make(), Path(name))
         for number, row in enumerate(rows):
             try:
                 if row in CALLS:
-                    found[row] = outcome_of(CALLS[row], kit)
+                    actual[row] = outcome_of(CALLS[row], kit)
                 else:
                     words = COMMAND_LINES[row.removeprefix(COMMAND)](kit, kit.folder / f"out-{number}")
-                    found[row] = outcome_of_command(words)
+                    actual[row] = outcome_of_command(words)
             except Exception as error:
                 raise AssertionError(f"{row} on {kind}: {type(error).__name__}: {error}") from error
-    return found
+    return actual
 
 
 def quick_rows(kind: str) -> list[str]:
@@ -93,11 +93,11 @@ def quick_rows(kind: str) -> list[str]:
 
 def kept() -> dict[str, dict[str, str]]:
     """Return the outcomes that the manual tells."""
-    found: dict[str, dict[str, str]] = json.loads(DATA.read_text(encoding="utf-8"))
-    return found
+    actual: dict[str, dict[str, str]] = json.loads(DATA.read_text(encoding="utf-8"))
+    return actual
 
 
-def page(found: Outcomes) -> str:
+def page(actual: Outcomes) -> str:
     """Return the page of the manual.
 
     Parameters
@@ -113,7 +113,7 @@ def page(found: Outcomes) -> str:
     ):
         lines += ["", f"## {title}", "", f"| {title[:-1].lower()} | refused for | because |", "|---|---|---|"]
         for row in rows:
-            lines += _lines(row, found[row])
+            lines += _lines(row, actual[row])
     return "\n".join(lines) + "\n"
 
 
@@ -132,10 +132,10 @@ def _lines(row: str, by_kind: Mapping[str, str]) -> list[str]:
     ]
 
 
-def write(found: Outcomes) -> None:
+def write(actual: Outcomes) -> None:
     """Write the outcomes and the page."""
-    DATA.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    PAGE.write_text(page(found), encoding="utf-8")
+    DATA.write_text(json.dumps(actual, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    PAGE.write_text(page(actual), encoding="utf-8")
 
 
 _HEAD = """# What works with what

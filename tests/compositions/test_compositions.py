@@ -32,21 +32,21 @@ def test_calls_without_a_row_take_no_model() -> None:
 
 
 def test_the_manual_tells_every_row_and_kind_as_computed() -> None:
-    told = kept()
-    assert list(told) == list(ROWS)
-    assert all(list(by_kind) == list(KINDS) for by_kind in told.values())
-    assert PAGE.read_text(encoding="utf-8") == page(told)
-    assert all(told[row]["harmonics"] == WORKS for row in ROWS if not row.startswith(("validate_run_up",)))
+    reported = kept()
+    assert list(reported) == list(ROWS)
+    assert all(list(by_kind) == list(KINDS) for by_kind in reported.values())
+    assert PAGE.read_text(encoding="utf-8") == page(reported)
+    assert all(reported[row]["harmonics"] == WORKS for row in ROWS if not row.startswith(("validate_run_up",)))
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_quick_calls_and_commands_work_or_say_why_not(kind: str) -> None:
-    rows, told = quick_rows(kind), kept()
-    assert outcomes(kind, rows) == {row: told[row][kind] for row in rows}
+    rows, reported = quick_rows(kind), kept()
+    assert outcomes(kind, rows) == {row: reported[row][kind] for row in rows}
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 def test_all_calls_and_commands_work_or_say_why_not(kind: str) -> None:
-    told = kept()
-    assert outcomes(kind, ROWS) == {row: told[row][kind] for row in ROWS}
+    reported = kept()
+    assert outcomes(kind, ROWS) == {row: reported[row][kind] for row in ROWS}

@@ -72,14 +72,14 @@ def _free_side(side, rng: random.Random):
 
 def with_pairs(case: Case, rng: random.Random) -> Dressed:
     """Let the stiffness of one to three elements alternate, some at dyadic instants, some two at once."""
-    given, pairs = dressed(case), []
-    able = [k for k in range(len(case.laws)) if k not in given.clipped]
+    values, pairs = dressed(case), []
+    able = [k for k in range(len(case.laws)) if k not in values.clipped]
     shared = _instants(case.period, rng)
     for k in rng.sample(able, min(len(able), rng.randint(1, 3))):
         instants = shared if share(rng) < 0.3 else _instants(case.period, rng)
         lacking = rng.choice([1.0, uniform(rng, 0.05, 0.95)])
         pairs.append(Pairs(k, lacking, share(rng) < 0.5, instants))
-    return replace(given, pairs=tuple(pairs))
+    return replace(values, pairs=tuple(pairs))
 
 
 def _instants(period: float, rng: random.Random) -> tuple[float, ...]:

@@ -72,20 +72,20 @@ class Dressed(Case):
     def system(self) -> PiecewiseSystem:
         """What the program takes."""
         plain = super().system()
-        beside: list[Auxiliary] = []
+        others: list[Auxiliary] = []
         for k in self.clipped:
-            beside += limiters(k, plain.laws[k])
-        for each in self.sliders:
-            law = plain.laws[each.element]
-            labels = [piece + law.first_label for piece in each.engaged]
-            beside.append(slider(each.element, law, (each.spring, each.limit), labels, self.period))
-        first = len(beside)
+            others += limiters(k, plain.laws[k])
+        for entry in self.sliders:
+            law = plain.laws[entry.element]
+            labels = [piece + law.first_label for piece in entry.engaged]
+            others.append(slider(entry.element, law, (entry.spring, entry.limit), labels, self.period))
+        first = len(others)
         for pair in self.pairs:
             law = plain.laws[pair.element]
-            beside.append(alternation(pair.element, law, pair.lacking, begins_lacking=pair.begins_lacking))
+            others.append(alternation(pair.element, law, pair.lacking, begins_lacking=pair.begins_lacking))
         ticks = sorted((time, first + i) for i, pair in enumerate(self.pairs) for time in pair.instants)
         clock = Clock(np.array([time for time, _ in ticks]), np.array([c for _, c in ticks], np.int64), self.repeats)
-        return replace(plain, auxiliaries=tuple(beside), signals=self.signals, clock=clock if ticks else None)
+        return replace(plain, auxiliaries=tuple(others), signals=self.signals, clock=clock if ticks else None)
 
     def ticks(self, pair: int) -> np.ndarray:
         """All instants of an alternating element within the run, one at its very end left out."""

@@ -59,9 +59,9 @@ class DressedJudge:
         self.size = FORCED * states.max(axis=0)
         moving, root = slice(self.place.m, self.place.stretches), np.sqrt(case.inertia)
         self.size[moving] = (self.size[moving] * root).max() / root
-        for i, each in enumerate(case.sliders):  # a spring that sticks is carried along with its deflection
+        for i, slider in enumerate(case.sliders):  # a spring that sticks is carried along with its deflection
             at = self.place.stretches + i
-            self.size[at] = max(self.size[at], self.size[each.element])
+            self.size[at] = max(self.size[at], self.size[slider.element])
         self.modes = self._initial()
 
     def _initial(self) -> Modes:
@@ -72,10 +72,10 @@ class DressedJudge:
         own = at_start(self.case, said.pieces, z[: self.place.m], rate)
         if (own.sliders, own.lacking) != (said.sliders, said.lacking):
             self.verdict.faults.append(f"start: {said} instead of {own}")
-        for k, told, mine in zip(self.case.clipped, said.limits, own.limits, strict=True):
+        for k, limit, mine in zip(self.case.clipped, said.limits, own.limits, strict=True):
             corner = np.abs(z[k] - self.case.laws[k].corners).min()
-            if told != mine and corner > 1e-9 * np.abs(self.case.laws[k].corners).max():
-                self.verdict.faults.append(f"start: element {k} has the limits {told} instead of {mine}")
+            if limit != mine and corner > 1e-9 * np.abs(self.case.laws[k].corners).max():
+                self.verdict.faults.append(f"start: element {k} has the limits {limit} instead of {mine}")
         return said
 
     def now(self) -> Inside:
@@ -121,10 +121,10 @@ class DressedJudge:
 
     def state(self, j: int) -> tuple[np.ndarray, np.ndarray]:
         """(Z,) state at sample j as the stored angles make it, and the angles."""
-        case, place = self.case, self.place
+        case, position = self.case, self.place
         u, _ = self.inputs(self.time[j])
         q, v = (case.angle, case.velocity) if j == 0 else (self.motion.angle[j], self.motion.velocity[j])
-        waves, chain = u[: place.chain - place.one], u[place.chain - place.one :]
+        waves, chain = u[: position.chain - position.one], u[position.chain - position.one :]
         error = case.error_cosine @ waves[1::2] + case.error_sine @ waves[2::2]
         if case.signals is not None:
             error = error + case.signals.error @ chain[:: case.signals.degree + 1]
@@ -135,17 +135,17 @@ class DressedJudge:
     def anchor(self, j: int) -> tuple[np.ndarray, np.ndarray]:
         """State and its squared rounding as stored at sample j; linear elements' deflections from the angles."""
         case = self.case
-        place = self.place
+        position = self.place
         (z, q) = self.state(j)
-        delta = z[: place.m]
-        noise = self.sums.from_angles(case.rows, q, delta, given=j == 0)
+        delta = z[: position.m]
+        noise = self.sums.from_angles(case.rows, q, delta, values=j == 0)
         if j:
             stored = self.motion.deflection[j]
             for i, k in enumerate(self.clear):
                 self.verdict.hold("stored deflection", abs(stored[i] - delta[k]), ROUNDINGS * noise[k], f"sample {j}")
             delta[self.clear] = stored
             noise[self.clear] = self.sums.stored(delta)[self.clear]
-        rest = EPS * np.abs(z[place.m : place.one])
+        rest = EPS * np.abs(z[position.m : position.one])
         noise = np.concatenate([noise, rest, self.inputs(self.time[j])[1]])
         return z, np.diag(noise**2)
 
@@ -191,12 +191,12 @@ class DressedJudge:
         log, first = self.auxiliaries.passages, self.first_slider + len(self.case.sliders)
         end = self.case.length * self.case.period
         for i in range(len(self.case.pairs)):
-            told, due = log.time[log.watch == first + i], self.case.ticks(i)
-            told = told[told < end * (1 - TOGETHER)]
-            if len(told) != len(due):
-                self.verdict.faults.append(f"tick: {len(told)} changes of pair {i}, due are {len(due)}")
+            reported, due = log.time[log.watch == first + i], self.case.ticks(i)
+            reported = reported[reported < end * (1 - TOGETHER)]
+            if len(reported) != len(due):
+                self.verdict.faults.append(f"tick: {len(reported)} changes of pair {i}, due are {len(due)}")
                 continue
-            off = np.abs(told - due) / (LATE * np.maximum(due, self.case.period))
+            off = np.abs(reported - due) / (LATE * np.maximum(due, self.case.period))
             self.verdict.hold("tick", float(off.max(initial=0.0)), 1.0, f"pair {i}")
 
     def _corners(self) -> None:
@@ -288,9 +288,11 @@ class DressedJudge:
             value, rate = rows @ z
             noise = ROUNDINGS * np.sqrt(passed * np.einsum("rz,zy,ry->r", rows, spread, rows))
             terms = ROUNDINGS * EPS * here.probe_size[i]
-            place = noise[0] + terms @ size + abs(rate) * late + curvature * late**2 + PENETRATION / 10 * self.scale(i)
+            position = (
+                noise[0] + terms @ size + abs(rate) * late + curvature * late**2 + PENETRATION / 10 * self.scale(i)
+            )
             speed = noise[1] + curvature * late + terms @ (region.size @ size)
-            self.verdict.hold("on the corner", abs(value - bound), place, where)
+            self.verdict.hold("on the corner", abs(value - bound), position, where)
             if i < len(self.clear):
                 self.verdict.hold("velocity", abs(rate - log.velocity[e]), speed, where)
             self.verdict.hold("direction", max(0.0, (1 - 2 * upward) * rate), speed, where)
@@ -320,7 +322,7 @@ class DressedJudge:
         """Whether one of those watched, or its element, changes at an instant."""
         log, case = self.auxiliaries.passages, self.case
         owners = [*self.clear, *(k for k in case.clipped for _ in range(2))]
-        owners += [each.element for each in (*case.sliders, *case.pairs)]
+        owners += [entry.element for entry in (*case.sliders, *case.pairs)]
         mine = np.array([owners[w] == owners[watch] for w in log.watch], dtype=bool)
         return bool((mine & (np.abs(log.time - now) <= TOGETHER * max(now, case.period))).any())
 
@@ -328,35 +330,35 @@ class DressedJudge:
         """Modes, forces and accelerations stored at sample j, against its state."""
         motion = self.motion
         case = self.case
-        place = self.place
-        told = self.modes
+        position = self.place
+        reported = self.modes
         try:
             said = read(case, motion.piece[j], self.auxiliaries.piece[j])
         except Impossible as wrong:
             self.verdict.faults.append(f"piece: {wrong}, sample {j}")
             return
-        if said != told:
+        if said != reported:
             first = self.first_slider
-            apart = [i for i, k in enumerate(self.clear) if said.pieces[k] != told.pieces[k]]
-            apart += [len(self.clear) + 2 * i for i in range(len(case.clipped)) if said.limits[i] != told.limits[i]]
-            apart += [first + i for i in range(len(case.sliders)) if said.sliders[i] != told.sliders[i]]
+            apart = [i for i, k in enumerate(self.clear) if said.pieces[k] != reported.pieces[k]]
+            apart += [len(self.clear) + 2 * i for i in range(len(case.clipped)) if said.limits[i] != reported.limits[i]]
+            apart += [first + i for i in range(len(case.sliders)) if said.sliders[i] != reported.sliders[i]]
             first += len(case.sliders)
-            apart += [first + i for i in range(len(case.pairs)) if said.lacking[i] != told.lacking[i]]
+            apart += [first + i for i in range(len(case.pairs)) if said.lacking[i] != reported.lacking[i]]
             self.verdict.faults += [
-                f"piece: sample {j} has {said}, the log {told}"
+                f"piece: sample {j} has {said}, the log {reported}"
                 for watch in apart
                 if not self._beside(watch, self.time[j])
             ]
         self.modes = said
         here, z = self.now(), z.copy()
         self._fix(z, said)
-        self.modes = told
+        self.modes = reported
         spreads = np.sqrt(np.diag(spread)) / EPS
-        spreads[place.one : place.chain] = 0.0
+        spreads[position.one : position.chain] = 0.0
         sums = here.force_size @ (np.abs(z) + spreads)
-        force, balance = here.force @ z, (here.region.matrix @ z)[place.m : place.stretches]
-        spreads[: place.one] = 0.0
-        terms = (here.region.size @ (np.abs(z) + spreads))[place.m : place.stretches]
+        force, balance = here.force @ z, (here.region.matrix @ z)[position.m : position.stretches]
+        spreads[: position.one] = 0.0
+        terms = (here.region.size @ (np.abs(z) + spreads))[position.m : position.stretches]
         phase = 1 + 2 * np.pi * case.cycles * self.time[j] / case.period
         waves = (np.abs(case.torque_cosine) + np.abs(case.torque_sine)) @ phase
         terms = terms + (waves + np.abs(case.rows.T) @ sums) / case.inertia

@@ -82,8 +82,8 @@ def coefficients(case: Dressed, modes: Modes) -> tuple[np.ndarray, np.ndarray, n
 
 def sizes(case: Dressed, modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Sizes of the terms k, c, f are sums of: offsets from zero deflection on, and what auxiliaries take or add."""
-    beside = [*case.clipped, *(pair.element for pair in case.pairs)]
-    terms = 1.0 + np.isin(np.arange(len(case.laws)), beside)
+    others = [*case.clipped, *(pair.element for pair in case.pairs)]
+    terms = 1.0 + np.isin(np.arange(len(case.laws)), others)
     k, c = (
         np.array([getattr(law, name)[p] for law, p in zip(case.laws, modes.pieces, strict=True)])
         for name in ("stiffness", "damping")
@@ -91,61 +91,61 @@ def sizes(case: Dressed, modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return terms * k, terms * c, terms * np.array([np.abs(law.offset).max() for law in case.laws])
 
 
-def rate_rows(case: Dressed, place: Layout, *, signs: bool) -> np.ndarray:
+def rate_rows(case: Dressed, layout: Layout, *, signs: bool) -> np.ndarray:
     """(m, Z) delta' of every element."""
     a, minus = (np.asarray, -1.0) if signs else (np.abs, 1.0)
-    rows = np.zeros((place.m, place.width))
+    rows = np.zeros((layout.m, layout.width))
     omega = 2 * np.pi * case.cycles / case.period
-    rows[:, place.m : place.stretches] = a(case.rows)
-    rows[:, place.cos] = minus * a(case.error_sine) * omega
-    rows[:, place.cos + 1] = a(case.error_cosine) * omega
+    rows[:, layout.m : layout.stretches] = a(case.rows)
+    rows[:, layout.cos] = minus * a(case.error_sine) * omega
+    rows[:, layout.cos + 1] = a(case.error_cosine) * omega
     if case.signals is not None and case.signals.degree:
         order = case.signals.degree + 1
-        rows[:, place.chain + 1 :: order] = minus * a(case.signals.error) / unit_of(case)
+        rows[:, layout.chain + 1 :: order] = minus * a(case.signals.error) / unit_of(case)
     return rows
 
 
 def matrices(case: Dressed, modes: Modes, *, signs: bool = True) -> tuple[np.ndarray, np.ndarray]:
     """M (Z, Z) and the forces' rows (m, Z); with absolute terms unless ``signs``."""
-    place = layout_of(case)
+    position = layout_of(case)
     a, minus = (np.asarray, -1.0) if signs else (np.abs, 1.0)
     k, c, f = coefficients(case, modes)
     if not signs:
         k, c, f = sizes(case, modes)
-    rates = rate_rows(case, place, signs=signs)
+    rates = rate_rows(case, position, signs=signs)
     force = c[:, None] * rates
-    force[:, : place.m] += np.diag(k)
-    force[:, place.one] += f
-    for i, each in enumerate(case.sliders):
-        force[each.element, place.stretches + i] += each.spring
-    M = np.zeros((place.width, place.width))
-    M[: place.m] = rates
-    moving = slice(place.m, place.stretches)
-    torque = np.zeros((place.n, place.width))
-    torque[:, place.one] = a(case.mean)
-    torque[:, place.cos], torque[:, place.cos + 1] = a(case.torque_cosine), a(case.torque_sine)
+    force[:, : position.m] += np.diag(k)
+    force[:, position.one] += f
+    for i, slider in enumerate(case.sliders):
+        force[slider.element, position.stretches + i] += slider.spring
+    M = np.zeros((position.width, position.width))
+    M[: position.m] = rates
+    moving = slice(position.m, position.stretches)
+    torque = np.zeros((position.n, position.width))
+    torque[:, position.one] = a(case.mean)
+    torque[:, position.cos], torque[:, position.cos + 1] = a(case.torque_cosine), a(case.torque_sine)
     torque[:, moving] += minus * np.diag(case.drag)
     if case.signals is not None:
-        order, first = case.signals.degree + 1, place.chain
+        order, first = case.signals.degree + 1, position.chain
         torque[:, first::order] = a(case.signals.torque)
-        for j in range(place.width - first):
+        for j in range(position.width - first):
             if j % order < order - 1:
                 M[first + j, first + j + 1] = (j % order + 1) / unit_of(case)
     M[moving] = (torque + minus * a(case.rows).T @ force) / case.inertia[:, None]
-    for i, each in enumerate(case.sliders):
+    for i, slider in enumerate(case.sliders):
         if modes.sliders[i] == STICKS:
-            M[place.stretches + i] = rates[each.element]
+            M[position.stretches + i] = rates[slider.element]
     omega = 2 * np.pi * case.cycles / case.period
-    M[place.cos, place.cos + 1] = minus * omega
-    M[place.cos + 1, place.cos] = omega
+    M[position.cos, position.cos + 1] = minus * omega
+    M[position.cos + 1, position.cos] = omega
     return M, force
 
 
 def probes(case: Dressed, modes: Modes, *, signs: bool = True) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """What is watched, (K, Z), and its bounds, (K,) each; rows with absolute terms unless ``signs``."""
-    place = layout_of(case)
+    position = layout_of(case)
     a, minus = (float, -1.0) if signs else (abs, 1.0)
-    rates, unit = rate_rows(case, place, signs=signs), np.eye(place.width)
+    rates, unit = rate_rows(case, position, signs=signs), np.eye(position.width)
     rows = []
     lower = []
     upper = []
@@ -168,19 +168,19 @@ def probes(case: Dressed, modes: Modes, *, signs: bool = True) -> tuple[np.ndarr
                 continue
             row = sign * a(side) * (law.damping[p] / law.stiffness[p]) * rates[k]
             row[k] += a(side)
-            row[place.one] += a(side * law.offset[p] / law.stiffness[p])
+            row[position.one] += a(side * law.offset[p] / law.stiffness[p])
             watch(row, *((-np.inf, 0.0) if limited else (0.0, np.inf)))
-    for i, each in enumerate(case.sliders):
+    for i, slider in enumerate(case.sliders):
         word = modes.sliders[i]
         if word == STICKS:
-            watch(unit[place.stretches + i], -each.reach, each.reach)
+            watch(unit[position.stretches + i], -slider.reach, slider.reach)
         elif word in (FORWARD, BACKWARD):
-            watch(rates[each.element], *((0.0, np.inf) if word == FORWARD else (-np.inf, 0.0)))
+            watch(rates[slider.element], *((0.0, np.inf) if word == FORWARD else (-np.inf, 0.0)))
         else:
             watch(0.0 * unit[0])
     for _ in case.pairs:
         watch(0.0 * unit[0])
-    return np.array(rows).reshape(-1, place.width), np.array(lower), np.array(upper)
+    return np.array(rows).reshape(-1, position.width), np.array(lower), np.array(upper)
 
 
 def inside(case: Dressed, modes: Modes) -> Inside:

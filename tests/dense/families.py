@@ -143,8 +143,8 @@ def random_case(family: str, rng: random.Random, name: str = "") -> Case:
     length = rng.randint(1, 3)
     period = radians / fastest / length
     if switches.resonant:
-        found = modes(J, rows, elements, _pieces(rng, elements)) or [rate]
-        slow = [w for w in found if 6 * np.pi * fastest / w < 2 * switches.radians[1]] or [max(found)]
+        actual = modes(J, rows, elements, _pieces(rng, elements)) or [rate]
+        slow = [w for w in actual if 6 * np.pi * fastest / w < 2 * switches.radians[1]] or [max(actual)]
         period = 2 * np.pi * rng.randint(1, 3) / rng.choice(slow)
         length = max(1, min(6, round(radians / fastest / period)))
     most = max(1, min(12, round(3 * slowest * period / 2 / np.pi)))
@@ -201,10 +201,10 @@ def seeded(family: str, seed: int, make: Callable[..., Case] = random_case) -> C
 
 def rates(J: np.ndarray, rows: np.ndarray, elements) -> tuple[float, float]:
     """Largest rate and smallest undamped frequency, zero ones left out, every element in its stiffest piece."""
-    found = modes(J, rows, elements, [int(np.argmax(law_of(e).stiffness)) for e in elements])
+    actual = modes(J, rows, elements, [int(np.argmax(law_of(e).stiffness)) for e in elements])
     c = np.array([law_of(e).damping.max() for e in elements])
     decay = eigh((rows.T * c) @ rows, np.diag(J), eigvals_only=True).max()
-    return max([*found, float(decay)]), min(found)
+    return max([*actual, float(decay)]), min(actual)
 
 
 def modes(J: np.ndarray, rows: np.ndarray, elements, pieces) -> list[float]:

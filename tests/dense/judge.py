@@ -113,7 +113,7 @@ class Judge:
         delta = z[: self.m]
         v = z[self.m : self.m + self.n]
         u = z[self.m + self.n :]
-        noise = self.sums.from_angles(case.rows, q, delta, given=j == 0)
+        noise = self.sums.from_angles(case.rows, q, delta, values=j == 0)
         if j:
             stored = self.motion.deflection[j]
             for i, k in enumerate(self.clear):
@@ -190,9 +190,9 @@ class Judge:
         delta, rate = rows @ z
         noise = ROUNDINGS * np.sqrt(passed * np.einsum("rz,zy,ry->r", rows, spread, rows))
         corner = law.corners[min(before, after)]
-        place = noise[0] + abs(rate) * late + curvature * late**2 + PENETRATION / 10 * self.scale[i]
+        position = noise[0] + abs(rate) * late + curvature * late**2 + PENETRATION / 10 * self.scale[i]
         speed = noise[1] + curvature * late + ROUNDINGS * EPS * (region.size[k] @ np.abs(z))
-        self.verdict.hold("on the corner", abs(delta - corner), place, where)
+        self.verdict.hold("on the corner", abs(delta - corner), position, where)
         self.verdict.hold("velocity", abs(rate - log.velocity[e]), speed, where)
         self.verdict.hold("direction", max(0.0, (before - after) * rate), speed, where)
         self.pieces[k] = after
@@ -213,8 +213,8 @@ class Judge:
         log, now = motion.crossings, self.time[j]
         for i, k in enumerate(self.clear):
             if motion.piece[j, i] != self.pieces[k]:
-                beside = (log.clearance == i) & (np.abs(log.time - now) <= 8 * EPS * max(now, case.period))
-                if not beside.any():
+                others = (log.clearance == i) & (np.abs(log.time - now) <= 8 * EPS * max(now, case.period))
+                if not others.any():
                     self.verdict.faults.append(
                         f"piece: sample {j} has element {k} in {motion.piece[j, i]}, the log in {self.pieces[k]}"
                     )

@@ -47,7 +47,7 @@ def contact(case: Dressed, element: int, piece: int) -> int:
 
 def engaged(case: Dressed, pieces: tuple[int, ...]) -> list[bool]:
     """Which sliders are engaged."""
-    return [pieces[each.element] in each.engaged for each in case.sliders]
+    return [pieces[slider.element] in slider.engaged for slider in case.sliders]
 
 
 def stretch(case: Dressed, modes: Modes, i: int) -> float | None:
@@ -129,12 +129,12 @@ def _moved(case: Dressed, modes: Modes, element: int, upward: int) -> tuple[Mode
     return replace(modes, pieces=pieces, sliders=tuple(sliders), limits=limits), new
 
 
-def read(case: Dressed, clearances: np.ndarray, beside: np.ndarray) -> Modes:
+def read(case: Dressed, clearances: np.ndarray, others: np.ndarray) -> Modes:
     """The modes that the program's own numbers of pieces mean: (K,) of clearances, (C,) of auxiliaries."""
     pieces = [0] * len(case.laws)
     for k, piece in zip(case.clearances, clearances, strict=True):
         pieces[k] = int(piece)
-    first, c = 2 * len(case.clipped), [int(p) for p in beside]
+    first, c = 2 * len(case.clipped), [int(p) for p in others]
     limits = tuple((_limits(c[2 * i]), _limits(c[2 * i + 1])) for i in range(len(case.clipped)))
     sliders = tuple(_OF_SLIDERS[p] for p in c[first : first + len(case.sliders)])
     lacking = []

@@ -47,10 +47,10 @@ class Sums:
         """(m,) rounding of deflections as stored."""
         return 2 * EPS * (self.loops @ (np.abs(delta) + self.carried))
 
-    def from_angles(self, rows: np.ndarray, q: np.ndarray, delta: np.ndarray, *, given: bool) -> np.ndarray:
+    def from_angles(self, rows: np.ndarray, q: np.ndarray, delta: np.ndarray, *, values: bool) -> np.ndarray:
         """(m,) rounding of W q - e; the angles are given exactly, or were made from deflections."""
-        sums = np.abs(rows) @ (np.abs(q) + (0.0 if given else self.angles(q, delta))) + self.carried
-        return 2 * EPS * (sums + (self.loops if given else self.ratios) @ np.abs(delta))
+        sums = np.abs(rows) @ (np.abs(q) + (0.0 if values else self.angles(q, delta))) + self.carried
+        return 2 * EPS * (sums + (self.loops if values else self.ratios) @ np.abs(delta))
 
 
 def sums_of(case: Case) -> Sums:

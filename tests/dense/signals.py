@@ -41,21 +41,21 @@ class Target:
 def targets(case: Case, rng: random.Random, count: int) -> list[Target]:
     """Choose what channels act on; sizes move deflections by about a corner."""
     _, slowest = rates(case.inertia, case.rows, case.elements)
-    width, found = widths(case), []
+    width, actual = widths(case), []
     for _ in range(count):
         if share(rng) < 0.4:
             k = rng.randrange(len(case.laws))
-            found.append(Target(True, k, float(width[k]) * between(rng, 0.02, 0.4)))
+            actual.append(Target(True, k, float(width[k]) * between(rng, 0.02, 0.4)))
         else:
             load = float(np.median(width)) * case.inertia.min() * slowest**2 * between(rng, 0.1, 5.0)
-            found.append(Target(False, rng.randrange(case.inertia.size), load))
-    return found
+            actual.append(Target(False, rng.randrange(case.inertia.size), load))
+    return actual
 
 
-def acting(case: Case, given: Sequence[Target]) -> tuple[np.ndarray, np.ndarray]:
+def acting(case: Case, values: Sequence[Target]) -> tuple[np.ndarray, np.ndarray]:
     """(n, C) and (m, C): torques and errors for a unit of every channel."""
-    torque, error = np.zeros((case.inertia.size, len(given))), np.zeros((len(case.laws), len(given)))
-    for c, target in enumerate(given):
+    torque, error = np.zeros((case.inertia.size, len(values))), np.zeros((len(case.laws), len(values)))
+    for c, target in enumerate(values):
         (error if target.is_error else torque)[target.index, c] = 1.0
     return torque, error
 
@@ -72,11 +72,11 @@ def with_records(case: Case, rng: random.Random) -> Dressed:
         knots = knots[np.r_[True, np.diff(knots) > 1e-4 * end]]
     if len(knots) < 3:
         knots = end * np.linspace(0.0, 1.0, 4)
-    made, given = [], targets(case, rng, rng.randint(1, 3))
-    for target in given:
+    made, values = [], targets(case, rng, rng.randint(1, 3))
+    for target in values:
         jumps = not target.is_error and not dyadic and share(rng) < 0.5
         made.append(Channel(knots, (_leaping if jumps else _smooth)(knots, target.size, rng)))
-    return replace(dressed(case), signals=joined(made, *acting(case, given)))
+    return replace(dressed(case), signals=joined(made, *acting(case, values)))
 
 
 def _smooth(knots: np.ndarray, size: float, rng: random.Random) -> np.ndarray:
@@ -97,9 +97,9 @@ def with_run_up(case: Case, rng: random.Random) -> tuple[Dressed, Ramp, tuple[So
     first = min(slowest * between(rng, 0.1, 3.0), 0.3 * fastest)
     speeds = [first, first * rng.choice([between(rng, 0.2, 0.9), between(rng, 1.1, 5.0)])]
     ramp = Ramp(*speeds, end * rng.choice([1.0, uniform(rng, 0.3, 1.5)]))
-    given = targets(case, rng, rng.randint(1, 2))
-    sounds = tuple(Sound(tuple(_tone(rng, t, speeds) for _ in range(rng.randint(1, 2))), t.is_error) for t in given)
-    signals = joined(channels(ramp, sounds, end, case.period), *acting(case, given))
+    values = targets(case, rng, rng.randint(1, 2))
+    sounds = tuple(Sound(tuple(_tone(rng, t, speeds) for _ in range(rng.randint(1, 2))), t.is_error) for t in values)
+    signals = joined(channels(ramp, sounds, end, case.period), *acting(case, values))
     return replace(dressed(case), signals=signals), ramp, sounds
 
 
@@ -127,9 +127,9 @@ def off(signals: Signals, ramp: Ramp, sounds: Sequence[Sound], until: float) -> 
                     continue
                 time = mpf(float(begin)) + mpf(since)
                 for c, sound in enumerate(sounds):
-                    told = sum(mpf(float(a)) * mpf(since) ** j for j, a in enumerate(signals.coefficients[g, c]))
+                    reported = sum(mpf(float(a)) * mpf(since) ** j for j, a in enumerate(signals.coefficients[g, c]))
                     allowed = sum(float(np.abs(tone.amplitudes[:, 0]).max()) for tone in sound.tones)
-                    wrong = abs(told - sum(sounding(tone, ramp, time) for tone in sound.tones))
+                    wrong = abs(reported - sum(sounding(tone, ramp, time) for tone in sound.tones))
                     worst = max(worst, float(wrong / allowed))
     return worst
 

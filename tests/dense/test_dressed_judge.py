@@ -53,8 +53,8 @@ def entries_of(case: Dressed, motion: Motion, part: str) -> list[int]:
     ends = np.cumsum([first, 2 * len(case.clipped), len(case.sliders), len(case.pairs)])
     i = ("limiters", "sliders", "pairs").index(part)
     watch = motion.auxiliaries.passages.watch
-    found = np.flatnonzero((watch >= ends[i]) & (watch < ends[i + 1]))
-    return [int(found[j]) for j in sorted({int(x) for x in np.linspace(0, len(found) - 1, 5)})] if len(found) else []
+    actual = np.flatnonzero((watch >= ends[i]) & (watch < ends[i + 1]))
+    return [int(actual[j]) for j in sorted({int(x) for x in np.linspace(0, len(actual) - 1, 5)})] if len(actual) else []
 
 
 parts = pytest.mark.parametrize(
@@ -90,8 +90,8 @@ def test_a_moved_switch_is_reported(family, part):
             after = passages.time[e + 1] if e + 1 < len(time) else case.length * case.period
             if time[e] >= after:
                 continue
-            found = kinds(case, with_passages(motion, replace(passages, time=time)))
-            assert ("tick" if part == "pairs" else "on the corner") in found
+            actual = kinds(case, with_passages(motion, replace(passages, time=time)))
+            assert ("tick" if part == "pairs" else "on the corner") in actual
             tried += 1
     assert tried > 3
 
@@ -120,7 +120,7 @@ def test_a_brief_slip_left_out_carries_more_than_the_limit():
 def test_another_limit_is_reported():
     """A reach that is smaller by 1e-8: every slider that slips carries too much."""
     for case, motion in cases("friction"):
-        less = tuple(replace(each, limit=each.limit * (1 - 1e-8)) for each in case.sliders)
+        less = tuple(replace(slider, limit=slider.limit * (1 - 1e-8)) for slider in case.sliders)
         assert kinds(replace(case, sliders=less), motion) & {"slider", "on the corner"} or not entries_of(
             case, motion, "sliders"
         )

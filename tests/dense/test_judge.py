@@ -174,7 +174,7 @@ def test_a_falsified_sample_is_reported(family, name, kind):
         values = getattr(motion, name).copy()
         j, i = np.unravel_index(np.argmax(np.abs(values[1:])), values[1:].shape)
         values[j + 1, i] *= 1 + 1e-7
-        assert any(kind in found for found in kinds(case, replace(motion, **{name: values})))
+        assert any(kind in actual for actual in kinds(case, replace(motion, **{name: values})))
 
 
 @families

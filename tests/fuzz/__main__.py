@@ -54,7 +54,7 @@ def attacked(name: str, folder: Path, count: int, seed: int, shared: Any, *, gui
 
 
 def _write(attack: Attack, folder: Path) -> None:
-    finds = {told: data.hex() for told, data in attack.result.finds.items()}
+    finds = {reported: data.hex() for reported, data in attack.result.finds.items()}
     (folder / "result.json").write_text(json.dumps({"refused": attack.result.refused, "finds": finds}))
 
 
@@ -105,17 +105,17 @@ def campaign(name: str, count: int, seed: int, seconds: float, keep: Path, *, gu
             process = multiprocessing.Process(target=attacked, args=arguments, kwargs={"guided": guided})
             process.start()
             ended = _watched(process, shared, begun + seconds)
-            told = json.loads(text) if (text := _text(folder / "result.json")) else {"refused": 0, "finds": {}}
-            refused += told["refused"]
-            finds |= {what: bytes.fromhex(data) for what, data in told["finds"].items()}
+            content = json.loads(text) if (text := _text(folder / "result.json")) else {"refused": 0, "finds": {}}
+            refused += content["refused"]
+            finds |= {what: bytes.fromhex(data) for what, data in content["finds"].items()}
             if ended:
                 finds[ended] = (folder / TARGETS[name].file).read_bytes()
             elif shared.value == first and time.monotonic() - begun < seconds:
                 raise SystemExit(f"{name}: no input was tried")
     for what, data in finds.items():
         keep.mkdir(parents=True, exist_ok=True)
-        place = keep / "".join(c if c.isalnum() else "-" for c in f"{name} {what}")
-        place.write_bytes(data)
+        position = keep / "".join(c if c.isalnum() else "-" for c in f"{name} {what}")
+        position.write_bytes(data)
     return {"tried": shared.value, "refused": refused, "failures": len(finds), "finds": sorted(finds)}
 
 
@@ -163,10 +163,10 @@ def main() -> int:
         row: dict[str, Any] = {"attack": f"damaged input: {name}", "tried": 0, "failures": 0, "refused": 0, "guided": 0}
         for guided in rounds:
             share = (asked.inputs // len(rounds), asked.seed, asked.seconds / len(rounds), asked.finds)
-            found = campaign(name, *share, guided=guided)
-            print(f"{name}{', guided' * guided}: {found}", flush=True)
-            row |= {key: row[key] + found[key] for key in ("tried", "failures", "refused")}
-            row["guided"] += found["tried"] * guided
+            actual = campaign(name, *share, guided=guided)
+            print(f"{name}{', guided' * guided}: {actual}", flush=True)
+            row |= {key: row[key] + actual[key] for key in ("tried", "failures", "refused")}
+            row["guided"] += actual["tried"] * guided
         failed += row["failures"]
         earlier = kept.get(row["attack"]) if asked.add else None
         if earlier:

@@ -73,9 +73,9 @@ class Attack:
         try:
             with _bounded(2.5 * SECONDS):
                 self.target.run(self.path)
-            told = ""
+            reported = ""
         except GearRattleError:
-            told = "refused"
+            reported = "refused"
         except SlowError as error:
             return f"slow, {_where(error)}"
         except Exception as error:
@@ -85,7 +85,7 @@ class Attack:
         if largest_resident() > MOST_MEMORY + self.resident_before:
             largest_resident(afresh=True)  # the next input is not to blame
             return "memory"
-        return told
+        return reported
 
     def run(self, count: int, seed: int, before: Callable[[int, bytes], object] = lambda *_: None) -> Result:
         """Try damaged inputs.
@@ -106,9 +106,9 @@ class Attack:
                 draw = random.Random(f"{seed} {self.target.name} {number}")
                 data = mutated(draw.choice(pool), draw, text=self.target.text)
                 before(number, data)
-                told = self.tells(data)
-                self.note(told, data)
-                if not told and draw.random() < _NEW:
+                reported = self.tells(data)
+                self.note(reported, data)
+                if not reported and draw.random() < _NEW:
                     pool[len(self.seeds) + _KEPT :] = []
                     pool.insert(len(self.seeds), data)
         return self.result
@@ -122,16 +122,16 @@ class Attack:
             except ConvergenceError:  # of a study, whose cases are not simulated
                 assert self.target.name == "study file"
 
-    def note(self, told: str, data: bytes) -> None:
+    def note(self, message: str, data: bytes) -> None:
         """Count an input, and keep it if it is the shortest that shows something new."""
         self.result.tried += 1
-        self.result.refused += told == "refused"
-        if told not in ("", "refused"):
-            earlier = self.result.finds.get(told)
+        self.result.refused += message == "refused"
+        if message not in ("", "refused"):
+            earlier = self.result.finds.get(message)
             if earlier is None or len(data) < len(earlier):
-                self.result.finds[told] = data
+                self.result.finds[message] = data
 
-    def shortest(self, told: str, data: bytes, tries: int = 400) -> bytes:
+    def shortest(self, message: str, data: bytes, tries: int = 400) -> bytes:
         """Return a shorter input with the same answer, by leaving out parts of it."""
         size = len(data) // 2
         with quiet(), self.target.while_open():
@@ -140,7 +140,7 @@ class Attack:
                 while at < len(data) and tries:
                     shorter = data[:at] + data[at + size :]
                     tries -= 1
-                    if self.tells(shorter) == told:
+                    if self.tells(shorter) == message:
                         data = shorter
                     else:
                         at += size

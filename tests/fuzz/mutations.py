@@ -85,9 +85,9 @@ OF_TEXT: tuple[Mutation, ...] = (_token, _token, _token, _token, _line, _set, _c
 
 def mutated(data: bytes, draw: random.Random, *, text: bool) -> bytes:
     """Return a damaged copy, at most ``LARGEST`` bytes."""
-    found = bytearray(data)
+    actual = bytearray(data)
     for _ in range(draw.choice((1, 1, 1, 2, 3, 5, 12))):
-        if not found:
-            found += b"0"
-        draw.choice(OF_TEXT if text else OF_BYTES)(found, draw)
-    return bytes(found[:LARGEST])
+        if not actual:
+            actual += b"0"
+        draw.choice(OF_TEXT if text else OF_BYTES)(actual, draw)
+    return bytes(actual[:LARGEST])

@@ -196,16 +196,16 @@ def test_impossible_sizes_of_a_binary_universal_file_are_refused(counts: str, tm
     assert time.process_time() - begun < 2.0
 
 
-@pytest.mark.parametrize("place", ["attribute", "dataset", "member"])
-def test_an_impossible_type_of_variable_length_is_refused(place: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("position", ["attribute", "dataset", "member"])
+def test_an_impossible_type_of_variable_length_is_refused(position: str, tmp_path: Path) -> None:
     path = tmp_path / "x.h5"
     text = h5py.string_dtype()
     with h5py.File(path, "w") as file:
         file["x"] = file["time"] = np.arange(4.0)
-        if place == "attribute":
+        if position == "attribute":
             file["x"].attrs["units"] = "rad/s"
         else:
-            kind = text if place == "dataset" else np.dtype([("label", text)])
+            kind = text if position == "dataset" else np.dtype([("label", text)])
             file.create_dataset("label", (1,), kind)
     assert gr.read(path).channels[0].name == "x"
     content = path.read_bytes()
@@ -272,12 +272,12 @@ def test_a_string_of_an_unknown_encoding_is_refused(tmp_path: Path) -> None:
             read(path)
 
 
-@pytest.mark.parametrize("place", ["attribute", "dataset"])
-def test_a_string_longer_than_its_file_is_refused_before_memory_is_taken(place: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("position", ["attribute", "dataset"])
+def test_a_string_longer_than_its_file_is_refused_before_memory_is_taken(position: str, tmp_path: Path) -> None:
     path = tmp_path / "x.h5"
     with h5py.File(path, "w") as file:
         file["x"] = file["time"] = np.arange(4.0)
-        if place == "attribute":
+        if position == "attribute":
             file["x"].attrs["units"] = "rad/s"
         else:
             file["label"] = ["rad/s"]

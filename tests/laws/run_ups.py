@@ -99,8 +99,8 @@ def _table(rng: np.random.Generator, first: float, last: float) -> Array:
 def _record(rng: np.random.Generator, corners: list[float], end: float) -> Array:
     """A smooth course; some points stand on corners of tables, or within 1e-15 to 1e-3 of the run beside them."""
     inner = np.array([t for t in corners if 0.0 < t < end])
-    beside = [inner + sign * end * 10.0 ** rng.uniform(-15.0, -3.0, inner.size) for sign in (-1.0, 1.0)]
-    time = np.unique(np.concatenate([np.linspace(0.0, end, int(rng.integers(12, 60))), inner, *beside]))
+    others = [inner + sign * end * 10.0 ** rng.uniform(-15.0, -3.0, inner.size) for sign in (-1.0, 1.0)]
+    time = np.unique(np.concatenate([np.linspace(0.0, end, int(rng.integers(12, 60))), inner, *others]))
     time = time[(time >= 0.0) & (time <= end)]
     turns = rng.uniform(0.5, 4.0, 3)[:, None] * time / end
     return np.array([time, np.sin(2.0 * np.pi * (turns + rng.random((3, 1)))).sum(axis=0)])

@@ -102,8 +102,8 @@ def test_momentum_of_a_free_train_is_the_integral_of_its_loads():
     t = run.data.time.values
     waves = 1.5 * (np.cos(0.4) - np.cos(1.7 * t + 0.4)) / 1.7 + 0.8 * (1 - np.cos(3.4 * t)) / 3.4
     want = 0.7 * 1.0 + 0.2 * 0.5 + 1.1 * 0.2 + (0.3 - 0.05 - 0.2) * t + waves
-    got = run.data["velocity"].values @ [0.7, 0.2, 1.1]
-    assert np.max(np.abs(got - want)) < 1e-11 * np.max(np.abs(want))
+    actual = run.data["velocity"].values @ [0.7, 0.2, 1.1]
+    assert np.max(np.abs(actual - want)) < 1e-11 * np.max(np.abs(want))
     assert len(run.events) > 50
 
 
@@ -117,9 +117,9 @@ def test_geared_momentum_is_referred_through_the_radii():
     ).start(("0", "0"), ("0.0", "0.0"))
     run = simulate(model, 30)
     t = run.data.time.values
-    got = run.data["velocity"].values @ [0.5, 0.02 * 3.0]
+    actual = run.data["velocity"].values @ [0.5, 0.02 * 3.0]
     want = 3.0 * (1 - np.cos(30 * t)) / 30 + 0.1 * 3.0 * t
-    assert np.max(np.abs(got - want)) < 1e-11 * np.max(np.abs(want))
+    assert np.max(np.abs(actual - want)) < 1e-11 * np.max(np.abs(want))
     assert len(run.events) > 20
 
 

@@ -28,8 +28,8 @@ def half_swing(amplitude: float, limit: float, stick: float) -> tuple[float, flo
     centre = (stick * amplitude - limit) / (4.0 + stick)
     swing = amplitude - centre
     until_slip = acos((amplitude - 2 * reach - centre) / swing) / fast
-    place, speed = amplitude - 2 * reach, -swing * fast * sin(fast * until_slip)
-    away = place - limit / 4.0
+    position, speed = amplitude - 2 * reach, -swing * fast * sin(fast * until_slip)
+    away = position - limit / 4.0
     until_rest = atan2(-speed / slow, away) / slow  # away cos + speed/slow sin has its minimum half a turn later
     return until_slip, until_slip + (pi / slow - until_rest), sqrt(away**2 + (speed / slow) ** 2) - limit / 4.0
 
@@ -41,8 +41,8 @@ def test_free_decay_of_macro_slip_in_closed_form():
     # From rest with an unloaded spring: the first stretch sticks until -r, then slips.
     centre = stick * 1.5 / 64.0
     first = acos((1.5 - limit / stick - centre) / (1.5 - centre)) / 8.0
-    place, speed = 1.5 - limit / stick, -(1.5 - centre) * 8.0 * sin(8.0 * first)
-    away = place - limit / 4.0
+    position, speed = 1.5 - limit / stick, -(1.5 - centre) * 8.0 * sin(8.0 * first)
+    away = position - limit / 4.0
     amplitude = sqrt(away**2 + (speed / 2) ** 2) - limit / 4.0
     now = first + (pi - atan2(-speed / 2, away)) / 2
     want = [first, now]
@@ -173,9 +173,9 @@ def test_sides_mirrored_give_a_mirrored_motion(side):
     coupling = Coupling("c", ("x", "ground"), stages=turned[0], coast_stages=turned[1])
     mirrored = Coupling("c", ("x", "ground"), stages=turned[1], coast_stages=turned[0])
     motions = []
-    for each, sign in ((coupling, 1), (mirrored, -1)):
+    for entry, sign in ((coupling, 1), (mirrored, -1)):
         torque = Torque("x", "0", (Harmonic("1", str(3 * sign)),))
-        model = Driveline("m", (Body("x", "1"),), (each,), torques=(torque,), speed="2")
+        model = Driveline("m", (Body("x", "1"),), (entry,), torques=(torque,), speed="2")
         motions.append(simulate(model.start((str(0.4 * sign),), ("0",)), 8))
     one, two = motions
     assert np.max(np.abs(one.data.angle.values + two.data.angle.values)) < 1e-11

@@ -70,8 +70,8 @@ def test_touches_and_misses_in_between(family, seed, element, peak, part):
 def test_a_peak_is_what_the_oracle_finds():
     family, seed, element, peak = PEAKS[-1]
     with mp.workdps(50):
-        found, _ = largest_deflection(random_problem(family, seed).model, element, CYCLES)
-        assert abs(found - mpf(peak)) < mpf(10) ** -22
+        actual, _ = largest_deflection(random_problem(family, seed).model, element, CYCLES)
+        assert abs(actual - mpf(peak)) < mpf(10) ** -22
 
 
 @pytest.mark.parametrize("load", ["0.3", "0.30000001", "0.29999999"])

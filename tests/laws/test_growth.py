@@ -25,8 +25,8 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     """How often eigenvalues of a region, frequencies of a contact state and gains of a linearisation are found."""
     count: Counter[str] = Counter()
 
-    def watch(place: str, word: str) -> None:
-        module, name = place.rsplit(".", 1)
+    def watch(position: str, word: str) -> None:
+        module, name = position.rsplit(".", 1)
         home = import_module(module)
         original: Callable[..., Any] = getattr(home, name)
 
@@ -79,11 +79,11 @@ def test_the_gradient_of_a_large_driveline_keeps_no_table_of_a_region() -> None:
 
 
 def test_progress_rises_in_every_part_of_advice() -> None:
-    told: list[float] = []
-    gr.advise(gearbox(4, 2, cycles=4), progress=told.append)
-    assert told == sorted(told)
-    assert told[-1] == 1.0
-    assert {int(6.0 * share + 1e-9) for share in told} >= {0, 1, 2, 3, 4, 5}
+    reports: list[float] = []
+    gr.advise(gearbox(4, 2, cycles=4), progress=reports.append)
+    assert reports == sorted(reports)
+    assert reports[-1] == 1.0
+    assert {int(6.0 * share + 1e-9) for share in reports} >= {0, 1, 2, 3, 4, 5}
 
 
 def test_advice_can_be_stopped_in_every_part() -> None:

@@ -37,7 +37,7 @@ def test_the_paper_s_rk4_step_invents_double_sided_rattle_and_says_why(number):
     assert {-1, 0, 1} <= set(events["to_region"])
     assert 0.5 < np.mean(regions != 0) < 0.8
     growth = [re.search(r"unstable.* grows by ([0-9.]+) a step", note) for note in run.notes]
-    assert [round(float(found[1]), 2) for found in growth if found] == [1.69]
+    assert [round(float(actual[1]), 2) for actual in growth if actual] == [1.69]
 
 
 @CASES

@@ -36,18 +36,18 @@ def geared(stiffness: str) -> Driveline:
 
 @pytest.mark.parametrize("stiffness", ["1e10", "1e12"])
 def test_v8_geared_rotors(stiffness):
-    found = hertz(geared(stiffness))
-    assert found[0] == pytest.approx(0, abs=1e-3)
-    assert found[1:4] == pytest.approx([425.4, 634.1, 3247.2], abs=0.06)
-    assert found[4] > 1e6
+    actual = hertz(geared(stiffness))
+    assert actual[0] == pytest.approx(0, abs=1e-3)
+    assert actual[1:4] == pytest.approx([425.4, 634.1, 3247.2], abs=0.06)
+    assert actual[4] > 1e6
 
 
 def test_v9_chain():
     bodies = tuple(Body(f"d{i}", J) for i, J in enumerate(["3.5e-3", "3.5e-3", "3.5e-3", "0.15", "0.05"]))
     shafts = tuple(Coupling(f"s{i}", (f"d{i}", f"d{i + 1}"), k) for i, k in enumerate(["12e3", "12e3", "14e3", "10e3"]))
-    found = hertz(Driveline("chain", bodies, shafts, speed="100"))
-    assert found[0] == pytest.approx(0, abs=1e-4)
-    assert found[1:] == pytest.approx([81.21, 141.21, 378.95, 536.36], abs=0.006)
+    actual = hertz(Driveline("chain", bodies, shafts, speed="100"))
+    assert actual[0] == pytest.approx(0, abs=1e-4)
+    assert actual[1:] == pytest.approx([81.21, 141.21, 378.95, 536.36], abs=0.006)
 
 
 def test_eight_inertia_transmission():

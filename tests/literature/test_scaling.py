@@ -44,12 +44,12 @@ def case3() -> gr.Model:
 
 
 def test_table_1_comes_out_of_the_inferred_model(case3: gr.Model) -> None:
-    found = gr.nondimensionalize(case3).coefficients
-    assert {name: found[name] for name in EXACT} == pytest.approx(EXACT, rel=1e-14)
-    assert (found["b_1"], found["b_2"], found["b_3"]) == pytest.approx((160.0, 58.67, 1.0))
-    assert (found["alpha_1"], found["beta_1"], found["epsilon_3_20"]) == pytest.approx((0.001, 0.01, 0.1))
-    assert found["Omega_e"] == 1.0
-    assert [found[f"T_a1_{j}"] for j in range(1, 6)] == pytest.approx([30.0, 12.0, 7.5, 3.6, 1.8])
+    actual = gr.nondimensionalize(case3).coefficients
+    assert {name: actual[name] for name in EXACT} == pytest.approx(EXACT, rel=1e-14)
+    assert (actual["b_1"], actual["b_2"], actual["b_3"]) == pytest.approx((160.0, 58.67, 1.0))
+    assert (actual["alpha_1"], actual["beta_1"], actual["epsilon_3_20"]) == pytest.approx((0.001, 0.01, 0.1))
+    assert actual["Omega_e"] == 1.0
+    assert [actual[f"T_a1_{j}"] for j in range(1, 6)] == pytest.approx([30.0, 12.0, 7.5, 3.6, 1.8])
 
 
 @pytest.mark.parametrize("name", PRINTED)
@@ -61,15 +61,15 @@ def test_table_1_to_the_digits_printed(case3: gr.Model, name: str) -> None:
 
 
 def test_r_lambda_and_conditioning(case3: gr.Model) -> None:
-    found = gr.stiffness(case3, contact_ratio={"clutch": 0.1})
-    assert round(found.r_lambda, 1) == 332.1
+    actual = gr.stiffness(case3, contact_ratio={"clutch": 0.1})
+    assert round(actual.r_lambda, 1) == 332.1
     assert round(gr.stiffness(case3).r_lambda, 1) == 109.3
-    assert found.stiffness_class == "mild"
-    assert found.rigid_eigenvalues.real == pytest.approx([0.0, -1.512e-3], rel=1e-3)
-    size = {name: float(f"{value:.1e}") for name, value in found.condition.items()}
+    assert actual.stiffness_class == "mild"
+    assert actual.rigid_eigenvalues.real == pytest.approx([0.0, -1.512e-3], rel=1e-3)
+    size = {name: float(f"{value:.1e}") for name, value in actual.condition.items()}
     assert (size["dimensional"], size["torsional"]) == (1.7e9, 1.1e5)
-    assert found.condition["mixed"] == found.condition["translational"] == found.condition["torsional"]
-    assert found.condition["balanced"] < 6e3
+    assert actual.condition["mixed"] == actual.condition["translational"] == actual.condition["torsional"]
+    assert actual.condition["balanced"] < 6e3
 
 
 def test_r_lambda_is_the_same_without_dimensions(case3: gr.Model) -> None:
@@ -80,9 +80,9 @@ def test_r_lambda_is_the_same_without_dimensions(case3: gr.Model) -> None:
 
 
 def test_fig_6_falls_with_the_contact_ratio_of_the_gears(case3: gr.Model) -> None:
-    found = r_lambda_over(case3, "gear", [0.1, 0.5, 1.0], {"clutch": 0.1})
-    assert (np.diff(found) > 0).all()
-    assert found[-1] == pytest.approx(332.107, abs=1e-3)
+    actual = r_lambda_over(case3, "gear", [0.1, 0.5, 1.0], {"clutch": 0.1})
+    assert (np.diff(actual) > 0).all()
+    assert actual[-1] == pytest.approx(332.107, abs=1e-3)
 
 
 def test_the_paper_s_rk4_step_is_unstable(case3: gr.Model) -> None:

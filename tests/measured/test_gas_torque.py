@@ -38,14 +38,14 @@ def validated(cylinders: int, **extra: Any) -> Engine:
 @pytest.mark.parametrize("cylinders", [1, 3, 4, 6])
 def test_mean_torque_is_the_work_of_the_cycle(cylinders: int) -> None:
     """4 pi times the mean torque is the integral of p dV, each volume from the closed form of the piston's way."""
-    found = gr.gas_torque(**engine(cylinders), speed="1500 rpm")
+    actual = gr.gas_torque(**engine(cylinders), speed="1500 rpm")
     angle, pressure = trace(200_001)
     share = 0.0685 / 0.207
     way = 0.0685 * (1 - np.cos(angle)) + 0.207 * (1 - np.sqrt(1 - (share * np.sin(angle)) ** 2))
     volume = 0.25 * math.pi * 0.105**2 * way
     work = cylinders * float(np.sum(0.5 * (pressure[1:] + pressure[:-1]) * np.diff(volume)))
-    assert found.work == pytest.approx(work, rel=1e-6)
-    assert found.mean == found.work / (4.0 * np.pi)
+    assert actual.work == pytest.approx(work, rel=1e-6)
+    assert actual.mean == actual.work / (4.0 * np.pi)
 
 
 def test_piston_derivatives_are_those_of_its_way() -> None:
@@ -85,24 +85,24 @@ def test_orders_of_the_oscillating_masses() -> None:
     radius = 0.0685
     flat = {"angle": np.linspace(0.0, 4.0 * np.pi, 10).tolist(), "value": [1e5] * 10}
     for share in (0.05, 0.1, 0.2):
-        given = {**engine(1), "rod": radius / share, "pressure": flat}
-        found = gr.gas_torque(**given, speed=omega)
-        assert found.gas == ()
-        sines = {w.order: w.amplitude * math.cos(w.phase) for w in found.masses}
+        inputs = {**engine(1), "rod": radius / share, "pressure": flat}
+        actual = gr.gas_torque(**inputs, speed=omega)
+        assert actual.gas == ()
+        sines = {w.order: w.amplitude * math.cos(w.phase) for w in actual.masses}
         expected = {1.0: share / 4.0, 2.0: -0.5, 3.0: -0.75 * share, 4.0: -(share**2) / 4.0}
         for order, factor in expected.items():
             assert sines[order] == pytest.approx(mass * radius**2 * omega**2 * factor, rel=share**2, abs=0.0)
-        assert {w.order for w in found.masses} <= set(range(1, 13))
-        assert all(abs(math.sin(w.phase)) < 1e-9 for w in found.masses if w.order <= 4)
+        assert {w.order for w in actual.masses} <= set(range(1, 13))
+        assert all(abs(math.sin(w.phase)) < 1e-9 for w in actual.masses if w.order <= 4)
 
 
 @pytest.mark.parametrize("cylinders", [3, 4, 6])
 def test_even_firing_leaves_multiples_of_half_the_cylinders(cylinders: int) -> None:
-    found = gr.gas_torque(**engine(cylinders), speed="1500 rpm", orders=8)
-    assert found.harmonics
-    assert all(wave.order % (0.5 * cylinders) == 0.0 for wave in found.harmonics)
+    actual = gr.gas_torque(**engine(cylinders), speed="1500 rpm", orders=8)
+    assert actual.harmonics
+    assert all(wave.order % (0.5 * cylinders) == 0.0 for wave in actual.harmonics)
     single = {w.order: w for w in gr.gas_torque(**engine(1), speed="1500 rpm", orders=8).harmonics}
-    for wave in found.harmonics:
+    for wave in actual.harmonics:
         assert wave.amplitude == pytest.approx(cylinders * single[wave.order].amplitude, rel=1e-9)
 
 
@@ -119,8 +119,8 @@ def test_a_trace_from_a_file(tmp_path: Path) -> None:
     angle, pressure = trace()
     rows = "\n".join(f"{math.degrees(a)!r},{p / 1e5!r}" for a, p in zip(angle.tolist(), pressure.tolist(), strict=True))
     (tmp_path / "p.csv").write_text(f"phi [deg], p [bar]\n{rows}\n")
-    given = {**engine(4), "pressure": {"file": str(tmp_path / "p.csv"), "angle": "phi", "value": "p"}}
-    one, other = (gr.gas_torque(**each, speed=100.0) for each in (given, engine(4)))
+    inputs = {**engine(4), "pressure": {"file": str(tmp_path / "p.csv"), "angle": "phi", "value": "p"}}
+    one, other = (gr.gas_torque(**entry, speed=100.0) for entry in (inputs, engine(4)))
     assert [w.amplitude for w in one.harmonics] == pytest.approx([w.amplitude for w in other.harmonics], rel=1e-9)
 
 
@@ -155,8 +155,8 @@ def driven(cylinders: int, **extra: Any) -> gr.Model:
 
 def test_an_engine_in_a_model_is_its_harmonics() -> None:
     model = driven(6)
-    told = gr.gas_torque(**engine(6), speed="1500 rpm").to_table()
-    plain = model.with_({"torque.1": {"on": "crank", **told}})
+    reported = gr.gas_torque(**engine(6), speed="1500 rpm").to_table()
+    plain = model.with_({"torque.1": {"on": "crank", **reported}})
     one, other = assemble(model).system.inputs, assemble(plain).system.inputs
     assert one.mean == pytest.approx(other.mean, rel=1e-14)
     assert one.torque_sine == pytest.approx(other.torque_sine, rel=1e-12, abs=1e-12)
@@ -181,8 +181,8 @@ def test_masses_follow_a_sweep() -> None:
     for waves, factor in zip(motor.waves(), (np.ones_like(speed), speed**2), strict=True):
         for wave in waves:
             expected += factor * wave.amplitude * np.sin(wave.order * angle + wave.phase)
-    found = signals.at(time) @ signals.torque[0]
-    assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * float(np.abs(expected).max()))
+    actual = signals.at(time) @ signals.torque[0]
+    assert actual == pytest.approx(expected, rel=1e-9, abs=1e-9 * float(np.abs(expected).max()))
 
 
 def test_other_forms_of_the_model_know_the_engine() -> None:

@@ -217,8 +217,8 @@ def test_refused_with_line_key_and_words(case: Broken) -> None:
     with pytest.raises(ModelError) as caught:
         loads(SOUND.replace(case.old, case.new, 1), "car.toml")
     expected = f"car.toml:{case.line}" if case.line else "car.toml: "
-    told = [str(problem) for problem in caught.value.problems if problem.place.startswith(expected)]
-    fitting = [text for text in told if case.key in text and all(word in text for word in case.words)]
+    reported = [str(problem) for problem in caught.value.problems if problem.place.startswith(expected)]
+    fitting = [text for text in reported if case.key in text and all(word in text for word in case.words)]
     assert fitting, f"wanted {expected} {case.key} {case.words}, got:\n{caught.value}"
     assert all("\n" not in str(problem) for problem in caught.value.problems)
 

@@ -103,8 +103,8 @@ def test_rows_are_the_arms() -> None:
     ],
 )
 def test_faults_of_a_planetary_set_are_told(changes: dict[str, Any], words: str) -> None:
-    found = problems("planetary", **changes)
-    assert any(words in problem for problem in found), found
+    actual = problems("planetary", **changes)
+    assert any(words in problem for problem in actual), actual
 
 
 @pytest.mark.parametrize(
@@ -119,8 +119,8 @@ def test_faults_of_a_planetary_set_are_told(changes: dict[str, Any], words: str)
     ],
 )
 def test_faults_of_joints_are_told(changes: dict[str, Any], words: str) -> None:
-    found = problems("coupling", **changes)
-    assert any(words in problem for problem in found), found
+    actual = problems("coupling", **changes)
+    assert any(words in problem for problem in actual), actual
 
 
 def test_names_are_unique_over_all_components() -> None:

@@ -138,14 +138,14 @@ def _frequencies(model: Model) -> np.ndarray:
 
 
 def test_eight_dof_has_the_printed_frequencies() -> None:
-    found = _frequencies(_paper("eight_dof"))
-    assert found[0] < 1e-2
-    assert found[1:] == pytest.approx([346, 7412, 10134, 18526, 48442, 50869, 68632], rel=3e-4)
+    actual = _frequencies(_paper("eight_dof"))
+    assert actual[0] < 1e-2
+    assert actual[1:] == pytest.approx([346, 7412, 10134, 18526, 48442, 50869, 68632], rel=3e-4)
 
 
 def test_driveline_lash_surges_at_the_published_frequency() -> None:
-    found = _frequencies(load(EXAMPLES / "driveline_lash.toml"))
-    assert found[1] / (2.0 * math.pi) == pytest.approx(2.77, abs=0.005)
+    actual = _frequencies(load(EXAMPLES / "driveline_lash.toml"))
+    assert actual[1] / (2.0 * math.pi) == pytest.approx(2.77, abs=0.005)
 
 
 def test_manual_transmission_is_a_four_cylinder_in_neutral() -> None:

@@ -51,7 +51,7 @@ def test_it_simulates_as_the_plain_number_does() -> None:
     assert not isinstance(plain.to_tables()["torque"][0]["mean"], dict)
     np.testing.assert_array_equal(assemble(model).system.inputs.torque_sine, assemble(plain).system.inputs.torque_sine)
     np.testing.assert_array_equal(assemble(model).system.inputs.mean, assemble(plain).system.inputs.mean)
-    runs = [gr.simulate(each, cycles=4, discard=1, samples_per_cycle=16) for each in (model, plain)]
+    runs = [gr.simulate(entry, cycles=4, discard=1, samples_per_cycle=16) for entry in (model, plain)]
     assert runs[0].data.equals(runs[1].data)
 
 
@@ -96,7 +96,7 @@ def test_the_schema_knows_them() -> None:
 def test_a_study_over_speed_follows_the_tables() -> None:
     model = gr.loads(TOML)
     axes = {"excitation.speed": ["800 rpm", "2500 rpm"]}
-    found = gr.study(model, axes, ["contact share"], fixed={"simulation.cycles": 6, "simulation.discard": 2})
+    actual = gr.study(model, axes, ["contact share"], fixed={"simulation.cycles": 6, "simulation.discard": 2})
     run = gr.simulate(model.with_({"excitation.speed": "2500 rpm"}), cycles=6, discard=2, audit=False)
     share = next(e.value for e in gr.criteria(run).entries if e.quantity == "contact share")
-    assert float(found["contact share"][1, 0]) == share
+    assert float(actual["contact share"][1, 0]) == share

@@ -10,8 +10,8 @@ from gearrattle.model.components import COMPONENTS
 
 
 def _properties(name: str) -> dict[str, Any]:
-    found: dict[str, Any] = json_schema()["$defs"][name]["properties"]
-    return found
+    actual: dict[str, Any] = json_schema()["$defs"][name]["properties"]
+    return actual
 
 
 def test_is_plain_json_with_the_keys_of_the_file() -> None:

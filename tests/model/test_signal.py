@@ -90,9 +90,9 @@ def test_the_file_is_needed_once(tmp_path: Path) -> None:
 
 def test_points_cannot_be_changed(tmp_path: Path) -> None:
     model = recorded(tmp_path)
-    for each in (model, pickle.loads(pickle.dumps(model))):
+    for entry in (model, pickle.loads(pickle.dumps(model))):
         with pytest.raises(ValueError, match="read-only"):
-            each.torques[0].signal.value[0] = 7.0
+            entry.torques[0].signal.value[0] = 7.0
 
 
 def test_a_long_record_costs_little(tmp_path: Path) -> None:

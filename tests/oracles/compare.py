@@ -131,17 +131,17 @@ def judge(model: Driveline, run: gr.Run, exact: Solution, scale: Scales, toleran
     if not np.allclose(data.time.values, exact.array("time"), rtol=4e-16 * 8, atol=0):
         faults.append("time grid differs")
     for name, (want, unit) in expected.items():
-        got = data[name].values
-        if got.shape != want.shape:
-            faults.append(f"{name}: shape {got.shape}, expected {want.shape}")
+        actual = data[name].values
+        if actual.shape != want.shape:
+            faults.append(f"{name}: shape {actual.shape}, expected {want.shape}")
             continue
-        error = np.abs(got - want) / unit
-        errors[name] = float(np.nanmax(error)) if np.all(np.isfinite(got)) and error.size else 0.0
+        error = np.abs(actual - want) / unit
+        errors[name] = float(np.nanmax(error)) if np.all(np.isfinite(actual)) and error.size else 0.0
         bad = ~(error <= tolerance[:, None])
         if bad.any():
             i, j = np.argwhere(bad)[0]
             faults.append(
-                f"{name}[{i}, {j}] at t = {data.time.values[i]:.17g}: {got[i, j]:.17g}, exact {want[i, j]:.17g}, "
+                f"{name}[{i}, {j}] at t = {data.time.values[i]:.17g}: {actual[i, j]:.17g}, exact {want[i, j]:.17g}, "
                 f"{error[i, j]:.2g} of scale, allowed {tolerance[i]:.2g}"
             )
     _judge_regions(model, run, exact, scale, tolerance=tolerance, faults=faults)
@@ -157,13 +157,13 @@ def _judge_regions(model, run, exact: Solution, scale: Scales, *, tolerance, fau
     clear = list(model.clearances)
     if not clear:
         return
-    want, got = exact.array("region")[:, clear], run.data.region.values
+    want, actual = exact.array("region")[:, clear], run.data.region.values
     laws = [law_of(model.elements[k]) for k in clear]
     deflection = exact.array("deflection")[:, clear]
-    for i, j in np.argwhere(want != got):
+    for i, j in np.argwhere(want != actual):
         distance = min(abs(deflection[i, j] - to_float(c)) for c in laws[j].corners)
         if distance > tolerance[i] * scale.deflection[clear[j]]:
-            faults.append(f"region[{i}, {j}] is {got[i, j]}, exact {want[i, j]}, {distance:.3g} from a corner")
+            faults.append(f"region[{i}, {j}] is {actual[i, j]}, exact {want[i, j]}, {distance:.3g} from a corner")
             return
 
 

@@ -117,9 +117,9 @@ def switch_faults(run: gr.Run, exact: Motion) -> list[str]:
     faults, late = [], 1e-7 * to_float(exact.time[-1])
     want = [(to_float(s.time), s.name, _WORDS.get(s.to, s.to)) for s in exact.switches]
     want = [(time, name, "sticks" if word.startswith("stick") else word) for time, name, word in want]
-    got = logged(run)
-    for name in sorted({name for _, name, _ in [*want, *got]}):
-        mine, theirs = ([(t, word) for t, n, word in rows if n == name] for rows in (got, want))
+    actual = logged(run)
+    for name in sorted({name for _, name, _ in [*want, *actual]}):
+        mine, theirs = ([(t, word) for t, n, word in rows if n == name] for rows in (actual, want))
         if [word for _, word in mine] != [word for _, word in theirs]:
             faults.append(f"{name}: {len(mine)} switches, exact {len(theirs)}: {mine[:6]} ..., exact {theirs[:6]}")
         elif any(abs(a[0] - b[0]) > late for a, b in zip(mine, theirs, strict=True)):

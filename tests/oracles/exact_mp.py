@@ -345,7 +345,7 @@ def _inner(law: Law, corner: int) -> int:
 
 def _first_crossings(system: _System, step: _Step, poly: _Piece, corner_at: dict[int, int]):
     """Return the crossings (element, corner) that come first in the step and their place s, or none and s = 1."""
-    found: list[tuple[int, int, int]] = []
+    actual: list[tuple[int, int, int]] = []
     for k, law in enumerate(system.laws):
         r = step.pieces[k]
         for corner in (r - 1, r):
@@ -359,11 +359,11 @@ def _first_crossings(system: _System, step: _Step, poly: _Piece, corner_at: dict
                     c = c[1:]
             s = first_root(c)
             if s is not None:
-                found.append((s, k, corner))
-    if not found:
+                actual.append((s, k, corner))
+    if not actual:
         return [], ONE
-    first = min(found)[0]
-    together = sorted((k, corner) for s, k, corner in found if s - first <= TINY)
+    first = min(actual)[0]
+    together = sorted((k, corner) for s, k, corner in actual if s - first <= TINY)
     return together, first
 
 

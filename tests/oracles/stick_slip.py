@@ -46,12 +46,12 @@ def frictions(element) -> list[Friction]:
     drive, coast = element.sides
     heights = [[Fraction(stage.hysteresis) for stage in side] for side in (drive, coast)]
     split = 0 if 0 in law_of(element).corners else None
-    found, shared = [], min(heights[0][0], heights[1][0])
+    actual, shared = [], min(heights[0][0], heights[1][0])
 
     def add(name, height, stage, low, high):
         if height > 0:
             spring, limit = stage.stick, height / 2
-            found.append(Friction(name, fixed(spring), fixed(limit), fixed(limit / spring), low, high))
+            actual.append(Friction(name, fixed(spring), fixed(limit), fixed(limit / spring), low, high))
 
     add("0", shared, drive[0] if heights[0][0] == shared else coast[0], -np.inf, np.inf)
     for i, stage in enumerate(drive):
@@ -59,7 +59,7 @@ def frictions(element) -> list[Friction]:
     for i, stage in enumerate(coast):
         outer = -i - 1 if split == 0 else -i
         add(f"coast.{i}", heights[1][i] - (heights[1][i - 1] if i else shared), stage, -np.inf, outer)
-    return [replace_name(f, element.name) for f in found]
+    return [replace_name(f, element.name) for f in actual]
 
 
 def replace_name(friction: Friction, element: str) -> Friction:
@@ -259,7 +259,7 @@ class _March:
 
     def lasts(self, deltas, shift: int) -> int | None:
         """How far into the step everything lasts; None: all of it."""
-        found = []
+        actual = []
         for k, part in enumerate(self.parts):
             for _, guard, _ in part.guards(deltas[k], shift):
                 c = list(guard)
@@ -267,8 +267,8 @@ class _March:
                     c = c[1:]
                     while c and abs(c[0]) <= TINY >> 40:
                         c = c[1:]
-                found.append(first_root(c))
-        return min((s for s in found if s is not None), default=None)
+                actual.append(first_root(c))
+        return min((s for s in actual if s is not None), default=None)
 
     def sample(self, step, poly, time: int) -> None:
         """Store everything at one instant."""

@@ -13,8 +13,8 @@ QUICK = (("stiff", 4), ("half-order", 0), ("mesh", 1), ("mesh", 6), ("stiff", 36
 
 
 def test_the_error_at_the_horizon_is_the_stated_rounding_grown_ten_million_fold() -> None:
-    found = [measured(f"{family} {seed}", random_problem(family, seed).model) for family, seed in QUICK]
-    rounding = np.array([one.error / GROWTH for one in found if one is not None])
+    actual = [measured(f"{family} {seed}", random_problem(family, seed).model) for family, seed in QUICK]
+    rounding = np.array([one.error / GROWTH for one in actual if one is not None])
     assert rounding.size == len(QUICK)
     assert np.all(rounding < ROUNDING_95)
     assert ROUNDING / 5.0 < np.exp(np.mean(np.log(rounding))) < 5.0 * ROUNDING

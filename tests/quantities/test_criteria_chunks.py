@@ -60,8 +60,8 @@ def same(have: Sequence[Row], want: Sequence[Row], last_only: str = LAST_ONLY) -
         assert replace(a, value=0.0, error=0.0) == replace(b, value=0.0, error=0.0)
         assert a.error == pytest.approx(b.error, rel=1e-9, abs=1e-12, nan_ok=True)
         rounding = 1e-10 if b.unit == "rad/s^2" else 0.0  # of sums over accelerations of some thousand
-        told = b.value if isinstance(b.value, str) else pytest.approx(b.value, rel=1e-11, abs=rounding, nan_ok=True)
-        assert a.value == told
+        reported = b.value if isinstance(b.value, str) else pytest.approx(b.value, rel=1e-11, abs=rounding, nan_ok=True)
+        assert a.value == reported
 
 
 @pytest.mark.parametrize("ends", CUTS, ids=len)

@@ -89,8 +89,8 @@ def test_the_formula_says_the_centre_where_zero_is_a_corner(slopes: list[float],
     rows: list[Row] = [(0.2, 0, 0, -1, -0.5, 0.0), (0.7, 0, -1, 0, 0.5, 0.0)]
     motion = trajectory(plate, rows, final=1.0)
     words = f"; delta = 0 is a corner, the centre is region {centre}"
-    for each in (ImpactStatistics(), ContactShare(), ImpactRegime()):
-        for item in evaluate(each, motion):
+    for entry in (ImpactStatistics(), ContactShare(), ImpactRegime()):
+        for item in evaluate(entry, motion):
             if item.subject == "spring" and not item.quantity.startswith("share of region"):
                 assert item.formula.endswith(words)
     assert value(evaluate(criterion, motion), "spring", "impacts per cycle") == impacts / motion.cycles

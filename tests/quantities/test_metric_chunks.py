@@ -52,8 +52,8 @@ def compared(whole: pd.DataFrame, chunks: pd.DataFrame, tolerance: float) -> Non
             re.sub(r"about [\d.e+-]+ %", "about", row.note) for row in (one, other)
         ]  # an estimate of each chunk's own
         assert notes[0] == notes[1], one.quantity
-        told = f"{one.subject}: {one.quantity}"
-        assert other.value == pytest.approx(one.value, rel=tolerance, abs=1e-9 * scale, nan_ok=True), told
+        reported = f"{one.subject}: {one.quantity}"
+        assert other.value == pytest.approx(one.value, rel=tolerance, abs=1e-9 * scale, nan_ok=True), reported
 
 
 @pytest.mark.parametrize("chunk", [1, 7, 23])
@@ -101,13 +101,13 @@ def test_moments_of_pieces_are_those_of_the_whole() -> None:
     weights = np.ones(1001)
     weights[[0, -1]] = 0.5
     for column in (0, 1):
-        told = merged.summary(column)
+        reported = merged.summary(column)
         exact = values[:, column].astype(np.longdouble)
         mean = np.sum(weights * exact) / 1000
-        assert told.mean == pytest.approx(float(mean), rel=1e-14)
-        for power, found in ((2, told.second), (4, told.fourth)):
-            assert found == pytest.approx(float(np.sum(weights * (exact - mean) ** power) / 1000), rel=1e-6)
-        assert (told.low, told.high) == (values[:, column].min(), values[:, column].max())
+        assert reported.mean == pytest.approx(float(mean), rel=1e-14)
+        for power, actual in ((2, reported.second), (4, reported.fourth)):
+            assert actual == pytest.approx(float(np.sum(weights * (exact - mean) ** power) / 1000), rel=1e-6)
+        assert (reported.low, reported.high) == (values[:, column].min(), values[:, column].max())
 
 
 def test_no_chunk_is_kept() -> None:

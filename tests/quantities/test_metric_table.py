@@ -103,14 +103,16 @@ def test_sides_from_samples_come_near_those_from_the_log(samples: int) -> None:
     motion = synthetic.trajectory(samples=samples)
     exact = {(r.subject, r.quantity): r.value for r in rows_of(inputs_of_motion(motion, ENGINE))}
     rows = rows_of(inputs_of_recording(recording_of(motion), motion.layout, synthetic.OMEGA, ENGINE))
-    found = [row for row in rows if row.name == "contact_sides"]
-    assert found
-    for row in found:
+    actual = [row for row in rows if row.name == "contact_sides"]
+    assert actual
+    for row in actual:
         assert "from samples" in row.note
         slack = 8.0 / samples if "share" in row.quantity else 1.0 / 8.0 + 1e-9  # of 8 cycles
         assert abs(row.value - exact[row.subject, row.quantity]) <= slack
-    for subject in {row.subject for row in found}:
-        rates = [(r.value, exact[r.subject, r.quantity]) for r in found if r.subject == subject and "per" in r.quantity]
+    for subject in {row.subject for row in actual}:
+        rates = [
+            (r.value, exact[r.subject, r.quantity]) for r in actual if r.subject == subject and "per" in r.quantity
+        ]
         assert sum(value for value, _ in rates) == pytest.approx(sum(want for _, want in rates), rel=1e-9)
 
 
@@ -120,11 +122,11 @@ def test_without_a_model_only_what_needs_none_is_measured() -> None:
     shaft = 100.0 + 2.0 * np.sin(2.0 * 100.0 * time)
     rig = Recording(time, (Channel("n", "speed", "input", "rad/s", shaft),), "rig.csv")
     rows = rows_of(inputs_of_recording(rig, None, None, (2.0,)))
-    told = {row.name: row.note for row in rows if row.subject == ""}
-    assert set(told) == set(ids) - {"irregularity"}
-    one_shaft = told.pop("order_transmissibility")
+    reported = {row.name: row.note for row in rows if row.subject == ""}
+    assert set(reported) == set(ids) - {"irregularity"}
+    one_shaft = reported.pop("order_transmissibility")
     assert "nothing of the kind" in one_shaft
-    assert all("needs" in note for note in told.values())
+    assert all("needs" in note for note in reported.values())
     (swing,) = [row.value for row in rows if row.quantity == "peak-to-peak speed at order 2"]
     assert swing == pytest.approx(4.0, rel=1e-4)  # the last 15 revolutions, to a sample
 
@@ -241,8 +243,8 @@ def test_speeds_of_two_shafts_have_a_transmissibility() -> None:
         Channel("out", "speed", "output", "rad/s", 400.0 + 0.5 * swing),
     )
     rows = rows_of(inputs_of_recording(Recording(time, channels, "rig.csv"), None, 200.0, (2.0,)))
-    (found,) = [row for row in rows if row.name == "order_transmissibility"]
-    assert (found.subject, found.value) == ("output", pytest.approx(0.25, rel=1e-9))
+    (actual,) = [row for row in rows if row.name == "order_transmissibility"]
+    assert (actual.subject, actual.value) == ("output", pytest.approx(0.25, rel=1e-9))
 
 
 @pytest.mark.parametrize("example", ["run_up", "measured_flywheel", "clutch_friction", "alternating_mesh"])

@@ -74,15 +74,15 @@ def test_a_study_counts_no_stage_changes_as_rattle() -> None:
     """The clutch works through its corner in every sample; the mesh alone can rattle, and its probability is told."""
     model = gr.loads(CLUTCH_AND_GEAR)
     vary = {"inertia.gear.drag_torque": {"distribution": "uniform", "from": 0.9, "to": 1.1}}
-    found = gr.study(model, outputs=["verdict", "regime"], vary=vary, samples=8, seed=2)
-    regime = found["regime"]
+    actual = gr.study(model, outputs=["verdict", "regime"], vary=vary, samples=8, seed=2)
+    regime = actual["regime"]
     assert (regime.sel(part="clutch") > 0).all()
-    assert (found["verdict"] == regime.sel(part="mesh")).all()
-    probability = gr.studies.rattle_probability(found)
+    assert (actual["verdict"] == regime.sel(part="mesh")).all()
+    probability = gr.studies.rattle_probability(actual)
     assert probability["part"].values.tolist() == ["mesh"]
-    whole = gr.studies.rattle_probability(found, "verdict")
+    whole = gr.studies.rattle_probability(actual, "verdict")
     assert float(whole["probability"]) == float(probability["probability"].sel(part="mesh"))
-    for code, sample in zip(found["verdict"].values, found["inertia.gear.drag_torque"].values, strict=True):
+    for code, sample in zip(actual["verdict"].values, actual["inertia.gear.drag_torque"].values, strict=True):
         alone = gr.criteria(gr.simulate(model.with_({"inertia.gear.drag_torque": float(sample)})))
         assert ("quiet", "single-sided", "double-sided")[int(code)] == alone.verdict
 
@@ -93,11 +93,11 @@ def test_the_page_of_a_study_says_rattle_of_gaps_alone() -> None:
     from gearrattle.report.study_tables import probability_table
 
     vary = {"inertia.gear.drag_torque": {"distribution": "uniform", "from": 0.9, "to": 1.1}}
-    found = gr.study(gr.loads(CLUTCH_AND_GEAR), outputs=["regime"], vary=vary, samples=8, seed=2)
-    assert "clutch" not in summary_of(found)
-    assert "mesh rattles in" in summary_of(found)
-    assert [row[0] for row in probability_table(found).rows] == ["mesh"]
-    only_clutch = found.isel(part=np.array([0]))
+    actual = gr.study(gr.loads(CLUTCH_AND_GEAR), outputs=["regime"], vary=vary, samples=8, seed=2)
+    assert "clutch" not in summary_of(actual)
+    assert "mesh rattles in" in summary_of(actual)
+    assert [row[0] for row in probability_table(actual).rows] == ["mesh"]
+    only_clutch = actual.isel(part=np.array([0]))
     assert summary_of(only_clutch) == "No part has a gap: nothing can rattle."
     assert probability_table(only_clutch).rows == ()
 

@@ -69,8 +69,8 @@ def test_extremes_and_moments_are_those_of_very_dense_samples(example: str, cycl
     )
     assert coarse.exact is not None
     signals, layout = coarse.exact.signals(coarse), coarse.layout
-    found = coarse.exact.statistics(coarse, signals)
-    assert found is not None
+    actual = coarse.exact.statistics(coarse, signals)
+    assert actual is not None
     begin = dense.discard * dense.samples_per_cycle
     for i, (kind, name) in enumerate(signals):
         if kind == "force":
@@ -78,24 +78,24 @@ def test_extremes_and_moments_are_those_of_very_dense_samples(example: str, cycl
             samples = dense.element_torque[begin:, element] / layout.radii[element, 0]
         else:
             samples = getattr(dense, kind)[begin:, layout.inertia_names.index(name)]
-        told = summary_of(samples)
-        rounding, beyond = 1e-7 * told.reach, 0.02 * told.reach
-        assert -rounding <= found.high[i] - told.high <= beyond, (kind, name)
-        assert -rounding <= told.low - found.low[i] <= beyond, (kind, name)
-        assert found.mean[i] == pytest.approx(told.mean, abs=1e-4 * told.reach)
-        assert found.second[i] == pytest.approx(told.second, rel=2e-3)
-        assert found.fourth[i] == pytest.approx(told.fourth, rel=2e-3)
+        reported = summary_of(samples)
+        rounding, beyond = 1e-7 * reported.reach, 0.02 * reported.reach
+        assert -rounding <= actual.high[i] - reported.high <= beyond, (kind, name)
+        assert -rounding <= reported.low - actual.low[i] <= beyond, (kind, name)
+        assert actual.mean[i] == pytest.approx(reported.mean, abs=1e-4 * reported.reach)
+        assert actual.second[i] == pytest.approx(reported.second, rel=2e-3)
+        assert actual.fourth[i] == pytest.approx(reported.fourth, rel=2e-3)
 
 
 def test_a_free_oscillation_has_its_closed_form() -> None:
     """A body on a linear spring to ground, 3 samples a period of its motion: peak A w^2, <a^2> = A^2 w^4 / 2."""
     run = gr.simulate(gr.loads(ONE_BODY))
-    found = run.trajectory.exact.statistics(run.trajectory, [("acceleration", "body"), ("velocity", "body")])
-    assert found.high == pytest.approx([90.0, 3.0], rel=1e-11)
-    assert found.low == pytest.approx([-90.0, -3.0], rel=1e-11)
-    assert found.second == pytest.approx([90.0**2 / 2.0, 4.5], rel=1e-10)
-    assert found.fourth == pytest.approx([3.0 * 90.0**4 / 8.0, 3.0 * 81.0 / 8.0], rel=1e-10)
-    assert np.abs(found.mean).max() < 1e-6
+    actual = run.trajectory.exact.statistics(run.trajectory, [("acceleration", "body"), ("velocity", "body")])
+    assert actual.high == pytest.approx([90.0, 3.0], rel=1e-11)
+    assert actual.low == pytest.approx([-90.0, -3.0], rel=1e-11)
+    assert actual.second == pytest.approx([90.0**2 / 2.0, 4.5], rel=1e-10)
+    assert actual.fourth == pytest.approx([3.0 * 90.0**4 / 8.0, 3.0 * 81.0 / 8.0], rel=1e-10)
+    assert np.abs(actual.mean).max() < 1e-6
 
 
 def test_signals_asked_for_alone_have_the_extremes_of_all_together() -> None:
@@ -128,7 +128,7 @@ def test_chunks_have_the_extremes_of_the_whole() -> None:
 def test_a_saved_motion_still_knows_its_peaks(tmp_path: Path) -> None:
     run = gr.simulate(gr.load(EXAMPLES / "paper" / "case3.toml"), cycles=4, discard=2)
     run.save(tmp_path / "run.nc")
-    before, after = (gr.metrics(each, names=PEAKED) for each in (run, gr.open_run(tmp_path / "run.nc")))
+    before, after = (gr.metrics(entry, names=PEAKED) for entry in (run, gr.open_run(tmp_path / "run.nc")))
     assert after.value.to_numpy() == pytest.approx(before.value.to_numpy(), rel=1e-9, nan_ok=True)
 
 
@@ -176,11 +176,11 @@ def test_levels_are_those_of_a_hundred_thousand_samples_a_cycle(example: str) ->
     level = np.sqrt(np.mean(acceleration[:-1] ** 2, axis=0))
     reference = dense.trajectory.layout.reference
     verdict = gr.criteria(coarse)
-    found = {word: np.array([e.value for e in verdict.entries if e.quantity == word]) for word in LEVELS}
-    assert found["peak-to-peak acceleration"] == pytest.approx(swing, rel=2e-3)
-    assert np.all(found["peak-to-peak acceleration"] >= swing * (1.0 - 1e-9))
-    assert found["TR rms"] == pytest.approx(level / level[reference], rel=1e-3)
-    assert found["TR peak"] == pytest.approx(swing / swing[reference], rel=2e-3)
+    actual = {word: np.array([e.value for e in verdict.entries if e.quantity == word]) for word in LEVELS}
+    assert actual["peak-to-peak acceleration"] == pytest.approx(swing, rel=2e-3)
+    assert np.all(actual["peak-to-peak acceleration"] >= swing * (1.0 - 1e-9))
+    assert actual["TR rms"] == pytest.approx(level / level[reference], rel=1e-3)
+    assert actual["TR peak"] == pytest.approx(swing / swing[reference], rel=2e-3)
     assert {e.error for e in verdict.entries if e.quantity in LEVELS} == {0.0}
     rows = gr.metrics(coarse, names=["force_statistics"]).query("quantity == 'force exceeded 5 % of the time'")
     assert rows.error.tolist() == [0.0] * len(rows)
@@ -194,8 +194,8 @@ def test_levels_are_those_of_a_hundred_thousand_samples_a_cycle(example: str) ->
 def test_the_level_exceeded_by_a_sine_has_its_closed_form() -> None:
     """|A sin| is above L for 1 - 2/pi arcsin(L/A) of the time; a force that is 0 nearly always exceeds 0."""
     run = gr.simulate(gr.loads(ONE_BODY))
-    found = run.trajectory.exact.exceeded(run.trajectory, [("force", "spring"), ("velocity", "body")], 0.05)
-    assert found == pytest.approx(np.array([90.0, 3.0]) * np.sin(0.95 * np.pi / 2.0), rel=1e-10)
+    actual = run.trajectory.exact.exceeded(run.trajectory, [("force", "spring"), ("velocity", "body")], 0.05)
+    assert actual == pytest.approx(np.array([90.0, 3.0]) * np.sin(0.95 * np.pi / 2.0), rel=1e-10)
     assert run.trajectory.exact.exceeded(run.trajectory, [("force", "spring")], 0.75) == pytest.approx(
         90.0 * np.sin(0.25 * np.pi / 2.0), rel=1e-10
     )

@@ -56,12 +56,12 @@ def test_a_free_impact_on_ground_exchanges_its_closed_form() -> None:
 def test_under_a_constant_load_it_is_the_contact_impulse_less_the_load_times_the_contact() -> None:
     """F_0 is the load: ten bounces of a body that a constant torque presses on its stop."""
     text = GROUNDED.format(load=0.0, torque='torque = [{ on = "body", mean = 60.0 }]', angle=0.0, velocity=2.0)
-    found = find_impacts(gr.simulate(gr.loads(text)).trajectory)
-    whole = ~found.censored
+    actual = find_impacts(gr.simulate(gr.loads(text)).trajectory)
+    whole = ~actual.censored
     assert whole.sum() >= 10
-    above = found.impulse - 60.0 * found.duration
-    assert found.exchanged[whole] == pytest.approx(above[whole], rel=1e-8)
-    assert (found.impulse[whole] > 1.2 * found.exchanged[whole]).any()
+    above = actual.impulse - 60.0 * actual.duration
+    assert actual.exchanged[whole] == pytest.approx(above[whole], rel=1e-8)
+    assert (actual.impulse[whole] > 1.2 * actual.exchanged[whole]).any()
 
 
 PAIR = """
@@ -91,9 +91,9 @@ discard = 2
 def test_in_a_driven_mesh_it_is_the_force_above_the_quasi_static_load() -> None:
     """The integral of F - m_eff (w M^-1 Q - e'') over every contact, Q and e integrated in closed form."""
     run = gr.simulate(gr.loads(PAIR))
-    found = find_impacts(run.trajectory)
+    actual = find_impacts(run.trajectory)
     mass = 1.0 / (0.06**2 / 0.03 + 0.03**2 / 0.004)
-    assert found.mass == pytest.approx(mass, rel=1e-14)
+    assert actual.mass == pytest.approx(mass, rel=1e-14)
 
     def loaded(t: np.ndarray) -> np.ndarray:
         """m_eff (w M^-1 Q - e''), integrated from 0 to t."""
@@ -102,12 +102,12 @@ def test_in_a_driven_mesh_it_is_the_force_above_the_quasi_static_load() -> None:
         # the loose gear turns the other way: its drag presses delta open, + r_b T / J_b
         return mass * (0.06 / 0.03 * torque + 0.03 / 0.004 * 1.5 * t - 4e-6 * error * np.cos(error * t))
 
-    whole = ~found.censored
-    above = found.impulse - (loaded(found.time + found.duration) - loaded(found.time))
+    whole = ~actual.censored
+    above = actual.impulse - (loaded(actual.time + actual.duration) - loaded(actual.time))
     assert whole.sum() > 20
-    scale = np.abs(found.exchanged).max()
-    assert np.abs(found.exchanged - above)[whole].max() < 1e-8 * scale
-    assert np.abs(found.exchanged - found.impulse)[whole].max() > 0.05 * scale
+    scale = np.abs(actual.exchanged).max()
+    assert np.abs(actual.exchanged - above)[whole].max() < 1e-8 * scale
+    assert np.abs(actual.exchanged - actual.impulse)[whole].max() > 0.05 * scale
 
 
 TWO_GEARS = """

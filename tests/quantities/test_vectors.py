@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -93,9 +92,9 @@ def test_an_order_is_transmitted_alike_by_angle_and_by_acceleration() -> None:
     time = np.arange(257) / 64
     two = rig(sine(0.5)(time), "angle", "driver", "rad")
     other = Channel("another", "acceleration", "loose", "rad/s^2", sine(2.0)(time))
-    two = replace(two, channels=(*two.channels, other))
-    (found,) = OrderTransmissibility().rows(inputs_of_recording(two, layout(), OMEGA, (1.0,)))
-    assert found.value == pytest.approx(2.0 / (0.5 * OMEGA**2), rel=1e-9)
+    two = two.with_(channels=(*two.channels, other))
+    (actual,) = OrderTransmissibility().rows(inputs_of_recording(two, layout(), OMEGA, (1.0,)))
+    assert actual.value == pytest.approx(2.0 / (0.5 * OMEGA**2), rel=1e-9)
 
 
 def test_without_a_model_forces_that_are_not_in_newton_are_left_out_with_a_note() -> None:

@@ -24,13 +24,13 @@ def measured(model: gr.Model, small: gr.typing.Reduction, rng: np.random.Generat
     worst = 0.0
     for _ in range(PROBES):
         ratio = {name: float(rng.choice([rng.uniform(), 10 ** rng.uniform(-2.3, 0), 0.0, 1.0])) for name in gaps}
-        full, less = (gr.modes(each, contact_ratio=ratio).frequencies for each in (model, small.model))
+        full, less = (gr.modes(entry, contact_ratio=ratio).frequencies for entry in (model, small.model))
         rigid = int(np.count_nonzero(full == 0.0))
         assert rigid == np.count_nonzero(less == 0.0)
         inside = full[rigid:][full[rigid:] <= small.up_to]
-        found = np.append(less[rigid:], np.full(full.size, np.inf))[: inside.size]
-        assert np.all(found >= inside * (1 - 1e-9))
-        worst = max(worst, float(np.max(np.abs(found - inside) / inside, initial=0.0)))
+        actual = np.append(less[rigid:], np.full(full.size, np.inf))[: inside.size]
+        assert np.all(actual >= inside * (1 - 1e-9))
+        worst = max(worst, float(np.max(np.abs(actual - inside) / inside, initial=0.0)))
     return worst
 
 
@@ -49,9 +49,9 @@ def test_the_stated_error_is_not_optimistic() -> None:
         (model, small), rng = reduced(seed), np.random.default_rng(2000 + seed)
         assert float(small.error) <= small.error.limit
         merged += any(fate.merged for fate in small.elements.values())
-        found = measured(model, small, rng)
-        if found > 1e-9:
-            ratios.append(found / float(small.error))
+        actual = measured(model, small, rng)
+        if actual > 1e-9:
+            ratios.append(actual / float(small.error))
     assert merged >= 0.7 * DRIVELINES
     assert len(ratios) >= 0.5 * DRIVELINES
     assert max(ratios) <= 1.5
@@ -70,7 +70,7 @@ def test_the_stated_errors_of_responses_are_not_optimistic() -> None:
         model, small = reduced(seed)
         if not small.groups:
             continue
-        names, kept = ([body.name for body in each.inertias] for each in (model, small.model))
+        names, kept = ([body.name for body in entry.inertias] for entry in (model, small.model))
         at = {member: (owner, ratio) for owner, group in small.groups.items() for member, ratio in group.items()}
         owner, ratio = at.get("b0", ("b0", 1.0))
         omega = np.linspace(0.0, small.up_to, 1501)[1:]

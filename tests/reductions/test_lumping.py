@@ -125,12 +125,12 @@ def test_rigid_body_energy_is_kept(seed: int) -> None:
     model, small = reduced(seed)
     reference = small.model.inertias[-1].name
     seen = []
-    for each in (model, small.model):
-        found = gr.modes(each)
-        if found.frequencies[0] > 0.0:
+    for entry in (model, small.model):
+        actual = gr.modes(entry)
+        if actual.frequencies[0] > 0.0:
             return  # held by the ground
-        motion = found.shapes[:, 0] / found.shapes[found.inertia_names.index(reference), 0]
-        seen.append(float(np.array([body.J for body in each.inertias]) @ motion**2))
+        motion = actual.shapes[:, 0] / actual.shapes[actual.inertia_names.index(reference), 0]
+        seen.append(float(np.array([body.J for body in entry.inertias]) @ motion**2))
     assert seen[1] == pytest.approx(seen[0], rel=1e-11)
 
 

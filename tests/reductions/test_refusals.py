@@ -83,7 +83,7 @@ def test_staged_couplings_stay_between_equal_speeds() -> None:
     with pytest.raises(gr.ModelError, match="different speeds"):
         gr.reduce(model, 2.0, merge=["gears"])
     one = driveline(inertia=[body(x) for x in "abd"], coupling=shafts[1:], mesh=[gears])
-    assert [each.name for each in gr.reduce(one, 2.0).model.inertias] == ["b", "d"]
+    assert [inertia.name for inertia in gr.reduce(one, 2.0).model.inertias] == ["b", "d"]
 
 
 def test_a_transmission_error_inside_the_band_keeps_its_mesh() -> None:
@@ -115,9 +115,9 @@ def test_a_start_state_keeps_its_momentum() -> None:
     model = gr.load(EIGHT).with_({"simulation.initial": {"angle": [0.1] * 8, "velocity": [float(i) for i in range(8)]}})
     small = gr.reduce(model, "75 Hz").model
 
-    def momentum(each: gr.Model) -> float:
-        velocity = each.simulation.initial.velocity  # type: ignore[union-attr]
-        return sum(b.J * v for b, v in zip(each.inertias, velocity, strict=True))
+    def momentum(entry: gr.Model) -> float:
+        velocity = entry.simulation.initial.velocity  # type: ignore[union-attr]
+        return sum(b.J * v for b, v in zip(entry.inertias, velocity, strict=True))
 
     assert momentum(small) == pytest.approx(momentum(model), rel=1e-13)
     assert small.simulation.initial.angle == pytest.approx([0.1] * 6, rel=1e-14)  # type: ignore[union-attr]

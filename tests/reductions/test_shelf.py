@@ -29,10 +29,10 @@ def asked(seed: int, factor: float = 1.2) -> Request:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_every_basis_has_full_rank_holds_rigid_motions_and_bounds_frequencies_from_above(name: str, seed: int) -> None:
     request = asked(seed)
-    found = REDUCTIONS[name](request)
-    basis = found.basis
-    assert len(found.coordinates) == found.size == np.linalg.matrix_rank(basis) <= request.system.size
-    for j, i in enumerate(found.coordinates):
+    actual = REDUCTIONS[name](request)
+    basis = actual.basis
+    assert len(actual.coordinates) == actual.size == np.linalg.matrix_rank(basis) <= request.system.size
+    for j, i in enumerate(actual.coordinates):
         if i >= 0 and name != "modal":
             assert basis[i, j] == 1.0
             assert np.count_nonzero(basis[i]) == 1
@@ -85,12 +85,14 @@ def test_accelerance_of_one_body_on_a_spring() -> None:
 def test_condense_gives_matrices_whose_frequencies_are_those_it_says(name: str) -> None:
     model = random_driveline(5)
     band = 1.1 * float(gr.modes(model).frequencies[1]) / (2 * pi)
-    found = gr.condense(model, band, method=name, limit=0.2)
-    values = np.linalg.eigvals(np.linalg.solve(found.mass, found.stiffness))
-    assert np.sqrt(np.abs(np.sort(values.real))) == pytest.approx(found.frequencies(), rel=1e-5, abs=1e-2)
-    gap = found.clearances[0]
+    actual = gr.condense(model, band, method=name, limit=0.2)
+    values = np.linalg.eigvals(np.linalg.solve(actual.mass, actual.stiffness))
+    assert np.sqrt(np.abs(np.sort(values.real))) == pytest.approx(actual.frequencies(), rel=1e-5, abs=1e-2)
+    gap = actual.clearances[0]
     inside = (full := gr.modes(model, contact_ratio={gap: 0.3}).frequencies)[full <= 2 * pi * band]
-    assert found.frequencies({gap: 0.3})[: inside.size] == pytest.approx(inside, rel=found.error.frequency * 1.5 + 1e-9)
+    assert actual.frequencies({gap: 0.3})[: inside.size] == pytest.approx(
+        inside, rel=actual.error.frequency * 1.5 + 1e-9
+    )
 
 
 def test_condense_refuses() -> None:

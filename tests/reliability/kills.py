@@ -109,14 +109,14 @@ class Attack:
 
 def processes(mark: str) -> list[int]:
     """Return the ids of the processes whose environment holds a mark."""
-    found = []
+    actual = []
     for path in Path("/proc").glob("[0-9]*/environ"):
         try:
             if f"{MARK}={mark}".encode() in path.read_bytes() and "Z" not in path.with_name("stat").read_text():
-                found.append(int(path.parent.name))
+                actual.append(int(path.parent.name))
         except OSError:
             continue
-    return found
+    return actual
 
 
 def started(attack: Attack) -> tuple[subprocess.Popen[bytes], str]:
@@ -245,9 +245,9 @@ def look_at_stream(reference: list[bytes]) -> Callable[[Path], float]:
     def looked(folder: Path) -> float:
         if not (folder / "state.npz").exists():
             return 0.0
-        found = [run.trajectory.events.time.tobytes() for run in gr.open_stream(folder)]
-        assert found == reference[: len(found)], "another motion"
-        return len(found) / len(reference)
+        actual = [run.trajectory.events.time.tobytes() for run in gr.open_stream(folder)]
+        assert actual == reference[: len(actual)], "another motion"
+        return len(actual) / len(reference)
 
     return looked
 
@@ -259,13 +259,13 @@ def look_at_study(reference: xr.Dataset) -> Callable[[Path], float]:
         if not (folder / "results.zarr" / "zarr.json").exists() or not (folder / "done").exists():
             return 0.0
         try:
-            found = gr.open_study(folder)
+            actual = gr.open_study(folder)
         except ModelError:
             assert not list((folder / "done").glob("*.json")), "done, and cannot be read"
             return 0.0
-        done = found[OUTCOME].values == 1
+        done = actual[OUTCOME].values == 1
         for name in reference.data_vars:
-            np.testing.assert_array_equal(found[name].values[done], reference[name].values[done])
+            np.testing.assert_array_equal(actual[name].values[done], reference[name].values[done])
         return float(done.mean())
 
     return looked

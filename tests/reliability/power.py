@@ -176,8 +176,8 @@ def _whole(old: dict[str, bytes], new: dict[str, bytes]) -> Callable[[Path], obj
     def check(folder: Path) -> None:
         with Staging(folder / "out"):  # the next start
             pass
-        found = tree(folder / "out") if (folder / "out").exists() else {}
-        assert found in (old, new)
+        actual = tree(folder / "out") if (folder / "out").exists() else {}
+        assert actual in (old, new)
         assert not list(folder.rglob(f"{PREFIX}*"))
 
     return check
@@ -215,32 +215,32 @@ def scenes() -> list[Scene]:
         optima = [_optimum(Path(home), generations) for generations in (1, 2)]
 
     def saved(folder: Path) -> None:
-        found = gr.open_run(folder / "x.nc")
+        actual = gr.open_run(folder / "x.nc")
         times = [run.trajectory.events.time.tobytes() for run in runs]
-        assert found.trajectory.events.time.tobytes() in times
-        assert found.trajectory.cycles in (6, 7)
+        assert actual.trajectory.events.time.tobytes() in times
+        assert actual.trajectory.cycles in (6, 7)
 
     def streamed(folder: Path) -> None:
         if (folder / "s" / "state.npz").exists():
-            found = [run.trajectory.events.time.tobytes() for run in gr.open_stream(folder / "s")]
-            assert found == chunks[: len(found)]
+            actual = [run.trajectory.events.time.tobytes() for run in gr.open_stream(folder / "s")]
+            assert actual == chunks[: len(actual)]
         _stream(folder, resume=True)
         assert [run.trajectory.events.time.tobytes() for run in gr.open_stream(folder / "s")] == chunks
 
     def studied(folder: Path) -> None:
         try:
-            found = gr.open_study(folder / "s")
+            actual = gr.open_study(folder / "s")
         except ModelError:
-            found = None
-        if found is not None:
-            done = found[OUTCOME].values == 1
+            actual = None
+        if actual is not None:
+            done = actual[OUTCOME].values == 1
             for name in cases.data_vars:
-                np.testing.assert_array_equal(found[name].values[done], cases[name].values[done])
+                np.testing.assert_array_equal(actual[name].values[done], cases[name].values[done])
         assert _study(folder, resume=True).equals(cases)
 
     def optimised(folder: Path) -> None:
-        found = gr.open_study(folder / "s")
-        assert any(found.equals(whole) for whole in optima)
+        actual = gr.open_study(folder / "s")
+        assert any(actual.equals(whole) for whole in optima)
         assert _optimum(folder, 2).equals(optima[1])
 
     return [

@@ -61,9 +61,9 @@ def test_it_prints(page: Path, tmp_path: Path) -> None:
 
 
 def test_the_maps_of_a_run_up_come_alive(tmp_path: Path) -> None:
-    found = pipeline(load(EXAMPLES / "run_up.toml"), cycles=16)
-    bodies = len(found.motion.trajectory.layout.inertia_names)
-    done = alive(found.save(tmp_path / "report"), tmp_path, 'class="hm"', bodies)
+    actual = pipeline(load(EXAMPLES / "run_up.toml"), cycles=16)
+    bodies = len(actual.motion.trajectory.layout.inertia_names)
+    done = alive(actual.save(tmp_path / "report"), tmp_path, 'class="hm"', bodies)
     drawn = re.search(r'<figure[^>]*data-key="run_up_spectra"[^>]*class="([^"]*)"', done.stdout)
     assert drawn is not None
     assert "drawn" in drawn[1]

@@ -49,13 +49,13 @@ def test_every_figure_of_examples_keeps_the_laws(example: str, width: str, reque
         if example in ready
         else gr.simulate(gr.load(EXAMPLES / example), **SHORT)
     )
-    found = gr.figures(motion, width=width)
-    assert len(found) >= 10
+    actual = gr.figures(motion, width=width)
+    assert len(actual) >= 10
     for chart in charts_of(motion):
-        each = chart, found[chart.key]
-        panels_and_limits(each)
-        data_of(each)
-        words_apart(each)
+        entry = chart, actual[chart.key]
+        panels_and_limits(entry)
+        data_of(entry)
+        words_apart(entry)
 
 
 def test_every_noun_with_a_page_has_figures(run: gr.Run, run_up: gr.Run) -> None:
@@ -83,21 +83,21 @@ def test_every_noun_with_a_page_has_figures(run: gr.Run, run_up: gr.Run) -> None
 
 
 def test_a_dimensionless_campbell_diagram_names_no_units() -> None:
-    found = gr.campbell(gr.load(EXAMPLES / "rattle_oscillator.toml"))
-    assert found.units == "dimensionless"
-    assert charts_of(found)[0].panels[0].unit == ""
+    actual = gr.campbell(gr.load(EXAMPLES / "rattle_oscillator.toml"))
+    assert actual.units == "dimensionless"
+    assert charts_of(actual)[0].panels[0].unit == ""
 
 
 def test_a_folder_gives_the_figures_of_its_page(tmp_path: Path) -> None:
     findings = synthetic.findings("double-sided")
     findings.save(tmp_path / "out")
-    found = gr.figures(tmp_path / "out")
-    assert list(found) == [chart.key for chart in charts(findings)]
+    actual = gr.figures(tmp_path / "out")
+    assert list(actual) == [chart.key for chart in charts(findings)]
     again = gr.figures(tmp_path / "out" / "figures" / drawn.CHARTS)
-    for name in found:
+    for name in actual:
         x, y = (
             np.concatenate([line.get_ydata() for axes in f[name].axes for line in axes.lines] or [[0.0]])
-            for f in (found, again)
+            for f in (actual, again)
         )
         assert np.array_equal(x, y, equal_nan=True)
 
@@ -111,46 +111,46 @@ def test_a_saved_motion_gives_the_figures_of_the_run(run: gr.Run, tmp_path: Path
 
 def test_figures_are_matplotlib_s_and_may_be_changed(run: gr.Run, tmp_path: Path) -> None:
     before = plt.get_fignums()
-    found = gr.figures(run, width="85 mm")
-    figure = found["deflection"]
+    actual = gr.figures(run, width="85 mm")
+    figure = actual["deflection"]
     assert isinstance(figure, Figure)
     assert plt.get_fignums() == before
     assert figure.get_figwidth() * 25.4 == pytest.approx(85.0)
     figure.axes[0].set_title("mine", loc="left")
     figure.axes[0].set_xlim(9.0, 9.5)
-    found.save(tmp_path, "svg", only=["deflection"])
+    actual.save(tmp_path, "svg", only=["deflection"])
     kept = gr.figures(run, width="85 mm")
     kept.save(tmp_path / "theirs", "svg", only=["deflection"])
-    assert found["deflection"] is figure
+    assert actual["deflection"] is figure
     assert (tmp_path / "deflection.svg").read_bytes() != (tmp_path / "theirs" / "deflection.svg").read_bytes()
 
 
 def test_files_are_written_whole_and_again_the_same(run: gr.Run, tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
-    found = gr.figures(run, width="single")
-    files = found.save(tmp_path, ["pdf", "png"], only=["force", "spectrum"])
+    actual = gr.figures(run, width="single")
+    files = actual.save(tmp_path, ["pdf", "png"], only=["force", "spectrum"])
     assert [file.name for file in files] == ["force.pdf", "force.png", "spectrum.pdf", "spectrum.png"]
     assert {path.name for path in tmp_path.iterdir()} == {"mine.txt", *(file.name for file in files)}
     again = gr.figures(run, width="single").save(tmp_path / "again", ["pdf", "png"], only=["spectrum", "force"])
     for file, other in zip(files, again, strict=True):
         assert file.read_bytes() == other.read_bytes()
-    assert found.captions["force"].encode() in files[0].read_bytes().replace(b"\\", b"")
+    assert actual.captions["force"].encode() in files[0].read_bytes().replace(b"\\", b"")
 
 
 def test_what_is_wrong_is_refused_and_nothing_written(run: gr.Run, tmp_path: Path) -> None:
-    found = gr.figures(run)
+    actual = gr.figures(run)
     for wrong in ({"formats": "docx"}, {"dpi": 7.0}, {"only": ["nope"]}):
         with pytest.raises(gr.ModelError):
-            found.save(tmp_path / "out", **wrong)  # type: ignore[arg-type]
+            actual.save(tmp_path / "out", **wrong)  # type: ignore[arg-type]
     assert not (tmp_path / "out").exists()
-    for thing, told in (
+    for refused, reported in (
         (3, "int"),
         (SimpleNamespace(dims=("a",)), "is no result"),
         (tmp_path, "charts.npz"),
         (tmp_path / "none", "does not exist"),
     ):
-        with pytest.raises(gr.ModelError, match=told):
-            gr.figures(thing)
+        with pytest.raises(gr.ModelError, match=reported):
+            gr.figures(refused)
     (tmp_path / "text.nc").write_text("no netCDF")
     with pytest.raises(gr.ModelError, match=r"text\.nc"):
         gr.figures(tmp_path / "text.nc")

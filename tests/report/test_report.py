@@ -135,11 +135,11 @@ def test_every_figure_carries_its_data_and_its_ink(page: Page) -> None:
 
 
 def test_names_cannot_inject_anything(tmp_path: Path) -> None:
-    found = synthetic.findings("double-sided")
+    actual = synthetic.findings("double-sided")
     evil = '<script>alert(1)</script> "&'
-    model = found.model.model_copy(update={"name": evil})
-    run = replace(found.motion, model=model)
-    replace(found, model=model, motion=run).save(tmp_path)
+    model = actual.model.model_copy(update={"name": evil})
+    run = replace(actual.motion, model=model)
+    replace(actual, model=model, motion=run).save(tmp_path)
     parsed = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert "alert(1)" not in "".join(script for _, script in parsed.scripts)
     assert evil in "".join(parsed.words)
@@ -153,7 +153,7 @@ def test_every_verdict_has_its_headline(kind: str, tmp_path: Path) -> None:
 
 
 def test_a_failing_write_leaves_nothing(tmp_path: Path) -> None:
-    found = synthetic.findings("quiet")
+    actual = synthetic.findings("quiet")
 
     class Full(synthetic.StandInRun):
         def write(self, path: Path) -> None:
@@ -161,24 +161,24 @@ def test_a_failing_write_leaves_nothing(tmp_path: Path) -> None:
             raise OSError(28, "No space left on device")
 
     with pytest.raises(OSError, match="No space"):
-        replace(found, motion=Full(found.motion.trajectory, found.model)).save(tmp_path / "out")
+        replace(actual, motion=Full(actual.motion.trajectory, actual.model)).save(tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_summary_is_pure_json_and_holds_the_verdict(folder: Path) -> None:
     written = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    found = synthetic.findings("double-sided")
-    verdict = found.verdict.to_dict()
+    actual = synthetic.findings("double-sided")
+    verdict = actual.verdict.to_dict()
     assert written["verdict"] == "double-sided"
     assert {key: written[key] for key in verdict if key != "notes"} == {
         k: v for k, v in verdict.items() if k != "notes"
     }
-    assert set(written["notes"]) == {*found.motion.notes, *found.verdict.notes}
+    assert set(written["notes"]) == {*actual.motion.notes, *actual.verdict.notes}
     assert written["cost"]["steps"] == 4321
     assert written["modes_contact"]["frequencies"] == [0.0, 350.0, 5800.0, 37000.0]
     assert written["equilibrium"]["region"] == {"clutch": 0, "spline": 1, "gear": 0}
     assert written["versions"]["gearrattle"]
-    json.dumps(findings_content(found), allow_nan=False)
+    json.dumps(findings_content(actual), allow_nan=False)
 
 
 def test_tiles_show_the_worst_part() -> None:
@@ -198,10 +198,10 @@ def test_parts_stand_worst_first_with_shares_that_fill_the_bar() -> None:
 
 
 def test_every_entry_of_every_criterion_is_in_a_table() -> None:
-    found = synthetic.findings("double-sided")
-    tables = {table.title: table for table in criteria_tables(found.verdict)}
+    actual = synthetic.findings("double-sided")
+    tables = {table.title: table for table in criteria_tables(actual.verdict)}
     cells = sum(cell != "–" for table in tables.values() for row in table.rows for cell in row[1:])
-    assert cells == sum(not (isinstance(e.value, float) and np.isnan(e.value)) for e in found.verdict.entries)
+    assert cells == sum(not (isinstance(e.value, float) and np.isnan(e.value)) for e in actual.verdict.entries)
     impacts = tables["Impacts"]
     gear = {row[0]: row[impacts.head.index("gear")] for row in impacts.rows}  # so many quantities stand in rows
     assert gear["impacts per cycle"] == "2"

@@ -21,12 +21,12 @@ def bars(panel: object, name: str) -> np.ndarray:
 @pytest.mark.parametrize("method", ["saltelli", "saltelli-pairs"])
 def test_bars_of_indices_are_as_long_as_the_indices(method: str) -> None:
     data = designed(method)
-    chart, found = sobol_bars(data), gr.studies.sensitivities(data, "level")
+    chart, actual = sobol_bars(data), gr.studies.sensitivities(data, "level")
     assert chart is not None
     panel = next(panel for panel in chart.panels if panel.title == "level")
     assert [label.words for label in panel.labels] == ["b.J", "a.J"]
-    np.testing.assert_allclose(bars(panel, "total_order"), found["total_order"].values)
-    assert found["total_order"].values == pytest.approx([0.9, 0.1], abs=0.05)
+    np.testing.assert_allclose(bars(panel, "total_order"), actual["total_order"].values)
+    assert actual["total_order"].values == pytest.approx([0.9, 0.1], abs=0.05)
     titles = [table.title for table in sensitivity_tables(data)]
     assert ("level, pairs" in titles) == (method == "saltelli-pairs")
     assert (tornado(data), swing_bars(data)) == (None, None)

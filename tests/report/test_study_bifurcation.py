@@ -19,9 +19,9 @@ def data() -> xr.Dataset:
 
 
 def test_the_summary_says_what_the_sweeps_found(data: xr.Dataset) -> None:
-    told = summary_of(data)
-    assert "Going up: quiet, period 1 T from 1 to 5.5; double-sided, period 1 T at 7." in told
-    assert "Two motions coexist from 2.5 to 5.5." in told
+    reported = summary_of(data)
+    assert "Going up: quiet, period 1 T from 1 to 5.5; double-sided, period 1 T at 7." in reported
+    assert "Two motions coexist from 2.5 to 5.5." in reported
 
 
 def test_the_tables_say_the_same(data: xr.Dataset) -> None:

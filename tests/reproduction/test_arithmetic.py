@@ -43,9 +43,9 @@ def test_sigma_recomputes_but_once():
 
 def test_an_algorithm_that_is_not_there_is_a_result():
     setup = Setup(1, True, "none-such", 2)
-    bench = measure(Scope(True), [setup, setup])
-    assert bench.run(setup) is None
-    assert bench.result(setup).status == "not available here"
+    measurements = measure(Scope(True), [setup, setup])
+    assert measurements.run(setup) is None
+    assert measurements.result(setup).status == "not available here"
 
 
 def test_calls_are_interpolated_between_runs():

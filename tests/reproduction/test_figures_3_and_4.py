@@ -27,8 +27,8 @@ def fourth():
 
 
 def row_of(section, words):
-    (found,) = [row for row in section.rows if words in row.item]
-    return found
+    (actual,) = [row for row in section.rows if words in row.item]
+    return actual
 
 
 def test_the_loose_gear_at_its_own_drag_is_case_1():
@@ -89,18 +89,18 @@ def stops(*regimes: str) -> tuple[Stop, ...]:
 
 
 def test_ranges_and_twofold_loads():
-    given = stops("quiet", "quiet", "single-sided", "double-sided")
-    assert list(figure3.ranges(given, True)) == [("quiet", 0, 1), ("single-sided", 2, 2), ("double-sided", 3, 3)]
-    assert list(figure3.ranges(given, False)) == [("quiet", 0, 3)]
-    assert figure3.twofold(given) == [2, 3]
+    values = stops("quiet", "quiet", "single-sided", "double-sided")
+    assert list(figure3.ranges(values, True)) == [("quiet", 0, 1), ("single-sided", 2, 2), ("double-sided", 3, 3)]
+    assert list(figure3.ranges(values, False)) == [("quiet", 0, 3)]
+    assert figure3.twofold(values) == [2, 3]
 
 
 @pytest.mark.parametrize("amplitude", [0.12, 0.6, 1.2])
 def test_the_mean_of_a_sine_under_load_carries_it(amplitude):
     """With u = (1 - m) / A: (A/pi) (sqrt(1 - u^2) - u arccos u) = 0.1, mean slope arccos(u) / pi."""
-    found = figure4.under_load(amplitude, 0.1)
-    assert found.mean_force == pytest.approx(0.1, abs=1e-12)
-    u = np.cos(np.pi * found.mean_slope)
+    actual = figure4.under_load(amplitude, 0.1)
+    assert actual.mean_force == pytest.approx(0.1, abs=1e-12)
+    u = np.cos(np.pi * actual.mean_slope)
     assert amplitude / np.pi * (np.sqrt(1 - u * u) - u * np.arccos(u)) == pytest.approx(0.1, abs=1e-12)
 
 

@@ -85,7 +85,7 @@ def _since(trajectory: Trajectory, impacts: Impacts) -> Array:
 def impact_sums(before: Mapping[str, Array] | None, trajectory: Trajectory, window: Window) -> dict[str, Array]:
     """Return the sums over the impacts of all chunks so far."""
     layout, events = trajectory.layout, trajectory.events
-    corners = sum(each.size for each in layout.corners)
+    corners = sum(corner.size for corner in layout.corners)
     sums = _nothing(layout, corners) if before is None else {k: v.copy() for k, v in before.items()}
     crossed = corner_keys(layout, events.clearance, events.from_region, events.to_region)
     for corner in np.flatnonzero(sums["open"]).tolist():

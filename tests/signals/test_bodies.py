@@ -11,9 +11,9 @@ from tests.signals.handmade import chain, layout, staged, trajectory
 
 def test_the_loose_gear_and_its_driver() -> None:
     """The gear with drag and one mesh alone is loose; R_driver / R_loose = 0.06 / 0.02."""
-    (found,) = loose_gears(layout())
-    assert (found.mesh, found.loose, found.driver) == (1, 1, 0)
-    assert found.reduction == pytest.approx(3.0, rel=1e-15)
+    (actual,) = loose_gears(layout())
+    assert (actual.mesh, actual.loose, actual.driver) == (1, 1, 0)
+    assert actual.reduction == pytest.approx(3.0, rel=1e-15)
     assert loose_gears(layout(drag_torque=np.array([0.0, 0.0]))) == ()
     assert loose_gears(layout(drag_torque=np.array([3.0, 0.0]))) == ()  # the driver hangs on a spring
 
@@ -41,6 +41,6 @@ def test_a_gap_is_free_at_its_centre() -> None:
 def test_departure_is_the_velocity_at_the_return() -> None:
     """What the log says at the end of the contact; nothing where the motion ends first."""
     rows = [(0.25, 0, 0, 1, 0.5, 0.0), (0.75, 0, 1, 0, -0.4, 3.0), *chain([0, -1], [1.5])]
-    found = find_impacts(trajectory(rows=rows))
-    assert found.departure[0] == -0.4
-    assert np.isnan(found.departure[1])
+    actual = find_impacts(trajectory(rows=rows))
+    assert actual.departure[0] == -0.4
+    assert np.isnan(actual.departure[1])

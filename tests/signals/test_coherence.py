@@ -25,9 +25,9 @@ def many(seeds: int, share: float, ensembles: int = 4, taper: str = "hann") -> n
 def test_a_signal_with_itself_a_gain_or_a_minus_sign_is_fully_coherent() -> None:
     x = np.random.default_rng(0).normal(size=512)
     for y in (x, 7.0 * x, -x):
-        found = coherence_at_harmonics(x, y, RATE, FUNDAMENTAL)
-        np.testing.assert_allclose(found.value, 1.0, atol=1e-12)
-        assert found.mean == pytest.approx(1.0, abs=1e-12)
+        actual = coherence_at_harmonics(x, y, RATE, FUNDAMENTAL)
+        np.testing.assert_allclose(actual.value, 1.0, atol=1e-12)
+        assert actual.mean == pytest.approx(1.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("taper", ["hann", "none"])
@@ -72,13 +72,13 @@ def tones(samples: int, rate: float) -> np.ndarray:
 
 
 def test_default_rate_puts_harmonics_on_bins_inside_the_band_and_uses_what_is_there() -> None:
-    found = coherence_at_harmonics(*[tones(256 * 40, 256.0)] * 2, 256.0, 1.0)
-    assert found.every == 20  # 512 of 10240 samples; the fifth harmonic lies at 0.78 of half the rate
-    assert found.rate == 12.8
-    assert found.bin_width == pytest.approx(0.1, rel=1e-12)
-    np.testing.assert_allclose(found.bin_frequency, found.frequency, rtol=1e-12)
-    assert found.anti_aliased
-    assert found.notes == ()
+    actual = coherence_at_harmonics(*[tones(256 * 40, 256.0)] * 2, 256.0, 1.0)
+    assert actual.every == 20  # 512 of 10240 samples; the fifth harmonic lies at 0.78 of half the rate
+    assert actual.rate == 12.8
+    assert actual.bin_width == pytest.approx(0.1, rel=1e-12)
+    np.testing.assert_allclose(actual.bin_frequency, actual.frequency, rtol=1e-12)
+    assert actual.anti_aliased
+    assert actual.notes == ()
     prefers_bins = coherence_at_harmonics(*[tones(256 * 38, 256.0)] * 2, 256.0, 1.0)
     assert prefers_bins.every == 18  # 19 would do, but 18 puts 9 bins to a harmonic
     short = coherence_at_harmonics(*[tones(256 * 8, 256.0)] * 2, 256.0, 1.0)
@@ -99,11 +99,11 @@ def test_doubtful_bins_are_told() -> None:
 def test_no_power_is_no_coherence() -> None:
     time = np.arange(512) / 16.0
     x = np.sin(2 * np.pi * time)
-    found = coherence_at_harmonics(x, x, 16.0, 1.0)
-    assert np.isfinite(found.value).tolist() == [True, False, False, False, False]
-    assert found.mean == pytest.approx(1.0)
-    assert "harmonic 2, 3, 4, 5" in found.notes[0]
-    assert found.chance == by_chance(4, 1)
+    actual = coherence_at_harmonics(x, x, 16.0, 1.0)
+    assert np.isfinite(actual.value).tolist() == [True, False, False, False, False]
+    assert actual.mean == pytest.approx(1.0)
+    assert "harmonic 2, 3, 4, 5" in actual.notes[0]
+    assert actual.chance == by_chance(4, 1)
 
 
 def test_anti_aliasing_keeps_what_lies_above_the_band_out() -> None:

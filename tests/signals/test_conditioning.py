@@ -23,9 +23,9 @@ def _gain(signal: np.ndarray, frequency: float, time: np.ndarray) -> complex:
 @pytest.mark.parametrize("order", [1, 2, 4, 8])
 @pytest.mark.parametrize("frequency", [50.0, 300.0, 500.0, 700.0, 1500.0, 4000.0])
 def test_a_low_pass_has_the_gain_of_its_formula_and_no_phase(order: int, frequency: float) -> None:
-    found = _gain(filtered(np.sin(2 * np.pi * frequency * T), RATE, "lowpass", (500.0,), order), frequency, T)
+    actual = _gain(filtered(np.sin(2 * np.pi * frequency * T), RATE, "lowpass", (500.0,), order), frequency, T)
     warped = np.tan(np.pi * frequency / RATE) / np.tan(np.pi * 500.0 / RATE)
-    assert found == pytest.approx(1.0 / (1.0 + warped ** (2 * order)), abs=1e-9)
+    assert actual == pytest.approx(1.0 / (1.0 + warped ** (2 * order)), abs=1e-9)
 
 
 @pytest.mark.parametrize("frequency", [50.0, 300.0, 700.0, 1500.0, 4000.0])
@@ -49,16 +49,16 @@ def test_what_passes_comes_at_the_new_times_as_it_was(rate: float, part: float) 
     """Within 1e-4, away from the ends by half the kernel."""
     frequency = part * min(rate, RATE)
     wanted = np.arange(int(1.9 * rate)) / rate
-    found = resample(np.sin(2 * np.pi * frequency * T + 0.3), 1.0 / RATE, 0.0, wanted, rate)
+    actual = resample(np.sin(2 * np.pi * frequency * T + 0.3), 1.0 / RATE, 0.0, wanted, rate)
     inside = (wanted > 32.0 / min(rate, RATE)) & (wanted < T[-1] - 32.0 / min(rate, RATE))
-    np.testing.assert_allclose(found[inside], np.sin(2 * np.pi * frequency * wanted + 0.3)[inside], atol=1e-4)
+    np.testing.assert_allclose(actual[inside], np.sin(2 * np.pi * frequency * wanted + 0.3)[inside], atol=1e-4)
 
 
 @pytest.mark.parametrize("frequency", [500.0, 620.0, 1000.0, 1800.0, 4999.0])
 def test_what_would_fold_back_is_lower_by_80_decibels(frequency: float) -> None:
     wanted = 0.1 + np.arange(1700) / 1000.0
-    found = resample(np.cos(2 * np.pi * frequency * T + 0.2), 1.0 / RATE, 0.0, wanted, 1000.0)
-    assert np.abs(found).max() < 1e-4
+    actual = resample(np.cos(2 * np.pi * frequency * T + 0.2), 1.0 / RATE, 0.0, wanted, 1000.0)
+    assert np.abs(actual).max() < 1e-4
 
 
 def test_constants_straight_lines_and_short_signals_stay() -> None:

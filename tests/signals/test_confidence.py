@@ -54,7 +54,7 @@ def finite_sum(x: float, truth: float, count: int) -> float:
 @pytest.mark.parametrize("truth", [0.0, 0.3, 0.9, 0.99])
 def test_distribution_of_coherence_is_the_published_finite_sum(count: int, truth: float) -> None:
     x = np.array([0.02, 0.3, 0.7, 0.95])
-    expected = [finite_sum(each, truth, count) for each in x.tolist()]
+    expected = [finite_sum(entry, truth, count) for entry in x.tolist()]
     assert coherence_below(x, np.array(truth), count) == pytest.approx(expected, rel=1e-9, abs=1e-11)
 
 
@@ -71,9 +71,9 @@ def test_distribution_for_a_broken_number_of_averages_is_its_series() -> None:
 
 def test_without_coherence_the_threshold_is_the_distributions_quantile() -> None:
     level, count = 0.95, 6.5
-    found = coherence_threshold(count, level)
-    assert coherence_below(np.array(found), np.array(0.0), count) == pytest.approx(level, rel=1e-10)
-    low, _ = coherence_limits(np.array([0.9 * found]), count, level)
+    actual = coherence_threshold(count, level)
+    assert coherence_below(np.array(actual), np.array(0.0), count) == pytest.approx(level, rel=1e-10)
+    low, _ = coherence_limits(np.array([0.9 * actual]), count, level)
     assert low == pytest.approx(0.0, abs=1e-9)
 
 
@@ -83,7 +83,7 @@ def test_limits_are_where_the_distribution_has_its_tails(count: float) -> None:
     ends = coherence_limits(value, count, 0.9)
     for end, tail in zip(ends, (0.95, 0.05), strict=True):
         moved = [np.clip(end + 1e-3 * side, 0.0, 1.0 - 1e-15) for side in (-1.0, 1.0)]
-        above, below = (coherence_below(value, each, count) for each in moved)
+        above, below = (coherence_below(value, entry, count) for entry in moved)
         met = (below <= tail) & (tail <= above)  # the exact limit lies within 1e-3
         assert np.all(met | ((end < 1e-3) & (above <= tail)))
 
@@ -132,10 +132,10 @@ def test_limits_of_coherence_and_response_enclose_a_known_mixture(truth: float, 
     for _ in range(60):
         x, y = mixed(rng, truth, gain, 2560)
         segments = cut(2560, 256, overlap, "hann")
-        found = cross_spectra(x, y, 1.0, segments)
+        actual = cross_spectra(x, y, 1.0, segments)
         some = slice(4, -4, 4)
-        values.append(found.coherence[some])
-        responses.append(found.response[some])
+        values.append(actual.coherence[some])
+        responses.append(actual.response[some])
     value, response = np.concatenate(values), np.concatenate(responses)
     low, high = coherence_limits(value, segments.averages, level)
     radius = response_radius(value, segments.averages, level) * np.abs(response)

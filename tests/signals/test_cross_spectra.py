@@ -28,30 +28,30 @@ def noise(count: int) -> tuple[np.ndarray, np.ndarray]:
 def test_all_three_densities_are_those_of_scipy(length: int, overlap: float, window: str) -> None:
     x, y = noise(1000)
     segments = cut(1000, length, overlap, window)
-    found = cross_spectra(x, y, RATE, segments)
+    actual = cross_spectra(x, y, RATE, segments)
     how = {"fs": RATE, "window": window, "nperseg": length, "noverlap": length - segments.step, "detrend": "constant"}
     frequency, across = scipy_signal.csd(x, y, **how)
-    assert found.frequency == pytest.approx(frequency)
+    assert actual.frequency == pytest.approx(frequency)
     scale = np.abs(across).max()
-    assert np.abs(found.cross - across).max() < 1e-13 * scale
-    assert found.power_x == pytest.approx(scipy_signal.welch(x, **how)[1], rel=1e-9, abs=1e-15)
-    assert found.power_y == pytest.approx(power_density(y, RATE, segments)[1], rel=1e-12)
+    assert np.abs(actual.cross - across).max() < 1e-13 * scale
+    assert actual.power_x == pytest.approx(scipy_signal.welch(x, **how)[1], rel=1e-9, abs=1e-15)
+    assert actual.power_y == pytest.approx(power_density(y, RATE, segments)[1], rel=1e-12)
 
 
 @pytest.mark.parametrize(("cycles", "per_cycle"), [(40, 16), (45, 7), (3, 9)])
 def test_the_density_over_whole_cycles_is_that_of_scipy(cycles: int, per_cycle: int) -> None:
     signals = np.random.default_rng(4).standard_normal((cycles * per_cycle, 3))
-    found, length = psd(signals, 0.5, per_cycle), min(8, cycles) * per_cycle
+    actual, length = psd(signals, 0.5, per_cycle), min(8, cycles) * per_cycle
     frequency, density = scipy_signal.welch(signals, 2.0 * per_cycle, nperseg=length, noverlap=length // 2, axis=0)
-    assert found.frequency == pytest.approx(frequency)
-    assert np.abs(found.density - density).max() < 1e-14 * density.max()
+    assert actual.frequency == pytest.approx(frequency)
+    assert np.abs(actual.density - density).max() < 1e-14 * density.max()
 
 
 def test_the_densities_of_every_segment_are_those_of_scipy() -> None:
     signals = np.stack(noise(1000), axis=1)
-    each = np.concatenate(list(periodograms(signals, RATE, cut(1000, 64, 0.5, "hann"))))
+    entry = np.concatenate(list(periodograms(signals, RATE, cut(1000, 64, 0.5, "hann"))))
     how = {"window": "hann", "nperseg": 64, "noverlap": 32, "detrend": "constant", "axis": 0}
-    assert np.abs(each.T - scipy_signal.spectrogram(signals, RATE, **how)[2]).max() < 1e-14 * each.max()
+    assert np.abs(entry.T - scipy_signal.spectrogram(signals, RATE, **how)[2]).max() < 1e-14 * entry.max()
 
 
 def test_means_of_segments_stay_where_they_are_wanted() -> None:
@@ -86,11 +86,11 @@ def test_parseval(length: int) -> None:
 def test_a_gain_and_a_delay_are_found_in_modulus_and_phase() -> None:
     x = np.random.default_rng(5).standard_normal(200_000)
     y = 3.0 * np.concatenate([[0.0, 0.0], x[:-2]])
-    found = cross_spectra(x, y, RATE, cut(x.size, 1024, 0.5, "hann"))
+    actual = cross_spectra(x, y, RATE, cut(x.size, 1024, 0.5, "hann"))
     inner = slice(10, -10)
-    delayed = 3.0 * np.exp(-2j * np.pi * found.frequency[inner] * 2.0 / RATE)
-    assert np.abs(found.response[inner] - delayed).max() < 0.02
-    assert found.coherence[inner].min() > 0.999
+    delayed = 3.0 * np.exp(-2j * np.pi * actual.frequency[inner] * 2.0 / RATE)
+    assert np.abs(actual.response[inner] - delayed).max() < 0.02
+    assert actual.coherence[inner].min() > 0.999
 
 
 def test_no_power_is_no_coherence() -> None:

@@ -55,8 +55,8 @@ def test_distribution_distances_are_those_of_scipy_where_nothing_may_move() -> N
     rng = np.random.default_rng(3)
     samples = [rng.normal(size=n) for n in rng.integers(8, 60, size=6)]
     samples[2][:4] = samples[3][:4] = 0.25  # ties
-    found = distribution_distances(samples, 0.0)
-    for i, distance in enumerate(found):
+    actual = distribution_distances(samples, 0.0)
+    for i, distance in enumerate(actual):
         rest = np.concatenate([sample for j, sample in enumerate(samples) if j != i])
         assert distance == pytest.approx(ks_2samp(samples[i], rest, method="asymp").statistic, abs=1e-12)
 
@@ -68,6 +68,6 @@ def test_a_tolerated_shift_is_none_and_another_distribution_is_found() -> None:
     assert distribution_distances(shifted, 0.0)[0] == 0.5
     assert distribution_distances(shifted, 1e-3).tolist() == [0.0] * M
     for shift in (1.0, -1.0):
-        found = distribution_distances([rng.normal(size=400) + shift, *rng.normal(size=(M - 1, 400))], 0.01)
-        assert rank(found) == 1 / M
-        assert found[0] == pytest.approx(0.383, abs=0.06)  # 2 Phi(1/2) - 1
+        actual = distribution_distances([rng.normal(size=400) + shift, *rng.normal(size=(M - 1, 400))], 0.01)
+        assert rank(actual) == 1 / M
+        assert actual[0] == pytest.approx(0.383, abs=0.06)  # 2 Phi(1/2) - 1

@@ -30,30 +30,30 @@ def spectra_of(values: np.ndarray, highest: float = 20.0, turns: int = 8, window
     return order_spectra(turned(values, 1.0 / RATE, ANGLE, SPEED, per_turn), turns, 0.5, window, highest)
 
 
-def at(found: Orders, order: float) -> np.ndarray:
-    (k,) = np.flatnonzero(np.isclose(found.order, order, rtol=0.0, atol=1e-9))
-    return found.amplitude[:, k]
+def at(actual: Orders, order: float) -> np.ndarray:
+    (k,) = np.flatnonzero(np.isclose(actual.order, order, rtol=0.0, atol=1e-9))
+    return actual.amplitude[:, k]
 
 
 def test_orders_of_a_chirp_are_those_it_was_made_of() -> None:
     x = 1.5 * np.sin(2.0 * ANGLE + 0.3) + 0.2 * np.sin(5.5 * ANGLE - 1.0) + 0.01 * np.sin(20.0 * ANGLE) + 4.0
-    found = spectra_of(x)
+    actual = spectra_of(x)
     for order, amplitude, phase in ((2.0, 1.5, 0.3), (5.5, 0.2, -1.0), (20.0, 0.01, 0.0)):
         wanted = amplitude * np.exp(1j * phase)
-        inner = at(found, order)[2:-2]
+        inner = at(actual, order)[2:-2]
         assert np.abs(inner - wanted).max() < 1e-4 * amplitude + 1e-6, order  # the stated bound
-    assert found.amplitude[:, 0].real == pytest.approx(4.0, abs=1e-4)
-    assert np.abs(at(found, 12.0)).max() < 1e-5
-    assert found.speed == pytest.approx(np.interp(found.time, TIME, SPEED), rel=1e-3)
+    assert actual.amplitude[:, 0].real == pytest.approx(4.0, abs=1e-4)
+    assert np.abs(at(actual, 12.0)).max() < 1e-5
+    assert actual.speed == pytest.approx(np.interp(actual.time, TIME, SPEED), rel=1e-3)
 
 
 def test_speed_and_time_of_a_block_belong_together_when_the_speed_is_steady() -> None:
     steady = np.full(TIME.size, TURN * 20.0)
     read = turned(TIME, 1.0 / RATE, steady * TIME, steady, 32)
-    found = order_spectra(read, 4, 0.5, "hann", 10.0)
-    assert found.speed == pytest.approx(TURN * 20.0, rel=1e-10)  # rounding of 1257 rad in steps of 0.0126 rad
-    assert found.time[0] == pytest.approx(0.1, abs=1.0 / (20.0 * 32.0))  # the middle of four turns
-    assert np.diff(found.time) == pytest.approx(0.1, rel=1e-9)
+    actual = order_spectra(read, 4, 0.5, "hann", 10.0)
+    assert actual.speed == pytest.approx(TURN * 20.0, rel=1e-10)  # rounding of 1257 rad in steps of 0.0126 rad
+    assert actual.time[0] == pytest.approx(0.1, abs=1.0 / (20.0 * 32.0))  # the middle of four turns
+    assert np.diff(actual.time) == pytest.approx(0.1, rel=1e-9)
 
 
 def test_fitting_finds_two_orders_closer_than_a_bin_and_the_spectrum_does_not() -> None:
@@ -86,9 +86,9 @@ def test_where_the_record_is_coarser_than_the_angle_nothing_is_lost() -> None:
     """At 64 samples a turn the grid is finer than a record of 1 kHz."""
     time = TIME[::10]
     x = np.sin(6.0 * ANGLE[::10])
-    found = order_spectra(turned(x, 10.0 / RATE, ANGLE[::10], SPEED[::10], 64), 8, 0.5, "hann", 8.0)
+    actual = order_spectra(turned(x, 10.0 / RATE, ANGLE[::10], SPEED[::10], 64), 8, 0.5, "hann", 8.0)
     assert time.size == 10_000
-    assert np.abs(at(found, 6.0)[2:-2] - 1.0).max() < 2e-4  # 6 x 40 Hz lies below 0.4 of the rate
+    assert np.abs(at(actual, 6.0)[2:-2] - 1.0).max() < 2e-4  # 6 x 40 Hz lies below 0.4 of the rate
 
 
 def test_at_steady_speed_it_is_the_resampling_of_the_conditioning() -> None:
@@ -117,8 +117,8 @@ def test_the_angle_is_the_integral_of_the_speed_within_its_bound() -> None:
     speed = 100.0 + 5.0 * np.sin(wave * time)
     exact = 100.0 * time + 5.0 / wave * (1.0 - np.cos(wave * time))
     bound = 11.0 / 720.0 * step**5 * 5.0 * wave**4 * time.size
-    found = angle_of(speed, step)
-    assert np.abs(found - exact).max() < bound
+    actual = angle_of(speed, step)
+    assert np.abs(actual - exact).max() < bound
     assert np.abs(speed_of(exact, step) - speed)[2:-2].max() < step**4 / 30.0 * 5.0 * wave**4
     assert angle_of(np.full(10, 3.0), 0.5)[-1] == pytest.approx(13.5)
 

@@ -16,31 +16,31 @@ def test_amplitude_and_phase_of_every_order() -> None:
     time = 3.0 * PERIOD + np.arange(4 * 64) * (PERIOD / 64)
     parts = {1.0: (2.0, 0.3), 2.0: (1.0, -1.2), 20.0: (0.01, 2.5)}
     signal = 7.0 + sum(a * np.sin(o * OMEGA * time + p) for o, (a, p) in parts.items())
-    found = harmonics(signal, time, OMEGA, np.array(list(parts)))
-    assert np.abs(found) == pytest.approx([2.0, 1.0, 0.01], rel=1e-12)
-    assert np.angle(found) == pytest.approx([0.3, -1.2, 2.5], abs=1e-11)
+    actual = harmonics(signal, time, OMEGA, np.array(list(parts)))
+    assert np.abs(actual) == pytest.approx([2.0, 1.0, 0.01], rel=1e-12)
+    assert np.angle(actual) == pytest.approx([0.3, -1.2, 2.5], abs=1e-11)
 
 
 def test_it_is_the_discrete_fourier_transform_over_whole_periods() -> None:
     noise = np.random.default_rng(5).normal(size=(6 * 32, 2))
     time = np.arange(6 * 32) * (PERIOD / 32)
-    found = np.abs(harmonics(noise, time, OMEGA, np.array([1.0, 3.0, 5.0])))
+    actual = np.abs(harmonics(noise, time, OMEGA, np.array([1.0, 3.0, 5.0])))
     expected = 2 * np.abs(np.fft.rfft(noise, axis=0))[[6, 18, 30]] / (6 * 32)
-    assert found == pytest.approx(expected, rel=1e-11)
+    assert actual == pytest.approx(expected, rel=1e-11)
 
 
 def test_orders_without_a_common_period_are_separated() -> None:
     time = np.arange(10 * 64) * (PERIOD / 64)
     signal = np.sin(OMEGA * time) + 0.5 * np.sin(np.sqrt(2.0) * OMEGA * time + 1.0)
-    found = harmonics(signal, time, OMEGA, np.array([1.0, np.sqrt(2.0)]))
-    assert np.abs(found) == pytest.approx([1.0, 0.5], rel=1e-11)
+    actual = harmonics(signal, time, OMEGA, np.array([1.0, np.sqrt(2.0)]))
+    assert np.abs(actual) == pytest.approx([1.0, 0.5], rel=1e-11)
 
 
 def test_what_the_samples_cannot_show_is_not_a_number() -> None:
     time = np.arange(5 * 16) * (PERIOD / 16)
-    found = harmonics(np.sin(OMEGA * time), time, OMEGA, np.array([1.0, 8.0, 20.0]))
-    assert abs(found[0]) == pytest.approx(1.0, rel=1e-12)
-    assert np.isnan(found[1:]).all()
+    actual = harmonics(np.sin(OMEGA * time), time, OMEGA, np.array([1.0, 8.0, 20.0]))
+    assert abs(actual[0]) == pytest.approx(1.0, rel=1e-12)
+    assert np.isnan(actual[1:]).all()
 
 
 def test_half_the_sampling_rate_is_not_resolved() -> None:
@@ -61,10 +61,10 @@ def test_a_drift_beside_the_orders_is_fitted_with_them() -> None:
     """A line and a parabola leave the amplitudes as they are; without a trend they leak."""
     time = np.arange(256) / 64.0
     signal = 3.0 * np.sin(2.0 * np.pi * time + 0.4) + 50.0 * time - 7.0 * time**2
-    (found,) = harmonics(signal, time, 2.0 * np.pi, np.array([1.0]), trend=2)
-    assert abs(found) == pytest.approx(3.0, rel=1e-10)
-    assert np.angle(found) == pytest.approx(0.4, rel=1e-10)
-    assert abs(harmonics(signal, time, 2.0 * np.pi, np.array([1.0]))[0] - found) > 0.1
+    (actual,) = harmonics(signal, time, 2.0 * np.pi, np.array([1.0]), trend=2)
+    assert abs(actual) == pytest.approx(3.0, rel=1e-10)
+    assert np.angle(actual) == pytest.approx(0.4, rel=1e-10)
+    assert abs(harmonics(signal, time, 2.0 * np.pi, np.array([1.0]))[0] - actual) > 0.1
 
 
 def test_samples_of_equal_phase_are_added_first_where_all_orders_repeat() -> None:

@@ -12,11 +12,11 @@ RNG = np.random.default_rng(3)
 
 def logistic(r: float, count: int, x: float = 0.3) -> np.ndarray:
     """x -> r x (1 - x), whose periods double at r = 3, 1 + sqrt 6, ... (R. M. May, Nature 261, 1976, 459)."""
-    found = []
+    actual = []
     for _ in range(count):
         x = r * x * (1.0 - x)
-        found.append(x)
-    return np.array(found)[:, None]
+        actual.append(x)
+    return np.array(actual)[:, None]
 
 
 @pytest.mark.parametrize(("r", "n"), [(2.9, 1), (3.2, 2), (3.44, 2), (3.5, 4), (3.55, 8), (3.566, 16), (3.9, 0)])
@@ -67,12 +67,12 @@ def test_orbits_of_different_length_are_compared_through_their_common_one() -> N
 
 def test_groups_are_found_in_any_order_with_their_room() -> None:
     near = [np.array([[x]]) + 1e-5 * RNG.standard_normal((1, 1)) for x in RNG.permutation([0.0] * 6 + [1.0] * 3)]
-    found = grouped([*near, None, np.array([[0.0], [3.0]])], 1e-3)
-    sizes = [int(np.count_nonzero(found.label == g)) for g in range(3)]
+    actual = grouped([*near, None, np.array([[0.0], [3.0]])], 1e-3)
+    sizes = [int(np.count_nonzero(actual.label == g)) for g in range(3)]
     assert sizes == [6, 3, 1]
-    assert found.label[9] == -1
-    assert found.within < 1e-4
-    standing = [near[i] for i in found.first[:2]]
+    assert actual.label[9] == -1
+    assert actual.within < 1e-4
+    standing = [near[i] for i in actual.first[:2]]
     assert room(standing, [0, 1]) == pytest.approx(1.0, abs=1e-4)
     assert room(standing, [0, 0]) == np.inf
-    assert [found.label[i] for i in found.first] == [0, 1, 2]
+    assert [actual.label[i] for i in actual.first] == [0, 1, 2]

@@ -26,9 +26,9 @@ def test_a_chirp_from_an_analogue_wheel() -> None:
     times = pulse_times(T, 2.0 + 3.0 * np.sin(TEETH * angle), 2.0, 0.5)
     assert times.size == int(np.ceil(TEETH * angle[-1] / (2 * np.pi))) - 1  # the pulse at t = 0 has no sample before it
     inside = T[(times[0] <= T) & (times[-1] >= T)]
-    found, rate = shaft(times, pulse_angles(times, TEETH), inside)
+    actual, rate = shaft(times, pulse_angles(times, TEETH), inside)
     true, true_rate = chirp(inside)
-    np.testing.assert_allclose(found, true - 2.0 * np.pi / TEETH, atol=2e-5)
+    np.testing.assert_allclose(actual, true - 2.0 * np.pi / TEETH, atol=2e-5)
     at_pulses = chirp(times)[0] * TEETH / (2 * np.pi)
     np.testing.assert_allclose(at_pulses, np.arange(1, times.size + 1), atol=1e-3)
     np.testing.assert_allclose(rate[500:-500], true_rate[500:-500], rtol=2e-3)
@@ -79,7 +79,7 @@ def test_derivatives_and_integrals_of_a_sine(times: int) -> None:
     """To the accuracy the module states, which is a ratio of amplitudes away from the ends."""
     w, h = 2.0 * np.pi * 50.0, 1e-3
     time = np.arange(2000) * h
-    found = derived(time, np.sin(w * time), times)
+    actual = derived(time, np.sin(w * time), times)
     exact = {
         -2: -np.sin(w * time) / w**2 + time / w,
         -1: (1.0 - np.cos(w * time)) / w,
@@ -89,11 +89,11 @@ def test_derivatives_and_integrals_of_a_sine(times: int) -> None:
     stated = {-2: 2 * (w * h) ** 4 / 720, -1: (w * h) ** 4 / 720, 1: (w * h) ** 4 / 180, 2: (w * h) ** 2 / 12}[times]
     middle = slice(50, -50)
     if times < 0:  # an integral keeps what it gathered at the end
-        found, exact = (np.gradient(x, h)[middle] if times == -2 else x[middle] - x[50] for x in (found, exact))
+        actual, exact = (np.gradient(x, h)[middle] if times == -2 else x[middle] - x[50] for x in (actual, exact))
     else:
-        found, exact = found[middle], exact[middle]
-    assert np.abs(found - exact).max() <= 1.6 * stated * np.ptp(exact)
-    assert np.abs(found - exact).max() >= 0.1 * stated * np.ptp(exact)  # the formula is no idle bound
+        actual, exact = actual[middle], exact[middle]
+    assert np.abs(actual - exact).max() <= 1.6 * stated * np.ptp(exact)
+    assert np.abs(actual - exact).max() >= 0.1 * stated * np.ptp(exact)  # the formula is no idle bound
 
 
 def test_an_encoder_that_starts_over() -> None:

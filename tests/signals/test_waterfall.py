@@ -33,10 +33,10 @@ def test_steps_of_speed_gather_mean_squares_whatever_the_order() -> None:
     speed = np.array([10.1, 19.8, 9.9, 30.0])
     values = np.array([[3.0], [1.0], [4.0], [2.0]])
     rows = Waterfall(np.array([5.0]), values, np.arange(4.0), speed, np.ones(4, np.int64))
-    found = by_steps(rows, 10.0, squared=False)
-    assert found.speed == pytest.approx([10.0, 19.8, 30.0])
-    assert found.values[:, 0] == pytest.approx([np.sqrt(12.5), 1.0, 2.0])
-    assert found.counts.tolist() == [2, 1, 1]
+    actual = by_steps(rows, 10.0, squared=False)
+    assert actual.speed == pytest.approx([10.0, 19.8, 30.0])
+    assert actual.values[:, 0] == pytest.approx([np.sqrt(12.5), 1.0, 2.0])
+    assert actual.counts.tolist() == [2, 1, 1]
     assert by_steps(rows, 10.0, squared=True).values[0, 0] == pytest.approx(3.5)
 
 
@@ -51,7 +51,7 @@ def test_an_order_stands_upright_when_read_over_orders() -> None:
         density=False,
         highest=0.5 * RATE,
     )
-    found = over_orders(rows, np.array([4.0, 6.0, 60.0]))
-    assert found.values[:, 1] == pytest.approx(2.0, rel=0.02)
-    assert found.values[:, 0].max() < 1e-3
-    assert np.isnan(found.values[-1, 2]) and np.isfinite(found.values[0, 2])  # noqa: PT018  60 x 11 Hz, 60 x 5 Hz
+    actual = over_orders(rows, np.array([4.0, 6.0, 60.0]))
+    assert actual.values[:, 1] == pytest.approx(2.0, rel=0.02)
+    assert actual.values[:, 0].max() < 1e-3
+    assert np.isnan(actual.values[-1, 2]) and np.isfinite(actual.values[0, 2])  # noqa: PT018  60 x 11 Hz, 60 x 5 Hz

@@ -99,8 +99,10 @@ def test_the_static_start_sees_the_mean_of_the_record() -> None:
     assert rest.angle == pytest.approx(
         gr.equilibrium(gr.loads(TAME + f'[[torque]]\non = "engine"\nmean = {mean}\n')).angle
     )
-    told = gr.equilibrium(with_record(static=2.0))
-    assert told.angle == pytest.approx(gr.equilibrium(gr.loads(TAME + '[[torque]]\non = "engine"\nmean = 2\n')).angle)
+    reported = gr.equilibrium(with_record(static=2.0))
+    assert reported.angle == pytest.approx(
+        gr.equilibrium(gr.loads(TAME + '[[torque]]\non = "engine"\nmean = 2\n')).angle
+    )
 
 
 def test_what_the_start_sees_does_not_change_the_torque() -> None:
@@ -169,9 +171,9 @@ def test_a_prescribed_speed_drives_what_hangs_on_it() -> None:
         return [y[1], (shaft - mount(y[0], y[1]) - 0.4 * y[1]) / 0.02]
 
     start = [t.angle[0, 1], t.velocity[0, 1]]
-    found = solve_ivp(rates, (0.0, t.end), start, rtol=1e-11, atol=1e-13, max_step=1e-3)
+    actual = solve_ivp(rates, (0.0, t.end), start, rtol=1e-11, atol=1e-13, max_step=1e-3)
     assert len(run.events) > 0
-    assert t.angle[-1, 1] == pytest.approx(found.y[0, -1], rel=1e-7)
+    assert t.angle[-1, 1] == pytest.approx(actual.y[0, -1], rel=1e-7)
 
 
 def test_an_angle_record_and_its_speed_say_the_same() -> None:
@@ -205,8 +207,8 @@ def test_the_torque_that_keeps_a_motion_up() -> None:
     model = Model.from_tables({**gr.loads(TAME).to_tables(), "motion": [motion]})
     held = gr.simulate(model, samples_per_cycle=64, initial=start)
     torque = 4.0 + 3.0 * np.sin(30.0 * held.trajectory.time)
-    found = held.data.drive_torque.sel(motion="engine").to_numpy()
-    assert found[2:-2] == pytest.approx(torque[2:-2], abs=2e-3)
+    actual = held.data.drive_torque.sel(motion="engine").to_numpy()
+    assert actual[2:-2] == pytest.approx(torque[2:-2], abs=2e-3)
     assert held.trajectory.angle[:, 1] == pytest.approx(free.trajectory.angle[::32, 1], abs=1e-7)
 
 
@@ -303,8 +305,8 @@ def test_a_mesh_follows_a_sweep_too() -> None:
     t = run.trajectory
     at = int(np.searchsorted(t.time, 2.0)) - 1
     start = np.concatenate([t.angle[0], t.velocity[0]])
-    found = solve_ivp(rates, (0.0, t.time[at]), start, rtol=1e-9, atol=1e-13, max_step=1e-3).y[:2, -1]
-    assert t.angle[at] == pytest.approx(found, rel=1e-7)
+    actual = solve_ivp(rates, (0.0, t.time[at]), start, rtol=1e-9, atol=1e-13, max_step=1e-3).y[:2, -1]
+    assert t.angle[at] == pytest.approx(actual, rel=1e-7)
 
 
 def test_a_longer_run_stays_at_the_last_speed() -> None:
@@ -363,9 +365,9 @@ def test_studies_compute_what_single_runs_do() -> None:
         study = gr.study(model, axes={"coupling.shaft.stiffness": [90.0, 110.0]}, outputs=["crossings per cycle"])
         for stiffness in (90.0, 110.0):
             run = gr.simulate(model.with_({"coupling.shaft.stiffness": stiffness}))
-            found = float(study["crossings per cycle"].sel({"coupling.shaft.stiffness": stiffness}))
+            actual = float(study["crossings per cycle"].sel({"coupling.shaft.stiffness": stiffness}))
             inside = (run.events.time > run.trajectory.discard * run.trajectory.layout.period).sum()
-            assert found == pytest.approx(inside / (run.trajectory.cycles - run.trajectory.discard))
+            assert actual == pytest.approx(inside / (run.trajectory.cycles - run.trajectory.discard))
 
 
 def test_a_record_goes_with_its_body_into_a_group() -> None:

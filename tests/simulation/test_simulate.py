@@ -186,10 +186,10 @@ def test_bad_settings_are_refused_by_name(model: gr.Model, call: dict[str, objec
 
 
 def test_progress_is_told_and_what_it_raises_ends_the_run(model: gr.Model) -> None:
-    told: list[float] = []
-    gr.simulate(model, cycles=4000, samples_per_cycle=8, progress=told.append)
-    assert told == sorted(told)
-    assert 0 < told[0] < told[-1] <= 1
+    reports: list[float] = []
+    gr.simulate(model, cycles=4000, samples_per_cycle=8, progress=reports.append)
+    assert reports == sorted(reports)
+    assert 0 < reports[0] < reports[-1] <= 1
 
     def stop(_fraction: float) -> None:
         raise gr.Cancelled

@@ -39,19 +39,19 @@ def content(folder: Path) -> dict[str, object]:
     """Return all that is in a store, but for the time it took."""
     import h5netcdf
 
-    found: dict[str, object] = {}
+    actual: dict[str, object] = {}
     for path in sorted(folder.iterdir()):
         if path.name == ".lock":
             continue
         if path.suffix == ".npz":
             with np.load(path) as file:
-                found |= {f"{path.name}/{name}": file[name].tobytes() for name in file.files}
+                actual |= {f"{path.name}/{name}": file[name].tobytes() for name in file.files}
             continue
         with h5netcdf.File(path, "r") as file:
             for group, name in ((file, ""), (file.groups["events"], "events/")):
-                found |= {f"{path.name}/{name}{key}": np.asarray(group[key][...]).tolist() for key in group.variables}
-            found |= {f"{path.name}@{key}": str(value) for key, value in file.attrs.items() if key != "cost"}
-    return found
+                actual |= {f"{path.name}/{name}{key}": np.asarray(group[key][...]).tolist() for key in group.variables}
+            actual |= {f"{path.name}@{key}": str(value) for key, value in file.attrs.items() if key != "cost"}
+    return actual
 
 
 def test_a_store_holds_every_chunk_and_its_state(reference: Path, model: gr.Model) -> None:

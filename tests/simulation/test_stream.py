@@ -67,7 +67,7 @@ def test_chunks_are_the_whole_to_the_last_bit(whole: tuple[gr.Model, gr.Run], ch
     last = chunks[-1].trajectory
     assert last.final_force_integral.tobytes() == run.trajectory.final_force_integral.tobytes()
     for count in ("steps", "function_calls", "events"):
-        assert sum(getattr(each.cost, count) for each in chunks) == getattr(run.cost, count)
+        assert sum(getattr(chunk.cost, count) for chunk in chunks) == getattr(run.cost, count)
 
 
 def test_sampling_changes_neither_crossings_nor_states(rattle: gr.Model) -> None:
@@ -117,11 +117,11 @@ def test_chunks_out_of_order_are_not_judged(rattle: gr.Model) -> None:
 
 
 def test_what_progress_raises_ends_the_call_and_the_motion_goes_on(rattle: gr.Model) -> None:
-    told: list[float] = []
+    reports: list[float] = []
 
     def twice_only(fraction: float) -> None:
-        told.append(fraction)
-        if len(told) in (3, 4):
+        reports.append(fraction)
+        if len(reports) in (3, 4):
             raise gr.Cancelled("enough")
 
     chunks = gr.stream(rattle, cycles=600, samples_per_cycle=2, chunk=200, progress=twice_only)
@@ -134,8 +134,8 @@ def test_what_progress_raises_ends_the_call_and_the_motion_goes_on(rattle: gr.Mo
         except StopIteration:
             break
     assert stopped == 2
-    assert told == sorted(told)
-    assert 1 / 3 < told[-1] < 1
+    assert reports == sorted(reports)
+    assert 1 / 3 < reports[-1] < 1
     same_bits(runs, gr.simulate(rattle, cycles=600, samples_per_cycle=2, audit=False))
 
 

@@ -21,8 +21,8 @@ LIMIT = MEAN / (STIFFNESS * abs(RESPONSE))
 
 def model(amplitude: float = 3.9658009, **settings: int) -> gr.Model:
     """Return the example under another forcing."""
-    found = gr.load(EXAMPLES / "rattle_oscillator.toml").with_({AMPLITUDE: amplitude})
-    return found.with_({f"simulation.{key}": value for key, value in settings.items()})
+    actual = gr.load(EXAMPLES / "rattle_oscillator.toml").with_({AMPLITUDE: amplitude})
+    return actual.with_({f"simulation.{key}": value for key, value in settings.items()})
 
 
 def quiet(amplitude: float, phase: float) -> tuple[float, float]:

@@ -101,9 +101,9 @@ def test_a_bad_value_is_refused_with_file_and_line_before_anything_is_written(fo
     (folder / "s.toml").write_text(f'schema = 1\nmodel = "two.toml"\n{text}', encoding="utf-8")
     with pytest.raises(ModelError) as caught:
         read_study("s.toml").prepare()
-    told = [problem for problem in map(str, caught.value.problems) if words in problem]
-    assert told
-    assert told[0].startswith(f"s.toml:{line}: ")
+    reported = [problem for problem in map(str, caught.value.problems) if words in problem]
+    assert reported
+    assert reported[0].startswith(f"s.toml:{line}: ")
 
 
 def test_the_command_refuses_them_with_exit_code_2_and_writes_nothing(
@@ -190,12 +190,12 @@ ARRAYS: dict[str, Any] = {
 def test_axes_are_lists_or_arrays_of_numpy_pandas_and_xarray(name: str) -> None:
     model = gr.loads(TOML).with_({"simulation.cycles": 2, "simulation.discard": 1})
     expected = gr.study(model, {"torque.0.mean": VALUES}, workers=1)
-    found = gr.study(model, {"torque.0.mean": ARRAYS[name]}, workers=1)
+    actual = gr.study(model, {"torque.0.mean": ARRAYS[name]}, workers=1)
     if "unit" in name:
-        assert np.allclose(found["torque.0.mean"], VALUES, rtol=1e-15)
+        assert np.allclose(actual["torque.0.mean"], VALUES, rtol=1e-15)
     else:
-        assert found["torque.0.mean"].equals(expected["torque.0.mean"])
-        assert found["verdict"].equals(expected["verdict"])
+        assert actual["torque.0.mean"].equals(expected["torque.0.mean"])
+        assert actual["verdict"].equals(expected["verdict"])
 
 
 def test_the_unit_of_an_array_counts() -> None:

@@ -25,18 +25,18 @@ AMPLITUDE = 3.9658009
 
 
 @pytest.fixture(scope="module")
-def found() -> xr.Dataset:
+def attractors() -> xr.Dataset:
     return gr.basins(model(), GRID, workers=1)
 
 
-def test_four_motions_compete_in_the_gap(found: xr.Dataset) -> None:
+def test_four_motions_compete_in_the_gap(attractors: xr.Dataset) -> None:
     """As many as the random search of another program's example finds; all of period one."""
-    assert found["attractor period"].values.tolist() == [1, 1, 1, 1]
-    assert sorted(found["attractor verdict"].values.tolist()) == [0, 1, 1, 2]
-    assert found.attrs["within"] < 1e-6
-    assert found.attrs["between"] > 1e-2
-    assert float(found["share"].sum()) == 1.0
-    assert np.all(found["agreeing"] == 1.0)
+    assert attractors["attractor period"].values.tolist() == [1, 1, 1, 1]
+    assert sorted(attractors["attractor verdict"].values.tolist()) == [0, 1, 1, 2]
+    assert attractors.attrs["within"] < 1e-6
+    assert attractors.attrs["between"] > 1e-2
+    assert float(attractors["share"].sum()) == 1.0
+    assert np.all(attractors["agreeing"] == 1.0)
 
 
 def test_what_the_closed_form_keeps_in_contact_becomes_quiet() -> None:
@@ -51,30 +51,30 @@ def test_what_the_closed_form_keeps_in_contact_becomes_quiet() -> None:
         X: {"from": x - margin, "to": x + margin, "count": 9},
         V: {"from": v - margin * swift, "to": v + margin * swift, "count": 9},
     }
-    found = gr.basins(model(), over, workers=1)
-    u, w = np.meshgrid(found[f"initial.{X}"].values - x, found[f"initial.{V}"].values - v, indexing="ij")
+    attractors = gr.basins(model(), over, workers=1)
+    u, w = np.meshgrid(attractors[f"initial.{X}"].values - x, attractors[f"initial.{V}"].values - v, indexing="ij")
     held = np.hypot(u, (w + DRAG / 2 * u) / swift) < 0.999 * margin
     assert np.count_nonzero(held) > 40
-    (number,) = np.unique(found["basin"].values[held])
-    assert number == 1 + found["attractor verdict"].values.tolist().index(0)
-    orbit = [orbit_of(found, int(number), name)[0] for name in (X, V)]
+    (number,) = np.unique(attractors["basin"].values[held])
+    assert number == 1 + attractors["attractor verdict"].values.tolist().index(0)
+    orbit = [orbit_of(attractors, int(number), name)[0] for name in (X, V)]
     np.testing.assert_allclose(orbit, (x, v), rtol=0, atol=1e-6)
 
 
-def test_another_integrator_ends_in_the_same_motions(found: xr.Dataset) -> None:
+def test_another_integrator_ends_in_the_same_motions(attractors: xr.Dataset) -> None:
     def slope(t: float, state: np.ndarray) -> list[float]:
         x, v = state
         force = x - GAP if x > GAP else x + GAP if x < -GAP else 0.0
         return [v, MEAN + AMPLITUDE * np.sin(2 * pi * t - 1.6660006) - DRAG * v - STIFFNESS * force]
 
     places = np.random.default_rng(5).integers(0, 13, (14, 2))
-    places = np.concatenate([places, np.argwhere(found["basin"].values == 4)[:3]])
-    assert len(np.unique(found["basin"].values[tuple(places.T)])) == 4
+    places = np.concatenate([places, np.argwhere(attractors["basin"].values == 4)[:3]])
+    assert len(np.unique(attractors["basin"].values[tuple(places.T)])) == 4
     for i, j in places:
-        start = [float(found[f"initial.{X}"][i]), float(found[f"initial.{V}"][j])]
+        start = [float(attractors[f"initial.{X}"][i]), float(attractors[f"initial.{V}"][j])]
         end = solve_ivp(slope, (0.0, 40.0), start, method="DOP853", rtol=1e-9, atol=1e-10, max_step=0.02).y[:, -1]
-        number = int(found["basin"][i, j])
-        want = [orbit_of(found, number, name)[0] for name in (X, V)]
+        number = int(attractors["basin"][i, j])
+        want = [orbit_of(attractors, number, name)[0] for name in (X, V)]
         np.testing.assert_allclose(end, want, rtol=0, atol=2e-4)
 
 
@@ -86,7 +86,7 @@ def test_basins_of_a_symmetric_driveline_map_onto_each_other() -> None:
     even = model(6.0).with_({"torque.0.mean": 0.0, "torque.0.harmonics.0.phase": 0.3, "inertia.gear.drag": 0.3})
     mirrored = even.with_({"torque.0.harmonics.0.amplitude": -6.0})  # to the bit, and so is every motion: chaos, too
     over = {X: {"from": -0.9, "to": 0.9, "count": 9}, V: {"from": -6.0, "to": 6.0, "count": 9}}
-    one, other = (gr.basins(each, over, workers=1) for each in (even, mirrored))
+    one, other = (gr.basins(entry, over, workers=1) for entry in (even, mirrored))
     np.testing.assert_array_equal(one["basin"], other["basin"].values[::-1, ::-1])
     assert one["family"].values.tolist() == other["family"].values.tolist() == [0, 1]
     assert one["attractor verdict"].values.tolist() == [2, 0]
@@ -99,44 +99,44 @@ def test_basins_of_a_symmetric_driveline_map_onto_each_other() -> None:
     assert np.ptp(one[X].values[one["basin"].values == 2][:, -1]) > 0.3
 
 
-def test_shares_of_drawn_states_have_wilsons_interval_and_agree_with_the_grid(found: xr.Dataset) -> None:
-    box = {name: {"from": given["from"], "to": given["to"]} for name, given in GRID.items()}
+def test_shares_of_drawn_states_have_wilsons_interval_and_agree_with_the_grid(attractors: xr.Dataset) -> None:
+    box = {name: {"from": inputs["from"], "to": inputs["to"]} for name, inputs in GRID.items()}
     drawn = gr.basins(model(), box, samples=300, method="random", seed=2, workers=1)
     cases = [int(np.count_nonzero(drawn["basin"].values == n)) for n in drawn["attractor"].values]
     assert drawn["cases"].values.tolist() == cases
     low, high = wilson(np.array(cases), np.full(len(cases), 300))
     np.testing.assert_array_equal([drawn["low"].values, drawn["high"].values], [low, high])
-    told = quiet_share(drawn)
-    assert told["low"] < told["share"] < told["high"]
+    reported = quiet_share(drawn)
+    assert reported["low"] < reported["share"] < reported["high"]
     assert [drawn.attrs[f"quiet_{key}"] for key in ("share", "low", "high")] == [
-        told[k] for k in ("share", "low", "high")
+        reported[k] for k in ("share", "low", "high")
     ]
-    assert "quiet_low" not in found.attrs
-    coarse = quiet_share(found)
+    assert "quiet_low" not in attractors.attrs
+    coarse = quiet_share(attractors)
     assert np.isnan(coarse["low"])
-    assert told["low"] - 0.03 < coarse["share"] < told["high"] + 0.03  # a grid of 13 x 13 is coarse
+    assert reported["low"] - 0.03 < coarse["share"] < reported["high"] + 0.03  # a grid of 13 x 13 is coarse
 
 
 def test_what_has_not_settled_is_told_as_such() -> None:
-    found = gr.basins(model(), GRID, cycles=12, discard=6, workers=1)
-    undecided = found["basin"].values == -1
+    attractors = gr.basins(model(), GRID, cycles=12, discard=6, workers=1)
+    undecided = attractors["basin"].values == -1
     assert np.count_nonzero(undecided) > 100
-    assert np.array_equal(undecided, found["motion"].values == 2)
-    assert quiet_share(found)["open"] == np.mean(undecided)
+    assert np.array_equal(undecided, attractors["motion"].values == 2)
+    assert quiet_share(attractors)["open"] == np.mean(undecided)
 
 
 def test_chaos_is_a_class_of_its_own() -> None:
     light = {"torque.0.mean": 0.5, "torque.0.harmonics.0.amplitude": 2.0}
-    found = gr.basins(model(), {X: [-0.3, 0.0, 0.3]}, fixed=light, cycles=400, discard=200, workers=1)
-    assert found["basin"].values.tolist() == [0, 0, 0]
-    assert found.sizes["attractor"] == 0
-    assert quiet_share(found)["share"] == 0.0
+    attractors = gr.basins(model(), {X: [-0.3, 0.0, 0.3]}, fixed=light, cycles=400, discard=200, workers=1)
+    assert attractors["basin"].values.tolist() == [0, 0, 0]
+    assert attractors.sizes["attractor"] == 0
+    assert quiet_share(attractors)["share"] == 0.0
 
 
-def test_the_threshold_is_free_within_the_empty_space(found: xr.Dataset) -> None:
+def test_the_threshold_is_free_within_the_empty_space(attractors: xr.Dataset) -> None:
     for same in (1e-5, 1e-4, 1e-2, 0.1):
-        assert np.array_equal(attractors_of(found, same)["basin"], found["basin"])
-    assert attractors_of(found, 0.5)["basin"].values.max() < 4
+        assert np.array_equal(attractors_of(attractors, same)["basin"], attractors["basin"])
+    assert attractors_of(attractors, 0.5)["basin"].values.max() < 4
 
 
 def test_stopped_and_resumed_on_other_workers_it_gives_the_same_bits(tmp_path: Path) -> None:
@@ -148,14 +148,14 @@ def test_stopped_and_resumed_on_other_workers_it_gives_the_same_bits(tmp_path: P
         if share > 0.3:
             raise Cancelled("enough")
 
-    given: dict[str, Any] = {"cycles": 60, "discard": 30, "output": tmp_path / "a"}
+    inputs: dict[str, Any] = {"cycles": 60, "discard": 30, "output": tmp_path / "a"}
     with pytest.raises(Cancelled):
-        gr.basins(model(), GRID, **given, workers=1, progress=progress)
-    again = gr.basins(model(), GRID, **given, workers=2, scheduler="threads", resume=True)
+        gr.basins(model(), GRID, **inputs, workers=1, progress=progress)
+    again = gr.basins(model(), GRID, **inputs, workers=2, scheduler="threads", resume=True)
     assert again.identical(whole)
     assert gr.open_study(tmp_path / "a")["basin"].identical(whole["basin"])
     with pytest.raises(ModelError, match="holds another study"):
-        gr.basins(model(), GRID, **given, workers=1, resume=True, tolerance=1e-7)
+        gr.basins(model(), GRID, **inputs, workers=1, resume=True, tolerance=1e-7)
 
 
 def test_a_state_leaves_momentum_and_the_rest_as_it_was() -> None:
@@ -204,8 +204,10 @@ def test_wrong_arguments_are_refused(over: dict[str, Any], more: dict[str, Any],
 
 
 def test_values_may_have_units() -> None:
-    found = gr.basins(two_bodies(), {"deflection.joint": ["-0.5 deg", "0.5 deg"], "rate.joint": ["60 rpm"]}, workers=1)
-    np.testing.assert_allclose(found["initial.deflection.joint"], np.deg2rad([-0.5, 0.5]), rtol=1e-14)
-    np.testing.assert_allclose(found["initial.rate.joint"], 2 * pi, rtol=1e-14)
+    attractors = gr.basins(
+        two_bodies(), {"deflection.joint": ["-0.5 deg", "0.5 deg"], "rate.joint": ["60 rpm"]}, workers=1
+    )
+    np.testing.assert_allclose(attractors["initial.deflection.joint"], np.deg2rad([-0.5, 0.5]), rtol=1e-14)
+    np.testing.assert_allclose(attractors["initial.rate.joint"], 2 * pi, rtol=1e-14)
     with pytest.raises(ModelError, match="angle"):
         gr.basins(two_bodies(), {"deflection.joint": ["1 mm"]})

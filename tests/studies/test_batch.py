@@ -47,9 +47,9 @@ def paper(case: str) -> gr.Model:
 
 def planned(base: gr.Model, axes: Mapping[str, Any], outputs: tuple[str, ...], **more: Any) -> tuple[Plan, Outputs]:
     """One chunk of all cases."""
-    found = prepare(base, axes, outputs, **more)
-    plan = found.plan
-    return Plan(plan.model, plan.axes, plan.samples, plan.count), found.outputs
+    actual = prepare(base, axes, outputs, **more)
+    plan = actual.plan
+    return Plan(plan.model, plan.axes, plan.samples, plan.count), actual.outputs
 
 
 def check(plan: Plan, outputs: Outputs) -> np.ndarray:
@@ -74,9 +74,9 @@ def test_severity_of_impacts_gives_the_same_bits_and_nothing_where_nothing_hits(
     axes = {"torque.0.harmonics.0.amplitude": [6.0, 3.0, 1.0, 0.01]}
     plan, outputs = planned(model(), axes, (*OUTPUTS, *SEVERITY))
     assert check(plan, outputs).all()
-    found = cases.compute(plan, outputs, 0).values["mean exchanged momentum"]
-    assert np.isfinite(found[0, 0])
-    assert np.isnan(found[-1, 0])
+    actual = cases.compute(plan, outputs, 0).values["mean exchanged momentum"]
+    assert np.isfinite(actual[0, 0])
+    assert np.isnan(actual[-1, 0])
 
 
 @pytest.mark.parametrize("path", PATHS)

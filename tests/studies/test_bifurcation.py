@@ -35,22 +35,22 @@ def doubling() -> xr.Dataset:
 
 def test_contact_is_kept_up_to_the_limit_of_the_closed_form() -> None:
     values = [LIMIT * x for x in (0.2, 0.5, 0.8, 0.95, 0.99, 0.995, 0.999, 1.001, 1.005)]
-    found = gr.bifurcation(model(), AMPLITUDE, values, direction="up", cycles=150, discard=130, phase=0.25)
-    words = [("quiet", "single-sided", "double-sided")[code] for code in found["verdict"].values[0]]
+    actual = gr.bifurcation(model(), AMPLITUDE, values, direction="up", cycles=150, discard=130, phase=0.25)
+    words = [("quiet", "single-sided", "double-sided")[code] for code in actual["verdict"].values[0]]
     assert words == ["quiet"] * 7 + ["single-sided"] * 2
     for i, value in enumerate(values[:7]):
         want = quiet(value, 0.25)
-        got = [float(found[name][0, i, -1]) for name in ("deflection.flanks", "rate.flanks")]
-        np.testing.assert_allclose(got, want, rtol=0, atol=1e-7)  # the example's phase has seven decimals
-    assert np.all(found["period"].values[0, :7] == 1)
+        actual = [float(actual[name][0, i, -1]) for name in ("deflection.flanks", "rate.flanks")]
+        np.testing.assert_allclose(actual, want, rtol=0, atol=1e-7)  # the example's phase has seven decimals
+    assert np.all(actual["period"].values[0, :7] == 1)
 
 
 def test_multipliers_of_the_quiet_motion_are_those_of_the_closed_oscillator() -> None:
     """exp(lambda T), lambda = -d/2 +- i sqrt(k - d^2/4)."""
-    found = gr.bifurcation(model(), AMPLITUDE, [1.0, 2.0], direction="up", cycles=80, discard=40)
+    actual = gr.bifurcation(model(), AMPLITUDE, [1.0, 2.0], direction="up", cycles=80, discard=40)
     want = np.exp(-DRAG / 2 + 1j * np.sqrt(oscillator.STIFFNESS - DRAG**2 / 4))
-    got = found["multiplier real"].values + 1j * found["multiplier imaginary"].values
-    for one in got[0]:
+    actual = actual["multiplier real"].values + 1j * actual["multiplier imaginary"].values
+    for one in actual[0]:
         np.testing.assert_allclose(np.sort_complex(one), np.sort_complex([want, want.conjugate()]), rtol=0, atol=1e-9)
 
 
@@ -87,17 +87,17 @@ def test_multipliers_are_those_of_differences_of_the_stroboscopic_map(doubling: 
             aside = [[x + sign * step * (j == k) for j, x in enumerate(start)] for sign in (1, -1)]
             columns.append((mapped(aside[0]) - mapped(aside[1])) / (2 * step))
         want = np.linalg.eigvals(np.column_stack(columns))
-        got = one["multiplier real"].values + 1j * one["multiplier imaginary"].values
-        np.testing.assert_allclose(np.sort_complex(got), np.sort_complex(want), rtol=0, atol=2e-5)
+        actual = one["multiplier real"].values + 1j * one["multiplier imaginary"].values
+        np.testing.assert_allclose(np.sort_complex(actual), np.sort_complex(want), rtol=0, atol=2e-5)
         assert float(one["largest Lyapunov exponent"]) == pytest.approx(np.log(np.abs(want).max()) / n, abs=1e-4)
-        assert np.prod(got) == pytest.approx(np.exp(-n * DRAG), rel=1e-9)  # Liouville: only the drag shrinks areas
+        assert np.prod(actual) == pytest.approx(np.exp(-n * DRAG), rel=1e-9)  # Liouville: only the drag shrinks areas
 
 
 def test_chaos_is_told_by_a_positive_exponent_and_by_no_period() -> None:
     light = {"torque.0.mean": 0.5}
-    found = gr.bifurcation(model(), AMPLITUDE, [2.0, 3.0], direction="up", cycles=500, discard=300, fixed=light)
-    one = found.isel(direction=0, **{AMPLITUDE: -1})
-    assert [each.motion for each in stretches(found.isel(direction=0))] == ["chaotic"]
+    actual = gr.bifurcation(model(), AMPLITUDE, [2.0, 3.0], direction="up", cycles=500, discard=300, fixed=light)
+    one = actual.isel(direction=0, **{AMPLITUDE: -1})
+    assert [stretch.motion for stretch in stretches(actual.isel(direction=0))] == ["chaotic"]
     assert float(one["largest Lyapunov exponent"]) > 0.1
     assert np.isnan(float(one["period"]))
     assert np.ptp(one["rate.flanks"].values) > 0.3
@@ -123,28 +123,28 @@ def test_chaos_is_told_by_a_positive_exponent_and_by_no_period() -> None:
 
 def test_hysteresis_is_told_and_both_motions_are_motions() -> None:
     values = [1.0, 2.5, 4.0, 5.5, 7.0]
-    found = gr.bifurcation(model(), AMPLITUDE, values, cycles=160, discard=120, workers=1)
-    assert found["motions"].values.tolist() == [0, 1, 1, 1, 0]
-    assert found["verdict"].values.tolist() == [[0, 0, 0, 0, 2], [0, 1, 2, 2, 2]]
+    actual = gr.bifurcation(model(), AMPLITUDE, values, cycles=160, discard=120, workers=1)
+    assert actual["motions"].values.tolist() == [0, 1, 1, 1, 0]
+    assert actual["verdict"].values.tolist() == [[0, 0, 0, 0, 2], [0, 1, 2, 2, 2]]
     for i in (0, 1):  # each settled motion, begun anew from its state, stays what it is
-        one = found.isel(direction=i, **{AMPLITUDE: 2})
+        one = actual.isel(direction=i, **{AMPLITUDE: 2})
         initial = {
             "angle": one["angle at the end"].values.tolist(),
             "velocity": one["velocity at the end"].values.tolist(),
         }
         run = gr.simulate(model(4.0), cycles=50, discard=0, samples_per_cycle=1, initial=initial, audit=False)
         np.testing.assert_allclose(run.trajectory.angle[:, 0], float(one["angle at the end"][0]), atol=1e-6)
-    assert found.attrs["kind"] == "bifurcation"
+    assert actual.attrs["kind"] == "bifurcation"
 
 
 def test_every_value_begins_with_the_end_of_the_one_before() -> None:
     values = [3.0, 5.0, 7.0]
-    found = gr.bifurcation(model(), AMPLITUDE, values, cycles=8, discard=4, workers=1)
+    actual = gr.bifurcation(model(), AMPLITUDE, values, cycles=8, discard=4, workers=1)
     for i, way in enumerate((values, values[::-1])):
         state: Any = "static"
         for value in way:
             run = gr.simulate(model(value), cycles=8, discard=4, samples_per_cycle=1, initial=state, audit=False)
-            one = found.isel(direction=i).sel({AMPLITUDE: value})
+            one = actual.isel(direction=i).sel({AMPLITUDE: value})
             assert one["deflection.flanks"].values.tolist() == run.trajectory.deflection[5:, 0].tolist()
             state = {"angle": run.trajectory.angle[-1].tolist(), "velocity": run.trajectory.velocity[-1].tolist()}
 
@@ -153,7 +153,7 @@ def test_a_rate_is_the_derivative_of_the_deflection() -> None:
     error = {"mesh.gear.transmission_error": [{"order": 20, "amplitude": "5 um", "phase": 0.4}]}
     case = gr.load(oscillator.EXAMPLES / "paper" / "case2.toml").with_(error)
     names = ["deflection.gear", "rate.gear", "velocity.hub"]
-    found = gr.bifurcation(
+    actual = gr.bifurcation(
         case,
         "torque.0.harmonics.0.amplitude",
         [200.0, 202.5],
@@ -174,13 +174,13 @@ def test_a_rate_is_the_derivative_of_the_deflection() -> None:
     at = 3 * 200_000 + 60_000
     step = float(delta["time"][1] - delta["time"][0])
     slope = float(delta[at + 1] - delta[at - 1]) / (2 * step)
-    one = found.isel({"direction": 0, "torque.0.harmonics.0.amplitude": 0})
+    one = actual.isel({"direction": 0, "torque.0.harmonics.0.amplitude": 0})
     assert float(one["deflection.gear"][-1]) == pytest.approx(float(delta[at]), rel=1e-9)
     assert float(one["rate.gear"][-1]) == pytest.approx(slope, rel=1e-5)
     assert float(one["velocity.hub"][-1]) == pytest.approx(
         float(fine.data["velocity"].sel(inertia="hub")[at]), rel=1e-9
     )
-    assert found["rate.gear"].attrs["units"] == "m/s"
+    assert actual["rate.gear"].attrs["units"] == "m/s"
 
 
 def _stops_after(count: int) -> Callable[[float], None]:
@@ -240,9 +240,9 @@ def test_processes_and_a_cluster_give_the_same_bits(tmp_path: Path) -> None:
 
 def test_paths_swept_together_are_told_by_the_first_of_them() -> None:
     both = {AMPLITUDE: [1.0, 2.0], "torque.0.mean": [7.5, 7.6]}
-    found = gr.bifurcation(model(), "load", both, direction="up", **SHORT, workers=1)
-    assert found["load"].values.tolist() == [0, 1]
-    (only,) = stretches(found.isel(direction=0))
+    actual = gr.bifurcation(model(), "load", both, direction="up", **SHORT, workers=1)
+    assert actual["load"].values.tolist() == [0, 1]
+    (only,) = stretches(actual.isel(direction=0))
     assert (only.low, only.high, only.count) == (1.0, 2.0, 2)  # torque.0.harmonics comes before torque.0.mean
 
 
@@ -255,13 +255,13 @@ def test_a_case_that_fails_is_told_and_passed_over(monkeypatch: pytest.MonkeyPat
         return plain(changed, **settings)
 
     monkeypatch.setattr(diagram, "simulate", fails)
-    found = gr.bifurcation(model(), AMPLITUDE, values, **SHORT, workers=1)
+    actual = gr.bifurcation(model(), AMPLITUDE, values, **SHORT, workers=1)
     monkeypatch.undo()
-    assert found["outcome"].values.tolist() == [[1, 3, 1, 1]] * 2
-    assert found["motions"].values[1] == -1
-    assert "lost" in found.attrs["failures"][0]
+    assert actual["outcome"].values.tolist() == [[1, 3, 1, 1]] * 2
+    assert actual["motions"].values[1] == -1
+    assert "lost" in actual.attrs["failures"][0]
     without = gr.bifurcation(model(), AMPLITUDE, [1.0, 2.0, 2.5], **SHORT, workers=1)
-    assert found["rate.flanks"].sel({AMPLITUDE: [1.0, 2.0, 2.5]}).equals(without["rate.flanks"])
+    assert actual["rate.flanks"].sel({AMPLITUDE: [1.0, 2.0, 2.5]}).equals(without["rate.flanks"])
     one = gr.bifurcation(model(), AMPLITUDE, [1.0, 2.0], **SHORT, direction="down")
     assert hysteresis(one) is None
 
@@ -285,9 +285,9 @@ def test_a_case_that_fails_is_told_and_passed_over(monkeypatch: pytest.MonkeyPat
     ],
 )
 def test_wrong_arguments_are_refused(arguments: dict[str, Any], match: str) -> None:
-    given = {"path": AMPLITUDE, "values": [1.0, 2.0], **arguments}
+    inputs = {"path": AMPLITUDE, "values": [1.0, 2.0], **arguments}
     with pytest.raises(ModelError, match=match):
-        gr.bifurcation(model(), **given)
+        gr.bifurcation(model(), **inputs)
 
 
 def test_a_driveline_without_clearances_is_refused() -> None:

@@ -184,11 +184,11 @@ def test_results_that_a_power_cut_took_are_shown_as_missing(
         with pytest.raises(ModelError, match="must be the folder of a study"):
             gr.open_study(tmp_path / "s")
     else:
-        found = gr.open_study(tmp_path / "s")
-        missing = found[OUTCOME].values == 0
-        assert 1 <= missing.sum() < found[OUTCOME].size
-        np.testing.assert_array_equal(found["TR rms"].values[~missing], whole[1]["TR rms"].values[~missing])
-        assert np.isnan(found["TR rms"].values[missing]).all()
+        actual = gr.open_study(tmp_path / "s")
+        missing = actual[OUTCOME].values == 0
+        assert 1 <= missing.sum() < actual[OUTCOME].size
+        np.testing.assert_array_equal(actual["TR rms"].values[~missing], whole[1]["TR rms"].values[~missing])
+        assert np.isnan(actual["TR rms"].values[missing]).all()
     assert study(tmp_path / "s", resume=True).identical(whole[1])
 
 

@@ -70,12 +70,12 @@ def test_workers_may_be_killed_and_nothing_is_lost(seed: int, whole: xr.Dataset,
         hunter.start()
         try:
             arguments: dict[str, Any] = {"scheduler": cluster.address, "output": tmp_path / "s"}
-            found = gr.study(model(), AXES, OUTPUTS, function=slow, **arguments)
+            actual = gr.study(model(), AXES, OUTPUTS, function=slow, **arguments)
         finally:
             over.set()
             hunter.join()
     assert killed
-    assert found.identical(whole)
+    assert actual.identical(whole)
     assert sorted(path.name for path in (tmp_path / "s").iterdir()) == [".lock", "done", "results.zarr", "study.json"]
     assert not list((tmp_path / "s" / "done").glob("*.begun"))
 
@@ -109,9 +109,9 @@ def test_a_case_that_kills_its_worker_is_written_down_and_the_others_are_done(th
         distributed.LocalCluster(n_workers=2, threads_per_worker=threads, **options) as cluster,
         distributed.Client(cluster) as client,
     ):
-        found = gr.study(model(), axes, ["verdict"], function=deadly, scheduler=client, output=tmp_path / "s")
+        actual = gr.study(model(), axes, ["verdict"], function=deadly, scheduler=client, output=tmp_path / "s")
         lost = [event for _, event in client.get_events("all") if event.get("action") == "remove-worker"]
-    outcome = [OUTCOMES[code] for code in found["outcome"].values.tolist()]
+    outcome = [OUTCOMES[code] for code in actual["outcome"].values.tolist()]
     assert outcome == ["done"] * 4 + ["worker lost"] + ["done"] * 4
     assert len(lost) == 4
 
@@ -130,11 +130,11 @@ def _moved(_storage: Storage, name: str, digest: str) -> Handed:
 
 def test_a_cluster_without_workers_is_told_and_may_be_left(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(import_module("gearrattle.studies.schedulers.cluster"), "_PATIENCE_ALONE", 0.5)
-    told: list[float] = []
+    reports: list[float] = []
 
     def enough(_: float) -> None:
-        told.append(time.monotonic())
-        if told[-1] - told[0] > 6.0:
+        reports.append(time.monotonic())
+        if reports[-1] - reports[0] > 6.0:
             raise Cancelled("enough")
 
     options = {"dashboard_address": None, "silence_logs": 50}

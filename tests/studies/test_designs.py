@@ -67,16 +67,16 @@ def saltelli() -> Any:
 
 
 def test_indices_of_a_natural_frequency(saltelli: Any) -> None:
-    found = gr.studies.sensitivities(saltelli, "square")
-    assert found["value"].values.tolist() == list(RANGES)
+    actual = gr.studies.sensitivities(saltelli, "square")
+    assert actual["value"].values.tolist() == list(RANGES)
     first, total = exact_indices()
     for name, exact in (("first_order", first), ("total_order", total)):
         for path in RANGES:
-            one = found.sel(value=path)
+            one = actual.sel(value=path)
             assert float(one[name]) == pytest.approx(exact[path], abs=0.06)
             assert abs(float(one[name]) - exact[path]) < 1.5 * float(one[f"{name}_half_width"])
-    assert int(found["base_points"]) == 64
-    assert int(found["samples"]) == 128  # what is independent of it
+    assert int(actual["base_points"]) == 64
+    assert int(actual["samples"]) == 128  # what is independent of it
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -93,15 +93,15 @@ def test_indices_of_ishigamis_function(method: str, seed: int) -> None:
     two = a * a / 8.0
     both = 8.0 * b * b * np.pi**8 / 225.0
     variance = one + two + both
-    found = indices(y, 3, method)
-    np.testing.assert_allclose(found.first, np.array([one, two, 0.0]) / variance, atol=0.03)
-    np.testing.assert_allclose(found.total, np.array([one + both, two, both]) / variance, atol=0.03)
+    actual = indices(y, 3, method)
+    np.testing.assert_allclose(actual.first, np.array([one, two, 0.0]) / variance, atol=0.03)
+    np.testing.assert_allclose(actual.total, np.array([one + both, two, both]) / variance, atol=0.03)
     if method == "saltelli-pairs":
-        assert found.second[0, 2] == pytest.approx(both / variance, abs=0.04)
-        assert found.second[2, 0] == found.second[0, 2]
-        assert abs(found.second[0, 1]) < 0.04
+        assert actual.second[0, 2] == pytest.approx(both / variance, abs=0.04)
+        assert actual.second[2, 0] == actual.second[0, 2]
+        assert abs(actual.second[0, 1]) < 0.04
     else:
-        assert np.isnan(found.second).all()
+        assert np.isnan(actual.second).all()
 
 
 def test_intervals_cover_about_as_often_as_they_say() -> None:
@@ -117,8 +117,8 @@ def test_intervals_cover_about_as_often_as_they_say() -> None:
             other,
         ]
         y = np.stack([block @ [2.0, 1.0] for block in blocks], axis=1).ravel()
-        found = indices(y, 2, "saltelli")
-        held.append(np.abs(found.total - exact) < found.total_half)
+        actual = indices(y, 2, "saltelli")
+        held.append(np.abs(actual.total - exact) < actual.total_half)
     assert 0.88 < np.mean(held) <= 0.99
 
 
@@ -127,9 +127,9 @@ def test_a_base_point_with_a_failed_case_is_left_out_whole() -> None:
     y = x @ [2.0, 1.0]
     whole = indices(y, 2, "saltelli")
     y[[5, 403]] = np.nan
-    found = indices(y, 2, "saltelli")
-    assert (whole.base_points, found.base_points) == (256, 254)
-    np.testing.assert_allclose(found.first, whole.first, atol=0.05)
+    actual = indices(y, 2, "saltelli")
+    assert (whole.base_points, actual.base_points) == (256, 254)
+    np.testing.assert_allclose(actual.first, whole.first, atol=0.05)
     assert np.isnan(indices(np.ones(1024), 2, "saltelli").first).all()
     with pytest.raises(ModelError, match="whole blocks of 4"):
         indices(y[:-1], 2, "saltelli")
@@ -150,27 +150,27 @@ def test_the_independent_part_of_a_design_is_the_two_samples() -> None:
 
 
 def test_one_value_at_a_time_tells_both_ends() -> None:
-    found = gr.study(
+    actual = gr.study(
         model(), outputs=["impacts per cycle"], vary=VARY, method="one-at-a-time", fixed=SHORT, function=frequency
     )
-    assert found.sizes["sample"] == 7
-    told = gr.studies.sensitivities(found, "square")
+    assert actual.sizes["sample"] == 7
+    reported = gr.studies.sensitivities(actual, "square")
     own = {path: value_at(model().to_tables(), path) for path in RANGES}
 
     def square(**changes: float) -> float:
         v = own | {next(p for p in RANGES if p.endswith(k)): x for k, x in changes.items()}
         return v[STIFFNESS] * (1.0 / v[WHEEL] + 1.0 / v[ENGINE])
 
-    assert float(told["base"]) == pytest.approx(square(), rel=1e-9)
+    assert float(reported["base"]) == pytest.approx(square(), rel=1e-9)
     for path, (low, high) in RANGES.items():
-        one = told.sel(value=path)
+        one = reported.sel(value=path)
         key = "stiffness" if path == STIFFNESS else path.removeprefix("inertia.")
         assert float(one["low"]) == pytest.approx(square(**{key: low}), rel=1e-9)
         assert float(one["high"]) == pytest.approx(square(**{key: high}), rel=1e-9)
         assert (float(one["low_value"]), float(one["high_value"])) == (low, high)
         assert float(one["base_value"]) == own[path]
         assert float(one["swing"]) == pytest.approx(abs(float(one["high"]) - float(one["low"])), rel=1e-12)
-    by_part = gr.studies.sensitivities(found, "impacts per cycle")
+    by_part = gr.studies.sensitivities(actual, "impacts per cycle")
     assert by_part["swing"].dims == ("part", "value")
 
 
@@ -191,10 +191,10 @@ def test_designs_that_do_not_suit_are_refused(arguments: dict[str, Any], match: 
 
 
 def test_probabilities_come_from_independent_samples_alone(saltelli: Any) -> None:
-    found = gr.studies.rattle_probability(saltelli, "regime")
-    assert int(found["samples"][0]) == 128
+    actual = gr.studies.rattle_probability(saltelli, "regime")
+    assert int(actual["samples"][0]) == 128
     every = saltelli["regime"].values[:, 0].reshape(64, 5)
-    assert int(found["rattling"][0]) == np.count_nonzero(every[:, [0, -1]] > 0)
+    assert int(actual["rattling"][0]) == np.count_nonzero(every[:, [0, -1]] > 0)
     single = gr.study(model(), outputs=["regime"], vary=VARY, method="one-at-a-time", fixed=SHORT)
     with pytest.raises(ModelError, match="one-at-a-time"):
         gr.studies.rattle_probability(single)
@@ -240,8 +240,8 @@ def test_a_running_share_counts_what_was_computed() -> None:
 
 
 def test_an_estimate_tells_what_the_samples_are_worth() -> None:
-    told = prepare(model(), vary=VARY, samples=64, method="sobol", fixed=SHORT).estimate(1).words
-    assert "95 % interval of a probability from 64 samples is at most ±12 percentage points; for ±5.9 take " in told
+    words = prepare(model(), vary=VARY, samples=64, method="sobol", fixed=SHORT).estimate(1).words
+    assert "95 % interval of a probability from 64 samples is at most ±12 percentage points; for ±5.9 take " in words
     assert "samples" not in prepare(model(), vary=VARY, method="one-at-a-time", fixed=SHORT).estimate(1).words
 
 
@@ -249,7 +249,7 @@ def test_the_same_samples_are_analyzed_once_and_no_caller_changes_another(monkey
     calls = []
     by_salib = module._by_salib
     monkeypatch.setattr(module, "_RECENT", {})
-    monkeypatch.setattr(module, "_by_salib", lambda *given: calls.append(given) or by_salib(*given))
+    monkeypatch.setattr(module, "_by_salib", lambda *settings: calls.append(settings) or by_salib(*settings))
     y = np.random.default_rng(1).normal(size=32 * 5)
     first = module.indices(y, 3, "saltelli")
     kept = first.total.copy()

@@ -56,10 +56,10 @@ def test_open_study_says_why_cases_failed(tmp_path: Path) -> None:
     model = gr.load(ROOT / "examples/paper/case1.toml")
     kept = tmp_path / "study"
     axes = {"mesh.gear.backlash": [0.5e-4, 1e-4, 1.5e-4], "torque.0.mean": [10.0, 11.0]}
-    given = gr.study(
+    values = gr.study(
         model, axes, ["regime"], fixed=SHORT, function=fragile, output=kept, scheduler="threads", workers=1
     )
     expected = [f"({i}, {j}): gap too wide for this function" for i, j in ((2, 0), (2, 1))]
-    assert given.attrs["failures"] == expected
+    assert values.attrs["failures"] == expected
     assert gr.open_study(kept).attrs["failures"] == expected
     assert gr.open_study(kept)["outcome"].values[2].tolist() == [4, 4]

@@ -71,10 +71,10 @@ def test_wilsons_interval_covers_as_often_as_it_says() -> None:
 def test_probabilities_count_what_was_computed() -> None:
     x = points(8, 2, 0)
     regime = np.array([0, 1, 2, -1, 0, 0, 2, -1])
-    found = gr.studies.rattle_probability(scatter(x, regime, x[:, 0]))
-    assert (int(found["rattling"][0]), int(found["samples"][0])) == (3, 6)
-    assert float(found["probability"].sel(part="gear")) == 0.5
-    assert float(found["low"][0]) < 0.5 < float(found["high"][0])
+    actual = gr.studies.rattle_probability(scatter(x, regime, x[:, 0]))
+    assert (int(actual["rattling"][0]), int(actual["samples"][0])) == (3, 6)
+    assert float(actual["probability"].sel(part="gear")) == 0.5
+    assert float(actual["low"][0]) < 0.5 < float(actual["high"][0])
     nothing = gr.studies.rattle_probability(scatter(x, np.full(8, -1), x[:, 0]))
     assert np.isnan(nothing["probability"].values).all()
     with pytest.raises(ModelError, match="needs samples"):
@@ -86,18 +86,21 @@ def test_probabilities_count_what_was_computed() -> None:
 
 
 def test_boundaries_lie_between_neighbours_that_differ() -> None:
-    found = gr.studies.regime_boundary(grid([[0, 0], [2, 0], [2, -1]]))
+    actual = gr.studies.regime_boundary(grid([[0, 0], [2, 0], [2, -1]]))
     rows = {
-        tuple(found[name].values[i].item() for name in ("along", "from", "to", "gap", "load", "torque.0.mean"))
-        for i in range(found.sizes["crossing"])
+        tuple(actual[name].values[i].item() for name in ("along", "from", "to", "gap", "load", "torque.0.mean"))
+        for i in range(actual.sizes["crossing"])
     }
     across_gap = next(row for row in rows if row[0] == "gap")
     assert across_gap[1:3] == ("quiet", "double-sided")
     assert across_gap[3:] == pytest.approx((np.sqrt(0.1), 0.0, 5.0))
     assert ("load", "double-sided", "quiet", 1.0, 0.5, 7.0) in rows
     assert len(rows) == 2  # the case that failed is no boundary
-    assert set(found["part"].values.tolist()) == {"gear"}
-    assert set(zip(found["below"].values.tolist(), found["above"].values.tolist(), strict=True)) == {(0.1, 1.0), (0, 1)}
+    assert set(actual["part"].values.tolist()) == {"gear"}
+    assert set(zip(actual["below"].values.tolist(), actual["above"].values.tolist(), strict=True)) == {
+        (0.1, 1.0),
+        (0, 1),
+    }
 
 
 def test_a_boundary_known_beforehand_is_found_to_half_a_cell() -> None:
@@ -107,10 +110,10 @@ def test_a_boundary_known_beforehand_is_found_to_half_a_cell() -> None:
     data = xr.Dataset(
         {"verdict": (("a", "b"), codes, CODES), "outcome": (("a", "b"), np.ones_like(codes))}, {"a": a, "b": b}
     )
-    found = gr.studies.regime_boundary(data)
-    along = found["along"].values == "a"
+    actual = gr.studies.regime_boundary(data)
+    along = actual["along"].values == "a"
     assert along.sum() == 10
-    np.testing.assert_allclose(found["a"].values[along], 1.0 - found["b"].values[along], atol=0.025 + 1e-9)
+    np.testing.assert_allclose(actual["a"].values[along], 1.0 - actual["b"].values[along], atol=0.025 + 1e-9)
 
 
 def test_midpoints_of_a_logarithmic_range_are_geometric() -> None:
@@ -137,14 +140,14 @@ def test_sensitivities_of_a_linear_function(n: int) -> None:
     c = np.array([4.0, -2.0, 1.0, 0.0])
     x = points(n, 4, 1)
     data = scatter(x, (x[:, 0] > 0.5).astype(int), x @ c)
-    found = gr.studies.sensitivities(data, "level")
-    assert found["value"].values.tolist() == ["x0", "x1", "x2", "x3"]
-    np.testing.assert_allclose(found["first_order"], c**2 / np.sum(c**2), atol=2.0 / np.sqrt(n))
-    assert np.argsort(-np.abs(found["rank_regression"].values)).tolist() == [0, 1, 2, 3]
-    assert np.sign(found["rank_regression"].values[:3]).tolist() == [1.0, -1.0, 1.0]
-    assert float(found["explained"]) > 0.9
+    actual = gr.studies.sensitivities(data, "level")
+    assert actual["value"].values.tolist() == ["x0", "x1", "x2", "x3"]
+    np.testing.assert_allclose(actual["first_order"], c**2 / np.sum(c**2), atol=2.0 / np.sqrt(n))
+    assert np.argsort(-np.abs(actual["rank_regression"].values)).tolist() == [0, 1, 2, 3]
+    assert np.sign(actual["rank_regression"].values[:3]).tolist() == [1.0, -1.0, 1.0]
+    assert float(actual["explained"]) > 0.9
     expected = [stats.spearmanr(column, x @ c).statistic for column in x.T]
-    np.testing.assert_allclose(found["spearman"], expected, atol=1e-12)
+    np.testing.assert_allclose(actual["spearman"], expected, atol=1e-12)
     regime = gr.studies.sensitivities(data, "regime")
     assert regime["spearman"].dims == ("part", "value")
     assert int(np.argmax(np.abs(regime["first_order"].sel(part="gear").values))) == 0

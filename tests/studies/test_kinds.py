@@ -57,21 +57,21 @@ def test_a_wrong_key_and_a_missing_one_are_told_with_the_file(folder: Path, name
     path.write_text(f'kind = "{name}"\nmodle = "two.toml"\n', encoding="utf-8")
     with pytest.raises(ModelError) as caught:
         read_study(path)
-    told = str(caught.value)
-    assert "wrong.toml:2: modle" in told
-    assert 'did you mean "model"?' in told
-    assert "wrong.toml: model: this key is required" not in told  # the misspelt key is the model's
+    reported = str(caught.value)
+    assert "wrong.toml:2: modle" in reported
+    assert 'did you mean "model"?' in reported
+    assert "wrong.toml: model: this key is required" not in reported  # the misspelt key is the model's
     needed = {field.alias or key for key, field in KINDS[name].model_fields.items() if field.is_required()}
     needed -= {"model", "kind"}
-    assert all(f"wrong.toml: {key}: this key is required" in told for key in needed)
+    assert all(f"wrong.toml: {key}: this key is required" in reported for key in needed)
 
 
 def test_a_file_without_a_kind_is_a_grid(folder: Path) -> None:
     path = folder / "plain.toml"
     path.write_text('model = "two.toml"\n[axis]\n"torque.0.mean" = [0.3, 0.6]\n', encoding="utf-8")
-    found = read_study(path)
-    assert (found.spec.kind, found.name) == ("grid", "plain")
-    assert found.arguments["axes"] == {"torque.0.mean": [0.3, 0.6]}
+    actual = read_study(path)
+    assert (actual.spec.kind, actual.name) == ("grid", "plain")
+    assert actual.arguments["axes"] == {"torque.0.mean": [0.3, 0.6]}
 
 
 @pytest.mark.parametrize(("asked", "match"), [('"grids"', 'did you mean "grid"'), ("3", "there is no such kind")])
@@ -81,9 +81,9 @@ def test_a_kind_that_does_not_exist_is_refused(
     path = folder / "odd.toml"
     path.write_text(f'model = "two.toml"\nkind = {asked}\n', encoding="utf-8")
     assert main(["study", str(path)]) == 2
-    told = capsys.readouterr().err
-    assert "odd.toml:2: kind" in told
-    assert match in told
+    message = capsys.readouterr().err
+    assert "odd.toml:2: kind" in message
+    assert match in message
 
 
 def test_all_problems_of_a_file_are_told_at_once_with_their_lines(
@@ -98,6 +98,6 @@ def test_all_problems_of_a_file_are_told_at_once_with_their_lines(
         encoding="utf-8",
     )
     assert main(["study", str(path)]) == 2
-    told = capsys.readouterr().err.splitlines()
-    lines = [line.split("many.toml:")[1].split(":")[0] for line in told if line.startswith("error: ")]
+    message = capsys.readouterr().err.splitlines()
+    lines = [line.split("many.toml:")[1].split(":")[0] for line in message if line.startswith("error: ")]
     assert lines == ["3", "5", "6", "8", "11"]

@@ -20,12 +20,12 @@ def test_a_metric_in_a_study_is_that_of_the_run() -> None:
     """Of parts, of inertias and of the whole driveline; beside outputs of criteria."""
     model = gr.load("examples/paper/case1.toml").with_({"simulation.cycles": 6, "simulation.discard": 3})
     gaps = [5e-5, 2e-4]
-    found = gr.study(model, {"mesh.gear.backlash": gaps}, [*NAMES, "regime"], workers=1)
+    actual = gr.study(model, {"mesh.gear.backlash": gaps}, [*NAMES, "regime"], workers=1)
     for i, gap in enumerate(gaps):
         run = gr.simulate(model.with_({"mesh.gear.backlash": gap}), audit=False)
         table = gr.metrics(run).set_index(["quantity", "subject"]).value
         for name in NAMES:
-            values = found[name].isel({"mesh.gear.backlash": i})
+            values = actual[name].isel({"mesh.gear.backlash": i})
             if name == "rattle level of all meshes":
                 assert values.dims == ()
                 assert float(values) == table[name, "all meshes"]
@@ -34,10 +34,10 @@ def test_a_metric_in_a_study_is_that_of_the_run() -> None:
             for subject in map(str, values[dimension].values):
                 value = float(values.sel({dimension: subject}))
                 assert value == table[name, subject] if (name, subject) in table.index else np.isnan(value)
-    assert np.all(np.isfinite(found["separation margin"].sel(part="gear")))
-    assert found["separation margin"].attrs["sampling_error"] == "none"
-    assert found["transmissibility at order 1"].attrs["sampling_error"].startswith("of samples, about")
-    assert np.all(np.isnan(found["separation margin"].sel(part="clutch")))
+    assert np.all(np.isfinite(actual["separation margin"].sel(part="gear")))
+    assert actual["separation margin"].attrs["sampling_error"] == "none"
+    assert actual["transmissibility at order 1"].attrs["sampling_error"].startswith("of samples, about")
+    assert np.all(np.isnan(actual["separation margin"].sel(part="clutch")))
 
 
 def test_only_quantities_that_are_asked_for_are_computed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -59,8 +59,8 @@ def test_only_quantities_that_are_asked_for_are_computed(monkeypatch: pytest.Mon
         values = outputs.of(run)[name]
         assert len(counted) == times
         (output,) = outputs.chosen
-        told = dict(zip(output.subjects, values.tolist(), strict=True))
-        assert told["gear"] == table[name, "gear"]
+        reported = dict(zip(output.subjects, values.tolist(), strict=True))
+        assert reported["gear"] == table[name, "gear"]
 
 
 def test_each_sum_is_added_once(monkeypatch: pytest.MonkeyPatch) -> None:

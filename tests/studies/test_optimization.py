@@ -50,7 +50,7 @@ def zdt1(points: np.ndarray) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def found() -> xr.Dataset:
+def search() -> xr.Dataset:
     return gr.optimize(
         model(),
         RANGES,
@@ -66,12 +66,12 @@ def found() -> xr.Dataset:
 def test_a_front_known_in_closed_form_is_found(seed: int) -> None:
     """Its hypervolume to (1.1, 1.1) is 1.21 - 1/3; 2000 points reach all but one hundredth of it."""
     search = Evolution(np.random.default_rng(seed).random((40, 3)), 2, seed)
-    told = []
+    reports = []
     for _ in range(50):
         values = zdt1(search.ask())
         search.tell(values, np.zeros(len(values)))
-        told.append(values)
-    every = np.vstack(told)
+        reports.append(values)
+    every = np.vstack(reports)
     front = every[front_of(every)]
     exact = 1.21 - 1.0 / 3.0
     assert 0.99 * exact < hypervolume(front, np.array([1.1, 1.1])) < exact
@@ -81,12 +81,12 @@ def test_a_front_known_in_closed_form_is_found(seed: int) -> None:
 def test_told_the_same_it_asks_the_same() -> None:
     def asked() -> np.ndarray:
         search = Evolution(np.random.default_rng(1).random((8, 2)), 2, 5)
-        found = []
+        search = []
         for _ in range(6):
             points = search.ask()
             search.tell(zdt1(points), np.maximum(points[:, 1] - 0.5, 0.0))
-            found.append(points)
-        return np.vstack(found)
+            search.append(points)
+        return np.vstack(search)
 
     np.testing.assert_array_equal(asked(), asked())
 
@@ -120,30 +120,30 @@ def test_hypervolume_agrees_with_pymoo() -> None:
     assert hypervolume(values[front_of(values)], np.ones(3)) == pytest.approx(float(HV(ref_point=np.ones(3))(values)))
 
 
-def test_everything_computed_is_told(found: xr.Dataset) -> None:
-    assert found.sizes["design"] == 24
-    assert found["born"].values.tolist() == sorted(found["born"].values.tolist())
-    assert found[STIFFNESS].values[0] == value_at(model().to_tables(), STIFFNESS)  # the model itself comes first
-    values, feasible = found["value"].values, found["violation"].values == 0.0
-    np.testing.assert_array_equal(values[:, 0], found["f1"].values)
-    np.testing.assert_array_equal(feasible, found["f1"].values <= 0.9)
+def test_everything_computed_is_told(search: xr.Dataset) -> None:
+    assert search.sizes["design"] == 24
+    assert search["born"].values.tolist() == sorted(search["born"].values.tolist())
+    assert search[STIFFNESS].values[0] == value_at(model().to_tables(), STIFFNESS)  # the model itself comes first
+    values, feasible = search["value"].values, search["violation"].values == 0.0
+    np.testing.assert_array_equal(values[:, 0], search["f1"].values)
+    np.testing.assert_array_equal(feasible, search["f1"].values <= 0.9)
     expected = np.zeros(24, dtype=bool)
     expected[feasible] = front_of(values[feasible])
-    np.testing.assert_array_equal(found["front"].values == 1, expected)
+    np.testing.assert_array_equal(search["front"].values == 1, expected)
     for path, (low, high) in RANGES.items():
-        assert np.all((found[path].values >= low) & (found[path].values <= high))
-    assert np.all(np.diff(found["hypervolume"].values) >= 0.0)
-    assert 0.0 < float(found["hypervolume"][-1]) < 1.0
-    last = found["best"].values[-1]
+        assert np.all((search[path].values >= low) & (search[path].values <= high))
+    assert np.all(np.diff(search["hypervolume"].values) >= 0.0)
+    assert 0.0 < float(search["hypervolume"][-1]) < 1.0
+    last = search["best"].values[-1]
     np.testing.assert_array_equal(last, values[feasible].min(axis=0))
 
 
-def test_every_member_of_the_front_is_computed_again_by_itself(found: xr.Dataset) -> None:
-    on = found["front"].values == 1
-    assert np.all(found["certified"].values[on] == 1)
-    assert np.all(found["certified"].values[~on] == -1)
-    np.testing.assert_allclose(found["exact"].values[on], found["value"].values[on], rtol=1e-6)
-    assert np.isnan(found["exact"].values[~on]).all()
+def test_every_member_of_the_front_is_computed_again_by_itself(search: xr.Dataset) -> None:
+    on = search["front"].values == 1
+    assert np.all(search["certified"].values[on] == 1)
+    assert np.all(search["certified"].values[~on] == -1)
+    np.testing.assert_allclose(search["exact"].values[on], search["value"].values[on], rtol=1e-6)
+    assert np.isnan(search["exact"].values[~on]).all()
 
 
 def test_a_search_by_a_coarse_algorithm_is_not_certified() -> None:
@@ -197,7 +197,7 @@ def wheel_inertia(run: gr.Run) -> dict[str, float]:
 
 
 def test_limits_may_be_functions_of_the_model(tmp_path: Path) -> None:
-    found = gr.optimize(
+    search = gr.optimize(
         model(),
         {STIFFNESS: (500.0, 1000.0)},
         {"distance": "min"},
@@ -210,16 +210,16 @@ def test_limits_may_be_functions_of_the_model(tmp_path: Path) -> None:
         fixed=SHORT,
         seed=2,
     )
-    best = int(found.attrs["best"])
-    assert 700.0 <= float(found[STIFFNESS][best]) < 712.0
-    failed = np.isnan(found["violation"].values)
-    assert np.all(failed == (found[STIFFNESS].values < 520.0))
-    assert len(found.attrs["failures"]) == int(failed.sum())
+    best = int(search.attrs["best"])
+    assert 700.0 <= float(search[STIFFNESS][best]) < 712.0
+    failed = np.isnan(search["violation"].values)
+    assert np.all(failed == (search[STIFFNESS].values < 520.0))
+    assert len(search.attrs["failures"]) == int(failed.sum())
     assert (tmp_path / "o" / "front" / "001.toml").read_text() == (tmp_path / "o" / "best.toml").read_text()
 
 
 def test_where_nothing_is_feasible_that_is_told(tmp_path: Path) -> None:
-    found = gr.optimize(
+    search = gr.optimize(
         model(),
         {STIFFNESS: (500.0, 1000.0)},
         {"f1": "min"},
@@ -231,14 +231,14 @@ def test_where_nothing_is_feasible_that_is_told(tmp_path: Path) -> None:
         generations=1,
         fixed=SHORT,
     )
-    assert found.attrs["best"] == -1
-    assert not (found["front"] == 1).any()
+    assert search.attrs["best"] == -1
+    assert not (search["front"] == 1).any()
     assert not (tmp_path / "o" / "best.toml").exists()
 
 
-@pytest.mark.parametrize("place", ["folder", "memory"])
-def test_a_search_that_was_stopped_goes_on_to_the_same_bits(found: xr.Dataset, tmp_path: Path, place: str) -> None:
-    address = str(tmp_path / "o") if place == "folder" else f"memory://{tmp_path.name}/o"
+@pytest.mark.parametrize("folder", ["folder", "memory"])
+def test_a_search_that_was_stopped_goes_on_to_the_same_bits(search: xr.Dataset, tmp_path: Path, folder: str) -> None:
+    address = str(tmp_path / "o") if folder == "folder" else f"memory://{tmp_path.name}/o"
     arguments: dict[str, Any] = {
         "constraints": {"f1": {"below": 0.9}},
         "function": zdt,
@@ -259,15 +259,15 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_bits(found: xr.Dataset, t
     with pytest.raises(ModelError, match="another study: seed differ"):
         gr.optimize(model(), RANGES, goals, resume=True, **{**arguments, "seed": 4})
     again = gr.optimize(model(), RANGES, goals, resume=True, **arguments)
-    assert again.equals(found)
-    assert gr.open_study(address).equals(found)
+    assert again.equals(search)
+    assert gr.open_study(address).equals(search)
     longer = gr.optimize(model(), RANGES, goals, resume=True, **{**arguments, "generations": 4})
     assert longer.sizes["design"] == 32
-    np.testing.assert_array_equal(longer["value"].values[:24], found["value"].values)
+    np.testing.assert_array_equal(longer["value"].values[:24], search["value"].values)
 
 
 @pytest.mark.parametrize("scheduler", ["local", "threads"])
-def test_any_scheduler_gives_the_same_bits(found: xr.Dataset, scheduler: str) -> None:
+def test_any_scheduler_gives_the_same_bits(search: xr.Dataset, scheduler: str) -> None:
     again = gr.optimize(
         model(),
         RANGES,
@@ -278,7 +278,7 @@ def test_any_scheduler_gives_the_same_bits(found: xr.Dataset, scheduler: str) ->
         scheduler=scheduler,
         **SMALL,
     )
-    assert again.equals(found)
+    assert again.equals(search)
 
 
 def test_killed_within_a_generation_it_goes_on_to_the_same_bits(tmp_path: Path) -> None:
@@ -324,9 +324,9 @@ def test_killed_within_a_generation_it_goes_on_to_the_same_bits(tmp_path: Path) 
     ],
 )
 def test_what_is_wrong_is_refused_before_anything_runs(arguments: dict[str, Any], match: str, tmp_path: Path) -> None:
-    given = {"variables": {STIFFNESS: (500.0, 1000.0)}, "objectives": {"verdict": "min"}, **arguments}
+    inputs = {"variables": {STIFFNESS: (500.0, 1000.0)}, "objectives": {"verdict": "min"}, **arguments}
     with pytest.raises(ModelError, match=match):
-        gr.optimize(model(), **given, output=tmp_path / "never")
+        gr.optimize(model(), **inputs, output=tmp_path / "never")
     assert not (tmp_path / "never").exists()
 
 
@@ -346,8 +346,8 @@ def test_the_command_writes_page_and_models(tmp_path: Path, capsys: pytest.Captu
     )
     (tmp_path / "study.toml").write_text(study, encoding="utf-8")
     assert main(["study", str(tmp_path / "study.toml"), "-o", str(tmp_path / "o")]) == 0
-    told = capsys.readouterr().out
-    assert "24 designs" in told
+    printed = capsys.readouterr().out
+    assert "24 designs" in printed
     page = (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
     assert "Nearest to the best of every objective" in page
     assert "joint: impacts per cycle at most 10" in page

@@ -58,29 +58,29 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
 
 @pytest.mark.parametrize("workers", [1, 2, 16])
 @pytest.mark.parametrize("expected", [2.0 / 1.5, 2.0, 3.0])
-@pytest.mark.parametrize("told", [True, False])
+@pytest.mark.parametrize("message", [True, False])
 def test_the_remaining_time_is_true_within_a_factor_of_two_after_a_tenth(
-    clock: Clock, workers: int, expected: float, told: bool
+    clock: Clock, workers: int, expected: float, message: bool
 ) -> None:
     """Chunks of 2 s, expected within a factor of 1.5 as estimates are; all workers in step, which is the worst case."""
     chunks = 64
     length = 2.0
     start = clock.now
-    found = Pace(chunks, workers, expected)
+    actual = Pace(chunks, workers, expected)
     total = length * rounds(chunks, workers)
     checked = 0
-    while found.reached < chunks:
+    while actual.reached < chunks:
         clock.now += 0.25
-        busy = min(workers, chunks - found.reached)
+        busy = min(workers, chunks - actual.reached)
         age = (clock.now - start) % length
         if age < 1e-9:
             for _ in range(busy):
-                found.chunk_done()
+                actual.chunk_done()
         left = total - (clock.now - start)
-        busy = min(workers, chunks - found.reached)
-        shares = dict.fromkeys(range(busy), age / length) if told else None
+        busy = min(workers, chunks - actual.reached)
+        shares = dict.fromkeys(range(busy), age / length) if message else None
         if clock.now - start >= 0.1 * total and left >= 1.0:
-            remaining = found.remaining(shares)
+            remaining = actual.remaining(shares)
             assert 0.5 * left <= remaining <= 2.0 * left
             checked += 1
     assert checked > 3
@@ -88,13 +88,13 @@ def test_the_remaining_time_is_true_within_a_factor_of_two_after_a_tenth(
 
 def test_a_cheap_beginning_does_not_promise_a_cheap_end(clock: Clock) -> None:
     """A sweep whose first fifth costs a quarter of the mean, as a quiet motion does: one chunk, shares told."""
-    found, start = Pace(1, 1, 10.0), clock.now
+    actual, start = Pace(1, 1, 10.0), clock.now
     for step in range(1, 100):
         share = step / 100
         spent = 0.25 * 10.0 * share if share < 0.2 else 0.5 + 9.5 * (share - 0.2) / 0.8
         clock.now = start + spent
         if share >= 0.1 and spent < 9.0:
-            assert 0.5 * (10.0 - spent) <= found.remaining({0: share}) <= 2.0 * (10.0 - spent)
+            assert 0.5 * (10.0 - spent) <= actual.remaining({0: share}) <= 2.0 * (10.0 - spent)
 
 
 @pytest.mark.long
@@ -119,10 +119,10 @@ def test_an_estimate_is_within_half_of_what_the_study_takes(
     monkeypatch.setattr(pace.time, "perf_counter", time.process_time)
     ratios = []
     for attempt in range(3):
-        found = asked.prepare()
+        actual = asked.prepare()
         begun = time.process_time()
         with opened("threads", 1, 1) as compute:
-            found.carry_out(tmp_path / f"{attempt}", compute)
+            actual.carry_out(tmp_path / f"{attempt}", compute)
         taken = time.process_time() - begun
-        ratios.append(found.estimate(1, "threads").seconds / taken)
+        ratios.append(actual.estimate(1, "threads").seconds / taken)
     assert 1.0 / 1.5 <= sorted(ratios)[1] <= 1.5, ratios

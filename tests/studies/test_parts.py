@@ -18,8 +18,8 @@ GAP, TORQUE = "coupling.joint.clearance", "torque.0.mean"
 
 
 def test_values_and_ranges_are_read_as_the_model_reads_them() -> None:
-    given = {GAP: {"from": "0.1 deg", "to": "10 deg", "count": 3, "spacing": "log"}, TORQUE: ["1 N*m", 2.5]}
-    gap, torque = axes_of(given, model())
+    inputs = {GAP: {"from": "0.1 deg", "to": "10 deg", "count": 3, "spacing": "log"}, TORQUE: ["1 N*m", 2.5]}
+    gap, torque = axes_of(inputs, model())
     np.testing.assert_allclose(gap.coordinate, np.deg2rad([0.1, 1.0, 10.0]), rtol=1e-12)
     assert torque.coordinate == (1.0, 2.5)
     assert torque.at(1) == {TORQUE: 2.5}
@@ -32,7 +32,7 @@ def test_paths_together_are_one_axis() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "match"),
+    ("values", "match"),
     [
         ({"coupling.joint.clearence": [1.0]}, "did you mean"),
         ({GAP: ["1 kg"]}, "clearance"),
@@ -47,9 +47,9 @@ def test_paths_together_are_one_axis() -> None:
         ({"load": {TORQUE: [1, 2], GAP: [0.1]}}, "equally many"),
     ],
 )
-def test_wrong_axes_are_refused(given: dict[str, Any], match: str) -> None:
+def test_wrong_axes_are_refused(values: dict[str, Any], match: str) -> None:
     with pytest.raises(ModelError, match=match):
-        axes_of(given, model())
+        axes_of(values, model())
 
 
 def test_every_wrong_axis_is_told() -> None:
@@ -72,11 +72,11 @@ def test_every_wrong_axis_is_told() -> None:
 )
 @pytest.mark.parametrize("method", ["latin-hypercube", "sobol", "random"])
 def test_samples_follow_their_distribution(table: dict[str, Any], law: Any, method: str) -> None:
-    found = sampled(distributions_of({GAP: table}, model()), 512, method, 3)
-    assert found.shape == (512, 1)
-    assert stats.kstest(found[:, 0], law.cdf).pvalue > 0.01
-    np.testing.assert_array_equal(found, sampled(distributions_of({GAP: table}, model()), 512, method, 3))
-    assert np.any(found != sampled(distributions_of({GAP: table}, model()), 512, method, 4))
+    actual = sampled(distributions_of({GAP: table}, model()), 512, method, 3)
+    assert actual.shape == (512, 1)
+    assert stats.kstest(actual[:, 0], law.cdf).pvalue > 0.01
+    np.testing.assert_array_equal(actual, sampled(distributions_of({GAP: table}, model()), 512, method, 3))
+    assert np.any(actual != sampled(distributions_of({GAP: table}, model()), 512, method, 4))
 
 
 @pytest.mark.parametrize(

@@ -54,10 +54,10 @@ def test_every_scheduler_gives_the_bits_of_one_process(
 ) -> None:
     address, workers = addresses[name]
     shares: list[float] = []
-    found = gr.study(
+    actual = gr.study(
         model(), AXES, OUTPUTS, scheduler=address, workers=workers, output=tmp_path / "s", progress=shares.append
     )
-    assert found.identical(whole)
+    assert actual.identical(whole)
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     assert sorted(path.name for path in (tmp_path / "s").iterdir()) == [".lock", "done", "results.zarr", "study.json"]
@@ -87,8 +87,8 @@ def test_a_disk_that_fills_up_ends_the_study_and_it_goes_on(
 ) -> None:
     address, workers = addresses[name]
     arguments: dict[str, Any] = {"scheduler": address, "workers": workers, "output": tmp_path / "s"}
-    found = prepare(model(), AXES, OUTPUTS, function=clusters.filling)
-    store = Store.open(tmp_path / "s", found.plan, found.outputs, resume=False)
+    actual = prepare(model(), AXES, OUTPUTS, function=clusters.filling)
+    store = Store.open(tmp_path / "s", actual.plan, actual.outputs, resume=False)
     keep = Store.keep
     flag.touch()
     try:

@@ -47,40 +47,40 @@ def pair(**changes: Any) -> gr.Model:
 
 def test_the_ratio_of_a_rigid_pair_is_its_closed_form() -> None:
     """J (R_d/R_l) T / (J_d + J_l (R_d/R_l)^2) / T_drag at any speed: a free pair follows its torque."""
-    found = gr.screen(pair(), [20.0, "800 rpm", 200.0], [0.5, 1.0, 2.0])
-    assert found.margin.dims == ("speed", "load", "gear")
-    assert found.speed.values == pytest.approx([20.0, 800.0 * np.pi / 30.0, 200.0])
+    actual = gr.screen(pair(), [20.0, "800 rpm", 200.0], [0.5, 1.0, 2.0])
+    assert actual.margin.dims == ("speed", "load", "gear")
+    assert actual.speed.values == pytest.approx([20.0, 800.0 * np.pi / 30.0, 200.0])
     for j, factor in enumerate((0.5, 1.0, 2.0)):
-        values = found.separation_ratio.values[:, j, 0]
+        values = actual.separation_ratio.values[:, j, 0]
         assert np.all(values >= factor * RIGID * (1.0 - 1e-4))
         assert np.all(values <= factor * RIGID * BOUND * (1.0 + 1e-4))
-    assert found.margin.values == pytest.approx(20.0 * np.log10(found.separation_ratio.values), rel=1e-12)
-    assert found.gear.values.tolist() == ["mesh"]
-    assert found.driver.values.tolist() == ["shaft"]
+    assert actual.margin.values == pytest.approx(20.0 * np.log10(actual.separation_ratio.values), rel=1e-12)
+    assert actual.gear.values.tolist() == ["mesh"]
+    assert actual.driver.values.tolist() == ["shaft"]
 
 
 def test_a_stiff_mesh_lifts_where_the_margin_says() -> None:
     """Both ratios tell the same of a mesh that is all but rigid, and the linear motion is exact below 1."""
-    found = gr.screen(pair(), [OMEGA], [0.2, 0.9 / RIGID, 1.1 / RIGID, 2.0 / RIGID])
-    assert found.lift_ratio.values == pytest.approx(found.separation_ratio.values, rel=1e-2)
-    assert found.inside.values[0].tolist() == [True, True, False, False]
+    actual = gr.screen(pair(), [OMEGA], [0.2, 0.9 / RIGID, 1.1 / RIGID, 2.0 / RIGID])
+    assert actual.lift_ratio.values == pytest.approx(actual.separation_ratio.values, rel=1e-2)
+    assert actual.inside.values[0].tolist() == [True, True, False, False]
 
 
 def test_simulations_agree_on_both_sides_of_the_threshold() -> None:
     """Exact motions: quiet a fifth below lift-off, rattling a fifth above."""
-    found = gr.screen(pair(), [OMEGA, 160.0], [0.8 / RIGID, 1.2 / RIGID], simulate=True, workers=1)
-    assert ((found.lift_ratio < 1.0) == (found.regime == 0)).all()
-    assert set(np.unique(found.regime)) != {0}
+    actual = gr.screen(pair(), [OMEGA, 160.0], [0.8 / RIGID, 1.2 / RIGID], simulate=True, workers=1)
+    assert ((actual.lift_ratio < 1.0) == (actual.regime == 0)).all()
+    assert set(np.unique(actual.regime)) != {0}
 
 
 def test_progress_rises_to_one_and_may_end_the_work() -> None:
     """Of the thresholds alone, and of the simulations after them."""
     for simulate in (False, True):
-        told: list[float] = []
-        gr.screen(pair(), [OMEGA, 160.0], [0.5, 1.0], simulate=simulate, workers=1, progress=told.append)
-        assert told == sorted(told)
-        assert len(told) >= 4
-        assert told[-1] == pytest.approx(1.0)
+        reports: list[float] = []
+        gr.screen(pair(), [OMEGA, 160.0], [0.5, 1.0], simulate=simulate, workers=1, progress=reports.append)
+        assert reports == sorted(reports)
+        assert len(reports) >= 4
+        assert reports[-1] == pytest.approx(1.0)
 
     def stop(fraction: float) -> None:
         raise gr.Cancelled(f"{fraction}")
@@ -92,10 +92,10 @@ def test_progress_rises_to_one_and_may_end_the_work() -> None:
 def test_loads_by_path_vary_together() -> None:
     """Twice the drag, half the ratio; coordinates keep what the loads were."""
     loads = {"inertia.wheel.drag_torque": [DRAG, 2.0 * DRAG], "torque.0.mean": [DRAG * RATIO, 2.0 * DRAG * RATIO]}
-    found = gr.screen(pair(), [OMEGA], loads)
-    first, second = found.separation_ratio.values[0, :, 0]
+    actual = gr.screen(pair(), [OMEGA], loads)
+    first, second = actual.separation_ratio.values[0, :, 0]
     assert second == pytest.approx(0.5 * first, rel=1e-9)
-    assert found["inertia.wheel.drag_torque"].values.tolist() == [DRAG, 2.0 * DRAG]
+    assert actual["inertia.wheel.drag_torque"].values.tolist() == [DRAG, 2.0 * DRAG]
 
 
 def test_what_cannot_be_screened_is_refused() -> None:

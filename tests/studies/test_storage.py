@@ -120,8 +120,8 @@ def test_a_study_that_was_stopped_goes_on_to_the_same_bits(address: str, whole: 
     with pytest.raises(Cancelled):
         gr.study(model(), AXES, OUTPUTS, output=address, workers=1, function=loudness, progress=stop)
     storage = storage_of(address)
-    found = prepare(model(), AXES, OUTPUTS, function=loudness)
-    assert 0 < len(Store.open(storage, found.plan, found.outputs, resume=True).done()) < 12
+    actual = prepare(model(), AXES, OUTPUTS, function=loudness)
+    assert 0 < len(Store.open(storage, actual.plan, actual.outputs, resume=True).done()) < 12
     again = gr.study(model(), AXES, OUTPUTS, output=address, workers=1, function=loudness, resume=True)
     assert again.identical(whole)
 
@@ -137,24 +137,24 @@ def test_damage_is_noticed_and_computed_again(address: str, whole: xr.Dataset) -
 
 
 def test_who_began_may_be_killed_before_the_arrays_are_made(address: str, whole: xr.Dataset) -> None:
-    found = prepare(model(), AXES, OUTPUTS, function=loudness)
+    actual = prepare(model(), AXES, OUTPUTS, function=loudness)
     storage = storage_of(address)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Store, "_lay_out", lambda _: None)
-        Store.open(storage, found.plan, found.outputs, resume=False)
+        Store.open(storage, actual.plan, actual.outputs, resume=False)
     again = gr.study(model(), AXES, OUTPUTS, output=address, workers=1, function=loudness, resume=True)
     assert again.identical(whole)
 
 
 def test_a_second_client_that_begins_at_the_same_time_is_refused(address: str) -> None:
-    found, storage = prepare(model(), AXES, OUTPUTS), storage_of(address)
+    actual, storage = prepare(model(), AXES, OUTPUTS), storage_of(address)
     seen = storage.exists
-    Store.open(storage, found.plan, found.outputs, resume=False)
+    Store.open(storage, actual.plan, actual.outputs, resume=False)
     with pytest.MonkeyPatch.context() as patch:  # it looked before the other had begun
         patch.setattr(type(storage), "exists", lambda _, name: name != "study.json" and seen(name))
         patch.setattr(type(storage), "is_empty", lambda _: True)
         with pytest.raises(ModelError, match="holds a study already"):
-            Store.open(storage, found.plan, found.outputs, resume=False)
+            Store.open(storage, actual.plan, actual.outputs, resume=False)
 
 
 def test_processes_keep_chunks_behind_an_address_themselves(tmp_path: Path, whole: xr.Dataset) -> None:
@@ -165,8 +165,8 @@ def test_processes_keep_chunks_behind_an_address_themselves(tmp_path: Path, whol
 
 def test_threads_share_the_memory_of_the_process(tmp_path: Path, whole: xr.Dataset) -> None:
     address = where("memory", tmp_path)
-    found = gr.study(model(), AXES, OUTPUTS, output=address, workers=2, scheduler="threads", function=loudness)
-    assert found.identical(whole)
+    actual = gr.study(model(), AXES, OUTPUTS, output=address, workers=2, scheduler="threads", function=loudness)
+    assert actual.identical(whole)
     with pytest.raises(ModelError, match="do not see the memory"):
         gr.study(model(), AXES, OUTPUTS, output=address + "2", workers=2)
     assert storage_of(address + "2").is_empty()
@@ -223,8 +223,8 @@ def test_paths_and_addresses_are_told_apart(tmp_path: Path) -> None:
     assert storage_of("out/map") == Folder(Path("out/map"))
     assert storage_of("s3:/odd") == Folder(Path("s3:/odd"))  # text is taken at its word
     assert storage_of("memory://a/") == Remote("memory://a")
-    found = storage_of("memory://a/")
-    assert storage_of(found) is found
+    actual = storage_of("memory://a/")
+    assert storage_of(actual) is actual
 
 
 def test_whatever_a_store_raises_names_its_address() -> None:
@@ -245,9 +245,9 @@ def test_the_command_takes_an_address(tmp_path: Path, capsys: pytest.CaptureFixt
     (tmp_path / "study.toml").write_text(study, encoding="utf-8")
     address = f"local://{tmp_path / 'results'}"
     assert main(["study", str(tmp_path / "study.toml"), "-o", address]) == 0
-    told = capsys.readouterr().out
-    assert f"results: {address}/results.zarr" in told
-    assert f"page: {address}/report.html" in told
+    printed = capsys.readouterr().out
+    assert f"results: {address}/results.zarr" in printed
+    assert f"page: {address}/report.html" in printed
     assert storage_of(address).read("report.html").startswith(b"<!doctype html>")
     assert storage_of(address).names("figures")
     assert int(np.sum(gr.open_study(address)["outcome"])) == 2

@@ -65,8 +65,8 @@ def test_cases_that_told_how_long_one_takes_are_not_computed_again(monkeypatch: 
 
 
 def test_any_number_of_workers_gives_the_same_bits(whole: xr.Dataset, tmp_path: Path) -> None:
-    found = gr.study(model(), AXES, OUTPUTS, workers=3, output=tmp_path / "out")
-    assert found.identical(whole)
+    actual = gr.study(model(), AXES, OUTPUTS, workers=3, output=tmp_path / "out")
+    assert actual.identical(whole)
     with xr.open_zarr(tmp_path / "out" / "results.zarr", consolidated=False) as plain:  # by others' means
         np.testing.assert_array_equal(plain["impacts per cycle"], whole["impacts per cycle"])
         assert plain["impacts per cycle"].dims == (GAP, TORQUE, "part")
@@ -77,18 +77,18 @@ def test_any_number_of_workers_gives_the_same_bits(whole: xr.Dataset, tmp_path: 
 
 def test_samples_are_a_dimension_with_their_values() -> None:
     vary = {"coupling.joint.stiffness": {"distribution": "normal", "mean": 800.0, "deviation": 20.0}}
-    found = gr.study(model(), {TORQUE: [0.4, 0.8]}, ["contact share"], vary=vary, samples=5, seed=3)
-    assert dict(found.sizes) == {TORQUE: 2, "sample": 5, "part": 1}
-    stiffness = float(found["coupling.joint.stiffness"][3])
+    actual = gr.study(model(), {TORQUE: [0.4, 0.8]}, ["contact share"], vary=vary, samples=5, seed=3)
+    assert dict(actual.sizes) == {TORQUE: 2, "sample": 5, "part": 1}
+    stiffness = float(actual["coupling.joint.stiffness"][3])
     run = gr.simulate(model().with_({TORQUE: 0.8, "coupling.joint.stiffness": stiffness}), audit=False)
     share = next(e.value for e in gr.criteria(run).entries if e.quantity == "contact share")
-    assert float(found["contact share"][1, 3, 0]) == share
+    assert float(actual["contact share"][1, 3, 0]) == share
 
 
 def test_a_function_adds_its_own_outputs() -> None:
-    found = gr.study(model(), {TORQUE: [0.4, 0.8]}, [], function=loudness)
+    actual = gr.study(model(), {TORQUE: [0.4, 0.8]}, [], function=loudness)
     run = gr.simulate(model().with_({TORQUE: 0.8}), audit=False)
-    assert float(found["largest speed"][1]) == loudness(run)["largest speed"]
+    assert float(actual["largest speed"][1]) == loudness(run)["largest speed"]
     with pytest.raises(ModelError, match="mapping"):
         gr.study(model(), {TORQUE: [0.4]}, [], function=silly)  # type: ignore[arg-type]
 
@@ -96,11 +96,11 @@ def test_a_function_adds_its_own_outputs() -> None:
 def test_cases_that_fail_are_told_and_the_others_go_on(tmp_path: Path) -> None:
     """A tolerance that no solver meets; as many cycles discarded as there are."""
     axes = {"simulation.tolerance": [1e-6, 1e-30], "coupling.joint.stiffness_ratio": [0.5, 0.0]}
-    found = gr.study(model(), axes, ["verdict"], fixed={"simulation.algorithm": "rkv"}, output=tmp_path / "s")
-    assert found["outcome"].values.tolist()[0] == [DONE, DONE]
-    assert found["outcome"].values.tolist()[1] == [NOT_CONVERGED, NOT_CONVERGED]
-    assert found["verdict"].values[1].tolist() == [-1, -1]
-    assert "needs too many steps" in found.attrs["failures"][0]
+    actual = gr.study(model(), axes, ["verdict"], fixed={"simulation.algorithm": "rkv"}, output=tmp_path / "s")
+    assert actual["outcome"].values.tolist()[0] == [DONE, DONE]
+    assert actual["outcome"].values.tolist()[1] == [NOT_CONVERGED, NOT_CONVERGED]
+    assert actual["verdict"].values[1].tolist() == [-1, -1]
+    assert "needs too many steps" in actual.attrs["failures"][0]
     discards = gr.study(model(), {"simulation.cycles": [12, 6], "simulation.discard": [5, 8]}, ["verdict"])
     assert discards["outcome"].values.tolist() == [[DONE, DONE], [DONE, NO_MODEL]]
     assert "discard" in discards.attrs["failures"][0]
@@ -113,7 +113,7 @@ def test_cases_that_fail_are_told_and_the_others_go_on(tmp_path: Path) -> None:
         resume=True,
         retry_failed=True,
     )
-    assert again.equals(found)
+    assert again.equals(actual)
 
 
 @pytest.mark.parametrize(
@@ -155,8 +155,8 @@ def test_a_study_that_was_stopped_goes_on_to_the_same_bits(whole: xr.Dataset, tm
     with pytest.raises(ModelError, match="another study"):
         gr.study(model(), {**AXES, TORQUE: [0.3, 0.4, 0.5, 0.6]}, OUTPUTS, output=folder, resume=True)
     shares: list[float] = []
-    found = gr.study(model(), AXES, OUTPUTS, workers=1, output=folder, resume=True, progress=shares.append)
-    assert found.identical(whole)
+    actual = gr.study(model(), AXES, OUTPUTS, workers=1, output=folder, resume=True, progress=shares.append)
+    assert actual.identical(whole)
     assert shares[0] >= done / 12 - 1e-9
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
@@ -193,18 +193,18 @@ def test_workers_may_be_killed_and_nothing_is_lost(whole: xr.Dataset, tmp_path: 
     hunter = threading.Thread(target=hunt)
     hunter.start()
     try:
-        found = gr.study(model(), longer, OUTPUTS, workers=2, output=folder)
+        actual = gr.study(model(), longer, OUTPUTS, workers=2, output=folder)
     finally:
         over.set()
         hunter.join()
     assert killed
-    assert np.all(found["outcome"] == DONE)
-    part = found.sel({TORQUE: whole[TORQUE].values}, method="nearest")
+    assert np.all(actual["outcome"] == DONE)
+    part = actual.sel({TORQUE: whole[TORQUE].values}, method="nearest")
     np.testing.assert_array_equal(part["impacts per cycle"], whole["impacts per cycle"])
 
 
 def _workers_of(parent: int) -> list[int]:
-    found = []
+    actual = []
     for entry in Path("/proc").glob("[0-9]*"):
         try:
             stat = (entry / "stat").read_text().rsplit(")", 1)[1].split()
@@ -212,15 +212,15 @@ def _workers_of(parent: int) -> list[int]:
         except OSError:
             continue
         if int(stat[1]) == parent and b"spawn_main" in words:
-            found.append(int(entry.name))
-    return found
+            actual.append(int(entry.name))
+    return actual
 
 
 def test_a_case_that_kills_its_worker_is_written_down_and_the_others_are_done(tmp_path: Path) -> None:
-    found = gr.study(
+    actual = gr.study(
         model(), {TORQUE: [0.2, 0.4, 0.6, 0.8]}, ["verdict"], function=deadly, workers=2, output=tmp_path / "s"
     )
-    outcome = [OUTCOMES[code] for code in found["outcome"].values.tolist()]
+    outcome = [OUTCOMES[code] for code in actual["outcome"].values.tolist()]
     assert outcome == ["done", "done", "done", "worker lost"]
 
 
@@ -234,20 +234,20 @@ def deadly(run: gr.Run) -> dict[str, float]:
 
 
 def test_an_estimate_costs_nothing() -> None:
-    found = prepare(model(), AXES, OUTPUTS)
-    assert found.plan.count == 12
-    assert str(found.estimate(2)).startswith("12 cases, about ")
-    assert str(found.estimate(2)).endswith("on 2 workers")
+    actual = prepare(model(), AXES, OUTPUTS)
+    assert actual.plan.count == 12
+    assert str(actual.estimate(2)).startswith("12 cases, about ")
+    assert str(actual.estimate(2)).endswith("on 2 workers")
 
 
 @pytest.mark.parametrize("path", sorted((Path(__file__).parents[2] / "examples" / "studies").glob("*.toml")))
 def test_examples_can_be_computed(path: Path) -> None:
     asked = read_study(path)
-    told = asked.prepare().estimate(1).words
+    words = asked.prepare().estimate(1).words
     if asked.spec.kind == "grid":
         count = {"what_decides": 80, "one_at_a_time": 9, "gearbox_screening": 50}.get(path.stem, 64)
-        assert told.startswith(f"{count} cases, about ")
-    assert "on 1 worker" in told
+        assert words.startswith(f"{count} cases, about ")
+    assert "on 1 worker" in words
 
 
 def test_results_can_be_written_as_any_file(tmp_path: Path) -> None:

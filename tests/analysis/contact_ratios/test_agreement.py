@@ -13,7 +13,7 @@ LEAST_WIDE = 1e-6  # narrower intervals are of motions that repeat: there the tw
 def test_h1_and_the_multi_harmonic_describing_function_agree_on_simulated_drivelines() -> None:
     """24 drivelines drawn anew; 95 % intervals, 56 of 59 held when this was written."""
     held: list[bool] = []
-    for _, model in list(drawn(each=3))[:24]:
+    for _, model in list(drawn(bodies=3))[:24]:
         run = gr.simulate(model, cycles=160, discard=80, samples_per_cycle=128, audit=False)
         spectral, describing = gr.contact_ratio(run, "spectral"), gr.contact_ratio(run, "describing")
         for name, gain in describing.items():

@@ -54,8 +54,8 @@ def test_multipliers_of_a_motion_within_one_piece_are_the_linear_ones(mean: floa
     system = oscillator(1e-3, 2.0, mean)
     rest = mean / 0.1 if mean < 0.1 else mean + 0.9
     damping = 0.01 if mean < 0.1 else 0.1
-    found = multipliers(system, np.full((1, 64), rest))
-    assert found == pytest.approx(np.exp(-0.5 * damping * system.inputs.period), rel=1e-12)
+    actual = multipliers(system, np.full((1, 64), rest))
+    assert actual == pytest.approx(np.exp(-0.5 * damping * system.inputs.period), rel=1e-12)
 
 
 @pytest.mark.parametrize("seed", [103, 107, 118])
@@ -68,10 +68,10 @@ def test_multipliers_are_those_of_the_flow_along_a_run(seed: int) -> None:
     run = gr.simulate(driveline, cycles=1, discard=0, samples_per_cycle=samples, initial=start, audit=False)
     deflection = system.rows @ run.trajectory.angle[:-1].T
     want = np.sort(np.abs(np.linalg.eigvals(run.variation.gradient())))[::-1]
-    found = multipliers(system, deflection)
+    actual = multipliers(system, deflection)
     assert len(run.events) > 0
-    assert found[0] == pytest.approx(1.0, abs=1e-9)
-    assert found[1 : 1 + want.size] == pytest.approx(want, abs=1e-4)
+    assert actual[0] == pytest.approx(1.0, abs=1e-9)
+    assert actual[1 : 1 + want.size] == pytest.approx(want, abs=1e-4)
     point = forecast(system).points[0]
     assert point.confirmed
     assert point.motion.multiplier == pytest.approx(1.0, abs=1e-6)
@@ -92,17 +92,17 @@ def test_what_has_no_clearance_or_no_period_seeks_no_motion() -> None:
                                                     {"order": 2**0.5, "amplitude": 1.0}]}],
         }
     )  # fmt: skip
-    told = gr.contact_ratio(beating)
-    assert told.attrs["fixed_points"][0]["motion"] == "not sought"
-    assert "no periodic motion was sought" in told.attrs["notes"][-1]
+    reported = gr.contact_ratio(beating)
+    assert reported.attrs["fixed_points"][0]["motion"] == "not sought"
+    assert "no periodic motion was sought" in reported.attrs["notes"][-1]
 
 
 def test_a_motion_without_corners_is_its_fixed_point() -> None:
     """Inside one piece the distortion is nothing: the first look settles it."""
     system = oscillator(1e-3, 2.0, 0.8)
-    found = balance(system, np.array([1.0]), np.array([0.1]), Linearisation(system).means)
-    assert found.stable
-    assert (found.gain[0], found.mean_slope[0]) == (pytest.approx(1.0), pytest.approx(1.0))
+    actual = balance(system, np.array([1.0]), np.array([0.1]), Linearisation(system).means)
+    assert actual.stable
+    assert (actual.gain[0], actual.mean_slope[0]) == (pytest.approx(1.0), pytest.approx(1.0))
 
 
 def test_the_score_of_small_trains() -> None:

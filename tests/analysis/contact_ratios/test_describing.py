@@ -53,32 +53,32 @@ def averages(law: PiecewiseLaw, amplitude: float, mean: float) -> tuple[float, f
 def test_sine_with_mean_against_quadrature(seed: int) -> None:
     law, rng = random_law(seed), np.random.default_rng(1000 + seed)
     amplitude, mean = float(rng.uniform(0.05, 4.0)), float(rng.normal())
-    found = under_sine(law, amplitude, mean)
+    actual = under_sine(law, amplitude, mean)
     force, gain, damping, slope = averages(law, amplitude, mean)
     size = np.abs(law.stiffness).max() * (amplitude + abs(mean)) + np.abs(law.offset).max()
-    assert found.mean_force == pytest.approx(force, abs=1e-12 * size)
-    assert found.gain == pytest.approx(gain, abs=1e-12 * size / amplitude)
-    assert found.damping == pytest.approx(damping, abs=1e-12 * law.damping.max())
-    assert found.mean_slope == pytest.approx(slope, abs=1e-12 * law.stiffness.max())
-    assert found.mean_gain == pytest.approx((force - law.elastic(0.0)) / mean, abs=1e-12 * size / abs(mean))
+    assert actual.mean_force == pytest.approx(force, abs=1e-12 * size)
+    assert actual.gain == pytest.approx(gain, abs=1e-12 * size / amplitude)
+    assert actual.damping == pytest.approx(damping, abs=1e-12 * law.damping.max())
+    assert actual.mean_slope == pytest.approx(slope, abs=1e-12 * law.stiffness.max())
+    assert actual.mean_gain == pytest.approx((force - law.elastic(0.0)) / mean, abs=1e-12 * size / abs(mean))
 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.1, 0.25, 2.0])
 @pytest.mark.parametrize("over", [0.2, 0.5, 0.99])
 def test_two_stage_law_under_a_sine_is_the_textbook_formula(alpha: float, over: float) -> None:
     """N = 1 - (1 - alpha) (2/pi) (asin h + h sqrt(1 - h^2)), h = b/A (Gelb and Vander Velde 1968)."""
-    found = under_sine(two_stage(alpha, beta=alpha), 1.0 / over)
+    actual = under_sine(two_stage(alpha, beta=alpha), 1.0 / over)
     inside = 2 / pi * (asin(over) + over * sqrt(1 - over**2))
-    assert found.gain == pytest.approx(1 - (1 - alpha) * inside, rel=1e-14)
-    assert found.damping == pytest.approx(found.gain, rel=1e-14)
-    assert found.mean_slope == pytest.approx(1 - (1 - alpha) * 2 / pi * asin(over), rel=1e-14)
-    assert found.mean_force == pytest.approx(0.0, abs=1e-15)
-    assert found.mean_gain == found.mean_slope
+    assert actual.gain == pytest.approx(1 - (1 - alpha) * inside, rel=1e-14)
+    assert actual.damping == pytest.approx(actual.gain, rel=1e-14)
+    assert actual.mean_slope == pytest.approx(1 - (1 - alpha) * 2 / pi * asin(over), rel=1e-14)
+    assert actual.mean_force == pytest.approx(0.0, abs=1e-15)
+    assert actual.mean_gain == actual.mean_slope
 
 
 def test_a_sine_of_twice_the_gap_tells_the_two_quantities_apart() -> None:
-    found = under_sine(two_stage(0.0), 2.0)
-    assert (round(found.mean_slope, 3), round(found.gain, 3)) == (0.667, 0.391)
+    actual = under_sine(two_stage(0.0), 2.0)
+    assert (round(actual.mean_slope, 3), round(actual.gain, 3)) == (0.667, 0.391)
 
 
 def test_a_sine_inside_one_piece_meets_that_piece_alone() -> None:
@@ -100,10 +100,10 @@ def test_the_mean_slope_is_the_slope_of_the_mean_force(seed: int, motion) -> Non
 @pytest.mark.parametrize("alpha", [0.0, 0.1])
 @pytest.mark.parametrize(("deviation", "mean"), [(0.5, 0.0), (1.0, 0.7), (3.0, -1.5)])
 def test_gaussian_motion_has_one_ratio_the_error_function(alpha: float, deviation: float, mean: float) -> None:
-    found = under_gaussian(two_stage(alpha), deviation, mean)
+    actual = under_gaussian(two_stage(alpha), deviation, mean)
     inside = 0.5 * (erf((1 - mean) / deviation / sqrt(2)) + erf((1 + mean) / deviation / sqrt(2)))
-    assert found.gain == pytest.approx(alpha + (1 - alpha) * (1 - inside), rel=1e-13)
-    assert found.mean_slope == found.gain
+    assert actual.gain == pytest.approx(alpha + (1 - alpha) * (1 - inside), rel=1e-13)
+    assert actual.mean_slope == actual.gain
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -119,5 +119,5 @@ def test_gaussian_against_quadrature(seed: int) -> None:
         piece = law.piece_at(0.5 * (low + high))
         force = law.stiffness[piece] * delta + law.offset[piece]
         total += [weight @ force, weight @ (force * (delta - mean)) / deviation**2]
-    found = under_gaussian(law, deviation, mean)
-    assert [found.mean_force, found.gain] == pytest.approx(total.tolist(), abs=1e-10)
+    actual = under_gaussian(law, deviation, mean)
+    assert [actual.mean_force, actual.gain] == pytest.approx(total.tolist(), abs=1e-10)

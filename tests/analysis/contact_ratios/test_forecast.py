@@ -22,7 +22,7 @@ PAPER = Path(__file__).parents[3] / "examples" / "paper"
 def oscillator(force: float, frequency: float, mean: float = 0.0, alpha: float = 0.1) -> PiecewiseSystem:
     """One grounded inertia of 1 on a two-stage spring of slope 1, half gap 1, damping 0.1 that steps by alpha too."""
     stages = [Stage(alpha, 0.1 * alpha, 1.0), Stage(1.0, 0.1, None)]
-    given = inputs(
+    values = inputs(
         1,
         1,
         cycles=np.array([1.0]),
@@ -30,16 +30,16 @@ def oscillator(force: float, frequency: float, mean: float = 0.0, alpha: float =
         mean=np.array([mean]),
         torque_sine=np.array([[force]]),
     )
-    return PiecewiseSystem(np.ones(1), np.zeros(1), np.ones((1, 1)), (staged(stages, stages),), given)
+    return PiecewiseSystem(np.ones(1), np.zeros(1), np.ones((1, 1)), (staged(stages, stages),), values)
 
 
 @pytest.mark.parametrize("mean", [0.0, 0.05, 0.8])
 @pytest.mark.parametrize("frequency", [0.4, 0.7, 1.5])
 def test_one_oscillator_satisfies_the_closed_forms(frequency: float, mean: float) -> None:
     system = oscillator(0.6, frequency, mean)
-    found = forecast(system)
-    assert found.points
-    for point in found.points:
+    actual = forecast(system)
+    assert actual.points
+    for point in actual.points:
         amplitude = float(np.sqrt(2.0) * point.deviation[0])
         want = under_sine(system.laws[0], amplitude, float(point.mean[0]))
         assert point.gain[0] == pytest.approx(want.gain, abs=2e-4)
@@ -51,8 +51,8 @@ def test_one_oscillator_satisfies_the_closed_forms(frequency: float, mean: float
 
 def test_all_three_branches_of_a_bent_resonance_are_kept() -> None:
     """A hardening spring driven a little above its soft frequency: large, middle and small motion."""
-    found = forecast(oscillator(0.08, 0.6, alpha=0.1))
-    deviation = sorted(float(point.deviation[0]) for point in found.points)
+    actual = forecast(oscillator(0.08, 0.6, alpha=0.1))
+    deviation = sorted(float(point.deviation[0]) for point in actual.points)
     assert len(deviation) == 3
     assert deviation[0] < 1 / np.sqrt(2) < deviation[1]
 
@@ -66,8 +66,8 @@ def test_a_linear_driveline_is_its_own_fixed_point() -> None:
         (staged([Stage(1.0, 0.1, None)], [Stage(1.0, 0.1, None)]),),
         system.inputs,
     )
-    found = forecast(linear)
-    assert (found.searches, found.failed, found.points[0].gain.size) == (1, 0, 0)
+    actual = forecast(linear)
+    assert (actual.searches, actual.failed, actual.points[0].gain.size) == (1, 0, 0)
 
 
 def test_a_fixed_point_that_crosses_nothing_is_a_motion() -> None:
@@ -76,10 +76,10 @@ def test_a_fixed_point_that_crosses_nothing_is_a_motion() -> None:
     system = assemble(model).system
     quiet = next(p for p in forecast(system).points if p.gain == pytest.approx([0.1, 1.0], abs=1e-12))
     assert quiet.mean_slope == pytest.approx(quiet.gain, abs=1e-12)
-    given, rest = system.inputs, equilibrium(system)
-    omega = 2 * np.pi * given.cycles / given.period
+    values, rest = system.inputs, equilibrium(system)
+    omega = 2 * np.pi * values.cycles / values.period
     spring, damping = system.stiffness_of(rest.pieces), system.damping_of(rest.pieces)
-    torque = given.torque_cosine - 1j * given.torque_sine
+    torque = values.torque_cosine - 1j * values.torque_sine
     wave = np.array(
         [
             np.linalg.solve(spring - w * w * np.diag(system.inertia) + 1j * w * damping, torque[:, j])
@@ -105,9 +105,9 @@ def test_the_answer_does_not_depend_on_the_samples(monkeypatch: pytest.MonkeyPat
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_loaded_teeth_stay_in_contact_and_some_clutch_gain_is_near(number: int) -> None:
     model = gr.load(PAPER / f"case{number}_loaded.toml")
-    told = gr.contact_ratio(model, "describing")
+    reported = gr.contact_ratio(model, "describing")
     true = gr.contact_ratio(gr.simulate(model, cycles=120, discard=60, samples_per_cycle=256), "describing")
-    points = told.attrs["fixed_points"]
+    points = reported.attrs["fixed_points"]
     assert all(point["gain"]["gear"] == pytest.approx(1.0, abs=1e-9) for point in points)
     assert true["gear"] == pytest.approx(1.0, abs=1e-9)
     assert min(abs(point["gain"]["clutch"] - true["clutch"]) for point in points) < 0.02

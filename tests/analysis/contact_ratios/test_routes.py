@@ -24,11 +24,11 @@ def sine(over: float, mean: float = 0.0, cycles: int = 16, samples: int = 4096) 
 @pytest.mark.parametrize("kind", ["quiet", "single-sided", "double-sided"])
 def test_mean_slope_is_alpha_and_the_contact_share(kind: str) -> None:
     motion = synthetic.trajectory(kind)
-    found, window = mean_slope(motion), steady(motion)
+    actual, window = mean_slope(motion), steady(motion)
     for k, slope in enumerate(motion.layout.stiffness_of_piece):
         alpha = float(slope.min() / slope.max())
-        assert found.value[k] == pytest.approx(alpha + (1 - alpha) * contact_share(motion, k, window), rel=1e-12)
-    assert (found.low == found.value).all()
+        assert actual.value[k] == pytest.approx(alpha + (1 - alpha) * contact_share(motion, k, window), rel=1e-12)
+    assert (actual.low == actual.value).all()
 
 
 @pytest.mark.parametrize("mean", [0.0, 0.7])
@@ -56,10 +56,10 @@ def test_all_agree_under_gaussian_motion(clearance: int) -> None:
     motion = with_deflection(gaussian(8000, 64, 1.3 * corner, 1), 64, clearance)
     law = law_of(motion.layout, clearance)
     want = under_gaussian(law, 1.3 * corner).gain / law.stiffness.max()
-    found = {name: route(motion) for name, route in ROUTES.items()}
-    assert found["mean-slope"].value[clearance] == pytest.approx(want, abs=5e-3)
-    assert found["describing"].value[clearance] == pytest.approx(want, abs=5e-3)
-    assert found["spectral"].value[clearance] == pytest.approx(want, abs=5e-3)
+    actual = {name: route(motion) for name, route in ROUTES.items()}
+    assert actual["mean-slope"].value[clearance] == pytest.approx(want, abs=5e-3)
+    assert actual["describing"].value[clearance] == pytest.approx(want, abs=5e-3)
+    assert actual["spectral"].value[clearance] == pytest.approx(want, abs=5e-3)
 
 
 def test_the_interval_covers_the_truth_as_often_as_it_says() -> None:
@@ -68,8 +68,8 @@ def test_the_interval_covers_the_truth_as_often_as_it_says() -> None:
     truth = under_gaussian(law, 8e-5).gain
     for seed in range(200):
         deflection = gaussian(128, 32, 8e-5, seed)[:-1]
-        found = gain(deflection, 1.0 * elastic(law, deflection), 32.0, 16)
-        hits += abs(found.value - truth) <= 2.131 * found.deviation  # Student, 15 degrees of freedom
+        actual = gain(deflection, 1.0 * elastic(law, deflection), 32.0, 16)
+        hits += abs(actual.value - truth) <= 2.131 * actual.deviation  # Student, 15 degrees of freedom
     assert 0.90 <= hits / 200 <= 0.99
 
 
@@ -77,20 +77,20 @@ def test_h1_hv_h2_bracket_the_gain_of_a_noisy_spring() -> None:
     rng = np.random.default_rng(3)
     deflection = rng.normal(size=2**15)
     noisy = 2.0 * deflection + rng.normal(size=deflection.size)
-    found = gain(deflection, noisy, 1.0, 32)
+    actual = gain(deflection, noisy, 1.0, 32)
     inner = slice(2, -2)
-    assert found.value == pytest.approx(2.0, abs=4 * found.deviation)
-    assert (np.abs(found.h1[inner]) <= np.abs(found.hv[inner]) * (1 + 1e-12)).all()
-    assert (np.abs(found.hv[inner]) <= np.abs(found.h2[inner]) * (1 + 1e-12)).all()
-    assert np.mean(found.coherence[inner]) == pytest.approx(0.8, abs=0.02)
-    spread = np.std(np.abs(found.h1[inner]) / 2.0)
-    assert spread == pytest.approx(np.median(found.random_error[inner]), rel=0.1)
+    assert actual.value == pytest.approx(2.0, abs=4 * actual.deviation)
+    assert (np.abs(actual.h1[inner]) <= np.abs(actual.hv[inner]) * (1 + 1e-12)).all()
+    assert (np.abs(actual.hv[inner]) <= np.abs(actual.h2[inner]) * (1 + 1e-12)).all()
+    assert np.mean(actual.coherence[inner]) == pytest.approx(0.8, abs=0.02)
+    spread = np.std(np.abs(actual.h1[inner]) / 2.0)
+    assert spread == pytest.approx(np.median(actual.random_error[inner]), rel=0.1)
 
 
 def test_a_motion_that_repeats_has_no_random_error() -> None:
-    found = spectral(with_deflection(sine(0.5, 0.2, samples=256), 256))
-    assert found.high[GEAR] - found.low[GEAR] < 1e-6
-    assert found.notes == ()
+    actual = spectral(with_deflection(sine(0.5, 0.2, samples=256), 256))
+    assert actual.high[GEAR] - actual.low[GEAR] < 1e-6
+    assert actual.notes == ()
 
 
 def test_what_does_not_move_has_no_gain_but_a_slope() -> None:
@@ -101,6 +101,6 @@ def test_what_does_not_move_has_no_gain_but_a_slope() -> None:
 
 
 def test_one_segment_tells_no_error() -> None:
-    found = spectral(with_deflection(sine(0.5, cycles=1), 4096))
-    assert np.isnan(found.low[GEAR])
-    assert "one segment" in found.notes[0]
+    actual = spectral(with_deflection(sine(0.5, cycles=1), 4096))
+    assert np.isnan(actual.low[GEAR])
+    assert "one segment" in actual.notes[0]

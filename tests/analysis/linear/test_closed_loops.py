@@ -139,8 +139,8 @@ def test_a_loop_that_carries_no_more_is_still_a_runaway() -> None:
 @pytest.mark.parametrize("spread", [*SPREADS, 1e12])
 @pytest.mark.parametrize("with_gaps", [False, True])
 def test_five_hundred_loops(spread: float, with_gaps: bool) -> None:
-    told = [check(four_bodies(np.random.default_rng(1000 + seed), spread, with_gaps)) for seed in range(500)]
-    assert sum(told) > 350
+    reported = [check(four_bodies(np.random.default_rng(1000 + seed), spread, with_gaps)) for seed in range(500)]
+    assert sum(reported) > 350
 
 
 @pytest.mark.long

@@ -22,11 +22,11 @@ def slopes(system, last: bool = True) -> tuple[np.ndarray, np.ndarray]:
 def test_eigenvalues_are_those_of_the_plain_jacobian(seed: int) -> None:
     system = random_chain(seed)
     stiffness, damping = slopes(system)
-    found = eigenvalues(system, stiffness, damping)
+    actual = eigenvalues(system, stiffness, damping)
     plain = np.linalg.eigvals(jacobian(system, stiffness, damping, np.ones(system.size)))
-    every = np.concatenate([found.elastic, found.rigid])
+    every = np.concatenate([actual.elastic, actual.rigid])
     assert every.size == 2 * system.size
-    assert found.rigid.size == 2 * rigid_motions(system, stiffness)
+    assert actual.rigid.size == 2 * rigid_motions(system, stiffness)
     scale = np.abs(plain).max()
     for value in plain:
         assert np.abs(every - value).min() < 1e-7 * scale
@@ -37,10 +37,10 @@ def test_without_damping_they_are_the_modes(seed: int) -> None:
     system = random_chain(seed)
     stiffness, nothing = slopes(system)[0], np.zeros(len(system.laws))
     undamped = type(system)(system.inertia, np.zeros(system.size), system.rows, system.laws, system.inputs)
-    found = eigenvalues(undamped, stiffness, nothing)
+    actual = eigenvalues(undamped, stiffness, nothing)
     elastic = modes(undamped, stiffness, nothing).frequencies[rigid_motions(undamped, stiffness) :]
-    assert np.abs(found.elastic)[::2] == pytest.approx(elastic, rel=1e-8, abs=1e-10 * elastic.max())
-    assert np.abs(found.rigid).max(initial=0.0) < 1e-9 * elastic.max()
+    assert np.abs(actual.elastic)[::2] == pytest.approx(elastic, rel=1e-8, abs=1e-10 * elastic.max())
+    assert np.abs(actual.rigid).max(initial=0.0) < 1e-9 * elastic.max()
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -57,17 +57,17 @@ def test_units_do_not_change_r_lambda_but_the_condition(seed: int) -> None:
 def test_balancing_is_a_similarity_and_does_not_harm(seed: int) -> None:
     system = random_chain(seed)
     matrix = jacobian(system, *slopes(system), np.ones(system.size))
-    found, scale = balanced(matrix)
-    assert np.diag(scale) @ matrix @ np.diag(1.0 / scale) == pytest.approx(found, rel=1e-15)
+    actual, scale = balanced(matrix)
+    assert np.diag(scale) @ matrix @ np.diag(1.0 / scale) == pytest.approx(actual, rel=1e-15)
     rigid = rigid_motions(system, slopes(system)[0])
-    assert condition(found, rigid) <= condition(matrix, rigid)
+    assert condition(actual, rigid) <= condition(matrix, rigid)
 
 
 def test_condition_leaves_the_rigid_angle_out() -> None:
     system = next(s for s in map(random_chain, range(100)) if rigid_motions(s, slopes(s)[0]) == 1)
-    found = conditions(system, *slopes(system), {"plain": (np.ones(system.size), 1.0)})
-    assert list(found) == ["plain", "balanced"]
-    assert 1.0 < found["balanced"] < found["plain"] < 1e15
+    actual = conditions(system, *slopes(system), {"plain": (np.ones(system.size), 1.0)})
+    assert list(actual) == ["plain", "balanced"]
+    assert 1.0 < actual["balanced"] < actual["plain"] < 1e15
 
 
 @pytest.mark.parametrize(
@@ -95,6 +95,6 @@ def test_a_heavily_dragged_train_keeps_its_slow_elastic_eigenvalue() -> None:
     two = type(system)(
         np.array([1.0, 1.0]), np.array([5.0, 5.0]), np.array([[1.0, -1.0]]), system.laws[:1], system.inputs
     )
-    found = eigenvalues(two, np.array([1.0]), np.array([0.0]))
-    assert found.rigid.real == pytest.approx([0.0, -5.0])
-    assert np.sort(found.elastic.real) == pytest.approx(np.sort(np.roots([1.0, 5.0, 2.0])))
+    actual = eigenvalues(two, np.array([1.0]), np.array([0.0]))
+    assert actual.rigid.real == pytest.approx([0.0, -5.0])
+    assert np.sort(actual.elastic.real) == pytest.approx(np.sort(np.roots([1.0, 5.0, 2.0])))

@@ -23,8 +23,8 @@ def test_first_exit_is_the_first_root_through_which_the_gap_turns_negative(seed:
     c = rng.normal(size=int(rng.integers(2, 12))) / (1.0 + np.arange(1)) * np.exp(rng.normal())
     c = np.pad(c, (0, 17 - len(c)))
     c[0] = abs(c[0])
-    want, found = first_sign_change(c), first_exit(c)
-    assert found == pytest.approx(want, abs=1e-9)
+    want, actual = first_sign_change(c), first_exit(c)
+    assert actual == pytest.approx(want, abs=1e-9)
 
 
 @pytest.mark.parametrize("depth", [1e-3, 1e-6, 1e-9, 1e-12])

@@ -98,9 +98,9 @@ def integrated(model: Model, end: float) -> tuple[np.ndarray, np.ndarray, np.nda
 
     def torque(t):
         phi, out = course(t)[0], np.array([-inertia.drag_torque for inertia in model.inertias])
-        for each in model.torques:
-            waves = sum(h.amplitude * np.sin(h.order * phi + h.phase) for h in each.harmonics)
-            out[names.index(each.on)] += each.mean + waves
+        for torque in model.torques:
+            waves = sum(h.amplitude * np.sin(h.order * phi + h.phase) for h in torque.harmonics)
+            out[names.index(torque.on)] += torque.mean + waves
         return out
 
     def fall(t, y, pieces):
@@ -130,12 +130,12 @@ def integrated(model: Model, end: float) -> tuple[np.ndarray, np.ndarray, np.nda
         ways = [(k, b, s) for k, low, high in bounds for b, s in ((low, -1), (high, 1)) if np.isfinite(b)]
         piece_end = sweep.over if t < sweep.over else end
         events = [reaching(*way) for way in ways]
-        found = solve_ivp(
+        actual = solve_ivp(
             fall, (t, piece_end), y, "DOP853", rtol=1e-12, atol=1e-15, max_step=STEP, events=events, args=(pieces,)
         )
-        t, y = float(found.t[-1]), found.y[:, -1]
-        if found.status == 1:
-            k, _, way = ways[next(i for i, at in enumerate(found.t_events) if len(at))]
+        t, y = float(actual.t[-1]), actual.y[:, -1]
+        if actual.status == 1:
+            k, _, way = ways[next(i for i, at in enumerate(actual.t_events) if len(at))]
             pieces[k] += way
             times.append(t)
             elements.append(k)

@@ -23,13 +23,13 @@ def oscillator(
     law=None, *, drag: float = 0.0, force: float = 0.0, turns: float = 1.0, mean: float = 0.0
 ) -> PiecewiseSystem:
     """Return one inertia on an element to ground, driven by force sin(2 pi turns t), period 1."""
-    given = {"cycles": np.array([turns]), "torque_sine": np.array([[force]])} if force else {}
+    arguments = {"cycles": np.array([turns]), "torque_sine": np.array([[force]])} if force else {}
     return PiecewiseSystem(
         np.ones(1),
         np.array([drag]),
         np.ones((1, 1)),
         (law or linear(4.0),),
-        inputs(1, 1, mean=np.array([mean]), **given),
+        inputs(1, 1, mean=np.array([mean]), **arguments),
     )
 
 

@@ -36,17 +36,17 @@ def whole(motion: Motion) -> Motion:
 def test_the_bits_are_those_of_single_runs_in_order(threads: int) -> None:
     ended = list(march_all(tasks(), whole, threads))
     assert [one.index for one in ended] == list(range(2 * len(SEEDS)))
-    for one, given in zip(ended, tasks(), strict=True):
+    for one, own_task in zip(ended, tasks(), strict=True):
         assert one.outcome is Outcome.DONE
         assert one.kept is not None
-        same_bits(run(given), one.kept)
+        same_bits(run(own_task), one.kept)
 
 
 def test_a_large_driveline_among_them_is_swept() -> None:
-    given = next(t for t in (seeded("everything", seed).task() for seed in range(200)) if is_large(t.system))
-    (ended,) = march_all([given], whole, 2)
+    problem = next(t for t in (seeded("everything", seed).task() for seed in range(200)) if is_large(t.system))
+    (ended,) = march_all([problem], whole, 2)
     assert ended.kept is not None
-    same_bits(run(given), ended.kept)
+    same_bits(run(problem), ended.kept)
 
 
 def test_a_variant_that_cannot_be_built_is_an_outcome_among_the_others() -> None:
@@ -65,14 +65,14 @@ def test_a_failure_of_what_keeps_is_raised() -> None:
     def refuse(_: Motion) -> None:
         raise KeyError("no such criterion")
 
-    given = task(oscillator(linear(4.0, 0.1), force=1.0), [0.0], [0.0], cycles=2)
+    problem = task(oscillator(linear(4.0, 0.1), force=1.0), [0.0], [0.0], cycles=2)
     for threads in (1, 2):
         with pytest.raises(KeyError, match="no such criterion"):
-            list(march_all([given], refuse, threads))
+            list(march_all([problem], refuse, threads))
 
 
 def test_few_variants_are_in_flight_and_none_reaches_the_shelf() -> None:
-    given = task(oscillator(clearance(4.0, 0.2, 0.5), force=3.0), [0.9], [0.0], cycles=2)
+    problem = task(oscillator(clearance(4.0, 0.2, 0.5), force=3.0), [0.9], [0.0], cycles=2)
     drawn = 0
     systems = []
     before = list(slots._KEPT)
@@ -81,9 +81,9 @@ def test_few_variants_are_in_flight_and_none_reaches_the_shelf() -> None:
         nonlocal drawn
         while True:
             drawn += 1
-            system = replace(given.system, drag=given.system.drag + 1e-3 * drawn)
+            system = replace(problem.system, drag=problem.system.drag + 1e-3 * drawn)
             systems.append(weakref.ref(system))
-            yield replace(given, system=system)
+            yield replace(problem, system=system)
 
     ended = march_all(endless(), lambda motion: motion.steps, 2)
     gc.disable()

@@ -99,9 +99,9 @@ def rattling_pair(run_: gr.Run, turns: object, until: float) -> tuple[np.ndarray
     law = system.laws[0]
     row = system.rows[0]
     j = system.inertia
-    given = run_.model.meshes[0].alternation
-    assert given is not None
-    instants = sorted({until, *(x for n in range(400) for x in (turns(n), turns(n + given.share)) if 0.0 < x < until)})
+    values = run_.model.meshes[0].alternation
+    assert values is not None
+    instants = sorted({until, *(x for n in range(400) for x in (turns(n), turns(n + values.share)) if 0.0 < x < until)})
     signals, inputs_ = system.signals, system.inputs
     y = np.concatenate([[row @ t.angle[0]], t.velocity[0]])
     now = 0.0
@@ -110,8 +110,8 @@ def rattling_pair(run_: gr.Run, turns: object, until: float) -> tuple[np.ndarray
         while True:
             middle = 0.5 * (now + end)
             cycle = next(n for n in range(-1, 400) if turns(n + 1) > middle)
-            full = middle < turns(cycle + given.share)
-            k = law.stiffness[-1] * (1.0 if full else given.fewer)
+            full = middle < turns(cycle + values.share)
+            k = law.stiffness[-1] * (1.0 if full else values.fewer)
             ahead = y[0] + 1e-9 * (row @ y[1:])
             side = 0.0 if abs(ahead) < law.corners[-1] else float(np.sign(ahead))
 
@@ -129,9 +129,9 @@ def rattling_pair(run_: gr.Run, turns: object, until: float) -> tuple[np.ndarray
                 return law.corners[-1] - abs(y[0]) if side == 0.0 else side * y[0] - law.corners[-1]
 
             gap.terminal, gap.direction = True, -1.0  # type: ignore[attr-defined]
-            found = solve_ivp(rate, (now, end), y, method="DOP853", rtol=1e-12, atol=1e-15, events=gap, max_step=2e-4)
-            y, now = found.y[:, -1], float(found.t[-1])
-            if found.status == 0:
+            actual = solve_ivp(rate, (now, end), y, method="DOP853", rtol=1e-12, atol=1e-15, events=gap, max_step=2e-4)
+            y, now = actual.y[:, -1], float(actual.t[-1])
+            if actual.status == 0:
                 break
             crossings += 1
     return y, crossings

@@ -93,11 +93,11 @@ def test_the_compiled_jacobian_is_the_slope_of_the_right_hand_side():
             slopes(0.01, z.ctypes.data, out.ctypes.data, block.words.ctypes.data)
             return out
 
-        got = np.empty((count, count))
-        matrix(0.01, z.ctypes.data, got.ctypes.data, block.words.ctypes.data)
+        actual = np.empty((count, count))
+        matrix(0.01, z.ctypes.data, actual.ctypes.data, block.words.ctypes.data)
         step = 1e-4 * np.eye(count)
         want = np.array([(at(z + h) - at(z - h)) / 2e-4 for h in step])
-        assert np.abs(got - want).max() <= 1e-6 * np.abs(got).max()
+        assert np.abs(actual - want).max() <= 1e-6 * np.abs(actual).max()
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -113,12 +113,12 @@ def test_agrees_with_exact_before_the_first_corner(name):
 def test_crossings_are_those_of_exact_and_converge_with_the_tolerance(name):
     exact, errors = run(rattling()).crossings, []
     for tolerance in (1e-5, 1e-7, 1e-9, 1e-11):
-        found = run(rattling(tolerance), name).crossings
-        assert np.array_equal(found.to_piece, exact.to_piece)
-        assert np.array_equal(found.from_piece, exact.from_piece)
-        errors.append(np.abs(found.time - exact.time).max())
-        assert np.abs(found.velocity - exact.velocity).max() <= 100 * errors[-1]
-        assert np.abs(found.force_integral - exact.force_integral).max() <= 100 * errors[-1]
+        actual = run(rattling(tolerance), name).crossings
+        assert np.array_equal(actual.to_piece, exact.to_piece)
+        assert np.array_equal(actual.from_piece, exact.from_piece)
+        errors.append(np.abs(actual.time - exact.time).max())
+        assert np.abs(actual.velocity - exact.velocity).max() <= 100 * errors[-1]
+        assert np.abs(actual.force_integral - exact.force_integral).max() <= 100 * errors[-1]
     assert errors[-1] < errors[0] / 100  # the error test alone notices corners: blind steps converge by leaps
     if name == "gear-events":
         assert all(later < earlier / 3 for earlier, later in pairwise(errors))
@@ -129,12 +129,12 @@ def test_crossings_are_those_of_exact_and_converge_with_the_tolerance(name):
 def test_restarts_at_every_corner_of_a_chain_that_rattles(seed):
     system, rng = random_chain(seed), np.random.default_rng(seed)
     start = [list(0.1 * rng.normal(size=system.size)), list(rng.normal(size=system.size))]
-    given = replace(task(system, *start, cycles=8), tolerance=1e-11)
-    found, exact = run(given, "gear-events").crossings, run(given).crossings
+    problem = replace(task(system, *start, cycles=8), tolerance=1e-11)
+    actual, exact = run(problem, "gear-events").crossings, run(problem).crossings
     assert len(exact.time) >= 50
     for quantity in ("clearance", "from_piece", "to_piece"):
-        assert np.array_equal(getattr(found, quantity), getattr(exact, quantity))
-    assert np.abs(found.time - exact.time).max() <= 1e-6
+        assert np.array_equal(getattr(actual, quantity), getattr(exact, quantity))
+    assert np.abs(actual.time - exact.time).max() <= 1e-6
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -47,19 +47,19 @@ def test_slices_change_no_bit(seed: int, budget: int, monkeypatch: pytest.Monkey
 @pytest.mark.compiled
 @pytest.mark.parametrize("seed", range(4))
 def test_regions_built_on_the_way_or_before_change_no_bit(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    given = rattling(seed)
+    values = rattling(seed)
     monkeypatch.setattr(exact, "slots_of", fresh_slots)
-    first = run(given)
-    shelf = slots.Shelf(slots.flow_of(given.system))
+    first = run(values)
+    shelf = slots.Shelf(slots.flow_of(values.system))
     monkeypatch.setattr(exact, "slots_of", lambda _: shelf.slots)
-    run(given)
-    same_bits(first, run(given))
+    run(values)
+    same_bits(first, run(values))
 
 
 def test_inputs_kept_as_states_and_inputs_split_off_are_one_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     """A limit of zero keeps every input: the augmented exponential, without any particular solution."""
-    given = task(oscillator(clearance(4.0, 0.2, 0.5, 0.1), force=3.0, mean=0.2), [0.9], [0.0], cycles=6)
-    split, begin = run(given), RegionBuilder.__init__
+    problem = task(oscillator(clearance(4.0, 0.2, 0.5, 0.1), force=3.0, mean=0.2), [0.9], [0.0], cycles=6)
+    split, begin = run(problem), RegionBuilder.__init__
 
     def keeping(self: RegionBuilder, flow: Flow) -> None:
         begin(self, flow)
@@ -67,7 +67,7 @@ def test_inputs_kept_as_states_and_inputs_split_off_are_one_motion(monkeypatch: 
 
     monkeypatch.setattr(RegionBuilder, "__init__", keeping)
     monkeypatch.setattr(exact, "slots_of", fresh_slots)
-    march = ExactMarch(given)
+    march = ExactMarch(problem)
     assert march.slots.packed.width[march.march.counts[packed.SLOT]] == march.flow.states + 3
     while march.advance() is not Outcome.DONE:
         pass
@@ -79,15 +79,15 @@ def test_inputs_kept_as_states_and_inputs_split_off_are_one_motion(monkeypatch: 
 
 def test_chatter_is_judged_by_the_time_that_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     """The march's clock holds the entry of its region and the age of its bounds beside the time."""
-    march, told = ExactMarch(rattling(0)), list[tuple[float, float]]()
+    march, reports = ExactMarch(rattling(0)), list[tuple[float, float]]()
 
     def heard(_log: packed.Log, _count: int, now: float) -> bool:
-        told.append((now, march.position().time / march.flow.system.inputs.period))
+        reports.append((now, march.position().time / march.flow.system.inputs.period))
         return False
 
     monkeypatch.setattr(exact, "_BUDGET", 7)
     monkeypatch.setattr(exact, "chatters", heard)
     while march.advance() is not Outcome.DONE:
         pass
-    assert told
-    assert all(now == pytest.approx(there, rel=1e-12) for now, there in told)
+    assert reports
+    assert all(now == pytest.approx(there, rel=1e-12) for now, there in reports)

@@ -101,7 +101,7 @@ def test_modes_that_die_out_at_once_do_not_hold_a_run_up(old: str, new: float) -
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "place"),
+    ("old", "new", "position"),
     [
         ("0.225 N*m*s/rad", 1e30, "coupling.clutch.damping"),
         ("1.5e-4 N*m*s/rad", 1e300, "inertia.flywheel.drag"),
@@ -110,11 +110,11 @@ def test_modes_that_die_out_at_once_do_not_hold_a_run_up(old: str, new: float) -
         ("1.5e-4 N*m*s/rad", 1e25, "inertia.flywheel.drag"),
     ],
 )
-def test_values_beyond_double_precision_are_refused_by_name(old: str, new: float, place: str) -> None:
+def test_values_beyond_double_precision_are_refused_by_name(old: str, new: float, position: str) -> None:
     with pytest.raises(ModelError) as caught:
         gr.simulate(loads(TEXTS["case1"].replace(f'"{old}"', repr(new), 1)), cycles=1, discard=0)
     problem = caught.value.problems[0]
-    assert problem.place.endswith(place)
+    assert problem.place.endswith(position)
     assert problem.rule
     assert problem.remedy
 
@@ -140,7 +140,7 @@ def test_an_alternation_too_fast_to_be_listed_is_refused(order: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("settings", "place", "says"),
+    ("settings", "position", "says"),
     [
         ({"samples_per_cycle": 10**7}, "simulation.samples_per_cycle", "from 1 to 1000000"),
         ({"cycles": 10**9}, "simulation.cycles", "GiB of memory"),
@@ -149,10 +149,12 @@ def test_an_alternation_too_fast_to_be_listed_is_refused(order: float) -> None:
         ({"algorithm": "rk2", "step": 1e-29}, "simulation.step", "steps of this length"),
     ],
 )
-def test_work_that_is_too_large_is_refused_before_it_begins(settings: dict[str, object], place: str, says: str) -> None:
+def test_work_that_is_too_large_is_refused_before_it_begins(
+    settings: dict[str, object], position: str, says: str
+) -> None:
     error = ends(TEXTS["case1"], progress=lambda _: pytest.fail("the work has begun"), **settings)
     assert isinstance(error, ModelError)
-    assert error.problems[0].place.endswith(place)
+    assert error.problems[0].place.endswith(position)
     assert says in str(error)
 
 

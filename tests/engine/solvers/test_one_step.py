@@ -65,8 +65,8 @@ def order_of(tableau: Tableau, weights: tuple[Fraction, ...], most: int) -> int:
     a = [[*row, *[Fraction(0)] * (len(weights) - len(row))] for row in tableau.a]
     for order in range(1, most + 1):
         for tree in trees(order):
-            found = sum((b * phi for b, phi in zip(weights, elementary(tree, a), strict=True)), Fraction(0))
-            if found != Fraction(1, density(tree)):
+            actual = sum((b * phi for b, phi in zip(weights, elementary(tree, a), strict=True)), Fraction(0))
+            if actual != Fraction(1, density(tree)):
                 return order - 1
     return most
 

@@ -27,11 +27,11 @@ def rattling(tolerance: float | None = None) -> Task:
 def test_crossings_are_those_of_exact_and_converge_with_the_tolerance(name):
     exact, errors = run(rattling()).crossings, []
     for tolerance in (1e-5, 1e-7, 1e-9):
-        found = run(rattling(tolerance), name).crossings
-        assert np.array_equal(found.to_piece, exact.to_piece)
-        errors.append(np.abs(found.time - exact.time).max())
-        assert np.abs(found.velocity - exact.velocity).max() <= 100 * errors[-1]
-        assert np.abs(found.force_integral - exact.force_integral).max() <= 100 * errors[-1]
+        actual = run(rattling(tolerance), name).crossings
+        assert np.array_equal(actual.to_piece, exact.to_piece)
+        errors.append(np.abs(actual.time - exact.time).max())
+        assert np.abs(actual.velocity - exact.velocity).max() <= 100 * errors[-1]
+        assert np.abs(actual.force_integral - exact.force_integral).max() <= 100 * errors[-1]
     assert all(later < earlier / 3 for earlier, later in pairwise(errors))
 
 
@@ -39,8 +39,8 @@ def test_dop853_takes_twelve_evaluations_a_try_and_two_to_begin():
     motion = run(rattling(), "dop853")
     assert motion.rejected_steps > 0
     assert motion.function_calls == 2 + 12 * (motion.steps + motion.rejected_steps)
-    given = run(replace(rattling(), step=0.01), "dop853")
-    assert given.function_calls == 1 + 12 * (given.steps + given.rejected_steps)
+    values = run(replace(rattling(), step=0.01), "dop853")
+    assert values.function_calls == 1 + 12 * (values.steps + values.rejected_steps)
 
 
 def test_samples_cost_no_function_calls():

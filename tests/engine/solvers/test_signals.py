@@ -21,7 +21,7 @@ END = 4.0
 def splines(times: np.ndarray, torque: np.ndarray, error: np.ndarray) -> tuple[Signals, CubicSpline, CubicSpline]:
     """Return a torque on the first inertia and an error of the first element."""
     made = CubicSpline(times, torque), CubicSpline(times, error)
-    coefficients = np.stack([each.c[::-1].T for each in made], axis=1)
+    coefficients = np.stack([entry.c[::-1].T for entry in made], axis=1)
     return Signals(times, coefficients, np.array([[1.0, 0.0]]), np.array([[0.0, 1.0]])), *made
 
 
@@ -53,9 +53,9 @@ def restarted(system: PiecewiseSystem, torque: CubicSpline, error: CubicSpline) 
                 return corner - abs(y[0] - error(t)) if side == 0.0 else side * (y[0] - error(t)) - corner
 
             gap.terminal, gap.direction = True, -1.0  # type: ignore[attr-defined]
-            found = solve_ivp(rate, (now, end), y, method="DOP853", rtol=1e-13, atol=1e-14, events=gap, max_step=2e-3)
-            y, now = found.y[:, -1], float(found.t[-1])
-            if found.status == 0:
+            actual = solve_ivp(rate, (now, end), y, method="DOP853", rtol=1e-13, atol=1e-14, events=gap, max_step=2e-3)
+            y, now = actual.y[:, -1], float(actual.t[-1])
+            if actual.status == 0:
                 break
             crossings += 1
     return y, crossings
@@ -119,7 +119,7 @@ def test_more_knots_change_nothing() -> None:
     cut = np.stack([signals.at(begins, int(j)) for j in order], axis=2) / factorials
     finer = Signals(at, cut, signals.torque, signals.error)
     system = oscillator(GAP, drag=0.2)
-    one, other = (run(task(replace(system, signals=each), [0.0], [0.0], cycles=4)) for each in (signals, finer))
+    one, other = (run(task(replace(system, signals=entry), [0.0], [0.0], cycles=4)) for entry in (signals, finer))
     np.testing.assert_allclose(one.angle, other.angle, rtol=0, atol=1e-10)
     assert len(one.crossings.time) == len(other.crossings.time) > 5
 
@@ -133,21 +133,21 @@ def test_a_constant_signal_is_a_mean(seed: int) -> None:
     constant = Signals(np.array([0.0, 3.3 * period]), np.ones((1, 1, 1)), system.inputs.mean[:, None], np.zeros((m, 1)))
     moved = replace(system, inputs=replace(system.inputs, mean=np.zeros(n)), signals=constant)
     start = np.random.default_rng(seed).normal(size=n) * 1e-3
-    one, other = (run(task(each, list(start), [0.0] * n, cycles=1)) for each in (system, moved))
+    one, other = (run(task(entry, list(start), [0.0] * n, cycles=1)) for entry in (system, moved))
     np.testing.assert_allclose(one.velocity, other.velocity, rtol=0, atol=1e-9 * np.abs(one.velocity).max())
 
 
 def test_slices_and_chunks_change_no_bit() -> None:
     signals, *_ = random_splines(1)
-    given = task(replace(oscillator(GAP, force=1.0), signals=signals), [0.1], [0.0], cycles=4)
-    whole, parts = run(given), ExactMarch(replace(given, cycles=2))
+    problem = task(replace(oscillator(GAP, force=1.0), signals=signals), [0.1], [0.0], cycles=4)
+    whole, parts = run(problem), ExactMarch(replace(problem, cycles=2))
     finished(parts)
     parts.extend(2)
     second = finished(parts)
     assert np.array_equal(second.angle, whole.angle[2 * 16 :])
-    again = ExactMarch(replace(given, cycles=2))
+    again = ExactMarch(replace(problem, cycles=2))
     finished(again)
-    fresh = ExactMarch(replace(given, cycles=2))
+    fresh = ExactMarch(replace(problem, cycles=2))
     fresh.restore(again.snapshot(), 2)
     same_bits(finished(fresh), second)
 

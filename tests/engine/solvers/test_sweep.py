@@ -58,14 +58,14 @@ def test_the_bound_on_all_regions_is_above_every_rate_and_not_far(shape):
     system = train(shape, 8)
     bound, rng = Majorant(system).radius(), np.random.default_rng(1)
     flow = flow_of(system)
-    found = []
+    actual = []
     for _ in range(20):
         pieces = tuple(int(rng.integers(law.pieces)) for law in system.laws)
         matrix = flow.generator(pieces)[: flow.states, : flow.states]
-        found.append(np.abs(np.linalg.eigvals(matrix)).max())
+        actual.append(np.abs(np.linalg.eigvals(matrix)).max())
     stiffest = tuple(law.pieces - 1 for law in system.laws)
-    found.append(np.abs(np.linalg.eigvals(flow.generator(stiffest)[: flow.states, : flow.states])).max())
-    assert max(found) <= bound <= 1.3 * max(found)
+    actual.append(np.abs(np.linalg.eigvals(flow.generator(stiffest)[: flow.states, : flow.states])).max())
+    assert max(actual) <= bound <= 1.3 * max(actual)
 
 
 @SHAPES
@@ -77,8 +77,8 @@ def test_the_energy_audit_closes(shape):
 
 
 def test_the_audit_agrees_with_the_tables():
-    given = replace(small(oscillator(GAP, drag=0.2, force=3.0), [0.9], [0.0], cycles=8), audit=True)
-    tables, swept = finished(ExactMarch(given)).energy, finished(SweepMarch(given)).energy
+    values = replace(small(oscillator(GAP, drag=0.2, force=3.0), [0.9], [0.0], cycles=8), audit=True)
+    tables, swept = finished(ExactMarch(values)).energy, finished(SweepMarch(values)).energy
     assert tables is not None
     assert swept is not None
     for name in ("torque_work", "drag_loss", "element_loss", "error_work"):
@@ -93,8 +93,8 @@ def test_against_fifty_digits(monkeypatch, family):
 
 
 def test_a_train_without_clearances():
-    given = replace(small(oscillator(drag=0.2, force=3.0), [0.9], [0.0], cycles=8), audit=True)
-    tables, swept = finished(ExactMarch(given)), finished(SweepMarch(given))
+    values = replace(small(oscillator(drag=0.2, force=3.0), [0.9], [0.0], cycles=8), audit=True)
+    tables, swept = finished(ExactMarch(values)), finished(SweepMarch(values))
     assert len(swept.crossings.time) == 0
     assert np.allclose(tables.angle, swept.angle, rtol=0, atol=1e-13)
 

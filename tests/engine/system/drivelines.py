@@ -19,16 +19,16 @@ def linear(stiffness: float, damping: float = 0.0) -> PiecewiseLaw:
     return staged([Stage(stiffness, damping, None)], [Stage(stiffness, damping, None)])
 
 
-def inputs(size: int, elements: int, **given: np.ndarray) -> Harmonics:
+def inputs(size: int, elements: int, **values: np.ndarray) -> Harmonics:
     """Return harmonic inputs that are zero where nothing is given."""
-    cycles = given.get("cycles", np.zeros(0))
+    cycles = values.get("cycles", np.zeros(0))
     shape = {"torque": (size, len(cycles)), "error": (elements, len(cycles))}
     parts = {
-        f"{kind}_{part}": given.get(f"{kind}_{part}", np.zeros(shape[kind]))
+        f"{kind}_{part}": values.get(f"{kind}_{part}", np.zeros(shape[kind]))
         for kind in shape
         for part in ("sine", "cosine")
     }
-    return Harmonics(float(given.get("period", np.array(1.0))), cycles, given.get("mean", np.zeros(size)), **parts)
+    return Harmonics(float(values.get("period", np.array(1.0))), cycles, values.get("mean", np.zeros(size)), **parts)
 
 
 def random_chain(seed: int) -> PiecewiseSystem:

@@ -95,11 +95,11 @@ def test_random_drivelines(family: str, seed: int) -> None:
     check(system, random_pieces(system, seed), seed)
 
 
-def train(size: int, stiffness: float, damping: float, **given: np.ndarray) -> PiecewiseSystem:
+def train(size: int, stiffness: float, damping: float, **values: np.ndarray) -> PiecewiseSystem:
     """Return equal inertias on equal springs, in a row."""
     rows = np.eye(size - 1, size) - np.eye(size - 1, size, 1)
     laws = tuple(clearance(stiffness, damping, 0.5) for _ in range(size - 1))
-    return PiecewiseSystem(np.ones(size), np.zeros(size), rows, laws, inputs(size, size - 1, **given))
+    return PiecewiseSystem(np.ones(size), np.zeros(size), rows, laws, inputs(size, size - 1, **values))
 
 
 def degenerate() -> Iterator[tuple[str, PiecewiseSystem, tuple[int, ...]]]:
@@ -146,8 +146,8 @@ def test_a_particular_solution_is_right_to_its_last_digits(seed: int) -> None:
             force = [mpmath.mpc(a, -b) for a, b in zip(matrix[:, n + j], matrix[:, n + j + count], strict=True)]
             exact = mpmath.lu_solve(left, mpmath.matrix(force))
             want = np.array([complex(x) for x in exact])
-        got = particular[:, j] - 1j * particular[:, j + count]
-        assert np.abs(got - want).max() <= 4e-16 * np.abs(want).max()
+        actual = particular[:, j] - 1j * particular[:, j + count]
+        assert np.abs(actual - want).max() <= 4e-16 * np.abs(want).max()
 
 
 def test_a_region_that_is_not_finite_is_refused() -> None:

@@ -58,11 +58,11 @@ def test_an_integral_is_continuous_and_has_the_channel_as_its_derivative() -> No
 def test_joined_channels_keep_their_values() -> None:
     first, second = random_channel(4, degree=2), random_channel(5, end=2.0, degree=5)
     torque, error = np.eye(2), np.zeros((1, 2))
-    found, time = joined([first, second], torque, error), np.linspace(0.0, 2.0, 200)[:-1]
-    assert found.knots[-1] == 2.0
-    assert (found.channels, found.degree) == (2, 5)
-    assert found.at(time)[:, 0] == pytest.approx(first.at(time), rel=1e-10, abs=1e-12)
-    assert found.at(time)[:, 1] == pytest.approx(second.at(time), rel=1e-10, abs=1e-12)
+    actual, time = joined([first, second], torque, error), np.linspace(0.0, 2.0, 200)[:-1]
+    assert actual.knots[-1] == 2.0
+    assert (actual.channels, actual.degree) == (2, 5)
+    assert actual.at(time)[:, 0] == pytest.approx(first.at(time), rel=1e-10, abs=1e-12)
+    assert actual.at(time)[:, 1] == pytest.approx(second.at(time), rel=1e-10, abs=1e-12)
 
 
 def test_knots_that_differ_by_rounding_are_one() -> None:

@@ -56,8 +56,8 @@ def test_stored_energy_of_a_staged_law_is_the_area_under_it() -> None:
 
 
 def tampered(**changes: object) -> EnergyAudit:
-    given = task(oscillator(clearance(4.0, 0.3, 0.5), force=3.0), [1.25], [0.0], cycles=6, samples=4)
-    march = ExactMarch(given)
+    problem = task(oscillator(clearance(4.0, 0.3, 0.5), force=3.0), [1.25], [0.0], cycles=6, samples=4)
+    march = ExactMarch(problem)
     while march.advance():
         pass
     crossings = march.motion().crossings
@@ -111,8 +111,8 @@ def audited(**changes: object) -> EnergyAudit:
         pass
     motion, system = march.motion(), march.flow.system
     auxiliaries, pieces = motion.auxiliaries, [0] * (len(system.laws) + len(system.auxiliaries))
-    for place, piece in zip(system.places, (*motion.initial_piece, *auxiliaries.initial), strict=True):
-        pieces[place] = int(piece)
+    for position, piece in zip(system.places, (*motion.initial_piece, *auxiliaries.initial), strict=True):
+        pieces[position] = int(piece)
     log = {
         "time": auxiliaries.passages.time / system.inputs.period,
         "watch": auxiliaries.passages.watch,

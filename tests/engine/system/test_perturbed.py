@@ -17,8 +17,8 @@ from tests.oracles.dressed import dressed_problem
 
 
 def both(system, angle, velocity, cycles: int) -> tuple[Variation, Perturbed]:
-    given = task(system, list(angle), list(velocity), cycles=cycles)
-    march, log = ExactMarch(given), run(given).crossings
+    problem = task(system, list(angle), list(velocity), cycles=cycles)
+    march, log = ExactMarch(problem), run(problem).crossings
     upward = (log.to_piece > log.from_piece).astype(np.int64)
     passages = Passages(log.time, log.clearance, upward, log.velocity, np.zeros((len(log.time), 0)))
     start, end = march.slots.pieces[march.march.counts[1]], cycles * system.inputs.period

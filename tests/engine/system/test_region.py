@@ -81,8 +81,8 @@ def test_a_train_that_accelerates_for_ever_has_no_particular_solution(seed: int)
     size = int(rng.integers(2, 7))
     rows = np.eye(size - 1, size) - np.eye(size - 1, size, 1)
     laws = tuple(clearance(float(k), 0.1, 0.5) for k in rng.uniform(1.0, 9.0, size - 1))
-    given = inputs(size, size - 1, mean=rng.normal(size=size))
-    system = PiecewiseSystem(rng.uniform(0.5, 2.0, size), np.zeros(size), rows, laws, given)
+    values = inputs(size, size - 1, mean=rng.normal(size=size))
+    system = PiecewiseSystem(rng.uniform(0.5, 2.0, size), np.zeros(size), rows, laws, values)
     for pieces in (tuple(2 for _ in laws), tuple(rng.integers(0, 3, size - 1).tolist())):
         assert 0 in build_region(flow_of(system), pieces).split.kept
 

@@ -70,8 +70,8 @@ def test_the_factor_of_a_turn() -> None:
 def test_fractions_of_a_turn_are_rounded_once(ramp: Ramp) -> None:
     times = np.concatenate([[0.0, ramp.over], np.random.default_rng(0).uniform(0.0, 2.0 * ramp.over, 100)])
     orders = [0.5, 1.0, 20.5, 1.0 / 3.0, 187.0]
-    for order, found in zip(orders, ramp.turns(orders, times), strict=True):
-        for time, turn in zip(times.tolist(), found.tolist(), strict=True):
+    for order, actual in zip(orders, ramp.turns(orders, times), strict=True):
+        for time, turn in zip(times.tolist(), actual.tolist(), strict=True):
             exact = mpmath.frac(mpmath.mpf(order) * angle(ramp, time) / (2 * mpmath.pi))
             apart = abs(exact - mpmath.mpf(turn))
             assert min(apart, 1 - apart) < 2.0**-53
@@ -91,8 +91,8 @@ def test_torques_keep_the_bound(ramp: Ramp) -> None:
     tones = (tabled(ramp, 2.0, 0.3), constant(ramp, 4.0, -1.0, 80.0), constant(ramp, 0.0, np.pi / 2, 10.0))
     (channel,) = channels(ramp, [Sound(tones, smooth=False)], 1.3 * ramp.over, 0.1)
     times = np.sort(np.random.default_rng(1).uniform(0.0, 1.3 * ramp.over, 300))
-    found, size = channel.at(times), 200.0 + 80.0
-    worst = max(abs(mpmath.mpf(f) - forcing(ramp, tones, mpmath.mpf(t))) for t, f in zip(times, found, strict=True))
+    actual, size = channel.at(times), 200.0 + 80.0
+    worst = max(abs(mpmath.mpf(f) - forcing(ramp, tones, mpmath.mpf(t))) for t, f in zip(times, actual, strict=True))
     assert worst < 1e-12 * size
 
 
@@ -104,11 +104,11 @@ def test_errors_keep_the_bound_in_both_derivatives(ramp: Ramp) -> None:
     fastest = max(ramp.begin, ramp.end)
     for derivative in range(3):
         size = sum(t.amplitudes[0, 0] * (t.order * fastest) ** derivative for t in tones)
-        for time, found in zip(times.tolist(), channel.at(times, derivative).tolist(), strict=True):
+        for time, actual in zip(times.tolist(), channel.at(times, derivative).tolist(), strict=True):
             exact = mpmath.diff(
                 lambda t: forcing(ramp, tones, t), mpmath.mpf(time), derivative, h=mpmath.mpf(10) ** -16
             )
-            assert abs(mpmath.mpf(found) - exact) < 1e-12 * size
+            assert abs(mpmath.mpf(actual) - exact) < 1e-12 * size
 
 
 def test_errors_meet_in_value_and_slope() -> None:

@@ -14,9 +14,9 @@ from tests.engine.system.drivelines import clearance, random_chain
 
 
 def of(system: PiecewiseSystem, angle: np.ndarray, velocity: np.ndarray, cycles: int) -> Variation:
-    given = task(system, list(angle), list(velocity), cycles=cycles)
-    march = ExactMarch(given)
-    motion = run(given)
+    problem = task(system, list(angle), list(velocity), cycles=cycles)
+    march = ExactMarch(problem)
+    motion = run(problem)
     log = motion.crossings
     first = march.slots.pieces[march.march.counts[1]]
     end = cycles * system.inputs.period
@@ -26,9 +26,9 @@ def of(system: PiecewiseSystem, angle: np.ndarray, velocity: np.ndarray, cycles:
 
 
 def relative_state(system: PiecewiseSystem, angle: np.ndarray, velocity: np.ndarray, cycles: int) -> np.ndarray:
-    given = task(system, list(angle), list(velocity), cycles=cycles)
-    motion = run(given)
-    basis = ExactMarch(given).flow.coordinates.basis
+    problem = task(system, list(angle), list(velocity), cycles=cycles)
+    motion = run(problem)
+    basis = ExactMarch(problem).flow.coordinates.basis
     return np.concatenate([basis @ motion.angle[-1], motion.velocity[-1]])
 
 

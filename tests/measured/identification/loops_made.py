@@ -90,10 +90,10 @@ def numbers(coupling: dict[str, Any]) -> dict[str, float]:
 
     First stages with the same height share a slider, which has the spring of the drive side (``assembly.friction``).
     """
-    found = {"preload": coupling["preload"]}
+    actual = {"preload": coupling["preload"]}
     for key in ("stages", "coast_stages"):
-        found |= {f"{key}.{i}.{k}": v for i, stage in enumerate(coupling[key]) for k, v in stage.items()}
-    spring, heights = "{}.0.stick_stiffness", [found.get(f"{key}.0.hysteresis") for key in ("stages", "coast_stages")]
-    if spring.format("stages") in found and heights[0] == heights[1]:
-        found[spring.format("coast_stages")] = found[spring.format("stages")]
-    return found
+        actual |= {f"{key}.{i}.{k}": v for i, stage in enumerate(coupling[key]) for k, v in stage.items()}
+    spring, heights = "{}.0.stick_stiffness", [actual.get(f"{key}.0.hysteresis") for key in ("stages", "coast_stages")]
+    if spring.format("stages") in actual and heights[0] == heights[1]:
+        actual[spring.format("coast_stages")] = actual[spring.format("stages")]
+    return actual

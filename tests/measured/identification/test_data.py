@@ -37,11 +37,11 @@ def test_forms_of_a_response_file_are_the_same(derivatives: int) -> None:
         ),
     ]
     for text in texts:
-        found = read_samples(text, "f.csv", False)
-        assert found.derivatives == derivatives
-        assert found.omega == pytest.approx(OMEGA, rel=1e-12)
-        assert found.value == pytest.approx(value, rel=1e-9)
-    assert found.error == pytest.approx(np.full(7, 1e-3 * 1e3**derivatives), rel=1e-9)
+        actual = read_samples(text, "f.csv", False)
+        assert actual.derivatives == derivatives
+        assert actual.omega == pytest.approx(OMEGA, rel=1e-12)
+        assert actual.value == pytest.approx(value, rel=1e-9)
+    assert actual.error == pytest.approx(np.full(7, 1e-3 * 1e3**derivatives), rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -167,9 +167,9 @@ def test_wrong_parameters(free: list[str], keys: dict[str, Any], said: str) -> N
 
 def test_bounds_take_units() -> None:
     data = {"mode": [{"number": 2, "frequency": "46.2 Hz"}]}
-    found = gr.identification.fit(made.train(), data, FREE, bounds={FREE[0]: ("1 kN*m/rad", "2 kN*m/rad")})
-    assert (found.parameters[0].lower, found.parameters[0].upper) == (1000.0, 2000.0)
-    assert found.residuals[0].measured == pytest.approx(46.2 * 2 * np.pi)
+    actual = gr.identification.fit(made.train(), data, FREE, bounds={FREE[0]: ("1 kN*m/rad", "2 kN*m/rad")})
+    assert (actual.parameters[0].lower, actual.parameters[0].upper) == (1000.0, 2000.0)
+    assert actual.residuals[0].measured == pytest.approx(46.2 * 2 * np.pi)
 
 
 def test_frequencies_in_every_unit_are_the_same() -> None:
@@ -183,10 +183,10 @@ def test_frequencies_in_every_unit_are_the_same() -> None:
 def test_a_dimensionless_model_takes_plain_numbers_only() -> None:
     text = made.TRAIN.replace("schema = 1", 'schema = 1\nunits = "dimensionless"')
     model = gr.loads(text)
-    found = gr.identification.fit(
+    actual = gr.identification.fit(
         model, {"mode": [{"number": 2, "frequency": 280.0, "relative_error": 0.01}]}, FREE, starts=1
     )
-    assert gr.modes(found.model).frequencies[1] == pytest.approx(280.0)
+    assert gr.modes(actual.model).frequencies[1] == pytest.approx(280.0)
     with pytest.raises(gr.ModelError, match="plain number"):
         gr.identification.fit(model, {"mode": [{"number": 2, "frequency": "280 Hz"}]}, FREE)
     with pytest.raises(gr.ModelError, match="must have no unit"):
@@ -201,5 +201,5 @@ def test_a_file_beside_the_data_file_is_read(tmp_path: Path) -> None:
     (tmp_path / "gear.csv").write_text(csv(header, [OMEGA, value.real, value.imag]), encoding="utf-8")
     text = '[[response]]\nfile = "gear.csv"\nat = "gear"\ntorque_on = "gear"\nrelative_error = 0.01\n'
     (tmp_path / "data.toml").write_text(text, encoding="utf-8")
-    found = gr.identification.fit(made.off(truth, FREE, 1), tmp_path / "data.toml", FREE, starts=3)
-    assert found.parameters[0].value == pytest.approx(1500.0, rel=1e-8)
+    actual = gr.identification.fit(made.off(truth, FREE, 1), tmp_path / "data.toml", FREE, starts=3)
+    assert actual.parameters[0].value == pytest.approx(1500.0, rel=1e-8)

@@ -227,14 +227,14 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     data = written(tmp_path / "loop.csv", *sampled(LAW, LOW, HIGH, noise=0.01, seed=4, cycles=1, samples=2000))
     words = ["loop", str(data), "--stages", "2", "-o", str(tmp_path / "d.toml"), "--figure", str(tmp_path / "d.svg")]
     assert main([*words, "--between", "engine,gearbox"]) == 0
-    told = capsys.readouterr().out
-    assert "2 drive-side and 2 coast-side stages" in told
-    assert "stages.1.hysteresis" in told
+    printed = capsys.readouterr().out
+    assert "2 drive-side and 2 coast-side stages" in printed
+    assert "stages.1.hysteresis" in printed
     coupling = tomllib.loads((tmp_path / "d.toml").read_text(encoding="utf-8"))["coupling"][0]
     assert coupling["between"] == ["engine", "gearbox"]
     assert coupling["stages"][1]["stiffness"].endswith(" N*m/deg")
     assert coupling["stages"][0]["until"].endswith(" deg")
-    assert "N m/deg" in told
+    assert "N m/deg" in printed
     stages = model_of(coupling).couplings[0].drive_pieces
     assert stages[1].stiffness == pytest.approx(1000.0, rel=0.03)
     assert (tmp_path / "d.svg").read_bytes().startswith(b"<svg")

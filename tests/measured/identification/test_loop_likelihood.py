@@ -94,14 +94,16 @@ def test_sums_are_those_over_every_sample() -> None:
     for cycle in range(3):
         deflection, torque = sampled(table, low + 1e-3 * cycle, high - 2e-3 * cycle, noise=0.02, seed=cycle, cycles=1)
         legs.append((deflection + 1e-4 * random.standard_normal(deflection.size), torque))
-    loop = read_loop(tuple(np.concatenate(each) for each in zip(*legs, strict=True)))
-    polish, found = law_of(table, loop)
-    whole = Regression(loop, 0, 1e-3).solve(found.shape)
-    assert found.left == pytest.approx(whole.left, rel=1e-10)
-    assert found.coefficients == pytest.approx(whole.coefficients, rel=1e-9)
-    sliders = polish.free(found)
-    samples = np.hstack([Regression(loop, 0, 1e-3).table(found.shape, found.labels), slopes_in(loop, found, sliders)])
-    matrix = Linear(polish.moments, found, sliders).normal()[0]
+    loop = read_loop(tuple(np.concatenate(entry) for entry in zip(*legs, strict=True)))
+    polish, actual = law_of(table, loop)
+    whole = Regression(loop, 0, 1e-3).solve(actual.shape)
+    assert actual.left == pytest.approx(whole.left, rel=1e-10)
+    assert actual.coefficients == pytest.approx(whole.coefficients, rel=1e-9)
+    sliders = polish.free(actual)
+    samples = np.hstack(
+        [Regression(loop, 0, 1e-3).table(actual.shape, actual.labels), slopes_in(loop, actual, sliders)]
+    )
+    matrix = Linear(polish.moments, actual, sliders).normal()[0]
     assert matrix == pytest.approx(samples.T @ samples, rel=1e-9, abs=1e-9 * np.abs(matrix).max())
 
 
@@ -109,22 +111,22 @@ def test_derivatives_are_those_of_the_law() -> None:
     """Central differences in every break and reach; samples beside a kink are left out."""
     table, low, high = damper(4)
     loop = read_loop(sampled(table, low, high, noise=0.0, seed=0, cycles=1))
-    polish, found = law_of(table, loop)
-    sliders = polish.free(found)
+    polish, actual = law_of(table, loop)
+    sliders = polish.free(actual)
     regression = Regression(loop, 0, 1e-3)
     step = 1e-7
     moved = [
-        [found.shape.with_break(side, i, value + way * step) for way in (1.0, -1.0)]
+        [actual.shape.with_break(side, i, value + way * step) for way in (1.0, -1.0)]
         for side in ("drive", "coast")
-        for i, value in enumerate(found.shape.breaks(side))
+        for i, value in enumerate(actual.shape.breaks(side))
     ]
     for slider in sliders:
-        reach = found.shape.reach_of(slider, np.nan)
-        moved.append([found.shape.with_reach(slider, reach * np.exp(way * step)) for way in (1.0, -1.0)])
-    columns = slopes_in(loop, found, sliders)
+        reach = actual.shape.reach_of(slider, np.nan)
+        moved.append([actual.shape.with_reach(slider, reach * np.exp(way * step)) for way in (1.0, -1.0)])
+    columns = slopes_in(loop, actual, sliders)
     assert columns.shape[1] == len(moved)
     for column, shapes in zip(columns.T, moved, strict=True):
-        up, down = (regression.table(shape, found.labels) @ found.coefficients for shape in shapes)
+        up, down = (regression.table(shape, actual.labels) @ actual.coefficients for shape in shapes)
         off = np.abs((up - down) / (2.0 * step) - column)
         assert np.sort(off)[-4] < 1e-4 * np.abs(column).max()
         assert np.abs(column).max() > 1.0
@@ -144,15 +146,15 @@ SIMPLE = {
 def test_densities_are_those_of_the_sums_of_squares() -> None:
     """Two reaches on a grid, and the break place by place: solved over every sample, without tables and sampling."""
     loop = read_loop(sampled(SIMPLE, -0.2, 0.2, noise=0.02, seed=3, cycles=1))
-    polish, found = law_of(SIMPLE, loop)
-    found = polish.best(found)
-    known = spread(polish, found)
-    centre, drive = (math.log(found.shape.reach_of(slider, np.nan)) for slider in known.sliders)
+    polish, actual = law_of(SIMPLE, loop)
+    actual = polish.best(actual)
+    known = spread(polish, actual)
+    centre, drive = (math.log(actual.shape.reach_of(slider, np.nan)) for slider in known.sliders)
     logs, others = np.linspace(drive - 1.5, drive + 1.5, 46), np.linspace(centre - 0.5, centre + 0.5, 15)
     raised = np.array(
         [
             [
-                polish.at(found.shape.with_reach((CENTRE, 0), math.exp(b)).with_reach(("drive", 1), math.exp(a))).left
+                polish.at(actual.shape.with_reach((CENTRE, 0), math.exp(b)).with_reach(("drive", 1), math.exp(a))).left
                 for b in others
             ]
             for a in logs
@@ -160,17 +162,17 @@ def test_densities_are_those_of_the_sums_of_squares() -> None:
     )
     shares = np.cumsum(np.sum(np.exp(-0.5 * (raised - raised.min()) / known.variance), axis=1))
     low, high = np.interp([0.025, 0.975], (shares - 0.5 * shares[0]) / shares[-1], logs)
-    density = densities(polish, found, known)[0][("drive", 1)]
+    density = densities(polish, actual, known)[0][("drive", 1)]
     assert np.log(density.ends()) == pytest.approx([low, high], abs=0.12 * (high - low))
 
     spacing, chi = 0.4 / 2000, 0.5 / known.variance
-    places = found.shape.drive[0] + np.arange(-80, 81) * spacing / 4
-    shapes = [found.shape.with_break("drive", 0, place) for place in places]
+    places = actual.shape.drive[0] + np.arange(-80, 81) * spacing / 4
+    shapes = [actual.shape.with_break("drive", 0, position) for position in places]
     raised = np.array([[polish.at(s.with_reach(("drive", 1), math.exp(a))).left for a in logs[::3]] for s in shapes])
     for sums, reaches in ((raised, density.at(SHARES)), (raised[:, logs[::3].size // 2, None], np.empty(0))):
         shares = np.cumsum(np.sum(np.exp(-chi * (sums - raised.min())), axis=1))
         ends = np.interp([0.025, 0.975], shares / shares[-1], places)
-        made = interval(polish.linear(found), found, ("drive", 0), known.variance, reaches)[:2]
+        made = interval(polish.linear(actual), actual, ("drive", 0), known.variance, reaches)[:2]
         assert made == pytest.approx(ends, abs=spacing), reaches
 
 

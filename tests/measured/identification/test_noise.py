@@ -43,10 +43,10 @@ def covered(free: list[str], noisy) -> tuple[np.ndarray, np.ndarray]:
     deviations, spread = [], []
     for seed in range(DRAWS):
         data = noisy(truth, np.random.default_rng(seed))
-        found = gr.identification.fit(truth, data, free, starts=1)
-        assert not any(p.at_bound for p in found.parameters)
-        deviations.append([np.log(p.value / made.value(truth, p.path)) / p.relative_error for p in found.parameters])
-        spread.append(found.chi_square / found.degrees_of_freedom)
+        actual = gr.identification.fit(truth, data, free, starts=1)
+        assert not any(p.at_bound for p in actual.parameters)
+        deviations.append([np.log(p.value / made.value(truth, p.path)) / p.relative_error for p in actual.parameters])
+        spread.append(actual.chi_square / actual.degrees_of_freedom)
     return np.array(deviations), np.array(spread)
 
 
@@ -63,10 +63,10 @@ def test_standard_errors_cover_the_truth(free: list[str], noisy) -> None:
 
 def test_a_response_recovers_stiffness_and_damping_from_a_rough_start() -> None:
     truth = made.train()
-    found = gr.identification.fit(
+    actual = gr.identification.fit(
         made.off(truth, DAMPED, 3), noisy_response(truth, np.random.default_rng(99)), DAMPED, starts=6
     )
-    for p in found.parameters:
+    for p in actual.parameters:
         away = p.value - made.value(truth, p.path)
         assert abs(away) < 4 * p.standard_error
         assert p.relative_error < 0.1
@@ -75,8 +75,8 @@ def test_a_response_recovers_stiffness_and_damping_from_a_rough_start() -> None:
 def test_errors_that_were_not_given_are_taken_from_the_residuals() -> None:
     """Same data, errors assumed: the standard errors come out as with the true ones, to what 11 residuals can say."""
     truth = made.train()
-    given = noisy_modes(truth, np.random.default_rng(5))
-    silent = {"mode": [{k: v for k, v in row.items() if not k.endswith("_error")} for row in given["mode"]]}
+    values = noisy_modes(truth, np.random.default_rng(5))
+    silent = {"mode": [{k: v for k, v in row.items() if not k.endswith("_error")} for row in values["mode"]]}
     assumed = gr.identification.fit(truth, silent, MODAL, starts=1)
     assert any("standard errors assumed" in note for note in assumed.notes)
     doubled = {"mode": [{**row, "omega": row["omega"]} if "omega" in row else row for row in silent["mode"]]}
@@ -95,8 +95,8 @@ def test_errors_that_were_not_given_are_taken_from_the_residuals() -> None:
 
 def test_profile_agrees_with_the_standard_error_where_the_data_are_sharp() -> None:
     truth = made.train()
-    found = gr.identification.fit(truth, noisy_modes(truth, np.random.default_rng(3)), MODAL, starts=1, profile=True)
-    for p in found.parameters:
+    actual = gr.identification.fit(truth, noisy_modes(truth, np.random.default_rng(3)), MODAL, starts=1, profile=True)
+    for p in actual.parameters:
         low, high = p.interval
         assert np.log(high / low) / 2 == pytest.approx(1.96 * p.relative_error, rel=0.02)
         assert low < p.value < high
@@ -105,8 +105,8 @@ def test_profile_agrees_with_the_standard_error_where_the_data_are_sharp() -> No
 def test_profile_of_what_is_open_has_no_end() -> None:
     truth = made.train()
     free = ["inertia.gear.J", "mesh.mesh.stiffness", "mesh.mesh.damping"]
-    found = gr.identification.fit(truth, {"mode": made.mode_rows(truth, [4])}, free, starts=1, profile=True)
-    assert [p.interval for p in found.parameters] == [(0.0, np.inf)] * 3
+    actual = gr.identification.fit(truth, {"mode": made.mode_rows(truth, [4])}, free, starts=1, profile=True)
+    assert [p.interval for p in actual.parameters] == [(0.0, np.inf)] * 3
 
 
 def test_the_ends_of_a_profile_have_the_chi_square_they_should() -> None:
@@ -114,7 +114,7 @@ def test_the_ends_of_a_profile_have_the_chi_square_they_should() -> None:
     truth = made.train()
     data = noisy_modes(truth, np.random.default_rng(8))
     free = MODAL[2:]
-    found = gr.identification.fit(truth, data, free, starts=1, profile=True)
-    for end in found.parameters[0].interval:
-        held = gr.identification.fit(found.model.with_({free[0]: end}), data, free[1:], starts=1)
-        assert held.chi_square - found.chi_square == pytest.approx(3.8415, abs=0.01)
+    actual = gr.identification.fit(truth, data, free, starts=1, profile=True)
+    for end in actual.parameters[0].interval:
+        held = gr.identification.fit(actual.model.with_({free[0]: end}), data, free[1:], starts=1)
+        assert held.chi_square - actual.chi_square == pytest.approx(3.8415, abs=0.01)

@@ -97,7 +97,7 @@ def test_derivatives_of_the_eight_inertias(number: int) -> None:
     c = coefficients(EIGHT, parameters, State())
     x, count = np.zeros(15), 8
     spectrum = Spectrum(c, x)
-    found = spectrum.shape_gradient(number - 1)
+    actual = spectrum.shape_gradient(number - 1)
     J, _, K = made.matrices(EIGHT)
     assert spectrum.omega[1:] == pytest.approx(np.sqrt(eigh(K, J)[0][1:]), rel=1e-9)
     step = 1e-4
@@ -108,18 +108,18 @@ def test_derivatives_of_the_eight_inertias(number: int) -> None:
             for s in sides
         ]
         slope = (shapes[0] - shapes[1]) / (2 * step)
-        assert slope == pytest.approx(found[:, p], abs=1e-6 * np.abs(found).max())
+        assert slope == pytest.approx(actual[:, p], abs=1e-6 * np.abs(actual).max())
         omega = (sides[0].omega[number - 1] - sides[1].omega[number - 1]) / (2 * step)
         assert omega == pytest.approx(spectrum.omega_gradient(number - 1)[p], abs=1e-6 * spectrum.omega[number - 1])
-    assert found.shape == (count, 15)
+    assert actual.shape == (count, 15)
 
 
 @pytest.mark.parametrize("derivatives", [0, 1, 2])
 def test_response_agrees_with_dense_solves(derivatives: int) -> None:
     model = made.train()
     c = coefficients(model, free_parameters(model, FREE, {}, 3.0), State())
-    found = Spectrum(c, np.zeros(c.of_inertia.shape[1])).response(3, 0, derivatives, OMEGA)[0]
-    assert found == pytest.approx(made.response(model, "gear", "flywheel", OMEGA, derivatives), rel=1e-9)
+    actual = Spectrum(c, np.zeros(c.of_inertia.shape[1])).response(3, 0, derivatives, OMEGA)[0]
+    assert actual == pytest.approx(made.response(model, "gear", "flywheel", OMEGA, derivatives), rel=1e-9)
 
 
 def test_a_rigid_element_is_the_limit_of_a_stiff_one() -> None:

@@ -38,11 +38,11 @@ def test_a_truncated_file(name: str, share: float, tmp_path: Path) -> None:
         _refused(path)
         return
     try:
-        found = gr.read(path)
+        actual = gr.read(path)
     except ModelError:
         return
-    count = found.time.size - 1  # the last line may end within a number
-    np.testing.assert_array_equal(found["n_engine"].values[:count], rig()["n_engine"].values[:count])
+    count = actual.time.size - 1  # the last line may end within a number
+    np.testing.assert_array_equal(actual["n_engine"].values[:count], rig()["n_engine"].values[:count])
 
 
 @pytest.mark.parametrize("name", SUFFIXES)
@@ -61,12 +61,12 @@ def test_a_file_whose_middle_is_overwritten(name: str, tmp_path: Path) -> None:
             )
         path.write_bytes(bytes(broken))
         try:
-            found = gr.read(path)
+            actual = gr.read(path)
         except ModelError:
             refused += 1
         else:
-            assert np.all(np.diff(found.time) > 0.0)
-            assert all(np.isfinite(channel.values).all() for channel in found.channels)
+            assert np.all(np.diff(actual.time) > 0.0)
+            assert all(np.isfinite(channel.values).all() for channel in actual.channels)
     assert refused > 0
 
 

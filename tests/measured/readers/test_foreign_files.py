@@ -34,10 +34,10 @@ def test_mat_vectors_matrices_and_structures(tmp_path: Path) -> None:
     assert {c.name for c in raw.columns} == {"n", "both[0]", "both[1]", "rig.inner.T"}
     assert raw.notes == ("no signals, left out: word, one",)
     rows = [channel("n"), channel("T", "torque", "kN*m", source="rig.inner.T", of="hub")]
-    found = gr.read({"file": str(path), "channel": rows})
-    np.testing.assert_allclose(found["n"].values, X * np.pi / 30.0, rtol=1e-15)
-    np.testing.assert_allclose(found["T"].values, 1e3 * Y, rtol=1e-15)
-    np.testing.assert_array_equal(found.time, T)
+    actual = gr.read({"file": str(path), "channel": rows})
+    np.testing.assert_allclose(actual["n"].values, X * np.pi / 30.0, rtol=1e-15)
+    np.testing.assert_allclose(actual["T"].values, 1e3 * Y, rtol=1e-15)
+    np.testing.assert_array_equal(actual.time, T)
 
 
 def test_mat_without_times_is_told_its_rate(tmp_path: Path) -> None:
@@ -45,8 +45,8 @@ def test_mat_without_times_is_told_its_rate(tmp_path: Path) -> None:
     savemat(path, {"n": X})
     with pytest.raises(ModelError, match=r'no column of as many times.*sampled = "10 kHz"'):
         gr.read({"file": str(path), "channel": [channel("n")]})
-    found = gr.read({"file": str(path), "sampled": "1 kHz", "channel": [channel("n")]})
-    np.testing.assert_allclose(found.time, T, rtol=1e-15)
+    actual = gr.read({"file": str(path), "sampled": "1 kHz", "channel": [channel("n")]})
+    np.testing.assert_allclose(actual.time, T, rtol=1e-15)
 
 
 def test_mat_of_version_4(tmp_path: Path) -> None:
@@ -104,9 +104,9 @@ def test_wav_of_libsndfile_in_24_bits(tmp_path: Path) -> None:
     soundfile = pytest.importorskip("soundfile")
     path = tmp_path / "x.wav"
     soundfile.write(path, 0.5 * X, 44100, subtype="PCM_24")
-    found = gr.read({"file": str(path), "channel": [channel("mic", "sound pressure", "Pa", source="1", scale=20.0)]})
-    np.testing.assert_allclose(found["mic"].values, 10.0 * X, atol=20.0 * 2.0**-23)
-    assert found.interval == pytest.approx(1.0 / 44100.0, rel=1e-12)
+    actual = gr.read({"file": str(path), "channel": [channel("mic", "sound pressure", "Pa", source="1", scale=20.0)]})
+    np.testing.assert_allclose(actual["mic"].values, 10.0 * X, atol=20.0 * 2.0**-23)
+    assert actual.interval == pytest.approx(1.0 / 44100.0, rel=1e-12)
 
 
 def test_mdf_of_asammdf_with_two_groups(tmp_path: Path) -> None:
@@ -127,10 +127,10 @@ def test_mdf_of_asammdf_with_two_groups(tmp_path: Path) -> None:
     assert (columns["T"].unit, columns["n"].unit, set(columns)) == ("Nm", "1/min", {"T", "n"})
     assert np.flatnonzero(np.isnan(columns["n"].values)).tolist() == [7]
     rows = [{"name": "T", "quantity": "torque"}, {"name": "n", "quantity": "speed", "gaps": "bridge"}]
-    found = gr.read({"file": str(path), "rate": "500 Hz", "channel": rows})
-    assert found.time[-1] == pytest.approx(0.098)  # where the shorter group ends, 0.099, by the grid
-    assert found["T"].values[10] == pytest.approx(0.5 * 20 - 3.0, rel=1e-6)
-    assert any("1 sample without a number" in note for note in found.notes)
+    actual = gr.read({"file": str(path), "rate": "500 Hz", "channel": rows})
+    assert actual.time[-1] == pytest.approx(0.098)  # where the shorter group ends, 0.099, by the grid
+    assert actual["T"].values[10] == pytest.approx(0.5 * 20 - 3.0, rel=1e-6)
+    assert any("1 sample without a number" in note for note in actual.notes)
     assert logging.getLogger("asammdf").level == logging.CRITICAL
 
 
@@ -203,10 +203,10 @@ def test_pyuff_reads_what_is_written(tmp_path: Path) -> None:
     gr.write(before, tmp_path / "x.uff")
     sets = pyuff.UFF(str(tmp_path / "x.uff")).read_sets()
     assert [s["id1"].strip() for s in sets] == list(before.names)
-    for found, told in zip(sets, before.channels, strict=True):
-        np.testing.assert_array_equal(found["data"], told.values)
-        assert found["ordinate_axis_units_lab"].strip() == told.unit
-        np.testing.assert_allclose(found["x"], before.time, atol=1e-5 * (before.time[-1] - 0.25))
+    for actual, channel in zip(sets, before.channels, strict=True):
+        np.testing.assert_array_equal(actual["data"], channel.values)
+        assert actual["ordinate_axis_units_lab"].strip() == channel.unit
+        np.testing.assert_allclose(actual["x"], before.time, atol=1e-5 * (before.time[-1] - 0.25))
 
 
 def test_two_histories_of_one_name_are_told_apart_by_their_nodes(tmp_path: Path) -> None:
@@ -220,8 +220,8 @@ def test_csv_with_words_beside_the_numbers(tmp_path: Path) -> None:
     """A mapping reads the columns that it names; a column of words does not matter."""
     path = tmp_path / "x.csv"
     path.write_text("# rig 3\nt [ms]; gear; n [1/min]\n" + "".join(f"{k}; second; {k * k}\n" for k in range(9)))
-    found = gr.read({"file": str(path), "channel": [{"name": "n", "quantity": "speed"}]})
-    np.testing.assert_allclose(found.time, np.arange(9) * 1e-3)
-    np.testing.assert_allclose(found["n"].values, np.arange(9.0) ** 2 * np.pi / 30.0)
+    actual = gr.read({"file": str(path), "channel": [{"name": "n", "quantity": "speed"}]})
+    np.testing.assert_allclose(actual.time, np.arange(9) * 1e-3)
+    np.testing.assert_allclose(actual["n"].values, np.arange(9.0) ** 2 * np.pi / 30.0)
     with pytest.raises(ModelError, match=r'x.csv:3: gear: found "second"'):
         gr.read(path)

@@ -70,17 +70,17 @@ unit = "N*m"
 scale = 20.0
 offset = -40.0
 """
-    found = _read(folder, text)
-    assert [(c.name, c.quantity, c.subject, c.unit) for c in found.channels] == [
+    actual = _read(folder, text)
+    assert [(c.name, c.quantity, c.subject, c.unit) for c in actual.channels] == [
         ("n_engine", "velocity", "flywheel", "rad/s"),
         ("U", "torque", "hub", "N*m"),
     ]
-    np.testing.assert_allclose(found["U"].values, 10.0 * np.sin(TURN * 40.0 * T), atol=1e-12)
+    np.testing.assert_allclose(actual["U"].values, 10.0 * np.sin(TURN * 40.0 * T), atol=1e-12)
     gain = 1.0 / (1.0 + (np.tan(np.pi * 40.0 / RATE) / np.tan(np.pi * 80.0 / RATE)) ** 4)
     swing = gain * 0.4 * TURN * np.sin(TURN * 40.0 * T)
     middle = slice(4000, -4000)
-    np.testing.assert_allclose(found["n_engine"].values[middle], swing[middle], atol=1e-6)
-    assert found.source == "record.mat"
+    np.testing.assert_allclose(actual["n_engine"].values[middle], swing[middle], atol=1e-6)
+    assert actual.source == "record.mat"
 
 
 def test_speed_to_angle_and_back_and_an_encoder(folder: Path) -> None:
@@ -107,11 +107,11 @@ measured = "shaft angle"
 unit = "deg"
 starts_over = "360 deg"
 """
-    found = _read(folder, text)
-    np.testing.assert_allclose(found["phi"].values, _angle(T), atol=1e-9)
-    np.testing.assert_allclose(found["wheel"].values, _angle(T), atol=1e-9)
-    np.testing.assert_allclose(found["rate"].values[5:-5], _speed(T)[5:-5], rtol=1e-7)
-    assert any("phi: integrated from a speed; 0 at its first sample" in note for note in found.notes)
+    actual = _read(folder, text)
+    np.testing.assert_allclose(actual["phi"].values, _angle(T), atol=1e-9)
+    np.testing.assert_allclose(actual["wheel"].values, _angle(T), atol=1e-9)
+    np.testing.assert_allclose(actual["rate"].values[5:-5], _speed(T)[5:-5], rtol=1e-7)
+    assert any("phi: integrated from a speed; 0 at its first sample" in note for note in actual.notes)
 
 
 def test_pulses_at_another_rate_beside_a_torque(folder: Path) -> None:
@@ -131,14 +131,14 @@ name = "U"
 quantity = "torque"
 unit = "N*m"
 """
-    found = _read(folder, text)
-    assert found.interval == pytest.approx(1.0 / 3000.0, rel=1e-12)
-    assert 0.5 <= found.time[0] < 0.5 + 1.0 / 1200.0 + 1e-4
-    assert found.time[-1] <= 1.5
+    actual = _read(folder, text)
+    assert actual.interval == pytest.approx(1.0 / 3000.0, rel=1e-12)
+    assert 0.5 <= actual.time[0] < 0.5 + 1.0 / 1200.0 + 1e-4
+    assert actual.time[-1] <= 1.5
     middle = slice(60, -60)
-    np.testing.assert_allclose(found["speed"].values[middle], _speed(found.time)[middle], rtol=2e-3)
+    np.testing.assert_allclose(actual["speed"].values[middle], _speed(actual.time)[middle], rtol=2e-3)
     np.testing.assert_allclose(
-        found["U"].values[middle], (2.0 + 0.5 * np.sin(TURN * 40.0 * found.time))[middle], atol=1e-4
+        actual["U"].values[middle], (2.0 + 0.5 * np.sin(TURN * 40.0 * actual.time))[middle], atol=1e-4
     )
 
 
@@ -174,11 +174,11 @@ file = "second.wav"
 quantity = "sound pressure"
 unit = "Pa"
 """
-    found = _read(folder, text)
+    actual = _read(folder, text)
     middle = slice(200, -200)
-    np.testing.assert_allclose(found["n2"].values[middle], found["n"].values[middle], atol=0.02)
-    np.testing.assert_allclose(found["mic"].values[middle], np.sin(TURN * 5.0 * found.time)[middle], atol=1e-3)
-    (note,) = [note for note in found.notes if "added to its times" in note]
+    np.testing.assert_allclose(actual["n2"].values[middle], actual["n"].values[middle], atol=0.02)
+    np.testing.assert_allclose(actual["mic"].values[middle], np.sin(TURN * 5.0 * actual.time)[middle], atol=1e-3)
+    (note,) = [note for note in actual.notes if "added to its times" in note]
     assert float(note.split("second.wav: ")[1].split(" s")[0]) == pytest.approx(-late, abs=2e-5)
 
 
@@ -203,10 +203,10 @@ def test_gaps_are_refused_or_bridged(folder: Path) -> None:
     row = '\n[[channel]]\nname = "broken"\nquantity = "angle"\nunit = "rad"\n'
     with pytest.raises(ModelError, match=r'measurement.toml:4: channel.broken: found nan at 0.005 s.*gaps = "bridge"'):
         _read(folder, row)
-    found = _read(folder, row + 'gaps = "bridge"\n')
-    np.testing.assert_allclose(found["broken"].values, np.sin(T), atol=1e-8)
+    actual = _read(folder, row + 'gaps = "bridge"\n')
+    np.testing.assert_allclose(actual["broken"].values, np.sin(T), atol=1e-8)
     bridged = "3 samples without a number; straight lines bridge what is missing, 0.0002 s at most"
-    assert any(bridged in note for note in found.notes)
+    assert any(bridged in note for note in actual.notes)
 
 
 LOW = 'filter = { kind = "lowpass", cutoff = '
@@ -280,8 +280,8 @@ def test_different_times_need_a_rate(folder: Path) -> None:
     ]
     with pytest.raises(ModelError, match=r"n and m; have different times.*rate = "):
         gr.read({"file": str(folder / "record.mat"), "channel": rows})
-    found = gr.read({"file": str(folder / "record.mat"), "rate": "1 kHz", "channel": rows})
-    np.testing.assert_allclose(found["n"].values, found["m"].values, atol=1e-3)
+    actual = gr.read({"file": str(folder / "record.mat"), "rate": "1 kHz", "channel": rows})
+    np.testing.assert_allclose(actual["n"].values, actual["m"].values, atol=1e-3)
 
 
 def test_uneven_samples_need_a_rate_to_be_filtered(folder: Path) -> None:
@@ -290,6 +290,6 @@ def test_uneven_samples_need_a_rate_to_be_filtered(folder: Path) -> None:
     text = ROW.replace("rpm", "rad/s") + 'filter = { kind = "lowpass", cutoff = "50 Hz" }\n'
     with pytest.raises(ModelError, match=r"filter: a filter needs uniform samples.*rate"):
         _read(folder, text)
-    found = _read(folder, 'rate = "400 Hz"\n' + text)
-    np.testing.assert_allclose(found["n"].values[50:-50], np.sin(TURN * 5.0 * found.time)[50:-50], atol=1e-3)
-    assert any("not sampled uniformly; a cubic spline" in note for note in found.notes)
+    actual = _read(folder, 'rate = "400 Hz"\n' + text)
+    np.testing.assert_allclose(actual["n"].values[50:-50], np.sin(TURN * 5.0 * actual.time)[50:-50], atol=1e-3)
+    assert any("not sampled uniformly; a cubic spline" in note for note in actual.notes)

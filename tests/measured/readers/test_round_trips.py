@@ -33,8 +33,8 @@ def test_values_come_back_to_the_last_bit(name: str, tmp_path: Path) -> None:
     first = 0.0 if name == "wav" else 0.25
     np.testing.assert_allclose(after.time, before.time - 0.25 + first, rtol=0, atol=2e-16)
     if name != "wav":
-        told = [(c.name, c.quantity, c.subject, c.unit) for c in before.channels]
-        assert [(c.name, c.quantity, c.subject, c.unit) for c in after.channels] == told
+        reported = [(c.name, c.quantity, c.subject, c.unit) for c in before.channels]
+        assert [(c.name, c.quantity, c.subject, c.unit) for c in after.channels] == reported
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
@@ -102,16 +102,16 @@ def test_a_saved_run_is_a_recording_of_it(tmp_path: Path) -> None:
     model = gr.load(Path(__file__).parents[3] / "examples" / "paper" / "case3.toml")
     run = gr.simulate(model, cycles=2, discard=0, samples_per_cycle=64)
     run.save(tmp_path / "run.nc")
-    found = gr.read(tmp_path / "run.nc")
-    np.testing.assert_array_equal(found.time, run.data.time.values)
-    hub = found.find("velocity", "hub")
+    actual = gr.read(tmp_path / "run.nc")
+    np.testing.assert_array_equal(actual.time, run.data.time.values)
+    hub = actual.find("velocity", "hub")
     assert hub is not None
     np.testing.assert_array_equal(hub.values, run.data.velocity.sel(inertia="hub").values)
     for name in run.data.clearance.values:
         mesh = name in {m.name for m in model.meshes}
-        force = found[f"force.{name}"]
-        assert (force.unit, found[f"deflection.{name}"].unit) == (("N", "m") if mesh else ("N*m", "rad"))
+        force = actual[f"force.{name}"]
+        assert (force.unit, actual[f"deflection.{name}"].unit) == (("N", "m") if mesh else ("N*m", "rad"))
         np.testing.assert_array_equal(force.values, run.data.force.sel(clearance=name).values)
-    assert any("simulated" in note for note in found.notes)
+    assert any("simulated" in note for note in actual.notes)
     with pytest.raises(ModelError, match="ending tells the format"):
-        gr.write(found, tmp_path / "again.nc")
+        gr.write(actual, tmp_path / "again.nc")

@@ -21,7 +21,7 @@ def cycles(values: np.ndarray, period: float = 1.0) -> Cycles:
 
 
 def both(one: Cycles, other: Cycles, generator: np.random.Generator) -> tuple:
-    return tuple(draws(mean_squares(each), generator, 200) for each in (one, other))
+    return tuple(draws(mean_squares(entry), generator, 200) for entry in (one, other))
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1.3])
@@ -104,7 +104,9 @@ def test_f_limits_hold_where_bursts_raise_a_band_for_cycles() -> None:
         for band in rows:
             held += band.least <= 0.0 <= band.most
             inside = (spectra[0].frequency >= band.low) & (spectra[0].frequency < band.high)
-            n = [densities.gaussian_averages(each.density[inside, 0], each.periodograms.shape[2]) for each in spectra]
+            n = [
+                densities.gaussian_averages(entry.density[inside, 0], entry.periodograms.shape[2]) for entry in spectra
+            ]
             low, high = densities.limits(10.0 ** (band.decibels / 10.0), *n)
             gaussian += low <= 1.0 <= high
         bands += len(rows)
@@ -116,17 +118,17 @@ def test_equivalent_averages_are_the_variance_of_a_bands_power() -> None:
     """For white noise the power of a band has the relative variance 1 / n."""
     generator = np.random.default_rng(11)
     powers = []
-    told = []
+    reports = []
     seen = []
     for _ in range(1500):
         record = cycles(generator.standard_normal((64, 16)))
         spectrum, _ = densities.densities(record, record)
         inside = spectrum.periodograms[10:20, 0]
         powers.append(inside.sum(axis=0).mean())
-        told.append(densities.gaussian_averages(inside.mean(axis=1), inside.shape[1]))
+        reports.append(densities.gaussian_averages(inside.mean(axis=1), inside.shape[1]))
         seen.append(1.0 / densities.observed_averages(inside.sum(axis=0)))
     truth = np.mean(powers) ** 2 / np.var(powers)
-    assert np.mean(told) == pytest.approx(truth, rel=0.12)
+    assert np.mean(reports) == pytest.approx(truth, rel=0.12)
     assert 1.0 / np.mean(seen) == pytest.approx(truth, rel=0.2)
 
 

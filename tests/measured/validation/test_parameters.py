@@ -23,43 +23,43 @@ SLOPES = {J: -1.0, FIRST: 100.0 / 116.0, THIRD: 16.0 / 116.0}
 
 
 @pytest.fixture(scope="module")
-def found() -> gr.typing.Validation:
+def validation() -> gr.typing.Validation:
     return gr.validate(made.run(), made.record(gain=1.03), parameters=ERRORS, draws=24, seed=1)
 
 
-def test_effects_are_the_closed_forms(found: gr.typing.Validation) -> None:
-    told = found.parameters
-    assert told is not None
-    for parameter in told.parameters:
-        effect = next(each for each in parameter.effects if each.measure == "rms")
+def test_effects_are_the_closed_forms(validation: gr.typing.Validation) -> None:
+    reported = validation.parameters
+    assert reported is not None
+    for parameter in reported.parameters:
+        effect = next(effect for effect in parameter.effects if effect.measure == "rms")
         assert effect.value == pytest.approx(SLOPES[parameter.path] / 1.03, rel=0.02)  # % of what was measured
         assert abs(effect.value - SLOPES[parameter.path] / 1.03) < 4.0 * effect.error + 1e-3
         assert effect.needed == pytest.approx(100.0 * math.log(1.03) / SLOPES[parameter.path], rel=0.02)
 
 
-def test_the_levels_pull_along_their_gradient(found: gr.typing.Validation) -> None:
+def test_the_levels_pull_along_their_gradient(validation: gr.typing.Validation) -> None:
     """One precise datum: x = g d / g.g, and whatever leaves it unchanged stays open."""
-    told = found.parameters
-    assert told is not None
+    reported = validation.parameters
+    assert reported is not None
     g = 0.01 * np.array([SLOPES[path] for path in ERRORS])
     shift = g * math.log(1.03) / (g @ g)
-    assert [p.shift for p in told.parameters] == pytest.approx(shift.tolist(), rel=0.03)
+    assert [p.shift for p in reported.parameters] == pytest.approx(shift.tolist(), rel=0.03)
     spread = np.eye(3) - np.outer(g, g) / (g @ g)
-    assert [p.left for p in told.parameters] == pytest.approx(np.sqrt(np.diag(spread)).tolist(), rel=0.02)
-    assert np.array(told.estimated) == pytest.approx(correlation(spread), abs=0.02)
-    assert told.before == pytest.approx([100.0 * math.log(1.03)], abs=0.01)  # resampling passes within 1e-4
-    assert abs(told.after[0]) < 0.01 * told.before[0]
-    assert told.chi_square[1] < told.chi_square[0]
-    assert any(J in sentence for sentence in found.findings)
+    assert [p.left for p in reported.parameters] == pytest.approx(np.sqrt(np.diag(spread)).tolist(), rel=0.02)
+    assert np.array(reported.estimated) == pytest.approx(correlation(spread), abs=0.02)
+    assert reported.before == pytest.approx([100.0 * math.log(1.03)], abs=0.01)  # resampling passes within 1e-4
+    assert abs(reported.after[0]) < 0.01 * reported.before[0]
+    assert reported.chi_square[1] < reported.chi_square[0]
+    assert any(J in sentence for sentence in validation.findings)
 
 
 def test_exchangeable_parameters_are_named() -> None:
     """Inertia and the torque that moves it: a level tells their quotient alone."""
-    found = gr.validate(made.run(), made.record(), parameters={J: 0.04, FIRST: 0.2}, draws=12)
-    assert found.parameters is not None
-    assert found.parameters.estimated[0][1] > 0.99
-    assert any("cannot be told apart" in sentence for sentence in found.findings)
-    tables = parameter_tables(found)
+    validation = gr.validate(made.run(), made.record(), parameters={J: 0.04, FIRST: 0.2}, draws=12)
+    assert validation.parameters is not None
+    assert validation.parameters.estimated[0][1] > 0.99
+    assert any("cannot be told apart" in sentence for sentence in validation.findings)
+    tables = parameter_tables(validation)
     assert [table.title for table in tables] == [
         "Parameters, each alone",
         "Parameters, all together",
@@ -69,10 +69,10 @@ def test_exchangeable_parameters_are_named() -> None:
 
 
 def test_too_few_runs_say_so() -> None:
-    found = gr.validate(made.run(), made.record(), parameters=ERRORS, draws=5)
-    assert found.parameters is None
-    assert any("draws=6 or more" in note for note in found.notes)
-    assert parameter_tables(found) == []
+    validation = gr.validate(made.run(), made.record(), parameters=ERRORS, draws=5)
+    assert validation.parameters is None
+    assert any("draws=6 or more" in note for note in validation.notes)
+    assert parameter_tables(validation) == []
 
 
 def test_the_update_in_information_form() -> None:
@@ -121,11 +121,11 @@ def _fit(correlated: float) -> gr.typing.Fit:
 @pytest.mark.parametrize("correlated", [-1.0, 0.0, 0.9, 1.0])
 def test_a_fit_brings_its_correlations(correlated: float) -> None:
     """The variance of ln(rms) is s' R s: what moves together may cancel, or add up."""
-    found = gr.validate(made.run(), made.record(), parameters=_fit(correlated), draws=60, seed=2)
-    told = next(each for each in found["a"].level("rms").budget if each.source == "parameters")
+    validation = gr.validate(made.run(), made.record(), parameters=_fit(correlated), draws=60, seed=2)
+    reported = next(entry for entry in validation["a"].level("rms").budget if entry.source == "parameters")
     s = np.array([SLOPES[J], SLOPES[FIRST]])
     expected = math.sqrt(s @ np.array([[1.0, correlated], [correlated, 1.0]]) @ s)
-    assert told.value == pytest.approx(expected, rel=0.3)  # of 60 runs: three standard errors are 0.27
-    assert "correlated as fitted" in told.how
-    assert found.parameters is not None
-    assert found.parameters.stated[0][1] == pytest.approx(correlated)
+    assert reported.value == pytest.approx(expected, rel=0.3)  # of 60 runs: three standard errors are 0.27
+    assert "correlated as fitted" in reported.how
+    assert validation.parameters is not None
+    assert validation.parameters.stated[0][1] == pytest.approx(correlated)

@@ -39,16 +39,16 @@ def rig(run: gr.Run, late: float) -> Recording:
 
 def test_two_motions_of_one_driveline_agree_within_chance() -> None:
     run, other = runs()
-    found = gr.validate(run, rig(other, 0.0123), thresholds={"gear": 20.0})
+    actual = gr.validate(run, rig(other, 0.0123), thresholds={"gear": 20.0})
     late = run.trajectory.time > 2.0
-    hub, others = (each.trajectory.velocity[late, 1] for each in (run, other))
+    hub, others = (entry.trajectory.velocity[late, 1] for entry in (run, other))
     assert np.abs(hub - others).max() > np.std(hub)  # sample by sample they differ by as much as they move
-    rows = [level for pair in found.pairs for level in pair.levels]
+    rows = [level for pair in actual.pairs for level in pair.levels]
     assert sum(level.by_chance for level in rows) >= len(rows) - 2
     assert all(level.remainder == 0.0 for level in rows)
-    assert found.clock.delay == pytest.approx(0.0123, abs=5.0 * found.clock.standard_error)
-    assert found.unmatched_measured == ("mic",)
-    assert "deflection.spline" in found.unmatched_simulated
+    assert actual.clock.delay == pytest.approx(0.0123, abs=5.0 * actual.clock.standard_error)
+    assert actual.unmatched_measured == ("mic",)
+    assert "deflection.spline" in actual.unmatched_simulated
 
 
 def test_a_gain_is_told_against_the_scatter() -> None:
@@ -58,22 +58,22 @@ def test_a_gain_is_told_against_the_scatter() -> None:
         Channel(c.name, c.quantity, c.subject, c.unit, (1.5 if c.name == "m1" else 1.0) * c.values)
         for c in record.channels
     )
-    found = gr.validate(run, record.with_(channels=scaled))
-    level = found["m1"].level("rms")
+    actual = gr.validate(run, record.with_(channels=scaled))
+    level = actual["m1"].level("rms")
     assert level.low < 100.0 / 3.0 < level.high  # 1 - 1 / 1.5
     assert level.remainder > 20.0
-    assert "look first at m1" in found.verdict
+    assert "look first at m1" in actual.verdict
 
 
 def test_impacts_are_exact_in_the_run_and_counted_alike_in_both() -> None:
     run, _ = runs()
     start = run.trajectory.discard * run.trajectory.layout.period
-    found = gr.validate(run, recorded(run), start=start, thresholds={"deflection.gear": 4.99e-5})
-    impacts = {each.clearance: each for each in found.impacts}
+    actual = gr.validate(run, recorded(run), start=start, thresholds={"deflection.gear": 4.99e-5})
+    impacts = {impact.clearance: impact for impact in actual.impacts}
     events = run.events
     gear = events[(events.clearance == "gear") & (events.to_region.abs() > events.from_region.abs())]
-    begin, end = start, start + found.simulated_cycles * found.clock.period
-    inside = ((gear.time >= begin) & (gear.time < end)).sum() / found.simulated_cycles
+    begin, end = start, start + actual.simulated_cycles * actual.clock.period
+    inside = ((gear.time >= begin) & (gear.time < end)).sum() / actual.simulated_cycles
     assert impacts["gear"].exact == pytest.approx(inside)
     assert impacts["gear"].measured == impacts["gear"].simulated > 0.0
     assert impacts["gear"].low < 0.0 < impacts["gear"].high
@@ -84,6 +84,6 @@ def test_impacts_are_exact_in_the_run_and_counted_alike_in_both() -> None:
 def test_what_a_file_lacks_is_not_guessed() -> None:
     run, other = runs()
     (one, *_) = rig(other, 0.0).channels
-    found = gr.validate(run, rig(other, 0.0).with_(channels=(one,)))
-    assert all(np.isnan(each.measured) for each in found.impacts)
-    assert all("neither its force nor its deflection" in each.words for each in found.impacts)
+    actual = gr.validate(run, rig(other, 0.0).with_(channels=(one,)))
+    assert all(np.isnan(impact.measured) for impact in actual.impacts)
+    assert all("neither its force nor its deflection" in impact.words for impact in actual.impacts)

@@ -75,7 +75,7 @@ def test_a_run_too_short_is_told_as_the_run() -> None:
 def test_a_constant_channel_has_no_sigma() -> None:
     record = made.record()
     still = Channel("w", "velocity", "wheel", "rad/s", np.full(record.time.size, 3.0))
-    found = gr.validate(made.run(), record.with_(channels=(*record.channels, still)))
-    assert np.isnan(found["w"].level("rms").sigma)
-    assert "nothing was measured" in " ".join(found.findings)
-    assert found.to_dict()["pairs"][1]["levels"][1]["sigma"] is None
+    actual = gr.validate(made.run(), record.with_(channels=(*record.channels, still)))
+    assert np.isnan(actual["w"].level("rms").sigma)
+    assert "nothing was measured" in " ".join(actual.findings)
+    assert actual.to_dict()["pairs"][1]["levels"][1]["sigma"] is None

@@ -58,9 +58,9 @@ def record(gain: float = 1.0, peak: float = 1800.0, *, noise: float = 0.0, seed:
 
 def test_amplitudes_over_speed_are_the_closed_forms(run: gr.Run) -> None:
     """Order 2 is 3 rad/s^2 simulated and a tenth more measured; order 1 peaks at 1800 and at 2100 rpm."""
-    found = gr.validate_run_up(run, record(1.1, 2100.0))
-    assert [(t.channel, t.order) for t in found.tracks] == [("a", 1.0), ("a", 2.0)]
-    first, second = found.tracks
+    actual = gr.validate_run_up(run, record(1.1, 2100.0))
+    assert [(t.channel, t.order) for t in actual.tracks] == [("a", 1.0), ("a", 2.0)]
+    first, second = actual.tracks
     assert second.simulated == pytest.approx(3.0, rel=1e-2)
     assert second.measured == pytest.approx(3.3, rel=1e-2)
     assert second.sigma == pytest.approx(100.0 / 11.0, rel=0.02)
@@ -75,16 +75,16 @@ def test_amplitudes_over_speed_are_the_closed_forms(run: gr.Run) -> None:
     assert simulated_size == pytest.approx(10.0, rel=0.05)
     assert np.isnan(first.error).all()
     assert np.isnan(first.outside)
-    assert "order 1" in found.verdict
-    assert found["acceleration.wheel", 2.0] is second
-    assert found.to_dataframe().shape[0] == 2
+    assert "order 1" in actual.verdict
+    assert actual["acceleration.wheel", 2.0] is second
+    assert actual.to_dataframe().shape[0] == 2
 
 
 def test_repeats_give_an_interval_that_holds(run: gr.Run) -> None:
     """Noise over blocks of a right model: Student's interval of five repeats leaves some one speed in twenty."""
     repeats = [record(noise=1.0, seed=seed) for seed in range(5)]
-    found = gr.validate_run_up(run, repeats, [2.0])
-    (track,) = found.tracks
+    actual = gr.validate_run_up(run, repeats, [2.0])
+    (track,) = actual.tracks
     assert 0.0 <= track.outside < 0.25
     assert track.measured == pytest.approx(
         np.mean([gr.validate_run_up(run, r, [2.0]).tracks[0].measured for r in repeats], axis=0)
@@ -95,8 +95,8 @@ def test_repeats_give_an_interval_that_holds(run: gr.Run) -> None:
 
 def test_what_stays_or_comes_back_is_left_out_and_told(run: gr.Run) -> None:
     """The run stays at 3000 rpm once it is there; a record that dwells first says the same as without."""
-    found = gr.validate_run_up(run, record(1.1), [2.0])
-    assert any("longest rise or fall" in note for note in found.notes)
+    actual = gr.validate_run_up(run, record(1.1), [2.0])
+    assert any("longest rise or fall" in note for note in actual.notes)
     plain = record(1.1)
     still = np.arange(16_000)
     angle = RPM * 500.0 * still / 4000.0
@@ -118,8 +118,8 @@ def test_a_run_against_itself_agrees(run: gr.Run) -> None:
 
     same = recorded(run)
     channels = (*same.channels, Channel("n", "speed", "", "rad/s", run.speed))
-    found = gr.validate_run_up(run, Recording(same.time, channels, "itself"), [1.0, 2.0])
-    assert max(abs(track.sigma) for track in found.tracks if track.partner.startswith("acceleration")) < 1e-6
+    actual = gr.validate_run_up(run, Recording(same.time, channels, "itself"), [1.0, 2.0])
+    assert max(abs(track.sigma) for track in actual.tracks if track.partner.startswith("acceleration")) < 1e-6
 
 
 @pytest.fixture
@@ -141,9 +141,9 @@ def test_the_command_writes_a_page(files: tuple[str, str], capsys: pytest.Captur
     for words in ("Orders of a", "speed, rpm", "validation of a run-up", "rig.h5", "again.h5", "95 % limits"):
         assert words in page or words in Path("out/figures/orders_1.svg").read_text(encoding="utf-8")
     assert "<script" not in page
-    told = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
-    assert [track["order"] for track in told["tracks"]] == [1.0, 2.0]
-    assert len(told["tracks"][0]["speed"]) == len(told["tracks"][0]["measured_over_speed"])
+    content = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
+    assert [track["order"] for track in content["tracks"]] == [1.0, 2.0]
+    assert len(content["tracks"][0]["speed"]) == len(content["tracks"][0]["measured_over_speed"])
 
 
 def test_a_saved_run_up_is_compared_too(

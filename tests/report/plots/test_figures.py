@@ -174,9 +174,9 @@ def test_shading_knows_drive_from_coast() -> None:
     ],
 )
 def test_reach_shows_the_corners_worth_seeing(values: list[float], low: float, high: float) -> None:
-    found = reach(np.array(values), np.array([-1.0, 1.0]))
+    actual = reach(np.array(values), np.array([-1.0, 1.0]))
     margin = 0.08 * (high - low)
-    assert found == pytest.approx((low - margin, high + margin))
+    assert actual == pytest.approx((low - margin, high + margin))
 
 
 def test_the_loop_of_friction_and_the_motion_over_it() -> None:
@@ -194,8 +194,8 @@ def test_the_loop_of_friction_and_the_motion_over_it() -> None:
     _, loop, motion = chart.panels[0].lines
     assert (loop.x.min(), loop.x.max()) == pytest.approx((motion.x.min(), motion.x.max()))
     assert np.ptp(motion.y) > 0.5 * np.ptp(loop.y)
-    told = findings_content(findings)
-    assert told["energy"]["friction_loss"]["damper"] > 0.0
-    assert told["energy"]["friction_loss"]["gear"] == 0.0
+    reported = findings_content(findings)
+    assert reported["energy"]["friction_loss"]["damper"] > 0.0
+    assert reported["energy"]["friction_loss"]["gear"] == 0.0
     watch = findings.motion.trajectory.auxiliaries.passages.watch
-    assert sum(told["simulation"]["switches"].values()) == int((watch >= 3).sum())
+    assert sum(reported["simulation"]["switches"].values()) == int((watch >= 3).sum())

@@ -34,8 +34,8 @@ def test_torques_and_transmission_errors_have_a_panel_each() -> None:
 
 @pytest.mark.parametrize("si", [True, False])
 def test_every_crossing_is_marked_on_its_lines(si: bool) -> None:
-    found = gr.campbell(MODEL, contact_ratio={"spline": [0.1, 1.0]})
-    chart = campbell_chart(found, si=si)
+    actual = gr.campbell(MODEL, contact_ratio={"spline": [0.1, 1.0]})
+    chart = campbell_chart(actual, si=si)
     marks = np.array(
         sorted(
             (x, y)
@@ -46,7 +46,7 @@ def test_every_crossing_is_marked_on_its_lines(si: bool) -> None:
         )
     )
     scale = (30 / pi, 0.5 / pi) if si else (1.0, 1.0)
-    wanted = np.array(sorted((c.speed * scale[0], c.frequency * scale[1]) for c in found.crossings))
+    wanted = np.array(sorted((c.speed * scale[0], c.frequency * scale[1]) for c in actual.crossings))
     assert marks == pytest.approx(wanted, rel=1e-12)
     assert [key.name for key in chart.legend] == ["spline 0.1", "spline 1"]
 

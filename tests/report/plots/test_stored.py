@@ -24,11 +24,11 @@ def kept() -> list:
 
 def test_charts_come_back_as_they_were(kept: list, tmp_path: Path) -> None:
     (tmp_path / "a.npz").write_bytes(packed_charts(kept))
-    found = read_charts(tmp_path / "a.npz")
-    assert [draw(chart, legend=True) for chart in found] == [draw(chart, legend=True) for chart in kept]
-    assert [plotly_figure(chart) for chart in found] == [plotly_figure(chart) for chart in kept]
-    assert np.array_equal(found[0].panels[0].lines[3].y, kept[0].panels[0].lines[3].y, equal_nan=True)
-    assert packed_charts(found) == packed_charts(kept)
+    actual = read_charts(tmp_path / "a.npz")
+    assert [draw(chart, legend=True) for chart in actual] == [draw(chart, legend=True) for chart in kept]
+    assert [plotly_figure(chart) for chart in actual] == [plotly_figure(chart) for chart in kept]
+    assert np.array_equal(actual[0].panels[0].lines[3].y, kept[0].panels[0].lines[3].y, equal_nan=True)
+    assert packed_charts(actual) == packed_charts(kept)
 
 
 def test_an_empty_list_is_kept(tmp_path: Path) -> None:
@@ -54,14 +54,14 @@ def test_overwritten_bytes_are_refused_or_do_not_matter(kept: list, tmp_path: Pa
     path = tmp_path / "a.npz"
     path.write_bytes(raw)
     try:
-        found = read_charts(path)
+        actual = read_charts(path)
     except ModelError:
         return
-    assert packed_charts(found) == packed_charts(kept[:1])
+    assert packed_charts(actual) == packed_charts(kept[:1])
 
 
 @pytest.mark.parametrize(
-    "told",
+    "message",
     [
         {"format": 99, "charts": []},
         {"format": 1, "charts": [3]},
@@ -70,9 +70,9 @@ def test_overwritten_bytes_are_refused_or_do_not_matter(kept: list, tmp_path: Pa
         {"format": 1, "charts": [{"noun": "Path", "x": 1}]},
     ],
 )
-def test_what_is_no_chart_is_refused(told: object, tmp_path: Path) -> None:
+def test_what_is_no_chart_is_refused(message: object, tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
-    np.savez(path, charts=np.frombuffer(json.dumps(told).encode(), np.uint8))
+    np.savez(path, charts=np.frombuffer(json.dumps(message).encode(), np.uint8))
     with pytest.raises(ModelError):
         read_charts(path)
 

@@ -62,11 +62,11 @@ def studies() -> dict[str, xr.Dataset]:
 
 
 def _words(chart: Chart) -> list[str]:
-    found = [chart.title, chart.caption, *(key.name for key in chart.legend)]
+    actual = [chart.title, chart.caption, *(key.name for key in chart.legend)]
     for panel in chart.panels:
-        found += [panel.title, panel.unit, panel.x_title, *(word for _, word in (*panel.x_ticks, *panel.y_ticks))]
-        found += [label.words for label in panel.labels]
-    return found
+        actual += [panel.title, panel.unit, panel.x_title, *(word for _, word in (*panel.x_ticks, *panel.y_ticks))]
+        actual += [label.words for label in panel.labels]
+    return actual
 
 
 def test_no_figure_sentence_or_table_shows_a_path_of_the_model_file(studies: dict[str, xr.Dataset]) -> None:

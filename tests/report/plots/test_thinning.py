@@ -25,8 +25,8 @@ def test_every_isolated_spike_survives(count: int, at_most: int, spikes: list[tu
     values = 0.01 * np.sin(np.linspace(0.0, 60.0, count))
     buckets = np.linspace(0, count, (at_most - 2) // 4 + 1).astype(int)
     expected: dict[tuple[int, float], int] = {}
-    for number, (place, sign) in enumerate(spikes):
-        at = min(count - 1, int(place * count))
+    for number, (position, sign) in enumerate(spikes):
+        at = min(count - 1, int(position * count))
         values[at] = sign * (2.0 + number)
         bucket = int(np.searchsorted(buckets, at, side="right"))
         expected = {key: k for key, k in expected.items() if k != at} | {(bucket, sign): at}

@@ -115,7 +115,7 @@ CHARTS = [everything(), *charts(synthetic.findings("double-sided"))]
 @pytest.fixture(
     scope="module",
     params=[(chart, width) for chart in CHARTS for width in (85.0, 175.0)],
-    ids=lambda each: f"{each[0].key}-{each[1]:g}",
+    ids=lambda entry: f"{entry[0].key}-{entry[1]:g}",
 )
 def drawn(request: pytest.FixtureRequest) -> tuple[Chart, Figure]:
     chart, width = request.param
@@ -174,17 +174,17 @@ def _one_line(text: str) -> str:
 
 def words_of(figure: Figure) -> list[Text]:
     """All words outside the panels, and those inside that are shown."""
-    found: list[Text] = []
+    actual: list[Text] = []
     for axes in figure.axes:
         if axes.axison:
-            found += [*shown_words(axes.xaxis), *shown_words(axes.yaxis), axes.xaxis.label, axes.yaxis.label]
-        found += [text for text in axes.texts if text.get_visible()]
-        found += [
+            actual += [*shown_words(axes.xaxis), *shown_words(axes.yaxis), axes.xaxis.label, axes.yaxis.label]
+        actual += [text for text in axes.texts if text.get_visible()]
+        actual += [
             title for title in axes.findobj(Text) if title.get_text() and title.get_text() == axes.get_title(loc="left")
         ]
     for legend in figure.legends:
-        found += legend.get_texts()
-    unique = {id(text): text for text in found if text.get_text()}
+        actual += legend.get_texts()
+    unique = {id(text): text for text in actual if text.get_text()}
     return [text for text in unique.values() if not (isinstance(text, Annotation) and not text.get_visible())]
 
 
@@ -222,8 +222,8 @@ def test_a_check_of_overlaps_can_fail() -> None:
 
 @pytest.mark.parametrize("width", ["single", "double", "3.5 inch", 120.0])
 def test_pdf_is_as_wide_as_asked_and_carries_its_fonts(tmp_path: Path, width: float | str) -> None:
-    found = matplotlib_figure(everything(), Style(width))
-    raw = save_figure(found, tmp_path / "a.pdf").read_bytes()
+    actual = matplotlib_figure(everything(), Style(width))
+    raw = save_figure(actual, tmp_path / "a.pdf").read_bytes()
     wanted = {"single": 85.0, "double": 175.0, "3.5 inch": 88.9}.get(str(width), width)
     assert raw.startswith(b"%PDF-")
     (box,) = re.findall(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+) ?\]", raw)
@@ -235,13 +235,13 @@ def test_pdf_is_as_wide_as_asked_and_carries_its_fonts(tmp_path: Path, width: fl
 
 
 def _streams(raw: bytes) -> list[bytes]:
-    found = []
+    actual = []
     for part in re.findall(rb"stream\r?\n(.*?)\r?\nendstream", raw, re.DOTALL):
         try:
-            found.append(zlib.decompress(part))
+            actual.append(zlib.decompress(part))
         except zlib.error:
             continue
-    return found
+    return actual
 
 
 @pytest.mark.parametrize("kind", FORMATS)
@@ -315,11 +315,11 @@ def test_a_map_finer_than_print_keeps_its_largest_cells() -> None:
     values = np.zeros((1000, 3))
     values[517, 1] = 9.0
     values[:, 2] = np.nan
-    found = pooled(values, 100)
-    assert found.shape == (100, 3)
-    assert found[51, 1] == 9.0
-    assert found[:, 1].sum() == 9.0
-    assert np.isnan(found[:, 2]).all()
+    actual = pooled(values, 100)
+    assert actual.shape == (100, 3)
+    assert actual[51, 1] == 9.0
+    assert actual[:, 1].sum() == 9.0
+    assert np.isnan(actual[:, 2]).all()
     assert pooled(values, 1000) is values
 
 
@@ -328,7 +328,7 @@ def test_a_curve_finer_than_print_keeps_its_spike() -> None:
     y = np.sin(x / 5e3)
     y[123_456] = 40.0
     axes = matplotlib_figure(Chart("k", "t", "c", (Panel("p", lines=(Line(x, y, "n"),)),)), Style(85.0)).axes[0]
-    (line,) = [each for each in axes.lines if each.get_zorder() >= 2.0]
+    (line,) = [line for line in axes.lines if line.get_zorder() >= 2.0]
     assert len(line.get_xdata()) <= 4 * 85.0 / 25.4 * 600.0
     assert 40.0 in line.get_ydata()
 
@@ -357,8 +357,8 @@ def test_eps_shows_what_is_translucent_as_it_looks() -> None:
     raw = saved(figure, "eps")
     assert dots.get_alpha() == 0.5  # as before
     red, green, blue = (0.5 + 0.5 * int(DRIVE[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
-    found = re.findall(rb"([\d.]+) ([\d.]+) ([\d.]+) setrgbcolor", raw)
-    assert any(np.allclose([float(v) for v in each], (red, green, blue), atol=0.004) for each in found)
+    actual = re.findall(rb"([\d.]+) ([\d.]+) ([\d.]+) setrgbcolor", raw)
+    assert any(np.allclose([float(v) for v in entry], (red, green, blue), atol=0.004) for entry in actual)
 
 
 def test_shadings_go_on_where_limits_are_moved() -> None:
@@ -368,7 +368,7 @@ def test_shadings_go_on_where_limits_are_moved() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "place", "told"),
+    ("values", "position", "message"),
     [
         ({"width": "85"}, "width", "60 to 500 mm"),
         ({"width": "85 N"}, "width", '"85 N"'),
@@ -379,12 +379,12 @@ def test_shadings_go_on_where_limits_are_moved() -> None:
         ({"rc": "no-such-file.mplstyle"}, "style", "style file"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused(given: dict[str, object], place: str, told: str) -> None:
+def test_what_cannot_be_drawn_is_refused(values: dict[str, object], position: str, message: str) -> None:
     with pytest.raises(ModelError) as caught:
-        Style(**given)  # type: ignore[arg-type]
+        Style(**values)  # type: ignore[arg-type]
     (problem,) = caught.value.problems
-    assert problem.place == place
-    assert told in str(problem)
+    assert problem.place == position
+    assert message in str(problem)
 
 
 def test_formats_are_read_and_refused() -> None:

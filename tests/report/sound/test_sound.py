@@ -104,8 +104,8 @@ def test_every_impact_of_a_run_is_heard_with_the_momentum_it_exchanges(run: gr.R
     n = np.arange(sound.path.response.size) - sound.path.lead
     through = (sound.path.response * np.exp(-2j * np.pi * spectrum_at * n / RATE)).sum() / RATE
     k = np.arange(sound.pressure[0].size)
-    got = (sound.pressure[0] * np.exp(-2j * np.pi * spectrum_at * k / RATE)).sum() / RATE
-    assert got == pytest.approx(train * through, rel=1e-3)
+    actual = (sound.pressure[0] * np.exp(-2j * np.pi * spectrum_at * k / RATE)).sum() / RATE
+    assert actual == pytest.approx(train * through, rel=1e-3)
 
 
 def test_two_designs_keep_their_difference(run: gr.Run, tmp_path: Path) -> None:
@@ -136,8 +136,8 @@ def test_two_designs_keep_their_difference(run: gr.Run, tmp_path: Path) -> None:
 def test_a_run_of_other_impacts_differs_by_what_its_impulses_say(run: gr.Run) -> None:
     """Alone or beside another, at a stated gain, a design's file is the same."""
     alone = gr.listen({"x": run}, gain=0.01)
-    beside = gr.listen({"y": run, "x": run}, gain=0.01)
-    assert alone.wav("x") == beside.wav("x")
+    others = gr.listen({"y": run, "x": run}, gain=0.01)
+    assert alone.wav("x") == others.wav("x")
 
 
 @pytest.mark.parametrize("bits", [24, 32, 64])
@@ -175,11 +175,11 @@ def tone(frequency: float, level: float, seconds: float = 1.0) -> np.ndarray:
 def test_a_tone_of_forty_decibels_is_one_sone_and_ten_more_double_it() -> None:
     """By the definition of the sone; ISO 532-1 allows 5 % or 0.1 sone."""
     pytest.importorskip("mosqito")
-    found = [quality(tone(1000.0, level), RATE) for level in (40.0, 50.0, 60.0)]
-    assert found[0].loudness == pytest.approx(1.0, abs=0.1)
-    assert found[1].loudness == pytest.approx(2.0, rel=0.05)
-    assert found[2].loudness == pytest.approx(4.0, rel=0.05)
-    assert found[0].roughness < 0.1
+    actual = [quality(tone(1000.0, level), RATE) for level in (40.0, 50.0, 60.0)]
+    assert actual[0].loudness == pytest.approx(1.0, abs=0.1)
+    assert actual[1].loudness == pytest.approx(2.0, rel=0.05)
+    assert actual[2].loudness == pytest.approx(4.0, rel=0.05)
+    assert actual[0].roughness < 0.1
 
 
 def test_an_asper_and_sharpness() -> None:

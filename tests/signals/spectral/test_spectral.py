@@ -52,10 +52,10 @@ def run_up() -> gr.Run:
 def response(order: float, speeds: np.ndarray, name: str) -> np.ndarray:
     """Return the complex amplitude of an acceleration to a unit torque on the flywheel, at steady speeds."""
     tables = linear().to_tables()
-    names = [each["name"] for each in tables["inertia"]]
+    names = [entry["name"] for entry in tables["inertia"]]
     size = len(names)
-    inertia = np.diag([each["J"] for each in tables["inertia"]])
-    damping, stiffness = np.diag([each.get("drag", 0.0) for each in tables["inertia"]]), np.zeros((size, size))
+    inertia = np.diag([entry["J"] for entry in tables["inertia"]])
+    damping, stiffness = np.diag([entry.get("drag", 0.0) for entry in tables["inertia"]]), np.zeros((size, size))
     for part in [*tables["coupling"], *tables["mesh"]]:
         row = np.zeros(size)
         first, second = part.get("radii", (1.0, 1.0))
@@ -64,11 +64,11 @@ def response(order: float, speeds: np.ndarray, name: str) -> np.ndarray:
         damping += part["damping"] * np.outer(row, row)
     load = np.zeros(size)
     load[names.index("flywheel")] = 1.0
-    found = [
+    actual = [
         -(w**2) * np.linalg.solve(stiffness + 1j * w * damping - w**2 * inertia, load)
         for w in (order * speeds).tolist()
     ]
-    return np.array(found)[:, names.index(name)]
+    return np.array(actual)[:, names.index(name)]
 
 
 @pytest.mark.parametrize(
@@ -87,38 +87,38 @@ def test_orders_of_a_slow_run_up_are_the_linear_response(
     at = inner.speed.values
     torque = np.interp(at, np.array(speeds) * RPM, torques)
     expected = torque * np.exp(1j * phase) * response(order, at, "input_shaft")
-    found = inner.amplitude.values * np.exp(1j * inner.phase.values)
-    assert np.abs(found - expected).max() < 0.01 * np.abs(expected).max()
+    actual = inner.amplitude.values * np.exp(1j * inner.phase.values)
+    assert np.abs(actual - expected).max() < 0.01 * np.abs(expected).max()
 
 
 def test_the_order_map_of_a_run_up_says_the_same() -> None:
     cuts = gr.spectral.order_cuts(run_up(), "acceleration.input_shaft", [2.0, 4.0, 6.0], turns=4)
-    found = gr.spectral.order_map(run_up(), "acceleration.input_shaft", turns=4).interp(time=cuts.time[2:-2])
-    assert found.amplitude.sel(order=[2.0, 4.0, 6.0]).values == pytest.approx(cuts.amplitude.values[2:-2], rel=0.01)
-    assert found.attrs["units"] == "rad/s^2"
-    assert found.attrs["shaft"] == "the reference shaft"
+    actual = gr.spectral.order_map(run_up(), "acceleration.input_shaft", turns=4).interp(time=cuts.time[2:-2])
+    assert actual.amplitude.sel(order=[2.0, 4.0, 6.0]).values == pytest.approx(cuts.amplitude.values[2:-2], rel=0.01)
+    assert actual.attrs["units"] == "rad/s^2"
+    assert actual.attrs["shaft"] == "the reference shaft"
 
 
 def test_a_steady_run_shows_its_harmonic_at_its_order() -> None:
     model = gr.load(EXAMPLES / "paper" / "case3_loaded.toml")
     run = gr.simulate(model, cycles=40, discard=20)
     t = run.trajectory
-    found = gr.spectral.order_map(run, "velocity.flywheel", turns=20, window="boxcar")
+    actual = gr.spectral.order_map(run, "velocity.flywheel", turns=20, window="boxcar")
     part = t.velocity[20 * t.samples_per_cycle : -1, 0]
     share = 2.0 * np.abs(np.fft.rfft(part)[20]) / part.size
-    assert found.amplitude.sel(order=1.0).values == pytest.approx([share], rel=1e-4)
-    assert found.speed.values == pytest.approx(t.layout.omega)
-    assert found.time.values[0] > 20 * t.layout.period
+    assert actual.amplitude.sel(order=1.0).values == pytest.approx([share], rel=1e-4)
+    assert actual.speed.values == pytest.approx(t.layout.omega)
+    assert actual.time.values[0] > 20 * t.layout.period
 
 
 def test_a_recording_shows_the_orders_it_was_made_of() -> None:
-    found = gr.spectral.order_map(record(), "acceleration.hub", highest=20.0, over="speed")
-    assert found.amplitude.dims == ("speed", "order")
-    assert found.amplitude.sel(order=2.0).values == pytest.approx(2.0, rel=2e-4)
-    assert found.phase.sel(order=2.0).values == pytest.approx(0.3, abs=1e-4)
-    assert found.amplitude.sel(order=12.0).values == pytest.approx(0.1, rel=2e-3)
-    assert (found.amplitude.attrs["units"], found.speed.attrs["units"]) == ("rad/s^2", "rad/s")
-    assert found.time.values == pytest.approx(3.0 + (found.speed.values / (2.0 * np.pi) - 12.0) / 2.5, abs=0.01)
+    actual = gr.spectral.order_map(record(), "acceleration.hub", highest=20.0, over="speed")
+    assert actual.amplitude.dims == ("speed", "order")
+    assert actual.amplitude.sel(order=2.0).values == pytest.approx(2.0, rel=2e-4)
+    assert actual.phase.sel(order=2.0).values == pytest.approx(0.3, abs=1e-4)
+    assert actual.amplitude.sel(order=12.0).values == pytest.approx(0.1, rel=2e-3)
+    assert (actual.amplitude.attrs["units"], actual.speed.attrs["units"]) == ("rad/s^2", "rad/s")
+    assert actual.time.values == pytest.approx(3.0 + (actual.speed.values / (2.0 * np.pi) - 12.0) / 2.5, abs=0.01)
 
 
 def test_speed_angle_and_constant_lead_to_the_same_orders() -> None:
@@ -133,9 +133,9 @@ def test_speed_angle_and_constant_lead_to_the_same_orders() -> None:
 
 
 def test_a_shaft_that_turns_backwards_throughout_is_turned_round() -> None:
-    found = gr.spectral.order_map(record(speed=-SPEED), "a", highest=20.0)
-    assert "sign turned" in found.attrs["shaft"]
-    assert found.amplitude.sel(order=2.0).values == pytest.approx(2.0, rel=2e-4)
+    actual = gr.spectral.order_map(record(speed=-SPEED), "a", highest=20.0)
+    assert "sign turned" in actual.attrs["shaft"]
+    assert actual.amplitude.sel(order=2.0).values == pytest.approx(2.0, rel=2e-4)
 
 
 def test_a_speed_that_comes_back_is_gathered_by_steps() -> None:
@@ -144,21 +144,21 @@ def test_a_speed_that_comes_back_is_gathered_by_steps() -> None:
     back = record(wave=1.5 * np.sin(2.0 * turned), speed=swing)
     with pytest.raises(ModelError, match="speed_step"):
         gr.spectral.order_map(back, "a", over="speed")
-    found = gr.spectral.order_map(back, "a", turns=4, speed_step="100 rpm")
-    assert np.all(np.diff(found.speed.values) > 0.0)
-    assert int(found.blocks.sum()) == gr.spectral.order_map(back, "a", turns=4).sizes["time"]
-    assert found.amplitude.sel(order=2.0).values == pytest.approx(1.5, rel=1e-3)
+    actual = gr.spectral.order_map(back, "a", turns=4, speed_step="100 rpm")
+    assert np.all(np.diff(actual.speed.values) > 0.0)
+    assert int(actual.blocks.sum()) == gr.spectral.order_map(back, "a", turns=4).sizes["time"]
+    assert actual.amplitude.sel(order=2.0).values == pytest.approx(1.5, rel=1e-3)
 
 
 def test_psd_holds_the_power_and_its_limits_their_factors() -> None:
     rng = np.random.default_rng(4)
     noisy = Recording(TIME, (Channel("x", "sound pressure", "cab", "Pa", 0.3 * rng.standard_normal(TIME.size)),), "x")
-    found = gr.spectral.psd(noisy, "sound pressure.cab", resolution="10 Hz")
-    assert float(found.density.integrate("frequency")) == pytest.approx(0.09, rel=0.02)
-    assert found.density.attrs["units"] == "(Pa)^2/Hz"
-    assert found.attrs["resolution"] == pytest.approx(10.0)
-    assert bool((found.low < found.density).all())
-    assert bool((found.high > found.density).all())
+    actual = gr.spectral.psd(noisy, "sound pressure.cab", resolution="10 Hz")
+    assert float(actual.density.integrate("frequency")) == pytest.approx(0.09, rel=0.02)
+    assert actual.density.attrs["units"] == "(Pa)^2/Hz"
+    assert actual.attrs["resolution"] == pytest.approx(10.0)
+    assert bool((actual.low < actual.density).all())
+    assert bool((actual.high > actual.density).all())
 
 
 def test_coherence_and_cross_psd_of_a_known_mixture() -> None:
@@ -166,11 +166,11 @@ def test_coherence_and_cross_psd_of_a_known_mixture() -> None:
     x = rng.standard_normal(TIME.size)
     y = 2.0 * x + 2.0 * rng.standard_normal(TIME.size)  # coherence one half
     pair = Recording(TIME, (Channel("x", "force", "damper", "N m", x), Channel("y", "torque", "hub", "N m", y)), "r")
-    found = gr.spectral.coherence(pair, "y", "x", resolution=20.0)
-    inside = (found.low <= 0.5) & (found.high >= 0.5)
+    actual = gr.spectral.coherence(pair, "y", "x", resolution=20.0)
+    inside = (actual.low <= 0.5) & (actual.high >= 0.5)
     assert float(inside.mean()) > 0.9
-    assert float(found.coherence.mean()) == pytest.approx(0.5, abs=0.02)
-    assert found.attrs["threshold"] < 0.02
+    assert float(actual.coherence.mean()) == pytest.approx(0.5, abs=0.02)
+    assert actual.attrs["threshold"] < 0.02
     crossed = gr.spectral.cross_psd(pair, "y", "x", resolution=20.0)
     assert float(np.abs(crossed.response - 2.0).max()) < 4.0 * float(crossed.radius.max())
     assert complex(crossed.response.mean()).real == pytest.approx(2.0, rel=0.02)
@@ -178,12 +178,12 @@ def test_coherence_and_cross_psd_of_a_known_mixture() -> None:
 
 
 def test_a_waterfall_has_times_speeds_and_units() -> None:
-    found = gr.spectral.waterfall(record(), "a", resolution="10 Hz", highest="600 Hz")
-    assert found.dims == ("time", "frequency")
-    assert float(found.frequency.max()) == pytest.approx(600.0)
-    ridge = found.frequency.values[found.values.argmax(axis=1)]
-    assert ridge == pytest.approx(2.0 * found.speed.values / (2.0 * np.pi), abs=10.0)
-    assert found.attrs["units"] == "rad/s^2"
+    actual = gr.spectral.waterfall(record(), "a", resolution="10 Hz", highest="600 Hz")
+    assert actual.dims == ("time", "frequency")
+    assert float(actual.frequency.max()) == pytest.approx(600.0)
+    ridge = actual.frequency.values[actual.values.argmax(axis=1)]
+    assert ridge == pytest.approx(2.0 * actual.speed.values / (2.0 * np.pi), abs=10.0)
+    assert actual.attrs["units"] == "rad/s^2"
     stepped = gr.spectral.waterfall(record(), "a", resolution="10 Hz", speed_step="50 rpm", orders=[2.0])
     assert stepped.dims == ("speed", "order")
     power = gr.spectral.waterfall(record(), "a", scaling="density", window="boxcar", overlap=0.0)
