@@ -15,6 +15,8 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.errors import ModelError
 from gearrattle.studies.kept import OUTCOME
+from gearrattle.studies.schedulers.hand_over import handed_over, work
+from gearrattle.studies.study import prepare
 from gearrattle.writing import Lock
 from tests.studies.drivelines import model
 
@@ -107,6 +109,24 @@ def test_what_killed_programs_leave_is_removed_by_the_next_start(tmp_path: Path)
         (tmp_path / "s" / name).write_bytes(b"half")
     study(tmp_path / "s", resume=True)
     assert [name for name in names if (tmp_path / "s" / name).exists()] == []
+
+
+def test_what_killed_workers_leave_is_removed_at_the_end(tmp_path: Path) -> None:
+    """Killed while it sees whether it may write, while it writes a marker, and after that."""
+    folder = tmp_path / "s"
+    names = (".touched-0", "done/.gearrattle-1.part")
+
+    def leave(share: float) -> None:
+        for name in names:
+            (folder / name).write_bytes(b"")
+
+    study(folder, progress=leave)
+    assert [name for name in names if (folder / name).exists()] == []
+    store = prepare(model(), AXES, OUTPUTS).open(folder, resume=True)
+    store.begin(0, "attempt")
+    with handed_over(store) as handed:
+        work(handed, 0, "another attempt", alone=False)
+    assert list((folder / "done").glob("*.begun")) == []
 
 
 @pytest.mark.parametrize(

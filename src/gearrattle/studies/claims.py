@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from gearrattle.errors import ModelError, Problem
@@ -83,11 +85,7 @@ class Claim:
             raise ModelError(Problem(storage.address, "", error.rule, error.remedy)) from None
         try:
             check_storage(storage, resume=resume)  # another program may have begun meanwhile
-            for folder in ("", "done"):
-                sweep(storage.local / folder)
-            for name in storage.names(""):
-                if name.startswith((".handed-", ".touched-")):
-                    storage.remove(name)
+            self._clear(storage.local)
         except BaseException:
             self.release()
             raise
@@ -105,9 +103,19 @@ class Claim:
             raise ModelError(Problem(self._storage.address, "", rule, "go on with that one"))
 
     def release(self) -> None:
-        """Let others write into the storage location."""
-        if self._lock is not None:
+        """Let others write into the storage location, without what killed workers have left there."""
+        if self._lock is not None and self._lock.held and self._storage.local is not None:
+            with suppress(OSError):  # of what is left; the results are there
+                self._clear(self._storage.local)
             self._lock.release()
+
+    def _clear(self, folder: Path) -> None:
+        """Remove what killed programs have left; nothing that a program is still writing."""
+        for part in ("", "done"):
+            sweep(folder / part)
+        for name in self._storage.names(""):
+            if name.startswith((".handed-", ".touched-")):
+                self._storage.remove(name)
 
 
 def about_in(storage: Storage) -> dict[str, Any]:

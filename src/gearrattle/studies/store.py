@@ -314,6 +314,10 @@ class Store:
         failed = int(np.count_nonzero(computed.outcome != DONE))
         said = {"checksums": sums, "messages": messages, "failed": failed}
         self.storage.put(marker_name(chunk), json.dumps(said).encode())
+        self.clear(chunk)
+
+    def clear(self, chunk: int) -> None:
+        """Remove what a finished chunk needs no more: the note that it was begun, and how far it had come."""
         self.storage.remove(_begun(chunk))
         self.part(chunk).unlink(missing_ok=True)
 

@@ -109,7 +109,8 @@ def work(handed: Handed, chunk: int, attempt: str, alone: bool) -> None:
         the chunk cannot be kept.
     """
     store = _received(handed)
-    if store.is_done(chunk):
+    if store.is_done(chunk):  # by a worker that was killed before it could say so
+        store.clear(chunk)
         return
     if store.attempt(chunk) == attempt:
         raise LostBefore(f"chunk {chunk}")
