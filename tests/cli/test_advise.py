@@ -8,15 +8,6 @@ from pathlib import Path
 import pytest
 
 from gearrattle.cli import main
-from tests import synthetic
-
-
-@pytest.fixture
-def model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    path = tmp_path / "train.toml"
-    path.write_text(synthetic.MODEL, encoding="utf-8")
-    return path
 
 
 def test_advice_in_words_and_as_json(model: Path, capsys: pytest.CaptureFixture[str]) -> None:

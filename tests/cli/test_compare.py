@@ -8,17 +8,8 @@ from pathlib import Path
 import pytest
 
 from gearrattle.cli import main
-from tests import synthetic
 
 SHORT = ("--cycles", "4", "--samples-per-cycle", "32", "-a", "rk4, rkv")
-
-
-@pytest.fixture
-def model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    path = tmp_path / "train.toml"
-    path.write_text(synthetic.MODEL, encoding="utf-8")
-    return path
 
 
 def test_the_table_and_the_advice(model: Path, capsys: pytest.CaptureFixture[str]) -> None:

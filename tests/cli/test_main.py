@@ -27,15 +27,6 @@ from tests.architecture.places import EXAMPLES
 SHORT = ("--cycles", "4", "--samples-per-cycle", "64")
 
 
-@pytest.fixture
-def model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A model file in an otherwise empty current folder."""
-    monkeypatch.chdir(tmp_path)
-    path = tmp_path / "train.toml"
-    path.write_text(synthetic.MODEL, encoding="utf-8")
-    return path
-
-
 def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 

@@ -13,18 +13,9 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.cli import main
-from tests import synthetic
 from tests.architecture.places import EXAMPLES
 
 EIGHT = str(EXAMPLES / "paper" / "eight_dof.toml")
-
-
-@pytest.fixture
-def model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    path = tmp_path / "train.toml"
-    path.write_text(synthetic.MODEL, encoding="utf-8")
-    return path
 
 
 def test_words_tell_what_works_and_what_shakes(model: Path, capsys: pytest.CaptureFixture[str]) -> None:

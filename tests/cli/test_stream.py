@@ -14,21 +14,12 @@ import pytest
 import gearrattle as gr
 from gearrattle.cli import background, main
 from gearrattle.cli.background import Watch
-from tests import synthetic
 from tests.simulation.test_store import content
 
 LISTENING = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
 """A shell's background jobs ignore SIGINT and hand that on to what they start."""
 PROGRAM = (sys.executable, "-c", f"{LISTENING}from gearrattle.cli import main; sys.exit(main())")
 SHORT = ("--cycles", "20", "--samples-per-cycle", "8", "--chunk", "6", "-o", "long")
-
-
-@pytest.fixture
-def model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    path = tmp_path / "train.toml"
-    path.write_text(synthetic.MODEL, encoding="utf-8")
-    return path
 
 
 def test_chunks_are_written_and_the_verdict_is_printed(model: Path, capsys: pytest.CaptureFixture[str]) -> None:

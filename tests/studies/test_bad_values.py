@@ -88,13 +88,6 @@ CASES = {
 }
 
 
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "two.toml").write_text(TOML, encoding="utf-8")
-    return tmp_path
-
-
 @pytest.mark.parametrize("name", CASES)
 def test_a_bad_value_is_refused_with_file_and_line_before_anything_is_written(folder: Path, name: str) -> None:
     text, line, words = CASES[name]

@@ -13,14 +13,6 @@ from gearrattle.report.study_pages import PAGES
 from gearrattle.studies.file import read_study
 from gearrattle.studies.kinds import KINDS, StudySpec
 from tests.architecture.places import DOCS, EXAMPLES
-from tests.studies.drivelines import TOML
-
-
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "two.toml").write_text(TOML, encoding="utf-8")
-    return tmp_path
 
 
 def test_every_kind_has_its_page() -> None:

@@ -18,6 +18,7 @@ from gearrattle.errors import Cancelled, ModelError
 from gearrattle.studies.cases import DONE, NO_MODEL, NOT_CONVERGED, OUTCOMES
 from gearrattle.studies.file import read_study
 from gearrattle.studies.study import prepare
+from tests.studies.clusters import deadly
 from tests.studies.drivelines import loudness, model, silly
 
 GAP, TORQUE = "coupling.joint.clearance", "torque.0.mean"
@@ -222,15 +223,6 @@ def test_a_case_that_kills_its_worker_is_written_down_and_the_others_are_done(tm
     )
     outcome = [OUTCOMES[code] for code in actual["outcome"].values.tolist()]
     assert outcome == ["done", "done", "done", "worker lost"]
-
-
-def deadly(run: gr.Run) -> dict[str, float]:
-    """Kill any process but the first at one torque."""
-    import multiprocessing
-
-    if abs(run.model.torques[0].mean - 0.8) < 1e-9 and multiprocessing.parent_process() is not None:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return {"alive": 1.0}
 
 
 def test_an_estimate_costs_nothing() -> None:
