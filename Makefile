@@ -45,7 +45,7 @@ coverage: $(VENV)/.test     ## how much of the source the tests run, the kernels
 	$(PY) -m coverage report --skip-covered --fail-under=95
 
 mutation: $(VENV)/.test     ## wrong signs and comparisons in the kernels that no test notices; MUTATION_ARGS="--count 200 --seed 1" (minutes)
-	$(PY) -m tests.mutation $(MUTATION_ARGS)
+	$(PY) -m tests.mutation --tests $(INTERPRETED) $(MUTATION_ARGS)
 
 lint: $(VENV)/.lint         ## style, types, import contracts
 	$(PY) -m ruff check .

@@ -1,4 +1,4 @@
-"""``python -m tests.mutation``: try mutants of the kernels and print those that no test notices.
+"""``python -m tests.mutation``: try mutants of the kernels and print those that no test notices and nothing explains.
 
 Without ``--count`` all are tried, which takes days; a seed draws the same ones again.
 """
@@ -15,6 +15,7 @@ from pathlib import Path
 from queue import Queue
 
 from tests.architecture.places import ROOT
+from tests.mutation.explained import EXPLAINED
 from tests.mutation.mutants import Mutant, mutants_of
 from tests.mutation.trials import KERNELS, Covering, copied, covering, is_noticed
 
@@ -56,16 +57,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.mutation", description=__doc__)
     parser.add_argument("--count", type=int, help="how many mutants are drawn (default: all)")
     parser.add_argument("--seed", type=int, default=0, help="which ones (default: 0)")
+    parser.add_argument("--tests", nargs="+", default=["tests/engine"], help="what shall notice them")
     arguments = parser.parse_args()
     mutants = drawn(arguments.count, arguments.seed)
-    noticed = survived = 0
+    noticed = survived = explained = 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for mutant, lives in survivors(mutants, covering(folder), folder):
+        for mutant, lives in survivors(mutants, covering(folder, arguments.tests), folder):
             noticed, survived = noticed + (lives is False), survived + (lives is True)
-            if lives is not False:
+            if lives and mutant.name in EXPLAINED:
+                explained += 1
+            elif lives is not False:
                 print(f"{'survives' if lives else 'no test'}: line {mutant.line}: {mutant.name}", flush=True)
-    print(f"{noticed} noticed, {survived} survive, {len(mutants) - noticed - survived} are in lines that no test runs")
+    untested = len(mutants) - noticed - survived
+    print(f"{noticed} noticed, {survived} survive ({explained} explained), {untested} are in lines that no test runs")
 
 
 if __name__ == "__main__":

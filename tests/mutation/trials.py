@@ -10,6 +10,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -20,7 +21,6 @@ from tests.architecture.places import ROOT
 from tests.mutation.mutants import Mutant
 
 KERNELS = Path("gearrattle") / "engine" / "kernels"
-TESTS = "tests/engine"
 SECONDS = 20.0
 """Of tests a mutant is tried with, by the time they took without it."""
 _PATIENCE = 120.0  # seconds of a trial: a mutant may well loop for ever
@@ -63,8 +63,15 @@ def _pytest(source: Path, *arguments: str) -> list[str]:
     return [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", f"--rootdir={ROOT}", *arguments]
 
 
-def covering(folder: Path) -> Covering:
-    """Run the tests of the engine once, as plain Python, and note who runs what.
+def covering(folder: Path, tests: Sequence[str]) -> Covering:
+    """Run tests once, as plain Python, and note which lines each of them runs.
+
+    Parameters
+    ----------
+    folder
+        for what is measured.
+    tests
+        files and folders.
 
     Raises
     ------
@@ -82,7 +89,7 @@ def covering(folder: Path) -> Covering:
         "--cov-context=test",
         "--cov-report=",
     )
-    command = _pytest(ROOT / "src", *arguments, f"--junitxml={results}", TESTS)
+    command = _pytest(ROOT / "src", *arguments, f"--junitxml={results}", *tests)
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise RuntimeError(done.stdout[-2000:])

@@ -40,8 +40,8 @@ def test_contact_is_kept_up_to_the_limit_of_the_closed_form() -> None:
     assert words == ["quiet"] * 7 + ["single-sided"] * 2
     for i, value in enumerate(values[:7]):
         want = quiet(value, 0.25)
-        actual = [float(actual[name][0, i, -1]) for name in ("deflection.flanks", "rate.flanks")]
-        np.testing.assert_allclose(actual, want, rtol=0, atol=1e-7)  # the example's phase has seven decimals
+        settled = [float(actual[name][0, i, -1]) for name in ("deflection.flanks", "rate.flanks")]
+        np.testing.assert_allclose(settled, want, rtol=0, atol=1e-7)  # the example's phase has seven decimals
     assert np.all(actual["period"].values[0, :7] == 1)
 
 

@@ -81,12 +81,12 @@ def test_a_front_known_in_closed_form_is_found(seed: int) -> None:
 def test_told_the_same_it_asks_the_same() -> None:
     def asked() -> np.ndarray:
         search = Evolution(np.random.default_rng(1).random((8, 2)), 2, 5)
-        search = []
+        proposed = []
         for _ in range(6):
             points = search.ask()
             search.tell(zdt1(points), np.maximum(points[:, 1] - 0.5, 0.0))
-            search.append(points)
-        return np.vstack(search)
+            proposed.append(points)
+        return np.vstack(proposed)
 
     np.testing.assert_array_equal(asked(), asked())
 
