@@ -45,6 +45,10 @@ class Task:
         fixed step [s]; None for the solver's default.
     audit
         whether to audit the energy, where the solver can.
+    memory
+        (S,) memories of auxiliaries at t = 0 [SI]; None for none of them loaded.
+    auxiliary_pieces
+        (C,) pieces of auxiliaries at t = 0; None for those that deflections and rates decide.
     """
 
     system: PiecewiseSystem
@@ -55,6 +59,8 @@ class Task:
     tolerance: float | None
     step: float | None
     audit: bool = True
+    memory: Array | None = None
+    auxiliary_pieces: IntArray | None = None
 
 
 @dataclass(frozen=True)

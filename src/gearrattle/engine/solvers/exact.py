@@ -67,11 +67,12 @@ class ExactMarch:
         flow = self.flow
         scaling = self.flow.scaling
         size = self.slots.size
-        deflection, unloaded = np.empty(len(flow.coordinates.elements)), np.zeros(size.memories)
+        deflection = np.empty(len(flow.coordinates.elements))
+        memory = np.zeros(size.memories) if task.memory is None else task.memory * flow.memory
         deflect(np.ascontiguousarray(flow.coordinates.basis), np.ascontiguousarray(task.angle, dtype=float), deflection)
-        states = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity, unloaded])
+        states = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity, memory])
         u = flow.inputs_at(np.zeros(1), np.zeros(1))[0]
-        pieces, side = starting_pieces(flow, np.concatenate([states, u]), task.angle)
+        pieces, side = starting_pieces(flow, np.concatenate([states, u]), task.angle, task.auxiliary_pieces)
         counts = np.zeros(packed.COUNTS, np.int64)
         counts[packed.SLOT] = self.slots.slot_of(pieces)
         counts[packed.PENDING] = -1
@@ -213,7 +214,7 @@ class ExactMarch:
         steps = int(counted[packed.STEPS])
         sampled, (forces, memory) = sampled_quantities(flow, self.sampled_z(), self.samples)
         clearances = len(flow.system.clearances)
-        log = self._logged()
+        log = self.logged()
         auxiliaries = None
         if flow.system.auxiliaries:
             pieces, initial = self.samples.pieces[:, clearances:], self.initial[clearances:]
@@ -238,7 +239,7 @@ class ExactMarch:
         return self._sampled_z
 
     def _audit(self) -> Auditor:
-        system, log = self.flow.system, self._logged()
+        system, log = self.flow.system, self.logged()
         pieces = [0] * (len(system.laws) + len(system.auxiliaries))
         for k, piece in zip(system.places, self.initial, strict=True):
             pieces[k] = int(piece)
@@ -254,5 +255,6 @@ class ExactMarch:
             first_cycle=self.first_cycle,
         )
 
-    def _logged(self) -> packed.Log:
+    def logged(self) -> packed.Log:
+        """The crossings so far, in the order in which they came."""
         return first_of(self.log, int(self.march.counts[packed.EVENTS]))

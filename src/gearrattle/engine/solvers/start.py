@@ -21,10 +21,13 @@ _NOTHING = 1e-12  # a derivative this small against its own terms is rounding
 _DERIVATIVES = 6
 
 
-def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...], IntArray]:
+def starting_pieces(
+    flow: Flow, z: Array, angle: Array, auxiliary_pieces: IntArray | None = None
+) -> tuple[tuple[int, ...], IntArray]:
     """Pieces of all elements and auxiliaries at the state z (Z,), and of all watched the side of the piece they sit on.
 
-    ``angle`` (n,) is what the deflections in z were computed from; it sets how much of them is rounding.
+    ``angle`` (n,) is what the deflections in z were computed from; it sets how much of them is rounding. Pieces of
+    auxiliaries (C,), where they are known, are taken as they are.
 
     Returns
     -------
@@ -45,7 +48,7 @@ def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...]
                 on_corner[i] = c
     undecided = dict(on_corner)
     for order in range(1, _DERIVATIVES + 1 if undecided else 1):
-        signs = _signs(flow, _accompanied(flow, pieces, z), z, order)
+        signs = _signs(flow, _accompanied(flow, pieces, z, auxiliary_pieces), z, order)
         for i, c in list(undecided.items()):
             if signs[i] != 0:  # a lower derivative of one element may change a higher one of another: pieces at once
                 pieces[flow.system.clearances[i]] = c + 1 if signs[i] > 0 else c
@@ -53,11 +56,13 @@ def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...]
     side = np.zeros(flow.system.watched, dtype=np.int64)
     for i, c in on_corner.items():
         side[i] = -1 if pieces[flow.system.clearances[i]] == c + 1 else 1
-    return _accompanied(flow, pieces, z), side
+    return _accompanied(flow, pieces, z, auxiliary_pieces), side
 
 
-def _accompanied(flow: Flow, pieces: Sequence[int], z: Array) -> tuple[int, ...]:
+def _accompanied(flow: Flow, pieces: Sequence[int], z: Array, known: IntArray | None) -> tuple[int, ...]:
     """The pieces of all elements, and those in which their auxiliaries start."""
+    if known is not None:
+        return (*pieces, *(int(piece) for piece in known))
     auxiliary_pieces = [
         auxiliary.start(
             pieces[auxiliary.element],

@@ -1,0 +1,157 @@
+"""The period map: where a state is n periods later, and the gradient of that with respect to the state.
+
+The state is what the future follows from at t = 0: y = (x, v, e), independent deflections, velocities and the memories
+of auxiliaries, and the pieces of the auxiliaries. The angles by which a free train turns as a whole play no part; how
+far they turn is told beside. All vectors and matrices are in the engine's balanced coordinates (``system.scaling``),
+y = scale * SI, so that a norm is a root of an energy.
+
+The map is ``exact``'s: crossings certified, its gradient by exponentials and saltations (``system.variation``).
+
+Takes a PiecewiseSystem; gives Passages of states.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.solvers.base import Task
+from gearrattle.engine.solvers.exact import ExactMarch
+from gearrattle.engine.solvers.handover import passages_of
+from gearrattle.engine.solvers.slots import slots_of
+from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.variation import variation
+from gearrattle.errors import ConvergenceError
+from gearrattle.outcome import Outcome
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_PERIODIC = 1e-9
+"""How far cycles of a period may be from whole numbers."""
+
+
+@dataclass(frozen=True)
+class State:
+    """What the future follows from at the begin of a period.
+
+    Attributes
+    ----------
+    y
+        (N,) deflections of the basis, velocities, memories of auxiliaries; balanced.
+    auxiliary_pieces
+        (C,) pieces of the auxiliaries; None for those that deflections and rates decide, no memory loaded.
+    """
+
+    y: Array
+    auxiliary_pieces: IntArray | None = None
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A motion over n periods.
+
+    Attributes
+    ----------
+    start, end
+        its states.
+    gradient
+        (N, N) d end / d start, balanced.
+    turned
+        (R,) how far the reference inertia of every free train has turned [rad].
+    crossings
+        all of them, in their order.
+    """
+
+    start: State
+    end: State
+    gradient: Array
+    turned: Array
+    crossings: Passages
+
+    @property
+    def gap(self) -> Array:
+        """(N,) end - start."""
+        return self.end.y - self.start.y
+
+
+class PeriodMap:
+    """The map of one driveline over n of its periods.
+
+    Parameters
+    ----------
+    system
+        the driveline; its inputs repeat.
+    cycles
+        n.
+
+    Raises
+    ------
+    ValueError
+        its inputs do not repeat: signals over time, or orders without a common period.
+    """
+
+    def __init__(self, system: PiecewiseSystem, cycles: int = 1) -> None:
+        wave = system.inputs.cycles
+        if system.signals is not None or np.any(np.abs(wave - np.round(wave)) > _PERIODIC):
+            raise ValueError("inputs that do not repeat")
+        self.system, self.cycles = system, cycles
+        self._slots = slots_of(system)
+        self.flow = self._slots.flow
+        scaling = self.flow.scaling
+        self.scale: Array = np.concatenate([scaling.deflection, scaling.velocity, self.flow.memory])
+        self._parts = np.cumsum([scaling.deflection.size, scaling.velocity.size])
+
+    @property
+    def length(self) -> float:
+        """Duration of n periods [s]."""
+        return self.cycles * self.system.inputs.period
+
+    @property
+    def size(self) -> float:
+        """The largest corner of all clearances as a norm of y: what counts as one."""
+        corners = [float(np.abs(law.corners).max(initial=0.0)) for law in self.system.laws]
+        basis = self.flow.coordinates.elements
+        sizes = [corners[k] * scale for k, scale in zip(basis, self.flow.scaling.deflection, strict=True)]
+        return max(sizes, default=0.0) or 1.0
+
+    def state_of(self, angle: Array, velocity: Array) -> State:
+        """Return the state at (n,) angles [rad] and velocities [rad/s], no memory loaded."""
+        deflection = self.flow.coordinates.basis @ angle
+        memory = np.zeros(self.flow.memory.size)
+        return State(np.concatenate([deflection, velocity, memory]) * self.scale)
+
+    def task(self, state: State, cycles: int, samples_per_cycle: int = 1) -> Task:
+        """Return what ``exact`` has to do from a state, reference inertias at zero."""
+        deflection, velocity, memory = np.split(state.y / self.scale, self._parts)
+        angle = self.flow.coordinates.angle_from_basis @ deflection
+        kept = memory, state.auxiliary_pieces
+        return Task(self.system, angle, velocity, cycles, samples_per_cycle, None, None, False, *kept)
+
+    def __call__(self, state: State) -> Pass:
+        """Follow a state over n periods.
+
+        Raises
+        ------
+        ConvergenceError
+            the motion could not be followed.
+        """
+        march = ExactMarch(self.task(state, self.cycles), self._slots)
+        while (outcome := march.advance()) is not Outcome.DONE:
+            if outcome is not Outcome.SLICE_SPENT:
+                now = march.position().time
+                raise ConvergenceError(f"exact: {outcome.name} at t = {now:.9g} s", time=now, remedy=outcome.advice)
+        self._slots = march.slots
+        crossings = passages_of(self.flow, march.logged())
+        initial = [0] * (len(self.system.laws) + len(self.system.auxiliaries))
+        for k, piece in zip(self.system.places, march.initial, strict=True):
+            initial[k] = int(piece)
+        gradient = variation(self.flow, tuple(initial), crossings, end=self.length).since()
+        last, clearances = march.samples.states[-1], len(self.system.clearances)
+        n, references = self.flow.states, len(self.flow.coordinates.references)
+        end = State(last[:n].copy(), march.samples.pieces[-1, clearances:].copy())
+        turned = last[n : n + references] - march.samples.states[0, n : n + references]
+        return Pass(state, end, gradient, turned, crossings)

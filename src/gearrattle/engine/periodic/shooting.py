@@ -1,0 +1,141 @@
+"""Shooting: the state that the period map takes to itself, by Newton's method.
+
+    (I - M) d = P(y) - y,      M = dP/dy exact,
+
+solved by singular values. Where I - M is singular the motion is one of a family: a free train without drag has every
+speed, a slider that never slips every offset, a body that floats in its gap every place. Then d is the shortest step,
+so a family is met near the start, and its directions are told.
+
+Takes a PeriodMap and a state; gives an Orbit.
+
+R. Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, chapter 7.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.errors import ConvergenceError
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-12
+"""Largest residual of an orbit, in units of the largest corner or of the state, whichever is larger."""
+_ROUNDING = 1e-10  # what rounding may leave of a residual where a motion's own sensitivity magnifies it
+_FREE = 1e-9  # a singular value of I - M below this, of the largest or of one, is zero
+_MOST_PASSES = 60  # of one attempt
+_SETTLING = 8  # passes, the first time
+_HALVINGS = 6
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A motion that repeats after n periods.
+
+    Attributes
+    ----------
+    motion
+        over n periods.
+    residual
+        |P(y) - y|, in units of the largest corner or of the state.
+    free
+        (N, F) directions in which its neighbours repeat as well, balanced; none for an isolated motion.
+    passes
+        of the period map that it took.
+    """
+
+    motion: Pass
+    residual: float
+    free: Array
+    passes: int
+
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """(N,) Floquet multipliers, the largest first: the eigenvalues of the gradient."""
+        return sorted_by_modulus(np.linalg.eigvals(self.motion.gradient))
+
+
+def sorted_by_modulus(eigenvalues: NDArray[np.generic]) -> NDArray[np.complex128]:
+    """Return eigenvalues, the largest modulus first; of a pair the one with the positive imaginary part first."""
+    values = eigenvalues.astype(np.complex128)
+    return np.asarray(values[np.lexsort((-values.imag, -np.round(np.abs(values), 12)))])
+
+
+def shoot(period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, settle: int = 0) -> Orbit:
+    """Find the periodic motion that Newton's method leads to from a state.
+
+    Through corners Newton's method may come to a halt, or go round in circles. Then the motion is followed for some
+    passes, and it begins again from there.
+
+    Parameters
+    ----------
+    period_map
+        over the periods after which it shall repeat.
+    state
+        to begin with.
+    tolerance
+        of the residual.
+    settle
+        how often it may begin again, each time after twice as many passes; what it then finds is most likely stable.
+
+    Raises
+    ------
+    ConvergenceError
+        none was found from there.
+    """
+    motion, residual, passes = _newton(period_map, period_map(state), tolerance)
+    for attempt in range(settle):
+        if residual <= _ROUNDING:
+            break
+        for _ in range(_SETTLING << attempt):
+            motion = period_map(motion.end)
+        motion, residual, taken = _newton(period_map, motion, tolerance)
+        passes += taken + (_SETTLING << attempt)
+    if residual > _ROUNDING:
+        message = f"no motion that repeats after {period_map.cycles} periods was found from this start"
+        remedy = "another start, for example the end of a simulation"
+        raise ConvergenceError(f"{message} (residual {residual:.2g})", remedy=remedy)
+    return Orbit(motion, residual, _newton_step(motion)[1], passes)
+
+
+def _newton(period_map: PeriodMap, motion: Pass, tolerance: float) -> tuple[Pass, float, int]:
+    """Newton's method as far as it leads: motion, residual, passes."""
+    residual, passes = _residual(period_map, motion), 1
+    while residual > tolerance and passes < _MOST_PASSES:
+        trial, taken, tried = _shortened(period_map, motion, residual, _newton_step(motion)[0])
+        passes += tried
+        if trial is None:
+            break
+        motion, residual = trial, taken
+    return motion, residual, passes
+
+
+def _residual(period_map: PeriodMap, motion: Pass) -> float:
+    scale = max(period_map.size, float(np.linalg.norm(motion.start.y)))
+    return float(np.linalg.norm(motion.gap)) / scale
+
+
+def _newton_step(motion: Pass) -> tuple[Array, Array]:
+    """The shortest d with (I - M) d = P(y) - y, and (N, F) the free directions."""
+    left, values, right = np.linalg.svd(np.eye(len(motion.gap)) - motion.gradient)
+    regular = values > _FREE * max(1.0, float(values[0]))
+    weights = np.divide(left.T @ motion.gap, values, out=np.zeros_like(values), where=regular)
+    return np.asarray(right.T @ weights), np.asarray(right[~regular].T)
+
+
+def _shortened(period_map: PeriodMap, motion: Pass, residual: float, step: Array) -> tuple[Pass | None, float, int]:
+    """The motion after a step, or half of it, ...: the first with a smaller residual. None: there is none."""
+    for halvings in range(_HALVINGS + 1):
+        state = State(motion.start.y + 0.5**halvings * step, motion.end.auxiliary_pieces)
+        try:
+            trial = period_map(state)
+        except ConvergenceError:
+            continue
+        taken = _residual(period_map, trial)
+        if taken < residual:
+            return trial, taken, halvings + 1
+    return None, residual, _HALVINGS + 1

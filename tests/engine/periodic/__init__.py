@@ -1,0 +1,1 @@
+"""Periodic motions, against closed forms and differences."""
