@@ -139,12 +139,7 @@ class PeriodMap:
         ConvergenceError
             the motion could not be followed.
         """
-        march = ExactMarch(self.task(state, self.cycles), self._slots)
-        while (outcome := march.advance()) is not Outcome.DONE:
-            if outcome is not Outcome.SLICE_SPENT:
-                now = march.position().time
-                raise ConvergenceError(f"exact: {outcome.name} at t = {now:.9g} s", time=now, remedy=outcome.advice)
-        self._slots = march.slots
+        march = self._marched(state)
         crossings = passages_of(self.flow, march.logged())
         initial = [0] * (len(self.system.laws) + len(self.system.auxiliaries))
         for k, piece in zip(self.system.places, march.initial, strict=True):
@@ -155,3 +150,16 @@ class PeriodMap:
         end = State(last[:n].copy(), march.samples.pieces[-1, clearances:].copy())
         turned = last[n : n + references] - march.samples.states[0, n : n + references]
         return Pass(state, end, gradient, turned, crossings)
+
+    def end(self, state: State) -> Array:
+        """Return (N,) where a state is n periods later, balanced, without the gradient. Errors as of a call."""
+        return np.array(self._marched(state).samples.states[-1, : self.flow.states])
+
+    def _marched(self, state: State) -> ExactMarch:
+        march = ExactMarch(self.task(state, self.cycles), self._slots)
+        while (outcome := march.advance()) is not Outcome.DONE:
+            if outcome is not Outcome.SLICE_SPENT:
+                now = march.position().time
+                raise ConvergenceError(f"exact: {outcome.name} at t = {now:.9g} s", time=now, remedy=outcome.advice)
+        self._slots = march.slots
+        return march

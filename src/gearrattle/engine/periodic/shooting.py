@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.errors import ConvergenceError
+from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 
@@ -96,7 +97,7 @@ def shoot(period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, 
         motion, residual, taken = _newton(period_map, motion, tolerance)
         passes += taken + (_SETTLING << attempt)
     if residual > _ROUNDING:
-        message = f"no motion that repeats after {period_map.cycles} periods was found from this start"
+        message = f"no motion that repeats after {counted(period_map.cycles, 'period')} was found from this start"
         remedy = "another start, for example the end of a simulation"
         raise ConvergenceError(f"{message} (residual {residual:.2g})", remedy=remedy)
     return Orbit(motion, residual, _newton_step(motion)[1], passes)
