@@ -28,6 +28,8 @@ from .model import Model as Model
 from .model import example as example
 from .model import load as load
 from .model import loads as loads
+from .orbits import continuation as continuation
+from .orbits import periodic as periodic
 from .pipeline import run as run
 from .quantities.criteria import criteria as criteria
 from .quantities.metrics import metrics as metrics

@@ -111,11 +111,11 @@ class Between:
         bodies, elements = list(free_names(self.model)), list(trajectory.layout.element_names)
 
         def rows(pieces: Pieces) -> Array:
-            of = {"velocity": flow.velocity, "acceleration": flow.acceleration_rows(pieces)}
-            force = flow.force_rows(pieces)
+            of_body = {"velocity": flow.velocity, "acceleration": flow.acceleration_rows(pieces)}
+            of_element = {"deflection": flow.deflection, "force": flow.force_rows(pieces)}
             return np.array(
                 [
-                    force[elements.index(name)] if kind == "force" else of[kind][bodies.index(name)]
+                    of_element[kind][elements.index(name)] if kind in of_element else of_body[kind][bodies.index(name)]
                     for kind, name in signals
                 ]
             )

@@ -22,7 +22,7 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.paths import value_at
+from gearrattle.model.path_values import in_si
 from gearrattle.model.quantity import AnyTable, Choice, Count, checked
 from gearrattle.model.table import did_you_mean, shown
 
@@ -189,7 +189,7 @@ def _ranged(path: str, table: Mapping[str, Any], read: Callable[[Any], Any]) -> 
     spacing = checked(SPACING, table.get("spacing", "linear"), f"{path}.spacing")
     ends = [read(table[key]) for key in ("from", "to")]
     if not all(isinstance(end, float | int) and not isinstance(end, bool) for end in ends):
-        raise ModelError(Problem(path, shown(ends), "a range is of numbers"))
+        raise ModelError(Problem(path, shown(ends), "the ends of a range must be numbers"))
     if spacing == "log" and not min(ends) > 0.0:
         raise ModelError(Problem(path, shown(ends), 'spacing "log" needs positive ends'))
     low, high = map(float, ends)
@@ -198,15 +198,3 @@ def _ranged(path: str, table: Mapping[str, Any], read: Callable[[Any], Any]) -> 
     if not np.isfinite(spaced).all():
         raise ModelError(Problem(path, shown(ends), "the ends of a range lie too far apart for floating-point numbers"))
     return tuple(spaced.tolist())
-
-
-def in_si(path: str, value: Any, model: Model) -> Any:
-    """Read a value as the model does, and return it as the model has it: numbers in SI.
-
-    Raises
-    ------
-    ModelError
-        the model refuses it, or the path leads nowhere.
-    """
-    taken = model.with_({path: value})
-    return value_at(taken.to_tables(), path)

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.model.path_values import in_si
 from gearrattle.model.quantity import AnyTable, Plain, checked
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.studies.axes import in_si
 from gearrattle.studies.designs import DESIGNS
 
 Array = NDArray[np.float64]

@@ -1,7 +1,7 @@
-"""Ranges of values that an optimisation may choose from, and the designs it begins with.
+"""Ranges of values that an optimisation may choose from, and the designs it starts with.
 
-A range is a pair of ends, or a mapping with from, to and spacing; both ends must be values the model takes. The first
-design is the model itself, where its values lie within the ranges; the others fill them by a Latin hypercube.
+A range is a pair of ends, or a mapping with from, to and spacing; the model must accept both ends as values. The first
+design is the model itself, if its values are within the ranges; the others are Latin hypercube samples of the ranges.
 
 Takes mappings; gives frozen ranges and points of the unit cube.
 """
@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.model.path_values import in_si
 from gearrattle.model.paths import value_at
 from gearrattle.model.quantity import AnyTable, checked
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.studies.axes import SPACING, in_si, listed_values
+from gearrattle.studies.axes import SPACING, listed_values
 
 Array = NDArray[np.float64]
 _KEYS = ("from", "to", "spacing")
@@ -28,16 +29,16 @@ _KEYS = ("from", "to", "spacing")
 
 @dataclass(frozen=True)
 class Range:
-    """From where to where one value may go.
+    """The range of one value of the model.
 
     Attributes
     ----------
     path
-        of the value.
+        of the value in the model.
     low, high
         its ends, SI.
     log
-        whether shares of it are shares of the logarithm.
+        whether the range is divided on a logarithmic scale.
     """
 
     path: str
@@ -52,7 +53,7 @@ class Range:
         return np.clip(self.low + (self.high - self.low) * share, self.low, self.high)
 
     def share(self, value: float) -> float:
-        """Return where in the range a value lies."""
+        """Return the position of a value in the range, 0 to 1."""
         if self.log:
             return float(np.log(value / self.low) / np.log(self.high / self.low))
         return (value - self.low) / (self.high - self.low)
@@ -64,18 +65,18 @@ def ranges_of(requested: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
     Parameters
     ----------
     requested
-        by path a pair, or a mapping with ``from``, ``to`` and ``spacing``.
+        a pair for each path, or a mapping with ``from``, ``to`` and ``spacing``.
     model
         whose values they are.
 
     Raises
     ------
     ModelError
-        everything that is wrong with them.
+        with all errors found in them.
     """
     problems, ranges = [], []
     if not checked(AnyTable(), requested, "variables"):
-        problems.append(Problem("variables", "none", "an optimisation needs one at least"))
+        problems.append(Problem("variables", "none", "an optimisation needs at least one"))
     for path, table in requested.items():
         try:
             ranges.append(_range(path, table, model))
@@ -97,7 +98,7 @@ def _range(path: str, entry: Any, model: Model) -> Range:
     spacing = checked(SPACING, entry.get("spacing", "linear"), "spacing")
     low, high = (in_si(path, entry[key], model) for key in ("from", "to"))
     if any(isinstance(end, bool) or not isinstance(end, int | float) for end in (low, high)):
-        raise ModelError(Problem("range", f"{shown(low)} to {shown(high)}", "a range is of numbers"))
+        raise ModelError(Problem("range", f"{shown(low)} to {shown(high)}", "the ends of a range must be numbers"))
     if not low < high:
         raise ModelError(Problem("from", f"{low:g}", f"must lie below to, {high:g}"))
     if spacing == "log" and not low > 0.0:
@@ -109,19 +110,19 @@ def _range(path: str, entry: Any, model: Model) -> Range:
 
 
 def first_points(ranges: tuple[Range, ...], model: Model, count: int, seed: int) -> Array:
-    """Return (count, d) points of the unit cube: the model itself first, where it lies within, the others spread."""
+    """Return (count, d) points of the unit cube: first the model, if it is within the ranges; the others are spread."""
     from scipy.stats import qmc
 
     points = np.asarray(qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(seed)).random(count))
-    inside = np.array([variable.low for variable in ranges])
-    own = own_values(ranges, model, inside - 1.0)
-    if (own >= inside).all():
+    lowest = np.array([variable.low for variable in ranges])
+    own = own_values(ranges, model, lowest - 1.0)
+    if (own >= lowest).all():
         points[0] = [variable.share(value) for variable, value in zip(ranges, own.tolist(), strict=True)]
     return points
 
 
 def own_values(ranges: tuple[Range, ...], model: Model, otherwise: Array) -> Array:
-    """Return (d,) the model's own values to the bit, where all lie within the ranges, else what is given."""
+    """Return (d,) the unrounded values of the model, if all are within the ranges; else ``otherwise``."""
     tables = model.to_tables()
     own = [value_at(tables, variable.path) for variable in ranges]
     numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in own)

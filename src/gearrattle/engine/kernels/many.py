@@ -172,6 +172,33 @@ def _cross(at, workspace, buffers, regions, march, cursor):
     return min(slot, 0)
 
 
+@strict
+def advance_one(at, workspace, cases, buffers, driven, regions, march, samples, notes, log, cursor):
+    """Do a slice of one variant: 1 it is through; 0 a slice is spent; -1 needs room; -2 cannot be done; -3 log full."""
+    counts, code = march.counts, 0
+    inputs, instants = driven
+    if not cursor[UNDER_WAY]:
+        code = _begin(at, workspace, cases, buffers, inputs, regions, march, cursor)
+        if code != 0:
+            return code
+        counts[SAMPLE], cursor[UNDER_WAY] = samples.first, 1
+    while code == 0:
+        answer = call_count(at.march_on, (regions, inputs, instants, march, samples, notes, log, _BUDGET))
+        if counts[NOTED]:
+            call_silent(at.work_out_samples, (regions, inputs, notes, samples, counts))
+        if answer == LOG_FULL:
+            return -3
+        if answer == NEEDS_REGION:
+            code = _cross(at, workspace, buffers, regions, march, cursor)
+        elif answer == DONE:
+            return 1
+        elif answer == SLICE_SPENT:
+            return 0
+        elif answer != NOTES_FULL:
+            return -2
+    return code
+
+
 @strict_entry
 def march_many(at, workspace, cases, buffers, driven, regions, march, samples, notes, log, out, cursor, slices):
     """March and judge variants from where the cursor stand, for so many slices.
@@ -199,31 +226,17 @@ def march_many(at, workspace, cases, buffers, driven, regions, march, samples, n
         FINISHED, SPENT, MORE_LOG or MORE_ROOM.
     """
     counts, integrals = march.counts, samples.states.shape[1] - buffers.final.size
-    inputs, instants = driven
     while cursor[AT] < cases.outcome.size:
-        v, code = cursor[AT], 0
+        v = cursor[AT]
         if slices <= 0:
             return SPENT
         slices -= 1
-        if not cursor[UNDER_WAY]:
-            code = _begin(at, workspace, cases, buffers, inputs, regions, march, cursor)
-            if code == 0:
-                counts[SAMPLE], cursor[UNDER_WAY] = samples.first, 1
-        while code == 0:
-            answer = call_count(at.march_on, (regions, inputs, instants, march, samples, notes, log, _BUDGET))
-            if counts[NOTED]:
-                call_silent(at.work_out_samples, (regions, inputs, notes, samples, counts))
-            if answer == LOG_FULL:
-                return MORE_LOG
-            if answer == NEEDS_REGION:
-                code = _cross(at, workspace, buffers, regions, march, cursor)
-            elif answer == DONE:
-                code = 1
-            elif answer != NOTES_FULL:
-                code = 2 if answer == SLICE_SPENT else -2
+        code = advance_one(at, workspace, cases, buffers, driven, regions, march, samples, notes, log, cursor)
         if code == -1:
             return MORE_ROOM
-        if code == 2:
+        if code == -3:
+            return MORE_LOG
+        if code == 0:
             continue
         if code == 1:
             for k in range(buffers.final.size):

@@ -2,8 +2,8 @@
 
 The state is what the future follows from at t = 0: y = (x, v, e), independent deflections, velocities and the memories
 of auxiliaries, and the pieces of the auxiliaries. The angles by which a free train turns as a whole play no part; how
-far they turn is told beside. All vectors and matrices are in the engine's balanced coordinates (``system.scaling``),
-y = scale * SI, so that a norm is a root of an energy.
+far they turn is kept apart. Vectors and matrices are in SI; norms are taken of scale * y, the engine's balanced
+coordinates (``system.scaling``), and are roots of energies.
 
 The map is ``exact``'s: crossings certified, its gradient by exponentials and saltations (``system.variation``).
 
@@ -41,7 +41,7 @@ class State:
     Attributes
     ----------
     y
-        (N,) deflections of the basis, velocities, memories of auxiliaries; balanced.
+        (N,) deflections of the basis, velocities, memories of auxiliaries [SI].
     auxiliary_pieces
         (C,) pieces of the auxiliaries; None for those that deflections and rates decide, no memory loaded.
     """
@@ -59,7 +59,7 @@ class Pass:
     start, end
         its states.
     gradient
-        (N, N) d end / d start, balanced.
+        (N, N) d end / d start [SI].
     turned
         (R,) how far the reference inertia of every free train has turned [rad].
     crossings
@@ -122,11 +122,11 @@ class PeriodMap:
         """Return the state at (n,) angles [rad] and velocities [rad/s], no memory loaded."""
         deflection = self.flow.coordinates.basis @ angle
         memory = np.zeros(self.flow.memory.size)
-        return State(np.concatenate([deflection, velocity, memory]) * self.scale)
+        return State(np.concatenate([deflection, velocity, memory]))
 
     def task(self, state: State, cycles: int, samples_per_cycle: int = 1) -> Task:
         """Return what ``exact`` has to do from a state, reference inertias at zero."""
-        deflection, velocity, memory = np.split(state.y / self.scale, self._parts)
+        deflection, velocity, memory = np.split(state.y, self._parts)
         angle = self.flow.coordinates.angle_from_basis @ deflection
         kept = memory, state.auxiliary_pieces
         return Task(self.system, angle, velocity, cycles, samples_per_cycle, None, None, False, *kept)
@@ -144,19 +144,21 @@ class PeriodMap:
         initial = [0] * (len(self.system.laws) + len(self.system.auxiliaries))
         for k, piece in zip(self.system.places, march.initial, strict=True):
             initial[k] = int(piece)
-        gradient = variation(self.flow, tuple(initial), crossings, end=self.length).since()
-        last, clearances = march.samples.states[-1], len(self.system.clearances)
+        gradient = variation(self.flow, tuple(initial), crossings, end=self.length).gradient()
         n, references = self.flow.states, len(self.flow.coordinates.references)
-        end = State(last[:n].copy(), march.samples.pieces[-1, clearances:].copy())
-        turned = last[n : n + references] - march.samples.states[0, n : n + references]
-        return Pass(state, end, gradient, turned, crossings)
+        turned = march.samples.states[-1, n : n + references] - march.samples.states[0, n : n + references]
+        return Pass(state, self._end_of(march), gradient, turned, crossings)
 
-    def end(self, state: State) -> Array:
-        """Return (N,) where a state is n periods later, balanced, without the gradient. Errors as of a call."""
-        return np.array(self._marched(state).samples.states[-1, : self.flow.states])
+    def later(self, state: State, passes: int = 1) -> State:
+        """Return the state that a state becomes after some passes, without the gradient. Errors as of a call."""
+        return self._end_of(self._marched(state, passes))
 
-    def _marched(self, state: State) -> ExactMarch:
-        march = ExactMarch(self.task(state, self.cycles), self._slots)
+    def _end_of(self, march: ExactMarch) -> State:
+        last, clearances = march.samples.states[-1], len(self.system.clearances)
+        return State(last[: self.flow.states] / self.scale, march.samples.pieces[-1, clearances:].copy())
+
+    def _marched(self, state: State, passes: int = 1) -> ExactMarch:
+        march = ExactMarch(self.task(state, passes * self.cycles), self._slots)
         while (outcome := march.advance()) is not Outcome.DONE:
             if outcome is not Outcome.SLICE_SPENT:
                 now = march.position().time

@@ -27,7 +27,8 @@ Array = NDArray[np.float64]
 TOLERANCE = 1e-12
 """Largest residual of an orbit, in units of the largest corner or of the state, whichever is larger."""
 _ROUNDING = 1e-10  # what rounding may leave of a residual where a motion's own sensitivity magnifies it
-_FREE = 1e-9  # a singular value of I - M below this, of the largest or of one, is zero
+FREE, FREE_OF_LARGEST = 1e-9, 1e-13
+"""A singular value of I - M below the first, and this share of the largest, is zero."""
 _MOST_PASSES = 60  # of one attempt
 _SETTLING = 8  # passes, the first time
 _HALVINGS = 6
@@ -44,7 +45,7 @@ class Orbit:
     residual
         |P(y) - y|, in units of the largest corner or of the state.
     free
-        (N, F) directions in which its neighbours repeat as well, balanced; none for an isolated motion.
+        (N, F) directions in which its neighbours repeat as well [SI]; none for an isolated motion.
     passes
         of the period map that it took.
     """
@@ -57,7 +58,12 @@ class Orbit:
     @property
     def multipliers(self) -> NDArray[np.complex128]:
         """(N,) Floquet multipliers, the largest first: the eigenvalues of the gradient."""
-        return sorted_by_modulus(np.linalg.eigvals(self.motion.gradient))
+        return multipliers_of(self.motion.gradient)
+
+
+def multipliers_of(gradient: Array) -> NDArray[np.complex128]:
+    """Return the eigenvalues of a gradient (N, N), the largest modulus first."""
+    return sorted_by_modulus(np.linalg.eigvals(gradient))
 
 
 def sorted_by_modulus(eigenvalues: NDArray[np.generic]) -> NDArray[np.complex128]:
@@ -92,22 +98,21 @@ def shoot(period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, 
     for attempt in range(settle):
         if residual <= _ROUNDING:
             break
-        for _ in range(_SETTLING << attempt):
-            motion = period_map(motion.end)
+        motion = period_map(period_map.later(motion.end, _SETTLING << attempt))
         motion, residual, taken = _newton(period_map, motion, tolerance)
         passes += taken + (_SETTLING << attempt)
     if residual > _ROUNDING:
         message = f"no motion that repeats after {counted(period_map.cycles, 'period')} was found from this start"
         remedy = "another start, for example the end of a simulation"
         raise ConvergenceError(f"{message} (residual {residual:.2g})", remedy=remedy)
-    return Orbit(motion, residual, _newton_step(motion)[1], passes)
+    return Orbit(motion, residual, newton_step(period_map, motion)[1], passes)
 
 
 def _newton(period_map: PeriodMap, motion: Pass, tolerance: float) -> tuple[Pass, float, int]:
     """Newton's method as far as it leads: motion, residual, passes."""
     residual, passes = _residual(period_map, motion), 1
     while residual > tolerance and passes < _MOST_PASSES:
-        trial, taken, tried = _shortened(period_map, motion, residual, _newton_step(motion)[0])
+        trial, taken, tried = _shortened(period_map, motion, residual, newton_step(period_map, motion)[0])
         passes += tried
         if trial is None:
             break
@@ -116,16 +121,17 @@ def _newton(period_map: PeriodMap, motion: Pass, tolerance: float) -> tuple[Pass
 
 
 def _residual(period_map: PeriodMap, motion: Pass) -> float:
-    scale = max(period_map.size, float(np.linalg.norm(motion.start.y)))
-    return float(np.linalg.norm(motion.gap)) / scale
+    size = max(period_map.size, float(np.linalg.norm(motion.start.y * period_map.scale)))
+    return float(np.linalg.norm(motion.gap * period_map.scale)) / size
 
 
-def _newton_step(motion: Pass) -> tuple[Array, Array]:
-    """The shortest d with (I - M) d = P(y) - y, and (N, F) the free directions."""
-    left, values, right = np.linalg.svd(np.eye(len(motion.gap)) - motion.gradient)
-    regular = values > _FREE * max(1.0, float(values[0]))
-    weights = np.divide(left.T @ motion.gap, values, out=np.zeros_like(values), where=regular)
-    return np.asarray(right.T @ weights), np.asarray(right[~regular].T)
+def newton_step(period_map: PeriodMap, motion: Pass) -> tuple[Array, Array]:
+    """Return the shortest d with (I - M) d = P(y) - y, and (N, F) the free directions [SI]."""
+    scale = period_map.scale
+    left, values, right = np.linalg.svd(np.eye(len(scale)) - scale[:, None] * motion.gradient / scale)
+    regular = values > FREE + FREE_OF_LARGEST * values[0]
+    weights = np.divide(left.T @ (motion.gap * scale), values, out=np.zeros_like(values), where=regular)
+    return right.T @ weights / scale, right[~regular].T / scale[:, None]
 
 
 def _shortened(period_map: PeriodMap, motion: Pass, residual: float, step: Array) -> tuple[Pass | None, float, int]:

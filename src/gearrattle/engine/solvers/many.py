@@ -109,14 +109,14 @@ def march_variants(
     tuple[Tallies, NDArray[np.bool_]]
         Tallies with a leading axis, and (V,) which variants are judged.
     """
-    cursor = _BatchState(pattern, numbers, start, window)
+    cursor = Batch(pattern, numbers, start, window)
     while cursor.go_on():
         if progress is not None:
             progress(cursor.done / len(window))
     return cursor.out, cursor.is_judged
 
 
-class _BatchState:
+class Batch:
     """Everything the loop works on; one thread's."""
 
     def __init__(self, pattern: Pattern, numbers: Coefficients, start: tuple[Array, Array], window: Array) -> None:
@@ -138,8 +138,9 @@ class _BatchState:
         self.inputs, self.notes = packed_inputs(flow), notes_for(size, 1)
         self.inputs = self.inputs._replace(scale=self.inputs.scale.copy())
         self.instants = packed_instants(flow, self.march.counts, pattern.cycles)
-        self.out = room_for(count, self.cases.judged)
+        self.out: Any = room_for(count, self.cases.judged)
         self.at, self.limit = self._entries(), StepLimit(pattern.system)
+        self._loop: Callable[..., int] = many.march_many
 
     @property
     def done(self) -> int:
@@ -154,7 +155,7 @@ class _BatchState:
     def go_on(self) -> bool:
         """Do a slice of work, make what room it asked for; whether there is more to do."""
         many, counts = self._many, self.march.counts
-        answer = many.march_many(
+        answer = self._loop(
             self.at,
             self.store.builder.words,
             self.cases,

@@ -1,0 +1,314 @@
+"""Continuation: periodic motions followed over a parameter, through folds, by pseudo-arclength.
+
+A branch is a curve in w = (u, p / unit): u the state at the begin of a period over its size, p the parameter.
+
+    F(w) = P(u; p) - u = 0,      t . (w - w_predicted) = 0,      [dF/du, dF/dp] t = 0,  |t| = 1
+
+dF/du = M - I is exact, dF/dp a central difference of the exact map (``family``). Newton's method solves both equations.
+A step is taken if Newton's method converges in few iterations, the tangent turns little, and the chord between both
+points is the mean of their tangents: another branch that lies near has another direction.
+
+Takes a Family and an orbit; gives Points, in the order of the branch.
+
+H. B. Keller, in Applications of Bifurcation Theory, ed. P. H. Rabinowitz, Academic Press 1977, 359-384.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.period_map import Pass, State
+from gearrattle.engine.periodic.shooting import FREE, FREE_OF_LARGEST, multipliers_of
+from gearrattle.errors import ConvergenceError
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Pattern = tuple[tuple[int, int], ...]
+
+_TOLERANCE = 1e-12  # of the residual, over the size of the state
+_ROUNDING = 1e-14  # the same, a unit of the gradient's norm
+_ITERATIONS = 8
+_EASY = 3  # iterations
+_TURN = 0.985  # least cosine between the tangents at both ends of a step
+_DEFECT = 0.03  # largest difference between a chord and the mean of both tangents
+_KINK = 1e-6  # a step so short may turn as far as it likes: the branch has a corner there
+_SHORTEST = 1e-10  # step
+_GROWTH = 1.6  # of a step after one that was easy
+_FIRST = 0.1  # of the longest step
+_CLOSED = 1e-3  # of the longest step: a point so near to the first one closes the branch
+
+
+@dataclass(frozen=True)
+class Point:
+    """A periodic motion of a branch.
+
+    Attributes
+    ----------
+    parameter
+        p.
+    motion
+        over n periods.
+    slope
+        (N,) d end / d p with the start held [SI].
+    scale
+        (N,) balanced coordinates over SI.
+    w
+        (N + 1,) state and parameter in the branch's units.
+    tangent
+        (N + 1,) direction of the branch, of length one.
+    free
+        how many directions there are in which its neighbours repeat as well, at the same parameter.
+    error
+        how far the state may be from the motion that repeats, over its size.
+    length
+        arclength from the begin of the branch.
+    """
+
+    parameter: float
+    motion: Pass
+    slope: Array
+    scale: Array
+    w: Array
+    tangent: Array
+    free: int
+    error: float
+    length: float
+
+    @property
+    def state(self) -> Array:
+        """(N,) deflections of the basis, velocities, memories at the begin of the period [SI]."""
+        return self.motion.start.y
+
+    @cached_property
+    def gradient(self) -> Array:
+        """(N, N) M in balanced coordinates."""
+        return np.asarray(self.scale[:, None] * self.motion.gradient / self.scale)
+
+    @cached_property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """(N,) Floquet multipliers, the largest first."""
+        return multipliers_of(self.gradient)
+
+    @cached_property
+    def pattern(self) -> Pattern:
+        """What crosses its bounds, and which bound (1: the upper one), in order of time."""
+        return pattern_of(self.motion)
+
+
+def pattern_of(motion: Pass) -> Pattern:
+    """Return what crosses its bounds along a motion, and which bound, in order of time; see ``rotated``."""
+    crossings = motion.crossings
+    return rotated(list(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True)))
+
+
+def rotated(order: list[tuple[int, int]]) -> Pattern:
+    """Return the smallest rotation: where a period begins plays no part in a pattern."""
+    return tuple(min((order[i:] + order[:i] for i in range(len(order))), default=[]))
+
+
+class Continuation:
+    """Follows branches of periodic motions.
+
+    Parameters
+    ----------
+    family
+        the period map with its parameter.
+    longest
+        step, in units of w.
+    step_limit
+        largest change of the parameter in a step; None: none but that of ``longest``.
+    """
+
+    def __init__(self, family: Family, *, longest: float = 0.05, step_limit: float | None = None) -> None:
+        self.family, self._longest = family, longest
+        self._step_limit = np.inf if step_limit is None else step_limit / family.unit
+        self._scale = family.scale / family.size
+
+    def begin(self, state: State, parameter: float, *, upward: bool = True) -> Point:
+        """Return the first point of a branch that goes on to larger or to smaller parameters.
+
+        Raises
+        ------
+        ConvergenceError
+            there is no periodic motion near the state.
+        """
+        w = np.append(state.y * self._scale, parameter / self.family.unit)
+        direction = np.append(np.zeros(w.size - 1), 1.0 if upward else -1.0)
+        point = self._corrected(w, direction, direction, state.auxiliary_pieces)
+        is_backward = (point.tangent[-1] > 0.0) != upward
+        return replace(point, tangent=-point.tangent if is_backward else point.tangent)
+
+    def follow(self, begin: Point, lowest: float, highest: float) -> Iterator[Point]:
+        """Yield the points of a branch after its first one, the last of them at an end of the range of the parameter.
+
+        A closed branch ends with its first point again.
+
+        Raises
+        ------
+        ConvergenceError
+            it cannot be followed on.
+        """
+        earlier, point, step = begin, begin, _FIRST * self._longest
+        while True:
+            following, step = self._next(earlier, point, step)
+            if not lowest <= following.parameter <= highest:
+                end = lowest if following.parameter < lowest else highest
+                if point.parameter != end:
+                    yield self.at_parameter(point, following, end)
+                return
+            if self._closes(begin, point, following):
+                yield replace(begin, length=point.length + float(np.linalg.norm(begin.w - point.w)))
+                return
+            yield following
+            earlier, point = point, following
+
+    def between(self, before: Point, after: Point, share: float) -> Point:
+        """Return the point at a share of the way between two points that follow one another.
+
+        Raises
+        ------
+        ConvergenceError
+            Newton's method does not converge.
+        """
+        if share <= 0.0 or share >= 1.0:
+            return before if share <= 0.0 else after
+        chord = (after.w - before.w) / np.linalg.norm(after.w - before.w)
+        predicted = _interpolated(before, after, share)
+        point = self._corrected(predicted, chord, before.tangent, before.motion.end.auxiliary_pieces)
+        return replace(point, length=before.length + share * (after.length - before.length))
+
+    def beside(self, point: Point, direction: Array, distance: float) -> Point:
+        """Return the first point of another branch through a point, in a direction (N,) of its states, balanced.
+
+        Raises
+        ------
+        ConvergenceError
+            there is none at that distance.
+        """
+        normal = np.append(direction / np.linalg.norm(direction), 0.0)
+        return self._corrected(point.w + distance * normal, normal, normal, point.motion.end.auxiliary_pieces)
+
+    def at_parameter(self, before: Point, after: Point, parameter: float) -> Point:
+        """Return the point between two others at a parameter.
+
+        Raises
+        ------
+        ConvergenceError
+            Newton's method does not converge.
+        """
+        target = parameter / self.family.unit
+        share = (target - before.w[-1]) / (after.w[-1] - before.w[-1])
+        predicted = _interpolated(before, after, share)
+        predicted[-1] = target
+        normal = np.append(np.zeros(predicted.size - 1), 1.0)
+        point = self._corrected(predicted, normal, before.tangent, before.motion.end.auxiliary_pieces)
+        return replace(point, parameter=parameter, length=before.length + share * (after.length - before.length))
+
+    def _next(self, earlier: Point, point: Point, step: float) -> tuple[Point, float]:
+        """The point after two points, and the step to try after it."""
+        slope = abs(float(point.tangent[-1]))
+        step = min(step, self._longest, 0.95 * self._step_limit / max(slope, 1e-300))
+        while step > _SHORTEST:
+            try:
+                following, iterations = self._newton(
+                    _predicted(earlier, point, step), point.tangent, point.tangent, point.motion.end.auxiliary_pieces
+                )
+            except ConvergenceError:
+                step *= 0.4
+                continue
+            distance = following.w - point.w
+            cosine = float(following.tangent @ point.tangent)
+            length = float(np.linalg.norm(distance))
+            defect = float(np.linalg.norm(distance / length - 0.5 * (following.tangent + point.tangent)))
+            is_short = step < _KINK
+            is_straight = (cosine > _TURN and defect < _DEFECT) or is_short
+            if is_straight and abs(distance[-1]) <= self._step_limit:
+                is_easy = iterations <= _EASY and cosine > 1.0 - 0.25 * (1.0 - _TURN)
+                after = min(self._longest, _GROWTH * step if is_easy or is_short else step)
+                return replace(following, length=point.length + length), after
+            step *= 0.5
+        message = f"the branch cannot be followed beyond the parameter {point.parameter:.9g}"
+        raise ConvergenceError(message, remedy="another start, or another range")
+
+    def _closes(self, begin: Point, point: Point, following: Point) -> bool:
+        """Whether the branch passes its first point between two points."""
+        if point.length <= 0.0 or float(following.tangent @ begin.tangent) < _TURN:
+            return False
+        chord = following.w - point.w
+        share = float(chord @ (begin.w - point.w)) / float(chord @ chord)
+        if not 0.0 < share <= 1.0:
+            return False
+        return bool(np.linalg.norm(_interpolated(point, following, share) - begin.w) < _CLOSED * self._longest)
+
+    def _corrected(self, predicted: Array, normal: Array, direction: Array, pieces: IntArray | None) -> Point:
+        return self._newton(predicted, normal, direction, pieces)[0]
+
+    def _newton(self, predicted: Array, normal: Array, direction: Array, pieces: IntArray | None) -> tuple[Point, int]:
+        """The point of the branch in the plane through a prediction with a normal, and how many iterations it took."""
+        w, last = predicted.copy(), np.inf
+        for iteration in range(_ITERATIONS):
+            parameter = float(w[-1] * self.family.unit)
+            motion, slope = self.family.follow(State(w[:-1] / self._scale, pieces), parameter)
+            gradient = self._scale[:, None] * motion.gradient / self._scale
+            matrix = np.column_stack([gradient - np.eye(len(gradient)), self._scale * slope * self.family.unit])
+            residual = self._scale * motion.gap
+            norm = float(np.linalg.norm(residual))
+            plane = float(normal @ (w - predicted))
+            least = _TOLERANCE * max(1.0, float(np.linalg.norm(w[:-1]))) + _ROUNDING * float(np.linalg.norm(gradient))
+            if not np.isfinite(norm) or not np.all(np.isfinite(matrix)):
+                break
+            change = _least_change(np.vstack([matrix, normal]), np.append(-residual, -plane))
+            is_settled = norm <= least or (norm <= 100.0 * least and norm > 0.5 * last)
+            if is_settled and abs(plane) < 1e-12:
+                tangent, free = _tangent(matrix, direction)
+                error = float(np.linalg.norm(change))
+                return Point(parameter, motion, slope, self.family.scale, w, tangent, free, error, 0.0), iteration + 1
+            w, last = w + change, norm
+        raise ConvergenceError("Newton's method does not converge")
+
+
+def _predicted(earlier: Point, point: Point, step: float) -> Array:
+    """A step on from a point: along its tangent, bent as the cubic through the last two points is."""
+    last = point.length - earlier.length
+    along = point.w + step * point.tangent
+    if last <= 0.0 or step > 2.0 * last:
+        return np.asarray(along)
+    share = (last + step) / last
+    cubic = _interpolated(earlier, point, share)
+    bend = cubic - along
+    return np.asarray(along + bend - (bend @ point.tangent) * point.tangent)
+
+
+def _interpolated(before: Point, after: Point, share: float) -> Array:
+    """The cubic through two points that has their tangents."""
+    chord = after.w - before.w
+    length = np.linalg.norm(chord)
+    s, rest = share, 1.0 - share
+    bend = rest * (length * before.tangent - chord) - s * (length * after.tangent - chord)
+    return np.asarray(before.w + s * chord + s * rest * bend)
+
+
+def _least_change(matrix: Array, right: Array) -> Array:
+    """The shortest solution of linear equations; directions without effect are left alone."""
+    left, values, rows = np.linalg.svd(matrix)
+    regular = values > FREE + FREE_OF_LARGEST * values[0]
+    weights = np.divide(left.T @ right, values, out=np.zeros_like(values), where=regular)
+    return np.asarray(rows.T @ weights)
+
+
+def _tangent(matrix: Array, direction: Array) -> tuple[Array, int]:
+    """The null vector of (N, N + 1) equations nearest to a direction, and how many others there are."""
+    _, values, rows = np.linalg.svd(matrix)
+    rank = int(np.count_nonzero(values > FREE + FREE_OF_LARGEST * values[0]))
+    null = rows[rank:]
+    tangent = null.T @ (null @ direction)
+    norm = float(np.linalg.norm(tangent))
+    if norm < 1e-12:  # at right angles to it: any of them
+        tangent, norm = null[0], 1.0
+    return np.asarray(tangent / norm), len(null) - 1

@@ -1,0 +1,263 @@
+"""Events of a branch: where motions begin and end to exist, gain or lose stability, or change what they touch.
+
+Between two points of a branch a test function changes its sign (T_p: the tangent's part along the parameter, M: the
+gradient of the period map):
+
+    fold               T_p
+    period doubling    det(I + M)
+    symmetry breaking  det(I - M), where T_p keeps its sign: another branch crosses
+    Neimark-Sacker     how many complex multipliers lie outside the unit circle
+    grazing            two crossings more or less of one corner; they meet with the velocity zero, so the square of
+                       their velocity is a test function on the side where they are
+    pattern            the same crossings come in another order; the time between two of them is the test function
+
+A crossing with clipped damping, or at an instant of alternation, makes the gradient jump: then a determinant may change
+its sign without being zero, and the motion folds or doubles in a corner (*border collision*).
+
+Takes a Continuation and two of its Points; gives Events, in the order of the branch.
+
+Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, 4th ed., Springer 2023; M. di Bernardo, C. J. Budd, A. R.
+Champneys, P. Kowalczyk, Piecewise-smooth Dynamical Systems, Springer 2008.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from gearrattle.engine.periodic.continuation import Continuation, Pattern, Point, rotated
+from gearrattle.errors import ConvergenceError
+
+FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, GRAZING, PATTERN = (
+    "fold",
+    "period doubling",
+    "symmetry breaking",
+    "Neimark-Sacker",
+    "grazing",
+    "pattern",
+)
+_LOCATED = 1e-13  # of the way between two points
+_JUMP = 1e-3  # a test function this far from zero on both sides of its change of sign does not pass zero
+_REAL = 1e-9  # a multiplier's imaginary part below this is rounding
+_DEEPEST = 12  # halvings of a step that holds more than one change of the pattern
+_TOUCHES = 40  # motions in search of a grazing
+_NEARER = 0.02  # of the way to where a grazing is expected, which the next motion leaves
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happens along a branch.
+
+    Attributes
+    ----------
+    kind
+        of event.
+    point
+        of the branch, the event located to rounding.
+    watch
+        what touches or crosses its bound: a clearance or, behind them, an auxiliary element; -1: none.
+    is_collision
+        whether the gradient jumps there.
+    """
+
+    kind: str
+    point: Point
+    watch: int = -1
+    is_collision: bool = False
+
+
+def events_between(curve: Continuation, before: Point, after: Point, depth: int = 0) -> list[Event]:
+    """Locate what happens between two points that follow one another, in the order of the branch.
+
+    Raises
+    ------
+    ConvergenceError
+        the branch cannot be followed in between.
+    """
+    if before.pattern != after.pattern:
+        touches = _touch(before.pattern, after.pattern) or _touch(after.pattern, before.pattern)
+        is_one = touches is not None or _swapped(before.pattern, after.pattern) is not None
+        if not is_one and depth < _DEEPEST:
+            middle = curve.between(before, after, 0.5)
+            return [*events_between(curve, before, middle, depth + 1), *events_between(curve, middle, after, depth + 1)]
+    events = list(_changes_of_pattern(curve, before, after))
+    kinds = [kind for kind, test in _TESTS.items() if test(before) * test(after) < 0.0]
+    if FOLD in kinds and BREAKING in kinds:  # at a fold det(I - M) is zero as well
+        kinds.remove(BREAKING)
+    events += [_located(curve, before, after, kind, _TESTS[kind]) for kind in kinds]
+    if _pairs_outside(before) != _pairs_outside(after) and _are_complex(before, after):
+        count = _pairs_outside(before)
+        events.append(_located(curve, before, after, NEIMARK_SACKER, lambda p: _sign(_pairs_outside(p) == count)))
+    return sorted(events, key=lambda event: event.point.length)
+
+
+def _located(curve: Continuation, before: Point, after: Point, kind: str, test: Callable[[Point], float]) -> Event:
+    """The event where a test function changes its sign."""
+    points: dict[float, Point] = {}
+
+    def value(share: float) -> float:
+        points[share] = curve.between(before, after, share)
+        return test(points[share])
+
+    share = float(brentq(value, 0.0, 1.0, xtol=_LOCATED, rtol=1e-14))
+    nearest = sorted(points, key=lambda other: abs(other - share))[:4]
+    sides = [test(points[other]) for other in nearest]
+    jumps = kind in _TESTS and min(map(abs, sides)) > _JUMP and min(sides) < 0.0 < max(sides)
+    return Event(kind, points[share], is_collision=jumps)
+
+
+def _changes_of_pattern(curve: Continuation, before: Point, after: Point) -> Iterator[Event]:
+    """The grazing or the exchange of two crossings between two points whose patterns differ."""
+    if before.pattern == after.pattern:
+        return
+    for touching, apart in ((after, before), (before, after)):
+        pair = _touch(apart.pattern, touching.pattern)
+        if pair is not None:
+            yield _grazing(curve, before, after, touching is after)
+            return
+    watch = _swapped(before.pattern, after.pattern)
+    if watch is None:
+        point = _located(curve, before, after, PATTERN, lambda p: _sign(p.pattern == before.pattern)).point
+        yield Event(PATTERN, point)
+        return
+
+    def apart_by(point: Point) -> float:
+        if point.pattern == before.pattern:
+            return _time_between(point, after.pattern)
+        return -_time_between(point, before.pattern)
+
+    yield replace(_located(curve, before, after, PATTERN, apart_by), watch=watch, is_collision=False)
+
+
+def _touch(fewer: Pattern, more: Pattern) -> int | None:
+    """What touches a corner if one pattern is the other with two crossings more of that corner; None if it is not."""
+    if len(more) != len(fewer) + 2:
+        return None
+    return next((more[i][0] for i in range(len(more)) if _without(more, i) == fewer), None)
+
+
+def _without(pattern: Pattern, i: int) -> Pattern | None:
+    """A pattern without the crossings i and i + 1, if these are a touch: there and back."""
+    j = (i + 1) % len(pattern)
+    if pattern[i][0] != pattern[j][0] or pattern[i][1] == pattern[j][1]:
+        return None
+    return rotated([item for k, item in enumerate(pattern) if k not in (i, j)])
+
+
+def _grazing(curve: Continuation, before: Point, after: Point, is_after: bool) -> Event:
+    """Where two crossings meet: their velocity v at a distance s from there is about the root of s.
+
+    Motions that cross are followed ever nearer to where v^2, as a function of s, reaches zero.
+    """
+    apart, touching = (before, after) if is_after else (after, before)
+    fewer = apart.pattern
+    inner, outer = (1.0, 0.0) if is_after else (0.0, 1.0)  # shares with and without the crossings
+    samples = [(inner, *_softest_touch(touching, fewer))]
+    limit, expected = 0.5, np.inf
+    for _ in range(_TOUCHES):
+        near = samples[-3:]
+        previous, expected = expected, _extrapolated([v for _, v, _ in near], [share for share, _, _ in near], outer)
+        is_inside = min(inner, outer) <= expected <= max(inner, outer)
+        limit = expected if is_inside else 0.5 * (inner + outer)
+        if abs(inner - outer) < _LOCATED or (is_inside and len(near) == 3 and abs(expected - previous) < 1e-12):
+            break
+        share = limit + _NEARER * (inner - limit)
+        point = curve.between(before, after, share)
+        if point.pattern == fewer:
+            outer, expected = share, np.inf
+        else:
+            inner = share
+            samples.append((share, *_softest_touch(point, fewer)))
+    return Event(GRAZING, curve.between(before, after, limit), samples[-1][2])
+
+
+def _extrapolated(velocities: list[float], shares: list[float], outer: float) -> float:
+    """The share at which the velocity is zero: s = s0 + a v^2 + b v^3 through the last samples."""
+    if len(velocities) == 1:
+        return 0.5 * (shares[0] + outer)
+    powers = [0, 2, 3][: len(velocities)]
+    matrix = np.array([[v**power for power in powers] for v in velocities])
+    scale = np.abs(matrix).max(axis=0)
+    try:
+        return float(np.linalg.solve(matrix / scale, np.array(shares))[0] / scale[0])
+    except np.linalg.LinAlgError:
+        return 0.5 * (shares[-1] + outer)
+
+
+def _softest_touch(point: Point, fewer: Pattern) -> tuple[float, int]:
+    """Velocity and clearance of the two crossings without which a motion has the pattern of fewer."""
+    crossings = point.motion.crossings
+    order = list(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True))
+    touches = []
+    for i in range(len(order)):
+        j = (i + 1) % len(order)
+        if _without(tuple(order), i) == fewer:
+            touches.append((0.5 * abs(crossings.velocity[i] - crossings.velocity[j]), order[i][0]))
+    if not touches:
+        raise ConvergenceError("the pattern of crossings changes more than once")
+    return min(touches)
+
+
+def _swapped(one: Pattern, other: Pattern) -> int | None:
+    """What crosses earlier if one pattern is the other with two neighbours exchanged; None if it is not."""
+    if sorted(one) != sorted(other):
+        return None
+    return next((one[i][0] for i in range(len(one)) if _exchanged(one, i) == other), None)
+
+
+def _exchanged(pattern: Pattern, i: int) -> Pattern:
+    order, j = list(pattern), (i + 1) % len(pattern)
+    order[i], order[j] = order[j], order[i]
+    return rotated(order)
+
+
+def _time_between(point: Point, other: Pattern) -> float:
+    """The shortest time between two crossings whose exchange gives another pattern."""
+    crossings = point.motion.crossings
+    order = tuple(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True))
+    gaps = [
+        crossings.time[(i + 1) % len(order)] - crossings.time[i]
+        for i in range(len(order))
+        if _exchanged(order, i) == other
+    ]
+    return float(min(map(abs, gaps), default=0.0))
+
+
+def _sign(holds: bool) -> float:
+    return 1.0 if holds else -1.0
+
+
+def _fold(point: Point) -> float:
+    return float(point.tangent[-1])
+
+
+def _determinant(matrix: np.ndarray, free: int) -> float:
+    """Of a matrix without its factors nearest to zero, one for every free direction."""
+    values = np.linalg.eigvals(matrix)
+    kept = values[np.argsort(np.abs(values))[free:]]
+    return float(np.prod(kept).real)
+
+
+def _doubling(point: Point) -> float:
+    return float(np.linalg.det(np.eye(len(point.scale)) + point.gradient))
+
+
+def _breaking(point: Point) -> float:
+    return _determinant(np.eye(len(point.scale)) - point.gradient, point.free)
+
+
+_TESTS: dict[str, Callable[[Point], float]] = {FOLD: _fold, DOUBLING: _doubling, BREAKING: _breaking}
+
+
+def _pairs_outside(point: Point) -> int:
+    values = point.multipliers
+    return int(np.sum((np.abs(values.imag) > _REAL) & (np.abs(values) > 1.0)))
+
+
+def _are_complex(before: Point, after: Point) -> bool:
+    """Whether a pair goes through the unit circle as one: as many complex multipliers on both sides."""
+    counts = [int(np.sum(np.abs(point.multipliers.imag) > _REAL)) for point in (before, after)]
+    return counts[0] == counts[1]

@@ -1,0 +1,144 @@
+"""The period map of a driveline with a free parameter: where a state is n periods later, and how that moves with both.
+
+A Family of any driveline makes a system of every parameter. One of laws and harmonics alone makes columns of
+coefficients instead, and follows the motions in one compiled loop (``compiled``): the same bits in a tenth of the time.
+
+Takes functions of the parameter, or of several values of it; gives Passages of motions and slopes.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.kernels.variants import Coefficients
+from gearrattle.engine.periodic.compiled import PeriodBatch
+from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+
+Array = NDArray[np.float64]
+
+DIFFERENCE = 1e-6
+"""Step of the central difference over the parameter, in its unit: what it leaves out is about as large as rounding."""
+
+SystemOf = Callable[[float], PiecewiseSystem]
+CoefficientsOf = Callable[[Array], tuple[Coefficients, NDArray[np.bool_]]]
+
+
+class Family(ABC):
+    """Base of both.
+
+    Attributes
+    ----------
+    scale
+        (N,) of states, for norms: balanced = scale * SI.
+    size
+        norm that counts as one: the largest corner.
+    cycles
+        n, periods that a motion lasts.
+    unit
+        of the parameter.
+    """
+
+    scale: Array
+    size: float
+    cycles: int
+    unit: float
+
+    @abstractmethod
+    def map_at(self, parameter: float) -> PeriodMap:
+        """Return the map of one driveline."""
+
+    @abstractmethod
+    def follow(self, state: State, parameter: float) -> tuple[Pass, Array]:
+        """Follow a state.
+
+        Returns
+        -------
+        tuple[Pass, Array]
+            The motion over n periods, and (N,) d end / d parameter with the state held [SI].
+
+        Raises
+        ------
+        ConvergenceError
+            the motion could not be followed.
+        """
+
+
+class GeneralFamily(Family):
+    """The family of a driveline of any kind.
+
+    Parameters
+    ----------
+    system_of
+        the driveline of a parameter.
+    first
+        a parameter, whose driveline sets the scales.
+    cycles
+        n.
+    unit
+        of the parameter.
+    """
+
+    def __init__(self, system_of: SystemOf, first: float, cycles: int = 1, unit: float = 1.0) -> None:
+        self._system_of, self.cycles, self.unit = system_of, cycles, unit
+        period_map = self.map_at(first)
+        self.scale, self.size = period_map.scale, period_map.size
+
+    def map_at(self, parameter: float) -> PeriodMap:
+        """Return the map of one driveline."""
+        return PeriodMap(self._system_of(parameter), self.cycles)
+
+    def follow(self, state: State, parameter: float) -> tuple[Pass, Array]:
+        """Follow a state; see ``Family.follow``."""
+        step = DIFFERENCE * self.unit
+        ahead, behind = (self.map_at(parameter + side).later(state).y for side in (step, -step))
+        return self.map_at(parameter)(state), (ahead - behind) / (2.0 * step)
+
+
+class CompiledFamily(Family):
+    """The family of a driveline of laws and harmonics alone.
+
+    Parameters
+    ----------
+    general
+        the same family; follows what the loop leaves out.
+    system
+        one of the drivelines.
+    coefficients_of
+        coefficients of (V,) parameters with a leading axis, and which of them share the structure.
+    """
+
+    def __init__(self, general: GeneralFamily, system: PiecewiseSystem, coefficients_of: CoefficientsOf) -> None:
+        self._general, self._coefficients_of = general, coefficients_of
+        self.scale, self.size = general.scale, general.size
+        self.cycles, self.unit = general.cycles, general.unit
+        self._angle_from_basis = relative_coordinates(system).angle_from_basis
+        self._batch: PeriodBatch | None = None
+        self._system = system
+
+    def map_at(self, parameter: float) -> PeriodMap:
+        """Return the map of one driveline."""
+        return self._general.map_at(parameter)
+
+    def follow(self, state: State, parameter: float) -> tuple[Pass, Array]:
+        """Follow a state; see ``Family.follow``."""
+        step = DIFFERENCE * self.unit
+        numbers, is_alike = self._coefficients_of(np.array([parameter - step, parameter + step, parameter]))
+        if not is_alike.all():
+            return self._general.follow(state, parameter)
+        if self._batch is None:
+            self._batch = PeriodBatch(self._system, self.cycles, numbers)
+        deflection, velocity = np.split(state.y, [self._angle_from_basis.shape[1]])
+        angle = self._angle_from_basis @ deflection
+        batch = self._batch
+        if not batch.follow(numbers, angle, velocity, np.array([False, False, True])).all():
+            return self._general.follow(state, parameter)
+        behind, ahead, end = batch.out.end.copy()
+        turned, gradient = batch.out.turned[-1].copy(), batch.out.gradient[-1].copy()
+        motion = Pass(state, State(end), gradient, turned, batch.passages())
+        return motion, (ahead - behind) / (2.0 * step)

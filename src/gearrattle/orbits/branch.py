@@ -1,0 +1,278 @@
+"""``continuation``: periodic motions followed over a value of the model, stable or not, with every change named.
+
+Takes a Model, a path and a range; gives a Branch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model, check_model
+from gearrattle.model.path_labels import path_label
+from gearrattle.model.path_values import in_si
+from gearrattle.model.quantity import argument_problems
+from gearrattle.model.table import shown
+from gearrattle.orbits.curve import Curve, followed
+from gearrattle.orbits.family import family_of
+from gearrattle.orbits.find import periodic
+from gearrattle.orbits.further import branches_off, isolated_curves
+from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
+from gearrattle.orbits.state import Start, check_repeats
+from gearrattle.result import Result
+from gearrattle.wording import counted
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+_POINTS = 50.0  # steps at least along the range, unless the step is limited
+
+
+@dataclass(frozen=True)
+class Branch(Result):
+    """Branches of periodic motions over a value of the model.
+
+    Attributes
+    ----------
+    model
+        the driveline.
+    path
+        of the value.
+    range
+        (2,) its ends [SI].
+    cycles
+        periods T after which the motions repeat.
+    curves
+        the branches as the engine has them; the first goes through the motion at the begin of the range.
+    notes
+        what the user must know.
+
+    Examples
+    --------
+    >>> model = gr.example("rattle_oscillator")
+    >>> branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", (4.0, 7.0))
+    >>> branch.data.sizes["point"] > 20, list(branch.data.data_vars)[:3]
+    (True, ['branch', 'value', 'stable'])
+    """
+
+    kind: ClassVar[str] = "branches"
+    model: Model = field(repr=False, compare=False)
+    path: str
+    range: tuple[float, float]
+    cycles: int
+    curves: tuple[Curve, ...] = field(repr=False, compare=False)
+    notes: tuple[str, ...] = ()
+
+    @cached_property
+    def points(self) -> tuple[Point, ...]:
+        """The points of all branches, one after the other."""
+        return tuple(point for curve in self.curves for point in curve.points)
+
+    @cached_property
+    def data(self) -> xr.Dataset:
+        """A Dataset over "point".
+
+        branch (0: the one through the motion at the begin of the range), value [SI], stable, multiplier (point, mode),
+        peak_to_peak, mean, lowest and highest deflection (point, clearance) [rad or m], impacts (point), error of the
+        state over its size.
+        """
+        import xarray as xr
+
+        points, names = self.points, assemble(self.model).layout.clearance_names
+        turning = len(relative_coordinates(assemble(self.model).system).references)
+        multipliers = np.array([np.append(point.multipliers, np.ones(turning)) for point in points])
+        order = np.argsort(-np.round(np.abs(multipliers), 12), axis=1, kind="stable")
+        multipliers = np.take_along_axis(multipliers, order, axis=1)
+        low, high, mean = np.stack([self._levels(i) for i in range(len(points))], axis=1)
+        unit = {"units": "1" if self.model.units != "SI" else "rad, or m for a mesh"}
+        clearances = ("point", "clearance")
+        variables = {
+            "branch": ("point", np.repeat(np.arange(len(self.curves)), [len(c.points) for c in self.curves])),
+            "cycles": ("point", np.repeat([c.cycles for c in self.curves], [len(c.points) for c in self.curves])),
+            "value": (
+                "point",
+                np.array([point.parameter for point in points]),
+                {"units": path_label(self.path, self.model).unit or "1"},
+            ),
+            "stable": ("point", np.array([is_stable(point.multipliers, point.free) for point in points])),
+            "multiplier": (("point", "mode"), multipliers),
+            "peak_to_peak": (clearances, high - low, unit),
+            "lowest": (clearances, low, unit),
+            "highest": (clearances, high, unit),
+            "mean": (clearances, mean, unit),
+            "crossings": ("point", np.array([len(point.motion.crossings.time) for point in points])),
+            "error": ("point", np.array([point.error for point in points])),
+        }
+        attributes = {"result": self.kind, "path": self.path, "cycles": self.cycles, "title": self.model.name}
+        return xr.Dataset(variables, {"clearance": list(names)}, attributes)
+
+    @cached_property
+    def events(self) -> pd.DataFrame:
+        """What happens along the branches, in the order in which each passes it.
+
+        branch, kind, value [SI], point (the one before it), clearance (what grazes or crosses; empty for none),
+        collision (whether the gradient jumps there).
+        """
+        import pandas as pd
+
+        rows, first = [], 0
+        names = watched_names(self.model)
+        for number, curve in enumerate(self.curves):
+            lengths = [point.length for point in curve.points]
+            for event in curve.events:
+                before = max(0, int(np.searchsorted(lengths, event.point.length, side="right")) - 1)
+                name = names[event.watch] if event.watch >= 0 else ""
+                rows.append((number, event.kind, event.point.parameter, first + before, name, event.is_collision))
+            first += len(curve.points)
+        return pd.DataFrame(rows, columns=["branch", "kind", "value", "point", "clearance", "collision"])
+
+    def orbit(self, i: int) -> Orbit:
+        """Return the periodic motion at a point.
+
+        Parameters
+        ----------
+        i
+            the point, from 0; negative ones count from the end.
+
+        Raises
+        ------
+        ModelError
+            there is no such point.
+        """
+        if not -len(self.points) <= i < len(self.points):
+            raise ModelError(Problem("point", shown(i), f"there are {counted(len(self.points), 'point')}"))
+        return self.orbit_at(self.points[i], int(np.concatenate([[c.cycles] * len(c.points) for c in self.curves])[i]))
+
+    def orbit_at(self, point: Point, cycles: int) -> Orbit:
+        """Return the periodic motion of a point of the engine, of an event for example, and its periods."""
+        model = self.model.with_({self.path: float(point.parameter)})
+        return Orbit(model, cycles, point.motion, point.error, point.free)
+
+    def __repr__(self) -> str:
+        points, branches = counted(len(self.points), "point"), counted(len(self.curves), "branch", "branches")
+        return f"<Branch of {self.model.name!r} over {self.path}: {branches}, {points}>"
+
+    def _levels(self, i: int) -> Array:
+        """(3, K) lowest, highest and mean deflection of every clearance at a point."""
+        run = self.orbit(i).run
+        names = run.trajectory.layout.clearance_names
+        assert run.trajectory.exact is not None
+        levels = run.trajectory.exact.statistics(run.trajectory, [("deflection", name) for name in names])
+        if levels is None:  # of very many samples: these must do
+            deflection = run.trajectory.deflection
+            return np.array([deflection.min(axis=0), deflection.max(axis=0), deflection.mean(axis=0)])
+        return np.array([levels.low, levels.high, levels.mean])
+
+
+def watched_names(model: Model) -> tuple[str, ...]:
+    """Return the names of what may leave its piece: clearances, then auxiliary elements."""
+    layout = assemble(model).layout
+    return (*layout.clearance_names, *layout.auxiliary_names)
+
+
+def continuation(
+    model: Model,
+    path: str,
+    range: tuple[float | str, float | str],
+    *,
+    start: Start | Orbit | None = None,
+    cycles: int = 1,
+    step_limit: float | None = None,
+    isolated: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Branch:
+    """Follow periodic motions over a value of the model.
+
+    Parameters
+    ----------
+    model
+        the driveline.
+    path
+        of the value, such as "excitation.speed" or "mesh.gear.backlash".
+    range
+        its ends, numbers in SI or strings with a unit; the branch begins at the first, which may be the larger.
+    start
+        of the search for the motion at the first end, as of ``periodic``.
+    cycles
+        periods T after which the motions repeat.
+    step_limit
+        largest change of the value between points [SI]; None: as the branch allows.
+    isolated
+        whether branches are sought that do not hang together with the first.
+    progress
+        called now and then with the finished share; what it raises ends the work.
+
+    Returns
+    -------
+    Branch
+        Its points, what happens between them, and the motions.
+
+    Raises
+    ------
+    ModelError
+        inputs that do not repeat, a path that leads nowhere, a range without sense.
+    ConvergenceError
+        no motion was found at the first end.
+
+    Examples
+    --------
+    >>> branch = gr.continuation(gr.example("rattle_oscillator"), "torque.0.harmonics.0.amplitude", (4.0, 7.0))
+    >>> branch.events["kind"].tolist()
+    []
+    """
+    check_model(model)
+    if problems := argument_problems({"cycles": (CYCLES, cycles)}):
+        raise ModelError(problems)
+    first, last = ends_of(model, path, range)
+    base = model.with_({path: first})
+    check_repeats(base)
+    if step_limit is not None and not (isinstance(step_limit, int | float) and 0.0 < step_limit < np.inf):
+        raise ModelError(Problem("step_limit", shown(step_limit), "must be a number greater than zero"))
+    begin = periodic(base, cycles, start)
+    unit = abs(last - first)
+    family = family_of(model, path, first, cycles, unit)
+    curve = Continuation(family, longest=1.0 / _POINTS, step_limit=step_limit)
+    start_point = curve.begin(begin.motion.start, first, upward=last > first)
+    ascending = min(first, last), max(first, last)
+    curves = [followed(curve, start_point, ascending, progress=progress)]
+    if isolated:
+        curves += isolated_curves(curve, ascending, curves)
+    if 2 * cycles <= CYCLES.most:
+        doubled = Continuation(
+            family_of(model, path, first, 2 * cycles, unit), longest=1.0 / _POINTS, step_limit=step_limit
+        )
+        curves += [branch for known in tuple(curves) for branch in branches_off(curve, doubled, known, ascending)]
+    notes = tuple(dict.fromkeys(c.note for c in curves if c.note))
+    return Branch(model, path, (first, last), cycles, tuple(curves), notes)
+
+
+def ends_of(model: Model, path: str, ends: Sequence[float | str]) -> tuple[float, float]:
+    """Read the two ends of a range [SI].
+
+    Raises
+    ------
+    ModelError
+        the path leads nowhere, an end the model refuses, or ends that are the same.
+    """
+    if isinstance(ends, str) or not isinstance(ends, Sequence | np.ndarray) or len(ends) != 2:
+        raise ModelError(Problem("range", shown(ends), "must be two values", "such as (100.0, 200.0)"))
+    values = [in_si(path, end, model) for end in ends]
+    for value in values:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ModelError(Problem("range", shown(value), "what is followed must be a number"))
+    first, last = map(float, values)
+    if first == last:
+        raise ModelError(Problem("range", shown(ends), "must be two different values"))
+    return first, last

@@ -1,0 +1,102 @@
+"""One branch of periodic motions: its points in order, what happens between them, and why it ends where it does.
+
+Takes a Continuation and a point; gives a Curve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.events import DOUBLING, FOLD, Event, events_between
+from gearrattle.errors import ConvergenceError
+
+_MOST_POINTS = 20_000
+_HALVES = 1e-5  # of the size of the state: halves of a motion that differ by less are the same
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One branch.
+
+    Attributes
+    ----------
+    cycles
+        periods after which its motions repeat.
+    points
+        in order.
+    events
+        between them, in order.
+    note
+        why it ends inside the range; empty where it does not.
+    """
+
+    cycles: int
+    points: tuple[Point, ...]
+    events: tuple[Event, ...]
+    note: str = ""
+
+    def steps(self) -> Iterator[tuple[Point, Point]]:
+        """Return the pairs of points that follow one another."""
+        return pairwise(self.points)
+
+
+def followed(
+    curve: Continuation,
+    begin: Point,
+    ends: tuple[float, float],
+    *,
+    home: Continuation | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Curve:
+    """Follow one branch to an end of the range, and locate what happens along it.
+
+    Parameters
+    ----------
+    curve
+        follows it.
+    begin
+        its first point.
+    ends
+        of the range, ascending.
+    home
+        of a branch that left another where its period doubled: follows motions of half its periods. It ends where
+        both halves of its motions are the same again.
+    progress
+        called with how far the parameter has come, as a share of the range.
+    """
+    points = [begin]
+    events: list[Event] = []
+    note = ""
+    try:
+        for point in curve.follow(begin, *ends):
+            ahead = events_between(curve, points[-1], point)
+            last = next((i for i, event in enumerate(ahead) if home and _is_home(home, event)), None)
+            if last is not None:
+                events += [*ahead[:last], replace(ahead[last], kind=DOUBLING)]
+                points.append(ahead[last].point)
+                break
+            events += ahead
+            points.append(point)
+            if progress is not None:
+                progress(min(1.0, abs(point.parameter - begin.parameter) / (ends[1] - ends[0])))
+            if len(points) >= _MOST_POINTS:
+                note = f"A branch was left after {_MOST_POINTS} points."
+                break
+    except ConvergenceError as error:
+        note = f"A branch ends inside the range: {error}."
+    return Curve(curve.family.cycles, tuple(points), tuple(events), note)
+
+
+def _is_home(home: Continuation, event: Event) -> bool:
+    """Whether a motion repeats after half its periods already."""
+    if event.kind != FOLD:
+        return False
+    period_map = home.family.map_at(event.point.parameter)
+    gap = (period_map.later(event.point.motion.start).y - event.point.state) * event.point.scale
+    size = max(home.family.size, float(np.linalg.norm(event.point.state * event.point.scale)))
+    return bool(np.linalg.norm(gap) < _HALVES * size)

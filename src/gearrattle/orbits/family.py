@@ -1,0 +1,55 @@
+"""The period map of a model with one of its values free.
+
+Takes a Model and a path; gives a Family of the engine.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble
+from gearrattle.assembly.variants import bound_of, coefficients
+from gearrattle.engine.kernels.variants import Coefficients
+from gearrattle.engine.periodic.family import CompiledFamily, Family, GeneralFamily
+from gearrattle.engine.solvers.many import has_loop
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.errors import ConvergenceError, ModelError
+from gearrattle.model import Model
+
+Array = NDArray[np.float64]
+
+
+def family_of(model: Model, path: str, first: float, cycles: int, unit: float) -> Family:
+    """Return the family of a model over the value at a path.
+
+    Parameters
+    ----------
+    model
+        the driveline.
+    path
+        of the value that is free.
+    first
+        one of its values [SI].
+    cycles
+        periods that a motion lasts.
+    unit
+        of the value: a change that counts as much as a state that changes by the largest corner.
+    """
+
+    def system_of(value: float) -> PiecewiseSystem:
+        try:
+            return assemble(model.with_({path: float(value)})).system
+        except ModelError as error:
+            raise ConvergenceError(f"there is no such driveline: {error}", remedy="a narrower range") from None
+
+    general = GeneralFamily(system_of, first, cycles, unit)
+    base = model.with_({path: float(first)})
+    system = assemble(base).system
+    if bound_of(base, path) is None or not has_loop(system) or not system.clearances:
+        return general
+
+    def coefficients_of(values: Array) -> tuple[Coefficients, NDArray[np.bool_]]:
+        return coefficients(base, {path: values}, len(values))
+
+    return CompiledFamily(general, system, coefficients_of)

@@ -1,0 +1,133 @@
+"""Branches that hang together with no other, and those that leave a branch where it loses its stability.
+
+Takes a Continuation and the branches known so far; gives further ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.events import BREAKING, DOUBLING, Event
+from gearrattle.engine.periodic.period_map import State
+from gearrattle.errors import ConvergenceError
+from gearrattle.orbits.curve import Curve, followed
+from gearrattle.orbits.search import Known, search, starts_of
+
+Array = NDArray[np.float64]
+
+_VALUES = 7
+"""Of the parameter, between the ends of the range, at which isolated branches are sought."""
+_STARTS = 24
+_DISTANCES = (0.02, 0.005, 0.001)  # from the branch that is left
+
+
+def isolated_curves(curve: Continuation, ends: tuple[float, float], curves: Sequence[Curve]) -> list[Curve]:
+    """Return branches that hang together with none of those known.
+
+    Parameters
+    ----------
+    curve
+        follows them.
+    ends
+        of the range, ascending.
+    curves
+        the branches known.
+    """
+    further: list[Curve] = []
+    for value in np.linspace(*ends, _VALUES + 2)[1:-1]:
+        period_map = curve.family.map_at(float(value))
+        known, on_branches = Known(period_map), Known(period_map)
+        for point in _points_at(curve, [*curves, *further], float(value)):
+            on_branches.add(point.motion)
+        for state in starts_of(period_map, _STARTS):
+            search(known, state)
+        for motion in known.passes:
+            if not on_branches.holds(motion.start):
+                both = _both_ways(curve, motion.start, float(value), ends)
+                further.append(both)
+                for point in _points_at(curve, [both], float(value)):
+                    on_branches.add(point.motion)
+                on_branches.add(motion)
+    return further
+
+
+def _points_at(curve: Continuation, curves: Sequence[Curve], value: float) -> list[Point]:
+    """The points of branches at a value of the parameter."""
+    return [
+        curve.at_parameter(before, after, value)
+        for known in curves
+        for before, after in known.steps()
+        if (before.parameter - value) * (after.parameter - value) < 0.0
+    ]
+
+
+def _both_ways(curve: Continuation, state: State, value: float, ends: tuple[float, float]) -> Curve:
+    """The branch through a motion, from end to end."""
+    begin = curve.begin(state, value)
+    ahead = followed(curve, begin, ends)
+    if len(ahead.points) > 2 and ahead.points[-1].parameter == value:  # closed
+        return ahead
+    behind = followed(curve, curve.begin(state, value, upward=False), ends)
+    length = behind.points[-1].length
+    points = [_reversed(point, length) for point in reversed(behind.points[1:])]
+    points += [replace(point, length=length + point.length) for point in ahead.points]
+    events = [replace(event, point=_reversed(event.point, length)) for event in reversed(behind.events)]
+    events += [replace(e, point=replace(e.point, length=length + e.point.length)) for e in ahead.events]
+    return Curve(curve.family.cycles, tuple(points), tuple(events), behind.note or ahead.note)
+
+
+def _reversed(point: Point, length: float) -> Point:
+    """A point of a branch that is gone through backwards and is so long."""
+    return replace(point, tangent=-point.tangent, length=length - point.length)
+
+
+def branches_off(curve: Continuation, doubled: Continuation, known: Curve, ends: tuple[float, float]) -> list[Curve]:
+    """Return the branches that leave one where its period doubles or its symmetry breaks.
+
+    Parameters
+    ----------
+    curve, doubled
+        follow motions of n and of 2 n periods.
+    known
+        the branch that is left.
+    ends
+        of the range, ascending.
+    """
+    further: list[Curve] = []
+    reached: list[float] = []
+    for event in known.events:
+        if event.is_collision or any(abs(event.point.parameter - value) < 1e-6 * np.ptp(ends) for value in reached):
+            continue
+        if event.kind == DOUBLING:
+            leaving = _leaving(doubled, event, -1.0, (1.0,))
+        elif event.kind == BREAKING:
+            leaving = _leaving(curve, event, 1.0, (1.0, -1.0))
+        else:
+            continue
+        follower = doubled if event.kind == DOUBLING else curve
+        for begin in leaving:
+            branch = followed(follower, begin, ends, home=curve if event.kind == DOUBLING else None)
+            further.append(branch)
+            if branch.events and branch.events[-1].kind == DOUBLING:
+                reached.append(branch.events[-1].point.parameter)
+    return further
+
+
+def _leaving(curve: Continuation, event: Event, multiplier: float, signs: Sequence[float]) -> list[Point]:
+    """Points beside an event along the eigenvector of a multiplier, both signs where these are two branches."""
+    values, vectors = np.linalg.eig(event.point.gradient)
+    vector = vectors[:, np.argmin(np.abs(values - multiplier))].real
+    points = []
+    for sign in signs:
+        for distance in _DISTANCES:
+            try:
+                points.append(curve.beside(event.point, sign * vector, distance))
+            except ConvergenceError:
+                continue
+            break
+    return points

@@ -1,0 +1,169 @@
+"""A motion of a model that repeats, stable or not.
+
+A motion of n periods T is a zero of P(y) - y, P the map of a state to that n T later, which ``exact`` gives with its
+gradient M (``engine.periodic``). The eigenvalues of M are the Floquet multipliers: a small disturbance is multiplied by
+them every n T.
+
+Takes a Model and what the engine found; gives an Orbit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble
+from gearrattle.engine.periodic import shooting
+from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.model import Model
+from gearrattle.model.quantity import Count
+from gearrattle.orbits.state import initial_of, plan_of, state_of
+from gearrattle.quantities.criteria import criteria
+from gearrattle.result import Result
+from gearrattle.simulation.integrate import integrate
+
+if TYPE_CHECKING:
+    from gearrattle.quantities import Verdict
+    from gearrattle.results import Run
+
+Array = NDArray[np.float64]
+
+SAMPLES_PER_CYCLE = 512
+_SETTLING = 32  # periods followed before the first search
+ATTEMPTS = 5
+"""Searches from a settled motion, each after twice as long."""
+_STABLE = 1e-9  # a multiplier larger than one by less is rounding
+CYCLES = Count(1, 64)
+"""Periods after which a motion may repeat."""
+
+
+@dataclass(frozen=True)
+class Orbit(Result):
+    """A motion that repeats after ``cycles`` periods T.
+
+    Attributes
+    ----------
+    model
+        the driveline.
+    cycles
+        n, periods T after which the motion repeats.
+    motion
+        as the engine has it.
+    residual
+        how far the end of the motion is from its begin, over the largest corner or the size of the state.
+    free
+        directions in which the neighbours of this motion repeat as well, without the turning of free trains; 0 for a
+        motion that is isolated.
+    notes
+        what the user must know about it.
+
+    Examples
+    --------
+    >>> orbit = gr.periodic(gr.example("rattle_oscillator"))
+    >>> orbit.cycles, orbit.stable, orbit.residual < 1e-12
+    (1, True, True)
+    >>> len(orbit.run.events)
+    4
+    """
+
+    kind: ClassVar[str] = "periodic motion"
+    model: Model = field(repr=False, compare=False)
+    cycles: int
+    motion: Pass = field(repr=False, compare=False)
+    residual: float
+    free: int = 0
+    notes: tuple[str, ...] = ()
+
+    @cached_property
+    def period_map(self) -> PeriodMap:
+        """The map that this motion is a fixed point of."""
+        return PeriodMap(assemble(self.model).system, self.cycles)
+
+    @property
+    def period(self) -> float:
+        """Time after which the motion repeats [s]."""
+        return self.period_map.length
+
+    @cached_property
+    def state(self) -> dict[str, list[float]]:
+        """Angles [rad] and velocities [rad/s] of all inertias at t = 0, as ``simulate`` takes them."""
+        return initial_of(self.model, self.period_map, self.motion.start)
+
+    @cached_property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Floquet multipliers, the largest modulus first; 1 for the turning of every free train as a whole."""
+        turning = len(relative_coordinates(assemble(self.model).system).references)
+        values = shooting.multipliers_of(self.motion.gradient)
+        return shooting.sorted_by_modulus(np.concatenate([values, np.ones(turning)]))
+
+    @cached_property
+    def stable(self) -> bool:
+        """Whether small disturbances die out, or at least do not grow."""
+        return is_stable(shooting.multipliers_of(self.motion.gradient), self.free)
+
+    @cached_property
+    def run(self) -> Run:
+        """The motion over its period, no longer: what is unstable would leave it."""
+        plan = plan_of(self.model, self.period_map, self.motion.start, SAMPLES_PER_CYCLE)
+        return plan.run(integrate(plan.task, plan.layout, "exact"))
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """What the criteria say of it."""
+        return criteria(self.run)
+
+    @cached_property
+    def pattern(self) -> tuple[tuple[str, str], ...]:
+        """Its impacts in order: (clearance, "drive" or "coast")."""
+        events = self.run.trajectory.events
+        names = self.run.trajectory.layout.clearance_names
+        outward = np.abs(events.to_region) > np.abs(events.from_region)
+        return tuple(
+            (names[k], "drive" if to > 0 else "coast")
+            for k, to in zip(events.clearance[outward], events.to_region[outward], strict=True)
+        )
+
+    def __repr__(self) -> str:
+        kind = "stable" if self.stable else "unstable"
+        return f"<Orbit of {self.model.name!r}: {self.cycles} T, {kind}, |multiplier| {abs(self.multipliers[0]):.4g}>"
+
+
+def is_stable(multipliers: NDArray[np.complex128], free: int) -> bool:
+    """Return whether no multiplier is larger than one, apart from as many nearest to 1 as there are free directions."""
+    others = np.delete(multipliers, np.argsort(np.abs(multipliers - 1.0))[:free])
+    return bool(np.all(np.abs(others) <= 1.0 + _STABLE))
+
+
+def settled_state(model: Model, period_map: PeriodMap) -> State:
+    """Return the state of the model's own start some periods later."""
+    return period_map.later(state_of(model, period_map, None), -(-_SETTLING // period_map.cycles))
+
+
+def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbit:
+    """Return an orbit of the engine with its model; a train without drag turns at no speed of its own."""
+    still = _without_drift(period_map, orbit)
+    notes: tuple[str, ...] = ()
+    if still.free.shape[1]:
+        notes = (
+            "The motion is one of a family: a part of the driveline may stand elsewhere, or turn at another speed.",
+        )
+    return Orbit(model, period_map.cycles, still.motion, still.residual, still.free.shape[1], notes)
+
+
+def _without_drift(period_map: PeriodMap, orbit: shooting.Orbit) -> shooting.Orbit:
+    """The same motion of trains without drag at the speed zero on average."""
+    system = period_map.system
+    motion = relative_coordinates(system).angle_from_reference
+    is_free = (np.abs(motion.T) @ system.drag) == 0.0
+    drift = np.where(is_free, orbit.motion.turned, 0.0) / period_map.length
+    if not np.any(drift):
+        return orbit
+    deflections = len(period_map.flow.coordinates.elements)
+    y = orbit.motion.start.y.copy()
+    y[deflections : deflections + system.size] -= motion @ drift
+    return shooting.shoot(period_map, State(y, orbit.motion.start.auxiliary_pieces))

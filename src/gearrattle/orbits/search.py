@@ -1,0 +1,145 @@
+"""Periodic motions of one driveline that are known, and the search for others.
+
+States from all over the reach of the driveline are followed until they have settled, and Newton's method begins there
+and where they began. Deflated, it is repelled by what is known.
+
+P. E. Farrell, A. Birkisson, S. W. Funke, SIAM J. Sci. Comput. 37 (2015), A2026-A2045, for the deflation.
+
+Takes a PeriodMap; gives Passages of motions that repeat.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from gearrattle.engine.periodic import shooting
+from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.errors import ConvergenceError
+
+Array = NDArray[np.float64]
+
+_SETTLING = 48  # periods
+_REACH = 4.0  # of the largest corner
+_SAME = 1e-6  # of the size of the state: motions nearer than this are the same
+_NEAR = 1e-3  # of the largest corner: a gap from which plain Newton's method goes on
+_DEFLATED = 40  # steps of Newton's method from each start
+
+
+@dataclass
+class Known:
+    """Motions that repeat after n periods, no two of them the same but for a shift by whole periods.
+
+    Attributes
+    ----------
+    period_map
+        of the driveline, over n periods.
+    passes
+        the motions.
+    shifts
+        of each the states (N,) at the begin of every period, balanced.
+    """
+
+    period_map: PeriodMap
+    passes: list[Pass] = field(default_factory=list)
+    shifts: list[list[Array]] = field(default_factory=list)
+
+    def add(self, motion: Pass) -> bool:
+        """Keep a motion; False if it is known."""
+        if self.holds(motion.start):
+            return False
+        self.passes.append(motion)
+        self.shifts.append(self._shifted(motion))
+        return True
+
+    def holds(self, state: State) -> bool:
+        """Return whether a state is that of a known motion at the begin of one of its periods."""
+        start = state.y * self.period_map.scale
+        size = max(self.period_map.size, float(np.linalg.norm(start)))
+        return any(bool(np.linalg.norm(start - other) < _SAME * size) for known in self.shifts for other in known)
+
+    def _shifted(self, motion: Pass) -> list[Array]:
+        """The states at the begin of every period, those of a shorter period once."""
+        once, scale = PeriodMap(self.period_map.system, 1), self.period_map.scale
+        states, state = [motion.start.y * scale], motion.start
+        for _ in range(self.period_map.cycles - 1):
+            state = once.later(state)
+            y = state.y * scale
+            if np.linalg.norm(y - states[0]) < _SAME * max(self.period_map.size, float(np.linalg.norm(y))):
+                break
+            states.append(y)
+        return states
+
+    def index(self) -> int:
+        """Return the sum of the signs of det(I - M) over all fixed points."""
+        total = 0
+        for motion, states in zip(self.passes, self.shifts, strict=True):
+            sign = np.sign(np.linalg.det(np.eye(len(motion.gap)) - motion.gradient))
+            total += int(sign) * len(states)
+        return total
+
+
+def starts_of(period_map: PeriodMap, count: int, seed: int = 0) -> Iterator[State]:
+    """Yield states all over the reach of a driveline: some corners wide, as fast as once through it in a period.
+
+    Parameters
+    ----------
+    period_map
+        of the driveline.
+    count
+        how many.
+    seed
+        of the sequence (Halton's).
+    """
+    scale = period_map.scale
+    points = qmc.Halton(len(scale), seed=seed).random(count)
+    for point in points:
+        y = _REACH * period_map.size * (2.0 * point - 1.0)
+        memories = period_map.flow.memory.size
+        y[len(y) - memories :] = 0.0
+        yield State(y / scale)
+
+
+def search(known: Known, state: State) -> None:
+    """Look for a motion near where a state leads to, and near the state."""
+    period_map = known.period_map
+    with contextlib.suppress(ConvergenceError):
+        later = period_map.later(state, -(-_SETTLING // period_map.cycles))
+        known.add(shooting.shoot(period_map, later, settle=1).motion)
+    with contextlib.suppress(ConvergenceError):
+        known.add(shooting.shoot(period_map, state).motion)
+
+
+def free_directions(period_map: PeriodMap, motion: Pass) -> int:
+    """Return how many directions there are in which the neighbours of a motion repeat as well."""
+    return int(shooting.newton_step(period_map, motion)[1].shape[1])
+
+
+def deflated(known: Known, state: State) -> Pass | None:
+    """Return what Newton's method, repelled by what is known, meets from a state; None if it meets nothing."""
+    period_map = known.period_map
+    scale, size = period_map.scale, period_map.size
+    try:
+        motion = period_map(state)
+        for _ in range(_DEFLATED):
+            step = shooting.newton_step(period_map, motion)[0] * scale
+            slope = 0.0
+            y = motion.start.y * scale
+            for other in (other for states in known.shifts for other in states):
+                away = (y - other) / size
+                distance = float(away @ away)
+                slope += -2.0 * float(away @ step) / size / (distance * (1.0 + distance))
+            factor = 1.0 / (1.0 - slope) if abs(1.0 - slope) > 1e-3 else 1.0
+            longest = _REACH * size / max(float(np.linalg.norm(step)), 1e-300)
+            change = np.clip(factor, -longest, longest) * step
+            motion = period_map(State((y + change) / scale, motion.end.auxiliary_pieces))
+            if np.linalg.norm(motion.gap * scale) < _NEAR * size:
+                return shooting.shoot(period_map, motion.start).motion
+    except (ConvergenceError, np.linalg.LinAlgError):
+        return None
+    return None

@@ -1,0 +1,100 @@
+"""States of a model at the begin of a period, as users write them and as the period map takes them.
+
+Takes a Model, and a start in any of its forms; gives states of ``engine.periodic``, and back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble, free_of, moved, period_of, refuse_unsteady, whole
+from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Initial, Model
+from gearrattle.results import Run
+from gearrattle.simulation.simulate import Plan, prepare
+
+Array = NDArray[np.float64]
+
+Start = str | Mapping[str, Sequence[float]] | Run
+"""A start: "static", "zero", angles and velocities of all inertias [rad, rad/s], or a run, which gives its end."""
+
+_BALANCED = 1e-12  # of the sum of all mean torques
+
+
+def check_repeats(model: Model) -> None:
+    """Refuse a model whose inputs do not repeat, or that mean torques drive away.
+
+    Raises
+    ------
+    ModelError
+        records, sweeps, orders without a common period; mean torques on a train that turns freely without drag.
+    """
+    refuse_unsteady(model, "a periodic motion")
+    if notes := period_of(model).notes:
+        rule, remedy = "a periodic motion needs a common period of all orders", "give orders p/q with small p and q"
+        raise ModelError(Problem("excitation", notes[0], rule, remedy))
+    system = assemble(model).system
+    motion = relative_coordinates(system).angle_from_reference
+    mean, size = motion.T @ system.inputs.mean, np.abs(motion.T) @ np.abs(system.inputs.mean)
+    has_drag = (np.abs(motion.T) @ system.drag) > 0.0
+    for torque, total, is_held in zip(mean, size, has_drag, strict=True):
+        if abs(torque) > _BALANCED * total and not is_held:
+            rule = "the mean torques on a train that turns freely without drag must balance"
+            remedy = "change a mean torque, or give an inertia of the train a drag"
+            raise ModelError(Problem("torque", f"{torque:.6g} N m left over", rule, remedy))
+
+
+def state_of(model: Model, period_map: PeriodMap, start: Start | None) -> State:
+    """Return the state of a start; None is that of the model.
+
+    Raises
+    ------
+    ModelError
+        it is none, or the model has no static equilibrium.
+    """
+    if isinstance(start, Run):
+        return _end_of(model, period_map, start)
+    settings = {"initial": start, "algorithm": "exact"}
+    task = prepare(model, {key: value for key, value in settings.items() if value is not None}, audit=False).task
+    return period_map.state_of(task.angle, task.velocity)
+
+
+def _end_of(model: Model, period_map: PeriodMap, run: Run) -> State:
+    """The state in which a run ends."""
+    trajectory, free = run.trajectory, free_of(model)
+    names = [inertia.name for inertia in model.inertias]
+    if [inertia.name for inertia in run.model.inertias] != names:
+        rule = f"must be a motion of the same inertias, {', '.join(names)}"
+        raise ModelError(Problem("start", repr(run), rule, "simulate this model"))
+    state = period_map.state_of(trajectory.angle[-1, free], trajectory.velocity[-1, free])
+    auxiliaries = trajectory.auxiliaries
+    if auxiliaries is None:
+        return state
+    memory = auxiliaries.memory[-1, list(period_map.system.memories)]
+    y = np.concatenate([state.y[: state.y.size - memory.size], memory])
+    return State(y, np.asarray(auxiliaries.piece[-1], dtype=np.int64))
+
+
+def initial_of(model: Model, period_map: PeriodMap, state: State) -> dict[str, list[float]]:
+    """Return a state as ``simulate`` takes it: angles and velocities of all inertias, references at zero."""
+    task = period_map.task(state, 1)
+    begin = np.zeros(1)
+    angle, velocity = (
+        whole(model, values[None], moved(model, begin, order))[0]
+        for order, values in enumerate((task.angle, task.velocity))
+    )
+    return {"angle": angle.tolist(), "velocity": velocity.tolist()}
+
+
+def plan_of(model: Model, period_map: PeriodMap, state: State, samples_per_cycle: int) -> Plan:
+    """Return the simulation of one pass from a state, memories included."""
+    settled = model.with_simulation({"initial": "zero"}) if isinstance(model.simulation.initial, Initial) else model
+    grid = {"cycles": period_map.cycles, "discard": 0, "samples_per_cycle": samples_per_cycle}
+    plan = prepare(settled, {**grid, "algorithm": "exact", "initial": "zero"}, audit=False)
+    return replace(plan, task=period_map.task(state, period_map.cycles, samples_per_cycle))
