@@ -60,7 +60,7 @@ class Findings(Result):
     advice
         what was advised before the run; None if its pilot failed, and under records or a sweep.
     scores
-        what became of its forecasts.
+        its forecasts compared with the run.
 
     Examples
     --------
@@ -124,7 +124,7 @@ def run(
     Raises
     ------
     ModelError
-        a setting out of range, or a driveline that cannot bear its mean loads.
+        a setting out of range, or a driveline without equilibrium under its mean loads.
     ConvergenceError
         the algorithm failed or went unstable.
 

@@ -1,6 +1,6 @@
-"""English that depends on a number or on the word that follows, and text in columns.
+"""Plurals, articles and lists in English sentences, and text in columns.
 
-Takes numbers, nouns and cells; gives text to messages, notes, pages and terminals.
+Takes numbers, nouns and cells; gives text for messages, notes, pages and terminals.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def counted(number: float, noun: str, plural: str | None = None) -> str:
 
 
 def noun_of(number: float, noun: str, plural: str | None = None) -> str:
-    """Return the noun in the number that goes with a number: singular for what is shown as 1.
+    """Return a noun in the singular or the plural: the singular if the number is shown as 1.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def with_article(noun: str) -> str:
 
 
 def listed(names: Sequence[str], last: str = "and") -> str:
-    """Return names as a list in a sentence: "a", "a and b", "a, b and c"; ``last`` stands before the last."""
+    """Return names as a list in a sentence: "a", "a and b", "a, b and c"; ``last`` is the word before the last name."""
     return f" {last} ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
@@ -63,14 +63,14 @@ def columns(
     Parameters
     ----------
     head
-        titles of the columns; none of them: no line of titles.
+        titles of the columns; if all are empty, there is no line of titles.
     rows
-        cells, as long as ``head``.
+        cells, as many as ``head`` has.
     words
         indices of the columns of words.
     width
-        of a line, in characters: cells of words continue below themselves where lines are longer, in columns
-        of at least 24 characters. None: no limit.
+        of a line, in characters: if lines are longer, cells of words are wrapped, in columns of at least 24
+        characters. None: no limit.
     """
     table = [*([list(head)] if any(head) else []), *(list(row) for row in rows)]
     widths = _widths(table)
@@ -89,7 +89,7 @@ def _widths(table: Sequence[Sequence[str]]) -> list[int]:
 
 
 def _wrapped(table: Sequence[Sequence[str]], words: Collection[int], width: int) -> list[list[str]]:
-    """Return a table with more rows, whose widest columns of words are narrower until lines have the width."""
+    """Return the table with its widest columns of words wrapped into more rows, until the lines fit the width."""
     from textwrap import wrap
 
     limits = _widths(table)

@@ -106,7 +106,7 @@ def test_a_model_without_units_takes_plain_numbers() -> None:
         ("-1:5", None, "speeds"),
         ("25 Hz:50 Hz", None, "rpm or angle"),
         ((0, float("inf")), None, "speeds"),
-        (None, {"mesh": []}, "needs one at least"),
+        (None, {"mesh": []}, "needs at least one"),
         (None, {"mesh": [0.01 * k for k in range(65)]}, "at most 64"),
         (None, {"mesh": [0.5, 1.5]}, "between 0 and 1"),
         (None, {"mash": [0.5]}, "no such element"),

@@ -195,7 +195,7 @@ def test_another_reference_and_progress() -> None:
     error = exact.row("rk2").error
     assert error is not None
     assert own.worst == pytest.approx(error.worst, rel=1e-6)
-    words = f"Errors are told against rk2, which is itself wrong by {own.worst:.1g} half-gaps"
+    words = f"Errors are relative to rk2, which is itself wrong by {own.worst:.1g} half-gaps"
     assert actual.recommendation.startswith(words)
     assert "Use" not in actual.recommendation
     assert shares == sorted(shares)

@@ -217,5 +217,5 @@ def test_bad_engines(change: dict[str, Any], words: str) -> None:
 def test_an_engine_stands_alone_in_its_table() -> None:
     tables = driven(4).to_tables()
     tables["torque"][1]["mean"] = 5.0
-    with pytest.raises(gr.ModelError, match="mean may not stand beside it"):
+    with pytest.raises(gr.ModelError, match="mean cannot be given together with it"):
         gr.Model.from_tables(tables)

@@ -82,7 +82,7 @@ def test_the_command_prints_the_table_and_keeps_an_old_mapping(
     assert "decimals are parted by a comma" in printed.err
     before = mapping.read_text()
     assert main(["look", str(path), "-o", str(mapping)]) == 2
-    assert "is there already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err
     assert mapping.read_text() == before
     assert main(["look", str(path), "--json"]) == 0
     channels = json.loads(capsys.readouterr().out)["channels"]

@@ -308,7 +308,7 @@ def test_killed_within_a_generation_it_goes_on_to_the_same_bits(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("arguments", "match"),
     [
-        ({"variables": {}}, "needs one at least"),
+        ({"variables": {}}, "needs at least one"),
         ({"variables": {"coupling.joint.stifness": (1.0, 2.0)}}, "did you mean"),
         ({"variables": {STIFFNESS: (2.0, 1.0)}}, "must lie below to"),
         ({"variables": {STIFFNESS: (-1.0, 1.0)}}, "stiffness"),

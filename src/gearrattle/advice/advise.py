@@ -1,18 +1,18 @@
 """The procedure of the paper's Fig. 1 before the integration, on one page.
 
     1. lumping          which bodies move as one in the excited band                    (sec. 3)
-    2. scaling          what non-dimensional form does to the Jacobian                  (sec. 5)
+    2. scaling          effect of the non-dimensional form on the Jacobian              (sec. 5)
     3. stiffness        eigenvalues over the regions the motion visits                  (sec. 6)
-    4. clearances       which will open at this load: linear response, then a pilot     (sec. 6, Fig. 3)
-    5. contact ratios   the slopes that stand for them                                  (sec. 6, Fig. 4)
+    4. clearances       which open at this load: linear response, then a pilot run      (sec. 6, Fig. 3)
+    5. contact ratios   slopes that replace them in a linear model                      (sec. 6, Fig. 4)
     6. algorithm        which to use, and the step it may take                          (sec. 8)
-    7. cost             of the run planned
-    8. predictability   how long single instants mean anything
+    7. cost             of the planned run
+    8. predictability   how long the motion is predictable point by point
 
-The paper closes the loop by hand. Here the pilot does: a lumped model that moves otherwise than the full one is not
-advised.
+In the paper the user closes the loop. Here the pilot run does: a lumped model is not recommended if it moves
+differently from the full one.
 
-Takes a Model and the settings of the run planned; gives an Advice.
+Takes a Model and the settings of the planned run; gives an Advice.
 """
 
 from __future__ import annotations
@@ -49,19 +49,18 @@ def advise(
     up_to: float | str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Advice:
-    """Say what to do before simulating, and foretell what a run will show.
+    """Say what to do before simulating, and forecast what a run will show.
 
     Parameters
     ----------
     model
         the driveline.
     algorithm, cycles, discard, samples_per_cycle, tolerance, step, initial
-        of the run planned, as in
-        ``gearrattle.simulate``.
+        of the planned run, as in ``gearrattle.simulate``.
     up_to
         end of the band for lumping, as in ``gearrattle.reduce``; by default the highest order of any torque.
     progress
-        called with the finished share; what it raises ends the work.
+        called with the finished share; an exception from it ends the work.
 
     Returns
     -------
@@ -71,14 +70,14 @@ def advise(
     Raises
     ------
     ModelError
-        a bad setting, a driveline that cannot bear its mean loads, or inputs that are no harmonics.
+        an invalid setting, a driveline without equilibrium under its mean loads, or inputs that are not harmonic.
     ConvergenceError
         the exact pilot run failed.
 
     Examples
     --------
     >>> print(gr.advise(gr.example("case3"), cycles=20).line("algorithm").words)
-    Use exact: it has no step to choose; if it must be another one, rkv-events, which restarts at every corner.
+    Use exact: it has no step to choose; the alternative is rkv-events, which restarts at every corner.
     """
     check_model(model)
     _refuse_unsteady(model)
@@ -107,8 +106,8 @@ def advise(
     driveline = assemble(model)
     system = driveline.system
     layout = driveline.layout
-    rest = named_equilibrium(driveline)[1]
-    pilot, response = run_pilot(planned, planned.simulation.cycles or 1, stage(0)), excursions(system, rest)
+    equilibrium = named_equilibrium(driveline)[1]
+    pilot, response = run_pilot(planned, planned.simulation.cycles or 1, stage(0)), excursions(system, equilibrium)
     pilot.run.variation.follow(stage(1))
     lumping, quiet = lumping_line(planned, pilot, up_to, stage(2)), response.inside and not system.auxiliaries
     stage(3)(0.0)
@@ -130,7 +129,7 @@ def advise(
 
 
 def _refuse_unsteady(model: Model) -> None:
-    """Refuse records, motions and sweeps: the pilot's first cycles would show nothing of what comes later."""
-    if left := unsteady(model):
+    """Refuse records, prescribed motions and speed sweeps: a pilot run does not represent what comes later."""
+    if inputs := unsteady(model):
         rule = "advice rests on harmonics of one speed, and on a pilot run that shows what a longer one does"
-        raise ModelError(Problem("model", "; ".join(left), rule, "simulate it, or advise on it at one speed"))
+        raise ModelError(Problem("model", "; ".join(inputs), rule, "simulate it, or advise on it at one speed"))

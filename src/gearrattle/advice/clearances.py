@@ -30,7 +30,7 @@ def linear_forecasts(layout: Layout, excursions: Excursions) -> list[Forecast]:
 
 
 def clearances_line(layout: Layout, excursions: Excursions, pilot: Pilot, notes: tuple[str, ...] = ()) -> Line:
-    """Regimes as the pilot has them; the linear response beside, and what that leaves out."""
+    """Regimes in the pilot run; in addition the linear response, and what that leaves out."""
     names, shown = layout.clearance_names, pilot.of("regime")
     if not names:
         return Line("clearances", "There are none: the driveline is linear.")

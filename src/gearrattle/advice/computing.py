@@ -1,6 +1,6 @@
-"""Which algorithm and step, what it will cost, and how long single instants can be predicted.
+"""Which algorithm and step to use, what the run will cost, and how long the motion is predictable point by point.
 
-Takes the model planned and its pilot; gives lines.
+Takes the planned model and its pilot run; gives lines of the advice.
 """
 
 from __future__ import annotations
@@ -17,27 +17,30 @@ from gearrattle.wording import counted
 
 
 def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
-    """Exact; and what any other algorithm must heed, the one planned first of all."""
+    """Recommend exact; give the largest stable steps of other algorithms, and warn if the planned one is unstable.
+
+    ``quiet``: the linear response crosses no corner.
+    """
     if pilot.run.trajectory.auxiliaries is not None:
         return Line(
-            "algorithm", "Use exact: no other algorithm takes friction, clipped contact damping or alternation."
+            "algorithm", "Use exact: no other algorithm supports friction, clipped contact damping or alternation."
         )
     visited = pilot.visited
     where = "the regions visited" if len(visited.regions) == visited.count else visited.words
     limits = step_limits(model, visited.regions, model.simulation.step)
     unit = " s" if model.units == "SI" else ""
-    evidence = [f"{limit.algorithm}: stable steps end at {limit.largest_step:.4g}{unit} in {where}" for limit in limits]
-    calm = quiet and not len(pilot.run.trajectory.events)
+    evidence = [f"{limit.algorithm}: largest stable step {limit.largest_step:.4g}{unit} in {where}" for limit in limits]
+    no_crossing = quiet and not len(pilot.run.trajectory.events)
     other = (
-        "any algorithm with an error test will do beside it: no corner is crossed."
-        if calm
-        else "if it must be another one, rkv-events, which restarts at every corner."
+        "any algorithm with error control is suitable too, because no corner is crossed."
+        if no_crossing
+        else "the alternative is rkv-events, which restarts at every corner."
     )
     planned = model.simulation.algorithm
     for limit in limits:
         if limit.algorithm == planned and limit.growth > 1.0 + 1e-9:
             evidence.insert(0, _unstable(planned, limit.step, limit.growth, limit.labels))
-            step = f"Not {planned} with the step of {limit.step:.4g} s that is planned: it is unstable. "
+            step = f"Do not use {planned} with the planned step of {limit.step:.4g} s: it is unstable. "
             return Line("algorithm", f"{step}Use exact: it has no step; {other}", tuple(evidence))
     return Line("algorithm", f"Use exact: it has no step to choose; {other}", tuple(evidence))
 
@@ -45,13 +48,13 @@ def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
 def _unstable(algorithm: str, step: float, growth: float, labels: dict[str, int]) -> str:
     region = ", ".join(f"{name} {label}" for name, label in labels.items())
     return (
-        f"{algorithm} with {step:.4g} s multiplies a mode by {growth:.4g} a step in region {region}: what it shows "
-        "there is its own invention"
+        f"{algorithm} with a step of {step:.4g} s multiplies a mode by {growth:.4g} per step in region {region}: its "
+        "motion there is a numerical artefact"
     )
 
 
 def cost_line(pilot: Pilot) -> Line:
-    """Calls and time of the planned run by exact."""
+    """Function calls and computing time of the planned run with exact."""
     t, cost = pilot.run.trajectory, pilot.run.cost
     calls, seconds = cost.function_calls * pilot.stretched, cost.wall_time * pilot.stretched
     crossings = pilot.of("crossings a cycle")[""]
@@ -60,31 +63,31 @@ def cost_line(pilot: Pilot) -> Line:
         f"About {_rounded(calls)} function calls and {seconds:.1g} s for {counted(pilot.planned, 'cycle')} by exact.",
         (
             f"{pilot.name}: {counted(cost.function_calls, 'call')}, {counted(len(t.events), 'crossing')}, "
-            f"{crossings:.3g} a cycle at its end",
+            f"{crossings:.3g} per cycle at its end",
         ),
     )
 
 
 def predictability_line(pilot: Pilot) -> Line:
-    """How long, and what to compare after that."""
+    """How long the motion is predictable point by point, and what to compare after that."""
     cycles, rate = pilot.predictable_cycles, pilot.exponent
     period = pilot.run.trajectory.layout.period
     unit = " 1/s" if pilot.run.model.units == "SI" else ""
     evidence = (
         f"largest Lyapunov exponent over the second half of the {pilot.name}: {rate:.3g}{unit}, "
-        f"a factor of {np.exp(min(rate * period, 700.0)):.3g} a cycle",
+        f"a factor of {np.exp(min(rate * period, 700.0)):.3g} per cycle",
     )
     if math.isinf(cycles):
-        return Line("predictability", "Single instants are predicted to the end of the run.", evidence)
+        return Line("predictability", "The motion is predictable point by point to the end of the run.", evidence)
     words = (
-        f"Single instants are predicted for about {cycles:.2g} cycles. Beyond, compare statistics only, and judge by "
-        "rates and shares, not by single impacts."
+        f"The motion is predictable point by point for about {cycles:.2g} cycles. After that, compare only statistics: "
+        "rates and shares, not single impacts."
     )
     return Line("predictability", words, evidence)
 
 
 def _rounded(value: float) -> str:
-    """Two digits, thousands apart."""
+    """Two significant digits, with a no-break space between groups of three."""
     if not value:
         return "0"
     digits = 1 - math.floor(math.log10(value))

@@ -1,4 +1,4 @@
-"""Forecasts, and what became of them.
+"""Forecasts, and their comparison with the run.
 
 A forecast is a number or a word about one thing, by one route, made before the run that settles it. When it counts as
 right is fixed here, once for all: regimes exactly, ratios within 0.1, counts and times within a factor of two.
@@ -23,7 +23,7 @@ CROSSED = ("not crossed", "crossed")
 
 @dataclass(frozen=True)
 class Forecast:
-    """One thing foretold.
+    """One forecast.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Score:
     Attributes
     ----------
     forecast
-        what was foretold.
+        the forecast.
     happened
         the same quantity of the run.
     right
@@ -128,7 +128,7 @@ QUANTITIES: Mapping[str, tuple[Callable[[Run], Mapping[str, float | str]], Calla
     "computing time": (_wall_time, _within_factor, _TWICE),
     "predictable cycles": (_horizon, _within_factor, _TWICE + ", or both to the end"),
 }
-"""What can be foretold: how a run tells it by subject, when a forecast counts as right, and that in words."""
+"""What can be forecast: its value in a run by subject, when a forecast counts as right, and that rule in words."""
 
 
 def scored(forecasts: Iterable[Forecast], run: Run) -> tuple[Score, ...]:

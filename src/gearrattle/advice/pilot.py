@@ -46,7 +46,7 @@ class Pilot:
         return f"pilot of {counted(self.run.trajectory.cycles, 'cycle')}"
 
     def of(self, quantity: str) -> dict[str, float | str]:
-        """What the pilot itself shows of a quantity that can be foretold."""
+        """What the pilot itself shows of a quantity that can be forecast."""
         return dict(QUANTITIES[quantity][0](self.run))
 
     @cached_property
@@ -93,7 +93,7 @@ class Pilot:
         return cycles if cycles < self.planned else math.inf
 
     def forecasts(self) -> list[Forecast]:
-        """Everything the pilot foretells of the planned run."""
+        """All forecasts of the pilot for the planned run."""
         forecasts = [
             Forecast(quantity, subject, self.name, value, "1" if quantity == "mean slope" else "")
             for quantity in ("regime", "mean slope")

@@ -33,7 +33,7 @@ def scaling_line(model: Model) -> Line:
 
 
 def stiffness_line(model: Model, pilot: Pilot) -> Line:
-    """R_lambda and class over the regions the pilot visits, those it stays in longest told one by one."""
+    """R_lambda and class over the regions the pilot visits, those it stays in longest listed one by one."""
     visited = pilot.visited
     known = [region for region in visited.regions if region.eigenvalues.elastic.size]
     per_second = " 1/s" if model.units == "SI" else ""

@@ -232,7 +232,7 @@ def _states(contact_ratio: Ratios) -> tuple[dict[str, float], ...]:
     }
     empty = [name for name, ratios in grid.items() if not ratios]
     if empty:
-        raise ModelError(Problem(f"contact_ratio: {empty[0]}", "no ratio", "needs one at least"))
+        raise ModelError(Problem(f"contact_ratio: {empty[0]}", "no ratio", "needs at least one"))
     count = prod(len(ratios) for ratios in grid.values())
     if count > MOST_STATES:
         raise ModelError(

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 _LINEARISED = {"mean-slope": "mean_slope", "describing": "gain"}
 _MEANING = {
-    "stable": "it leads to a stable periodic motion, whose ratios these are; others may exist beside it",
+    "stable": "it leads to a stable periodic motion, whose ratios these are; other stable motions may exist too",
     "unstable": "it leads to a periodic motion that is not stable: the true motion is another, simulate it",
     "not found": "no periodic motion was found from it: the motion may be sub-harmonic or chaotic, simulate it",
     "not sought": "no periodic motion was sought from it",
@@ -52,7 +52,7 @@ def contact_ratio(run_or_model: Run | Model, method: str = "mean-slope") -> pd.S
         model fixed_points, all that were found, the one returned first: those that lead to a stable periodic motion
         ("motion": "stable"; then that motion's ratios are returned, as "motion_gain" and "motion_mean_slope") stand
         before all others ("unstable": it leads to a motion that is not; "not found", "not sought"). There may be
-        several, and other motions beside them; which is met only a simulation tells.
+        several, and other motions as well; only a simulation shows which one occurs.
 
     Raises
     ------

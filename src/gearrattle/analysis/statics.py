@@ -125,7 +125,7 @@ class Modes(Result):
         mode
             its column.
         least
-            smallest share told; the largest is told anyway.
+            smallest share listed; the largest is always listed.
         """
         return _largest(self.element_names, self.strain_energy[:, mode], least)
 
@@ -137,7 +137,7 @@ class Modes(Result):
         mode
             its column.
         least
-            smallest share told.
+            smallest share listed.
         """
         shares = self.excitation[:, mode]
         return {name: share for name, share in _largest(self.sources, shares, least).items() if share >= least}
@@ -161,13 +161,13 @@ class Modes(Result):
         mode
             its column.
         least
-            smallest share told; the largest is told anyway.
+            smallest share listed; the largest is always listed.
         """
         return _largest(self.inertia_names, self.kinetic_energy[:, mode], least)
 
 
 def _largest(names: tuple[str, ...], shares: Array, least: float) -> dict[str, float]:
-    """Names and shares from the largest down to the least one told."""
+    """Names and shares, the largest first, down to the smallest one listed."""
     order = [k for k in np.argsort(-shares, kind="stable").tolist() if np.isfinite(shares[k])]
     return {names[k]: float(shares[k]) for j, k in enumerate(order) if j == 0 or shares[k] >= least}
 

@@ -22,14 +22,14 @@ from gearrattle.result import Result
 Array = NDArray[np.float64]
 
 _BEYOND = 1.25  # of the outermost corner
-_REACHES = 4.0  # of the longest way a slider sticks
+_REACHES = 4.0  # of the largest deflection over which a slider sticks
 
 
 @dataclass(frozen=True)
 class TorqueAngle(Result):
-    """A closed cycle of the torque over the deflection, slowly from one end to the other and back.
+    """Torque over deflection in a slow, closed cycle from one end to the other and back.
 
-    The graph is straight from point to point; two points of one deflection are a friction that is let go.
+    The curve is straight between points; two points at the same deflection are a jump where friction is released.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class TorqueAngle(Result):
     elastic
         (N,) the torque without friction [N m].
     loss
-        area of the loop, the energy that friction takes in a cycle [J].
+        area of the loop, the energy that friction dissipates in a cycle [J].
     units
         of the model, "SI" or "dimensionless".
 
@@ -63,7 +63,7 @@ class TorqueAngle(Result):
 
     @property
     def turn(self) -> int:
-        """Index of the highest deflection: up to it the drive-side branch, from it on the way back."""
+        """Index of the highest deflection: end of the rising branch, start of the return branch."""
         return int(np.argmax(self.deflection))
 
 
@@ -79,18 +79,18 @@ def torque_angle(
     element
         name of a coupling.
     low, high
-        the cycle's ends, "-10 deg" or plain numbers [rad]; by default a quarter beyond the outermost corner
-        of either side, or four times as far as its friction sticks.
+        the cycle's ends, "-10 deg" or plain numbers [rad]; by default 1.25 times the outermost corner of
+        each side, plus four times the largest deflection over which friction sticks.
 
     Returns
     -------
     TorqueAngle
-        The cycle once it repeats itself, every kink a point. Damping plays no part in it.
+        The steady cycle, with a point at every kink. Damping is not included.
 
     Raises
     ------
     ModelError
-        no such coupling, or ends in the wrong order or without a value.
+        no such coupling, ends in the wrong order, or an end that is not an angle.
 
     Examples
     --------
@@ -123,7 +123,7 @@ def torque_angle(
 
 
 def _ends(law: PiecewiseLaw, sliders: list[Auxiliary]) -> tuple[float, float]:
-    """A range that shows everything; one to either side where there is nothing to see."""
+    """A range that contains all corners and slips; -1 or 1 on a side without any."""
     stick = _REACHES * max((slider.scale for slider in sliders), default=0.0)
     low = _BEYOND * float(law.corners.min(initial=0.0)) - stick
     high = _BEYOND * float(law.corners.max(initial=0.0)) + stick

@@ -71,7 +71,7 @@ def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Cl
     for auxiliary, mesh, table in of:
         if ramp is not None:
             if signals is None:
-                rule = "a stiffness that alternates along a sweep needs a harmonic or a record beside it"
+                rule = "a stiffness that alternates along a sweep also needs a harmonic or a record"
                 raise ModelError(Problem("excitation.sweep", "", rule, "it says how long the run may be"))
             instants = _along(ramp, mesh, table, float(signals.knots[-1]))
         else:

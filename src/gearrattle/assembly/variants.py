@@ -134,7 +134,7 @@ class Columns:
         return self.model.excitation.omega
 
     def of(self, path: str, value: Any) -> Number:
-        """The leaf at a path, whose value in the model is told; tables over speed are read at every speed."""
+        """The leaf at a path, whose value in the model is given; tables over speed are read at every speed."""
         if path in self.varied:
             return self.varied[path]
         if not isinstance(value, AtSpeed) or isinstance(self.omega, float):

@@ -1,4 +1,4 @@
-"""A model whose numbers all scale: Hooke joints as the sines they stand for, planets' masses in the carrier's J.
+"""A model with only numbers that can be scaled: Hooke joints as sines, planet masses added to the carrier's J.
 
 Takes a Model; gives tables of the file format.
 """
@@ -14,14 +14,14 @@ from gearrattle.model.components import COMPONENTS
 
 
 def written_out(model: Model, *, at_speed: bool) -> dict[str, Any]:
-    """Return the tables of a model that moves alike, its components written out.
+    """Return the tables of an equivalent model, in which such components are expressed by plain numbers.
 
     Parameters
     ----------
     model
         the driveline.
     at_speed
-        whether tables over speed are told as what they are at the model's speed.
+        whether tables over speed are replaced by their values at the model's speed.
     """
     tables = model.to_tables(at_speed=at_speed)
     for row, inertia in zip(tables["inertia"], inertia_of(model).tolist(), strict=True):

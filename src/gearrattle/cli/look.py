@@ -1,4 +1,4 @@
-"""``gearrattle look``: what a measured file holds, and a mapping file to begin with."""
+"""``gearrattle look``: list the contents of a measured file, and write a first mapping file for it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def look(
     sampled: str | None = None,
     json: Json = False,
 ) -> None:
-    """List the channels of a measured file: units, rates, first samples; write a mapping file to begin with.
+    """List the channels of a measured file: units, rates, first samples; write a first mapping file.
 
     With -o, writes the mapping, the table, or a folder with a page: all or nothing.
 
@@ -38,12 +38,12 @@ def look(
         File for the mapping, ending in .toml; every command that takes a measured file takes it. Or a folder for
         report.html, summary.json, results.nc and figures/; or a file for the table, ending in .nc or .csv.
     time
-        Name of the column of times, where the file does not tell.
+        Name of the time column, if the file does not define it.
     sampled
         Rate of a file without times, such as "10 kHz".
     """
     if output is not None and output.is_file() and output.suffix.lower() == ".toml" and not _is_same(output, source):
-        raise ModelError(Problem("-o", f'"{output}"', "is there already", "remove it, or choose another name"))
+        raise ModelError(Problem("-o", f'"{output}"', "already exists", "remove it, or choose another name"))
     rate = None if sampled is None else _rate(sampled)
 
     def work(_watch: Watch) -> Contents:

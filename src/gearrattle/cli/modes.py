@@ -25,7 +25,7 @@ def modes(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     json: Json = False,
 ) -> None:
-    """Print the natural modes; every clearance is closed unless told otherwise.
+    """Print the natural modes; every clearance is closed unless specified otherwise.
 
     With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 

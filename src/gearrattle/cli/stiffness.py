@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from gearrattle.report.stiffness import StiffnessPage
 
 RATIOS = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
-"""Contact ratios over which R_lambda is told."""
+"""Contact ratios for which R_lambda is printed."""
 
 
 def stiffness(

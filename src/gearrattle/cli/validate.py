@@ -29,19 +29,19 @@ class Comparison:
     """How the two are compared."""
 
     match: Annotated[_Words, Parameter(help="MEASURED=SIMULATED, e.g. a3=acceleration.hub. May be repeated.")] = ()
-    start: Annotated[float | None, Parameter(help="Of the measured record, by its clock [s].")] = None
-    end: Annotated[float | None, Parameter(help="Of the measured record, by its clock [s].")] = None
+    start: Annotated[float | None, Parameter(help="First time used of the measured record [s].")] = None
+    end: Annotated[float | None, Parameter(help="Last time used of the measured record [s].")] = None
     lowest: Annotated[float, Parameter(help="Lowest frequency [Hz]; 0: no high pass.")] = 0.0
-    highest: Annotated[float | None, Parameter(help="Highest frequency [Hz]; default: what both rates allow.")] = None
-    trend: Annotated[str, Parameter(help='Taken away from both: "none", "mean" or "linear".')] = "mean"
+    highest: Annotated[float | None, Parameter(help="Highest frequency [Hz]; default: limit of both rates.")] = None
+    trend: Annotated[str, Parameter(help='Removed from both: "none", "mean" or "linear".')] = "mean"
     clock: Annotated[str, Parameter(help='"cycle", "phase", "none", or seconds added to the measured times.')] = "cycle"
     clock_by: Annotated[str, Parameter(help="Measured channel that sets the clock.")] = ""
     threshold: Annotated[_Words, Parameter(help="CLEARANCE=VALUE [SI] where impacts count. May be repeated.")] = ()
     noise: Annotated[_Words, Parameter(help="CHANNEL=RMS [SI] of the measuring noise. May be repeated.")] = ()
     calibration: Annotated[float | None, Parameter(help="Standard uncertainty of all channels [%].")] = None
     uncertain: Annotated[_Words, Parameter(help="PATH=STANDARD_ERROR [SI] of a parameter. May be repeated.")] = ()
-    draws: Annotated[Whole, Parameter(help="Runs with uncertain parameters drawn.")] = 16
-    seed: Annotated[Whole, Parameter(help="Of these and of the bootstrap.")] = 0
+    draws: Annotated[Whole, Parameter(help="Runs with randomly drawn uncertain parameters.")] = 16
+    seed: Annotated[Whole, Parameter(help="Seed of these runs and of the bootstrap.")] = 0
 
     def arguments(self) -> dict[str, Any]:
         """Return the settings as keyword arguments of ``validate``."""
@@ -62,7 +62,7 @@ class Comparison:
         }
 
     def unfit(self) -> list[str]:
-        """Return the options given that are of a steady motion alone."""
+        """Return the given options that apply only to a steady motion."""
         steady = (field for field in fields(self) if field.name != "match")
         names = [
             field.name for field in steady if list(_listed(getattr(self, field.name))) != list(_listed(field.default))
@@ -90,18 +90,18 @@ def validate(
     settings: Settings = _SETTINGS,
     json: Json = False,
 ) -> None:
-    """Compare a simulated motion with a measured one: what agrees within chance, what does not, and why not.
+    """Compare a simulated motion with a measured one: what agrees within random scatter, what does not, and why.
 
-    A model with a sweep, or a run along one, is compared order by order over speed.
+    A model with a speed sweep, or a saved run of one, is compared order by order over speed.
 
     With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 
     Parameters
     ----------
     model
-        Model file (TOML), simulated for this; or a saved run (.nc).
+        Model file (TOML), which is simulated; or a saved run (.nc).
     measurement
-        Measured file, or a mapping of one (measurement.toml).
+        Measured file, or a mapping file for it (measurement.toml).
     """
     if _is_run_up(model, how, over_speed):
         from gearrattle.cli.validate_run_up import validate_run_up
@@ -118,12 +118,14 @@ def validate(
 
 
 def _is_run_up(model: Path, how: Comparison, over_speed: OverSpeed) -> bool:
-    """Return whether speeds change; refuse options of the other kind."""
+    """Return whether the speed changes; refuse options that do not apply."""
     swept = is_run_up(model)
     wrong = how.unfit() if swept else over_speed.given()
     if wrong:
         rule = (
-            "is of steady motions, and this one's speed changes" if swept else "is of run-ups, and this one's is steady"
+            "applies to steady motions, and here the speed changes"
+            if swept
+            else "applies to run-ups, and here the speed is constant"
         )
         raise ModelError(Problem(", ".join(wrong), str(model), rule, "leave it out"))
     return swept

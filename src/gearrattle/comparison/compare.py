@@ -1,7 +1,7 @@
-"""Algorithms side by side on one model, judged by the exact solution: the paper's Tables 3 and 4, and the truth beside.
+"""Algorithms side by side on one model, compared with the exact solution: the paper's Tables 3 and 4, with true errors.
 
 Every contender runs the same model from the same start on the same output grid. Up to the *window*, where errors of
-1e-6, or of the tolerance if finer, have grown to a thousandth at most, its error is told sample by sample and crossing
+1e-6, or of the tolerance if finer, have grown to a thousandth at most, its error is given sample by sample and crossing
 by crossing; beyond the predictability horizon only its statistics are. The same is done with the exact motion begun
 1e-12 half-gaps away: no algorithm can be expected to do better than that.
 
@@ -176,7 +176,7 @@ def side_by_side(
 
 
 def window_of(truth: Run, tolerance: float) -> float:
-    """Up to where errors are told sample by sample [s]: where 1e-6, or the tolerance if finer, has grown to 1e-3.
+    """Time up to which errors are given sample by sample [s]: where 1e-6, or the tolerance if finer, has grown to 1e-3.
 
     A coarse tolerance is no reason to look away sooner, and a fine one none to look beyond the horizon.
 

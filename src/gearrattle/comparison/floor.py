@@ -45,7 +45,7 @@ class Floor:
     Attributes
     ----------
     reference
-        statistics of the motion the errors are told against.
+        statistics of the motion that the errors refer to.
     deflection
         (K,) of every clearance's rms [rad or m].
     acceleration

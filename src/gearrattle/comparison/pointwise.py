@@ -89,7 +89,7 @@ def pointwise(
     horizon
         end of the window [s], such as the reference's predictability horizon; None: the whole motion.
     thresholds
-        errors of which the first passing is told [scales], ascending.
+        errors; the time at which each is first exceeded is given [scales], ascending.
 
     Raises
     ------

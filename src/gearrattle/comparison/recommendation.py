@@ -88,7 +88,7 @@ def _use(comparison: Comparison) -> str:
         away = comparison.rows[-1]
         own = "" if away.error is None else f", which is itself wrong by {away.error.worst:.1g} {away.error.unit}"
         return (
-            f"Errors are told against {comparison.reference}{own}: which algorithm to use, only reference = exact can "
+            f"Errors are relative to {comparison.reference}{own}: which algorithm to use, only reference = exact can "
             "tell."
         )
     stepping = [row for row in others if row.algorithm != "exact"]

@@ -91,7 +91,7 @@ class Comparison(Result, Record):
     tolerance
         that of the contenders who choose their steps, unless they have their own.
     window
-        up to here errors are told sample by sample [s].
+        time up to which errors are given sample by sample [s].
     horizon
         the reference's predictability horizon [s]; infinite if it is beyond the end.
     period

@@ -9,7 +9,7 @@ Nothing is called different, however certain, that the motion's own error explai
 known: motions that repeat themselves have no scatter, and accurate ones differ in the last digits of their tolerance.
 Nor if it is by less than ``NEGLIGIBLE`` (spectra: ``NEGLIGIBLE_DB``), nor by less than ``NEGLIGIBLE`` of the loudest
 cycle of the whole motion, start-up included: what is left when a motion has come to rest is rounding and tolerance.
-Such statistics are *equal*. With many items some are called different by chance; how many is told.
+Such statistics are *equal*. With many items some are called different by chance; their expected number is given.
 
 Takes Portraits; gives a StatisticalComparison.
 """

@@ -1,4 +1,4 @@
-"""What can be told of an algorithm's step before it is taken: whether it is fixed, and what it makes of a mode.
+"""What is known of an algorithm's step before it is taken: whether it is fixed, and what it makes of a mode.
 
 Takes a Model, a contender and the reference's motion; gives growth factors.
 """
@@ -66,8 +66,8 @@ def growths_of(model: Model, contender: Contender, settings: Mapping[str, Any], 
 
     Of thousands of regions, only those visited most often are treated (``solvers.stability.regions_visited``).
 
-    Above 1 the mode grows, and what the algorithm shows there is its own invention. Empty where steps are chosen.
-    Regions are told by the labels of their clearances, such as "(1, 0, -1)".
+    Above 1 the mode grows, and the motion of the algorithm there is a numerical artefact. Empty where steps are chosen.
+    Regions are named by the labels of their clearances, such as "(1, 0, -1)".
 
     Parameters
     ----------

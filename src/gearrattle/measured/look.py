@@ -1,4 +1,4 @@
-"""``look``: what a measured file holds, and a mapping file to begin with.
+"""``look``: the contents of a measured file, and a first mapping file for it.
 
 Takes readers' columns; gives a table of channels and the text of a ``measurement.toml``.
 """
@@ -133,7 +133,7 @@ def look(source: str | os.PathLike[str], *, time: str = "", sampled: float | Non
     source
         CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a saved run.
     time
-        name of the column of times, where the file does not tell.
+        name of the time column, if the file does not define it.
     sampled
         rate of a file without times [Hz].
 

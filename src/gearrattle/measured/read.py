@@ -45,7 +45,7 @@ def read(
         file or its units tell; or a mapping, ``measurement.toml`` or its tables, which names channels and says
         what is done to them.
     format
-        of a file; empty: told by its content.
+        of a file; empty: recognised by its content.
     root
         folder of further files that a mapping may name. Always allowed are files under the mapping's own folder,
         and under the working directory if that holds the mapping.

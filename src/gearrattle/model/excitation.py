@@ -65,7 +65,7 @@ class Torque(Table):
     """An engine that gives the mean and the sines."""
 
     def to_plain(self, *, at_speed: bool = False) -> TomlTable:
-        """Return the table; at a speed an engine is told as the mean and the sines that it gives."""
+        """Return the table; at a speed an engine is replaced by the mean and the sines that it gives."""
         plain = super().to_plain(at_speed=at_speed)
         if at_speed and self.engine is not None:
             del plain["engine"]
@@ -90,7 +90,7 @@ class Torque(Table):
         if table.get("engine") is not None:
             for key in ("mean", "harmonics"):
                 if table.get(key):
-                    rule = f"an engine gives mean and harmonics; {key} may not stand beside it"
+                    rule = f"an engine gives mean and harmonics; {key} cannot be given together with it"
                     yield Breach((key,), table[key], rule, "add another [[torque]] on the same inertia")
 
 

@@ -118,7 +118,7 @@ class Model(Table):
         Parameters
         ----------
         at_speed
-            whether tables over speed are told as what they are at the model's speed.
+            whether tables over speed are replaced by their values at the model's speed.
         """
         return self.to_plain(at_speed=at_speed)
 

@@ -121,7 +121,7 @@ class Table(BaseModel):
         Parameters
         ----------
         at_speed
-            whether tables over speed are told as what they are at the model's speed.
+            whether tables over speed are replaced by their values at the model's speed.
         """
         keys_set = self.model_fields_set
         return {

@@ -87,7 +87,7 @@ class ContactSides(Quantity[Inputs]):
     merging: str = "exact: times and counts add up; what side a chunk begins on the one before tells"
 
     def rows(self, inputs: Inputs) -> list[Row]:
-        """Return shares and rates of every gap proper."""
+        """Return shares and rates of every clearance with a true gap."""
         layout = inputs.known_layout
         deflections = inputs.of("deflection")
         rows = list[Row]()

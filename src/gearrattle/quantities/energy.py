@@ -1,15 +1,15 @@
 """Energy that is lost in impacts, and the work of contacts.
 
-From the log: what is gone of the relative kinetic energy between the begin and the end of each contact,
+From the event log: the loss of relative kinetic energy between the start and the end of each contact,
 
     E = m (v^2 - v'^2) / 2,     rate = (1/t_w) sum of E over the completed contacts that begin in the window  [W]
 
 with m the reduced inertia of the two bodies along the deflection. At both ends of a contact the spring holds the same
-energy, so E is the energy lost in the contact, but for the work of other elements during it. (The impact energy
-m v^2 / 2 of the criterion "impacts" is what a contact begins with.) From the audit: the work of the element's damping
-and friction itself, by quadrature of its power on dense output, exact, but over the whole run.
+energy, so E is the energy lost in the contact, apart from the work of other elements during it. (The impact energy
+m v^2 / 2 of the criterion "impacts" is the energy at the start of a contact.) From the energy audit: the work of the
+element's own damping and friction. It is an exact quadrature of their power on dense output, but covers the whole run.
 
-Takes inputs; gives values for every gap proper, and for every element with a corner.
+Takes inputs; gives values for every clearance with a true gap, and for every element with a corner.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class ImpactLoss(Quantity[Inputs]):
     merging: str = "exact: sums add up; a contact across chunks is one contact"
 
     def rows(self, inputs: Inputs) -> list[Row]:
-        """Return the rate, and the mean of an impact, of every gap."""
+        """Return the loss rate and the mean loss per impact of every gap."""
         layout, rows = inputs.known_layout, list[Row]()
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k):
@@ -46,11 +46,11 @@ class ImpactLoss(Quantity[Inputs]):
             contacts = inputs.contacts(k)
             loss = 0.5 * mass * contacts.squares
             cut = about(name, contacts, inputs.duration)
-            none = "" if contacts.whole else f"{name}: no impact begins and ends in the window"
+            no_impact = "" if contacts.whole else f"{name}: no impact begins and ends in the window"
             mean = loss / contacts.whole if contacts.whole else math.nan
             rows += [
                 self.row(name, "impact loss rate", loss / inputs.duration, "W", cut),
-                self.row(name, "mean loss of an impact", mean, "J", none or cut),
+                self.row(name, "mean loss of an impact", mean, "J", no_impact or cut),
             ]
         return rows
 
@@ -70,11 +70,11 @@ class ContactWork(Quantity[Inputs]):
     merging: str = "exact: work and time add up, of chunks that were audited"
 
     def rows(self, inputs: Inputs) -> list[Row]:
-        """Return the mean power that every element with a corner takes."""
+        """Return the mean power that every element with a corner dissipates."""
         work = inputs.work
         assert work is not None
         layout, (loss, time, share) = inputs.known_layout, work
-        note = f"work of contacts counts the discarded start-up, {100.0 * share:.3g} % of the run" if share else ""
+        note = f"work of contacts includes the discarded start-up, {100.0 * share:.3g} % of the run" if share else ""
         return [
             self.row(name, "contact work rate", float(loss[element]) / time, "W", note)
             for name, element in zip(layout.clearance_names, layout.clearance.tolist(), strict=True)

@@ -37,7 +37,7 @@ _SEVERITY = {
     "approach speed": ("speed", "|delta'| at the crossing"),
     "impact momentum": ("momentum", "m_eff |delta'| at the crossing"),
     "impact energy": ("energy", "m_eff delta'^2 / 2 at the crossing"),
-    "exchanged momentum": ("exchanged", "m_eff (|delta'| at the begin + |delta'| at the end of the contact)"),
+    "exchanged momentum": ("exchanged", "m_eff (|delta'| at the start + |delta'| at the end of the contact)"),
     "contact impulse": ("impulse", "|integral of the force over the contact|"),
 }
 """How hard impacts are: quantity, its name in ``signals.Severity``, formula."""

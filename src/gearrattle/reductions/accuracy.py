@@ -10,8 +10,8 @@ Shapes
 Responses
     accelerance from every driven inertia to every inertia watched, on a grid and at the resonances of both systems,
     closing in on the largest errors; all in contact, the model's own damping. Levels count where the response is above
-    1 % of its peak: in an antiresonance they say nothing. Beside a sharp resonance a small shift of frequency is a
-    large error of response: both are told.
+    1 % of its peak: in an antiresonance they say nothing. Near a sharp resonance a small shift of frequency is a
+    large error of response: both are given.
 
 Takes a system and a subspace; gives an ``Accuracy``.
 """

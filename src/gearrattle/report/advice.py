@@ -52,7 +52,7 @@ class AdvicePage(Presentation[Advice]):
         }
         chart = row_chart(
             "mean_slopes",
-            "Mean slopes foretold",
+            "Mean slopes forecast",
             "Share of its last slope that a clearance works with on average: 0 is always free, 1 always in contact.",
             list(slopes),
             [Series("", np.array(list(slopes.values())))],
@@ -91,4 +91,4 @@ class AdvicePage(Presentation[Advice]):
                 number = f"{numeral(value, 3)} {forecast.unit}".removesuffix(" 1").strip()
                 value = "to the end" if math.isinf(value) else number
             rows.append((forecast.quantity, forecast.subject, forecast.by, value))
-        return Table(("foretold", "of", "by", "forecast"), tuple(rows), frozenset({0, 1, 2}))
+        return Table(("quantity", "of", "by", "forecast"), tuple(rows), frozenset({0, 1, 2}))

@@ -1,4 +1,4 @@
-"""The advice given before the run, and what became of its forecasts.
+"""The advice given before the run, and its forecasts compared with the run.
 
 Takes Findings; gives a sentence and a Table to the page.
 """
@@ -24,7 +24,7 @@ def scores_sentence(findings: Findings) -> str:
 
 
 def scores_table(findings: Findings) -> Table:
-    """Return every forecast beside what happened."""
+    """Return every forecast and what happened."""
     rows = tuple(
         (
             s.forecast.quantity,
@@ -37,7 +37,7 @@ def scores_table(findings: Findings) -> Table:
         )
         for s in findings.scores
     )
-    head = ("foretold", "of", "by", "forecast", "happened", "", "right if")
+    head = ("quantity", "of", "by", "forecast", "happened", "", "right if")
     return Table(head, rows, frozenset({0, 1, 2, 5, 6}))
 
 

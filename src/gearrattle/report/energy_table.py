@@ -66,7 +66,7 @@ def energy_dict(findings: Findings) -> dict[str, Any] | None:
 
 
 def _causes(model: Model) -> list[str]:
-    """What moves the ends of every element beside its inertias, in words."""
+    """What moves the ends of every element apart from its inertias, in words."""
     prescribed = {motion.on for motion in model.motions}
     causes = []
     for element in model.elements:
@@ -78,5 +78,5 @@ def _causes(model: Model) -> list[str]:
 
 
 def _friction(energy: EnergyAudit) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """(m,) friction's share; zero where none was told."""
+    """(m,) friction's share; zero where none was recorded."""
     return energy.friction_loss if energy.friction_loss.size else np.zeros(energy.element_loss.size)

@@ -1,8 +1,8 @@
-"""A page as a value: sections of sentences, figures and tables. ``written_page`` makes HTML of it.
+"""The content of a page: sections of sentences, figures and tables. ``written_page`` turns it into HTML.
 
-Nothing that draws or renders is imported here: a result on a terminal needs no figure.
+Nothing that plots or renders is imported here, because a result on a terminal needs no figure.
 
-Takes what a page says and shows; gives frozen Pages.
+Takes sentences, figures and tables; gives frozen Pages.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a page. What is empty is left out; the order is that of the attributes.
+    """A part of a page. Empty attributes are left out; the order on the page is that of the attributes.
 
     Attributes
     ----------
@@ -44,17 +44,17 @@ class Section:
     notes
         items of a list.
     charts
-        figures; several of one group are chosen by tabs.
+        figures; those of one group are shown in tabs.
     pictures
         drawings, side by side.
     tables
-        those without rows are left out.
+        tables; those without rows are left out.
     in_columns
         whether tables stand side by side.
     folds
-        whether a long table is folded until it is opened.
+        whether a long table is collapsed until it is opened.
     text
-        a title and a long text, folded.
+        a title and a long text, collapsed.
     """
 
     key: str
@@ -79,7 +79,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """What a page says and shows.
+    """The content of a page.
 
     Attributes
     ----------
@@ -92,9 +92,9 @@ class Page:
     is_interactive
         whether figures become interactive plots; plotly.js is then part of the page (4 MB).
     template
-        the page's own, or one that extends it.
+        ``page.html.j2``, or a template that extends it.
     values
-        what that one needs besides.
+        further variables of the template.
     """
 
     brand: str
@@ -105,7 +105,7 @@ class Page:
     values: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Leave out what is empty."""
+        """Leave out empty sections."""
         object.__setattr__(self, "sections", tuple(section for section in self.sections if not section.is_empty))
 
     @property
@@ -120,5 +120,5 @@ def figure_sections(charts: Iterable[Chart]) -> tuple[Section, ...]:
 
 
 def notes_section(notes: tuple[str, ...]) -> tuple[Section, ...]:
-    """Return the section of what is noted; none if nothing is."""
+    """Return a section with the notes; nothing if there are none."""
     return (Section("notes", "Notes", notes=notes),) if notes else ()

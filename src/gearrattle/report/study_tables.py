@@ -1,4 +1,4 @@
-"""Tables of a study's page: codes counted, probabilities, boundaries, cases that failed.
+"""Tables of a study's page: counts of regimes, probabilities of rattle, regime boundaries, failed cases.
 
 Takes the Dataset of a study; gives Tables.
 """
@@ -36,7 +36,7 @@ _MOST = 40
 
 
 def code_counts(data: xr.Dataset, output: str) -> dict[str, dict[str, int]]:
-    """By subject and word: in how many cases."""
+    """Return the number of cases by subject and by the word of the code, such as a regime."""
     words, subject = words_of(data[output]), subject_of(data, output)
     names = subject_names(data, output) if subject else [output]
     codes = values_of(data, output).transpose(*([subject] if subject else []), ...).values.reshape(len(names), -1)
@@ -47,7 +47,7 @@ def code_counts(data: xr.Dataset, output: str) -> dict[str, dict[str, int]]:
 
 
 def count_table(data: xr.Dataset) -> Table:
-    """In how many cases each part is quiet, single-sided, double-sided; or what became of the cases, without codes."""
+    """Number of cases by part and regime; in a study without regime codes, number of cases by outcome."""
     output = chosen_codes(data)
     if not output:
         cases_by_outcome = [(word, f"{int((data['outcome'] == code).sum())}") for code, word in enumerate(OUTCOMES)]
@@ -59,7 +59,7 @@ def count_table(data: xr.Dataset) -> Table:
 
 
 def lacking_said(data: xr.Dataset, case: str) -> list[str]:
-    """Say in how many cases a part has no impact, a body no sub-harmonic; nothing where all have.
+    """Return sentences: in how many cases a part has no impact, or a body no sub-harmonic; none if no case lacks any.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def lacking_said(data: xr.Dataset, case: str) -> list[str]:
 
 
 def lacking_values(data: xr.Dataset) -> list[dict[str, Any]]:
-    """Return the same as plain values."""
+    """Return the same counts as plain values."""
     among = int((data["outcome"] == DONE).sum())
     return [
         {"subject": name, "lacking": lacking, "cases": count, "of": among}
@@ -82,7 +82,7 @@ def lacking_values(data: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def probability_table(data: xr.Dataset) -> Table:
-    """Probability of rattle by part, over samples alone; no rows for anything else."""
+    """Probability of rattle by part, for a study of samples without axes; no rows for other studies."""
     head = ("part", "rattling", "of samples", "probability", "95 % interval")
     output = chosen_codes(data)
     if not output or not has_probabilities(data) or axes_in(data):
@@ -91,7 +91,7 @@ def probability_table(data: xr.Dataset) -> Table:
 
 
 def probabilities_table(dataset: xr.Dataset) -> Table:
-    """Probability of rattle by part and place of the axes, as ``rattle_probability`` returned it."""
+    """Probability of rattle by part and position on the axes, from ``rattle_probability``."""
     subject, dims = str(dataset.attrs["subject"]), [str(name) for name in dataset["probability"].dims]
     axes = [name for name in dims if name != subject]
     labels = {axis: labels_of(dataset, axis) if axis in dataset.coords else _numbers(dataset, axis) for axis in axes}
@@ -116,10 +116,10 @@ def probabilities_table(dataset: xr.Dataset) -> Table:
     if not rows:
         return Table(head, ())
     widest = float(np.nanmax(columns[4] - columns[3], initial=0.0))
-    wished = max(0.001, float(f"{widest / 4.0:.1g}")) if widest else 0.05
+    half_width = max(0.001, float(f"{widest / 4.0:.1g}")) if widest else 0.05
     note = (
-        "Wilson's interval (1927), for independent samples; Latin hypercubes and Sobol's sequence scatter less. "
-        f"An interval of ±{100.0 * wished:g} % takes up to {samples_needed(wished)} samples."
+        "Wilson's interval (1927), for independent samples; Latin hypercube and Sobol samples scatter less. "
+        f"An interval of ±{100.0 * half_width:g} % needs up to {samples_needed(half_width)} samples."
     )
     return Table(head, tuple(rows), note=note)
 
@@ -133,7 +133,7 @@ def _numbers(data: xr.Dataset, dimension: str) -> list[str]:
 
 
 def boundary_table(data: xr.Dataset) -> Table:
-    """Where the regime changes, along every axis, without samples."""
+    """Where the regime changes, along every axis; no rows for a study of samples."""
     output = chosen_codes(data)
     if not output or SAMPLE in data.dims:
         return Table(("along",), ())
@@ -143,18 +143,18 @@ def boundary_table(data: xr.Dataset) -> Table:
 
 
 def changes_table(dataset: xr.Dataset, measured: xr.Dataset, places: Sequence[str], subject: str) -> Table:
-    """Where the regime changes, a row a change.
+    """Where the regime changes, one row per change.
 
     Parameters
     ----------
     dataset
         from ``regime_boundary``.
     measured
-        holds axes and places, with their words and units.
+        has the axes and ``places`` as variables, with names and units.
     places
-        variables that say where.
+        names of the variables that give the position.
     subject
-        the variable that says of which part; empty if there is none.
+        the variable that names the part; empty if there is none.
     """
     count = dataset.sizes.get(CROSSING, 0)
     names = [*([subject] if subject else []), "along", *places, "from", "to"]
@@ -172,14 +172,14 @@ def changes_table(dataset: xr.Dataset, measured: xr.Dataset, places: Sequence[st
         )
         for row in zip(*columns, strict=True)
     ]
-    more = f" {count - _MOST} more stand in gr.studies.regime_boundary." if count > _MOST else ""
-    note = f"Midpoints between neighbouring values of the axis crossed.{more}"
+    more = f" {count - _MOST} more: see gr.studies.regime_boundary." if count > _MOST else ""
+    note = f"Midpoints between neighbouring values of the axis along which the regime changes.{more}"
     numeric = {i for i, name in enumerate(names) if dataset[name].values.dtype.kind in "iuf"}
     return Table(head, tuple(rows), frozenset(range(len(names))) - numeric, note=note)
 
 
 def failure_table(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> Table:
-    """Cases that failed, where they stand in the grid, and why."""
+    """Failed cases: their position in the grid, and the error message."""
     dims = [str(name) for name in data["outcome"].dims]
     labels = {dim: labels_of(data, dim) if dim != SAMPLE else list(map(str, range(data.sizes[dim]))) for dim in dims}
     rows = []

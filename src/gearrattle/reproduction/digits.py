@@ -1,4 +1,4 @@
-"""Numbers as the page writes them.
+"""Formats of numbers on the reproduction page.
 
 Takes numbers; gives text.
 """
@@ -9,20 +9,20 @@ from gearrattle.report.plots.numerals import grouped, numeral
 
 
 def counted(number: int) -> str:
-    """A whole number in groups of three."""
+    """An integer with its digits in groups of three."""
     return grouped(number)
 
 
 def figure(value: float, digits: int = 3) -> str:
-    """A number with a few digits; a dash for NaN."""
+    """A number with a few significant digits; a dash for NaN."""
     return numeral(float(value), digits)
 
 
 def percent(share: float, digits: int = 2) -> str:
-    """A share with its sign in per cent."""
+    """A share in per cent, with a plus sign if it is positive."""
     return f"{'+' if share > 0 else ''}{numeral(100.0 * share, digits)} %"
 
 
 def several(number: int, noun: str) -> str:
-    """A count with its noun."""
+    """A count and its noun, in the plural unless the count is 1."""
     return f"{counted(number)} {noun}" if number == 1 else f"{counted(number)} {noun}s"

@@ -24,7 +24,7 @@ Status = Literal[
 ]
 REPRODUCED: Status = "reproduced"
 CONSTRUCTED: Status = "holds by construction"
-"""Of a row that cannot fail: our model was fitted to what it compares with, or the run was told to do it."""
+"""Of a row that cannot fail: our model was fitted to what it compares with, or the setting of the run forces it."""
 DIFFERS: Status = "differs"
 UNDECIDED: Status = "cannot be decided, since the paper does not print the loads"
 LOST: Status = "cannot be decided, since the figure does not survive as numbers"
@@ -35,7 +35,7 @@ STATUSES = (REPRODUCED, CONSTRUCTED, DIFFERS, UNDECIDED, LOST, NOISE, UNAVAILABL
 
 @dataclass(frozen=True)
 class Row:
-    """One thing the paper says, and what became of it.
+    """One statement of the paper, and the result of its check.
 
     Attributes
     ----------

@@ -1,14 +1,14 @@
-"""Loads swept up and down, every motion begun where the one before it ended: what Figs. 3 and 4 need.
+"""Sweeps of a load up and down, for Figs. 3 and 4: every run starts from the last state of the run before.
 
-Two plants. *Case 1* rattling, over the drag torque D of its loose output gear: the mean that the input gear takes falls
-by as much as D grows, so that the clutch's load stays as it is. The *mesh alone*: input and output gear of Table 1 on
-their backlash, a mean and one harmonic in units of K b, force of the mesh at a half-gap's deflection,
+Two systems. *Case 1* rattling, over the drag torque D of its loose output gear: the mean load of the input gear is
+reduced by D, so that the load of the clutch does not change. The *mesh alone*: input and output gear of Table 1 with
+their backlash, a mean and one harmonic in units of K b, the mesh force at a deflection of half the gap,
 
     m x'' + c g(x) x' + K f(x) = K b (mean + amplitude sin(w t)),    m = (R^2/J_3 + R^2/J_4)^-1,
 
 x the deflection, w in units of sqrt(K/m).
 
-Takes models by load; gives stops: a load, the regime there and its contact ratios.
+Takes a function that makes a model for a load; gives stops: a load, the regime there and its contact ratios.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ Tick = Callable[[], None]
 
 @dataclass(frozen=True)
 class Stop:
-    """The settled motion under one load.
+    """The steady motion under one load.
 
     Attributes
     ----------
     load
         in the unit of the sweep.
     rising
-        whether the load came from below.
+        whether the sweep goes upward.
     regime
         of the mesh.
     amplitude
@@ -62,7 +62,7 @@ class Stop:
     mean_slope, gain
         the two contact ratios of the mesh.
     start
-        the state it began with, as ``simulate`` takes it; None: static equilibrium.
+        initial state, in the form that ``simulate`` takes; None: static equilibrium.
     """
 
     load: float
@@ -75,7 +75,7 @@ class Stop:
 
 
 def loose_gear(drag: float) -> Model:
-    """Case 1 with a loose output gear that drags [N m]."""
+    """Case 1 with a drag torque [N m] on its loose output gear."""
     mean = 0.05 * LARGEST_HARMONIC
     return load_case(1).with_(
         {"inertia.output_gear.drag_torque": drag, "torque.1.mean": drag - (1.0 - HUB_SHARE) * mean}
@@ -83,7 +83,7 @@ def loose_gear(drag: float) -> Model:
 
 
 def mesh_alone(frequency: float, mean: float, amplitude: float) -> Model:
-    """The paper's gear pair on its own.
+    """The paper's gear pair without the rest of the driveline.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def mesh_alone(frequency: float, mean: float, amplitude: float) -> Model:
         of the load on the deflection, in units of K b.
     """
     torque, share = FORCE * RADIUS, J["input_gear"] / (MASS * RADIUS**2)
-    gears: dict[str, Any] = {
+    mesh: dict[str, Any] = {
         "name": GEAR,
         "between": ["input_gear", "output_gear"],
         "radii": [RADIUS, RADIUS],
@@ -105,8 +105,8 @@ def mesh_alone(frequency: float, mean: float, amplitude: float) -> Model:
         {
             "schema": 1,
             "name": "The mesh of Table 1, alone",
-            "inertia": [{"name": name, "J": J[name]} for name in gears["between"]],
-            "mesh": [gears],
+            "inertia": [{"name": name, "J": J[name]} for name in mesh["between"]],
+            "mesh": [mesh],
             "excitation": {"speed": frequency * RESONANCE},
             "torque": [
                 {
@@ -121,21 +121,21 @@ def mesh_alone(frequency: float, mean: float, amplitude: float) -> Model:
 
 
 def sweep(model_of: Callable[[float], Model], loads: Sequence[float], cycles: int, tick: Tick) -> tuple[Stop, ...]:
-    """Settle under every load, upward and then downward.
+    """Simulate up to the steady motion under every load, upward and then downward.
 
-    The first motion begins at static equilibrium, every other with the last state of the one before. Every run has
-    whole periods, so that the phase of the load goes on as well.
+    The first run starts at static equilibrium, every other at the last state of the run before. Runs last whole
+    periods, so that the phase of the load is continuous as well.
 
     Parameters
     ----------
     model_of
-        the driveline under a load; all its ratios are one.
+        returns the driveline under a load; all its gear ratios must be one.
     loads
         ascending.
     cycles
-        settling takes two thirds of them, the rest is judged.
+        per load; the first two thirds are discarded, the rest is evaluated.
     tick
-        called before every run; what it raises ends the sweep.
+        called before every run; an exception from it ends the sweep.
     """
     stops, start = [], None
     for rising in (True, False):
@@ -148,7 +148,7 @@ def sweep(model_of: Callable[[float], Model], loads: Sequence[float], cycles: in
 
 
 def history(stop: Stop, model_of: Callable[[float], Model], cycles: int, samples: int) -> Run:
-    """The motion of a stop again, with more samples."""
+    """Repeat the run of a stop with another number of samples per cycle."""
     return _run(model_of(stop.load), cycles, samples, stop.start)
 
 
@@ -159,12 +159,12 @@ def _run(model: Model, cycles: int, samples: int, start: dict[str, list[float]] 
 
 
 def _end(t: Trajectory) -> dict[str, list[float]]:
-    """The last state, turned back as one body, so that the angles do not grow from load to load."""
+    """The last state, all angles relative to the first inertia, so that they do not grow from load to load."""
     return {"angle": (t.angle[-1] - t.angle[-1, 0]).tolist(), "velocity": t.velocity[-1].tolist()}
 
 
 def _stop(t: Trajectory, load: float, rising: bool, start: dict[str, list[float]] | None) -> Stop:
     gear, window = t.layout.clearance_names.index(GEAR), steady(t)
-    swing = float(np.ptp(window.periodic(t.deflection[:, gear]))) / (2.0 * HALF_GAP)
+    amplitude = float(np.ptp(window.periodic(t.deflection[:, gear]))) / (2.0 * HALF_GAP)
     ratios = {name: float(ROUTES[name](t).value[gear]) for name in ("mean-slope", "spectral")}
-    return Stop(load, rising, regime(t, gear, window), swing, ratios["mean-slope"], ratios["spectral"], start)
+    return Stop(load, rising, regime(t, gear, window), amplitude, ratios["mean-slope"], ratios["spectral"], start)

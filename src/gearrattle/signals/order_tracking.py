@@ -1,26 +1,26 @@
 """Orders of a shaft whose speed changes: computed-order resampling, order spectra of blocks, and orders by fitting.
 
 *Resampling* (K. R. Fyfe, E. D. S. Munck 1997, Mech. Syst. Signal Process. 11, 187-205): a signal sampled uniformly in
-time is read at uniform angles of the shaft, S samples a turn. The angle is the integral of the speed by cubics through
-four samples (error of a step: 11/720 dt^5 |d^4 Omega / dt^4|), or is measured; the time of an angle follows from the
-cubic Hermite between two samples by Newton's method. Between samples the signal is read by the windowed sinc
-of ``conditioning``, whose band is that of the local rate n S (n the turns a second), or of the record's own rate
-where that is lower:
+time is resampled at uniform angles of the shaft, S samples per turn. The angle is the integral of the speed by cubics
+through four samples (error of a step: 11/720 dt^5 |d^4 Omega / dt^4|), or is measured; the time of an angle follows
+from the cubic Hermite between two samples by Newton's method. Between samples the signal is interpolated by the
+windowed sinc of ``conditioning``. Its band is that of the local sampling rate n S (n turns per second), or of the
+record's own rate if that is lower:
 
-    orders below 0.4 S pass within 1e-4, what lies above 0.5 S is lower by 80 dB, so nothing folds back,
+    orders below 0.4 S pass with an error of 1e-4, orders above 0.5 S are attenuated by 80 dB: there is no aliasing,
 
-as long as n changes little within the reach of the kernel, 60 / S turns, and as long as the frequency lies below 0.4 of
-the record's rate.
+provided that n changes little over the length of the kernel, 60 / S turns, and that the frequency is below 0.4 of the
+record's sampling rate.
 
-*Order spectra*: of blocks of R turns, tapered, scaled so that a line a sin(o theta + phi) on a bin reads a exp(i phi);
-bins lie 1/R of an order apart, so orders p/R with a whole p fall on bins at every speed.
+*Order spectra*: of blocks of R turns with a window, scaled so that a line a sin(o theta + phi) at a bin gives
+a exp(i phi). The bins are 1/R of an order apart, so orders p/R with an integer p are at bins at every speed.
 
 *Orders by fitting*: over the samples of a block, in time, without resampling, least squares with Hann weights of
 
     x = m + sum_o a_o sin(o theta(t) + phi_o)
 
-for all orders asked for at once. It separates orders that an order spectrum of the same block cannot, and shares
-nothing with it but the angle.
+for all requested orders at once. It separates orders that an order spectrum of the same block cannot separate. The two
+methods have only the angle in common.
 
 Takes plain arrays; gives frozen arrays.
 """
@@ -54,13 +54,13 @@ class Turned:
     values
         (M,) at uniform angles.
     angle
-        of the first [rad].
+        of the first value [rad].
     per_turn
-        samples a turn.
+        samples per turn.
     time
-        (M,) when the shaft was there [s].
+        (M,) times of these angles [s].
     speed
-        (M,) its speed then [rad/s].
+        (M,) speed of the shaft at these times [rad/s].
     """
 
     values: Array
@@ -81,11 +81,11 @@ class Orders:
     amplitude
         (b, o) complex: modulus in the unit of the signal, argument the phase of a sine of the angle.
     time
-        (b,) middle of each block, by its taper [s].
+        (b,) mean time of each block, weighted by its window [s].
     speed
-        (b,) mean speed under its taper [rad/s].
+        (b,) mean speed with the same weights [rad/s].
     turns
-        in a block.
+        per block.
     """
 
     order: Array
@@ -116,7 +116,7 @@ def angle_of(speed: Array, interval: float) -> Array:
 
 
 def when_at(wanted: Array, angle: Array, speed: Array, interval: float) -> tuple[Array, Array]:
-    """Return when a shaft is at given angles, in samples since the first, and its speed then [rad/s].
+    """Return the times of given shaft angles [samples after the first] and the speeds there [rad/s].
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def when_at(wanted: Array, angle: Array, speed: Array, interval: float) -> tuple
 
 
 def turned(values: Array, interval: float, angle: Array, speed: Array, per_turn: int) -> Turned:
-    """Return a signal at uniform angles, from the first whole step of the angle in the record to the last.
+    """Return a signal at uniform angles, from the first to the last multiple of the angle step in the record.
 
     Parameters
     ----------
@@ -156,25 +156,25 @@ def turned(values: Array, interval: float, angle: Array, speed: Array, per_turn:
     speed
         (N,) of the shaft, positive [rad/s].
     per_turn
-        samples a turn.
+        samples per turn.
     """
     step = TURN / per_turn
     first, last = int(np.ceil(angle[0] / step - 1e-9)), int(np.floor(angle[-1] / step + 1e-9))
     wanted = np.clip(step * np.arange(first, last + 1), angle[0], angle[-1])
-    position, there = when_at(wanted, angle, speed, interval)
-    width = np.maximum(TURN / (there * per_turn * interval), 1.0)
-    read = banded(np.ascontiguousarray(values, np.float64), position, width, _kernel(), float(_PER_UNIT))
-    return Turned(read, float(wanted[0]), per_turn, interval * position, there)
+    position, speed_there = when_at(wanted, angle, speed, interval)
+    width = np.maximum(TURN / (speed_there * per_turn * interval), 1.0)
+    resampled = banded(np.ascontiguousarray(values, np.float64), position, width, _kernel(), float(_PER_UNIT))
+    return Turned(resampled, float(wanted[0]), per_turn, interval * position, speed_there)
 
 
 def _kernel() -> Array:
-    """Return the kernel of ``conditioning.resample`` at multiples of 1/2048 interval, and a zero beyond its reach."""
+    """Return the kernel of ``conditioning.resample`` at multiples of 1/2048 interval, followed by a zero."""
     from scipy.special import i0
 
-    away = np.arange(int(_HALF_WIDTH) * _PER_UNIT + 2) / _PER_UNIT
+    distance = np.arange(int(_HALF_WIDTH) * _PER_UNIT + 2) / _PER_UNIT
     beta = 0.1102 * (DECIBELS + 6.0 - 8.7)
-    window = i0(beta * np.sqrt(np.clip(1.0 - (away / _HALF_WIDTH) ** 2, 0.0, None))) * (away < _HALF_WIDTH)
-    return np.asarray(np.sinc((PASSED + STOPPED) * away) * window, dtype=np.float64)
+    window = i0(beta * np.sqrt(np.clip(1.0 - (distance / _HALF_WIDTH) ** 2, 0.0, None))) * (distance < _HALF_WIDTH)
+    return np.asarray(np.sinc((PASSED + STOPPED) * distance) * window, dtype=np.float64)
 
 
 def order_spectra(signal: Turned, turns: int, overlap: float, window: str, highest: float) -> Orders:
@@ -183,15 +183,15 @@ def order_spectra(signal: Turned, turns: int, overlap: float, window: str, highe
     Parameters
     ----------
     signal
-        at least so many turns of it.
+        at least ``turns`` turns long.
     turns
-        in a block.
+        per block.
     overlap
-        share of a block that the next has as well, 0 to below 1.
+        fraction of a block that the next one shares, 0 <= overlap < 1.
     window
         one of ``cross_spectra.WINDOWS``.
     highest
-        order up to which they are kept.
+        highest order that is kept.
     """
     length = turns * signal.per_turn
     blocks = cut(signal.values.size, length, overlap, window)
@@ -229,11 +229,11 @@ def fitted_orders(
     speed
         (N,) of the shaft [rad/s].
     orders
-        (o,) positive, apart from each other.
+        (o,) positive and distinct.
     turns
-        in a block; orders less than about 1 / turns apart are not told from each other.
+        per block; orders closer than about 1 / turns cannot be separated.
     overlap
-        share of a block that the next has as well, 0 to below 1.
+        fraction of a block that the next one shares, 0 <= overlap < 1.
     """
     span, step = TURN * turns, TURN * turns * (1.0 - overlap)
     count = 1 + int(np.floor((angle[-1] - angle[0] - span) / step + 1e-9))
@@ -243,8 +243,8 @@ def fitted_orders(
     time, mean = np.empty(count), np.empty(count)
     for k, (first, end) in enumerate(zip(firsts.tolist(), ends.tolist(), strict=True)):
         theta = angle[first:end]
-        root = np.sin(np.clip((theta - starts[k]) / span, 0.0, 1.0) * np.pi)  # its square is Hann's taper
-        root = root * np.sqrt(speed[first:end])  # samples in time count by the angle between them
+        root = np.sin(np.clip((theta - starts[k]) / span, 0.0, 1.0) * np.pi)  # its square is the Hann window
+        root = root * np.sqrt(speed[first:end])  # weight of a sample: the angle to the next
         phase = np.multiply.outer(theta, orders)
         columns = np.concatenate([np.ones((theta.size, 1)), np.sin(phase), np.cos(phase)], axis=1) * root[:, None]
         moments = columns.T @ (values[first:end] * root)

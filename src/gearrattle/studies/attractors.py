@@ -1,13 +1,13 @@
-"""Attractors of a basin study: which settled motion every initial state leads to, told apart by their sections.
+"""Attractors of a basin study: which settled motion every initial state leads to, distinguished by their sections.
 
-Periodic motions are told apart by their orbits (``signals.strobe``): nearer than ``same`` to each other they are one.
-What is not periodic is not forced into a class: chaotic motions are one class together, for points cannot tell two of
-them apart, and what is undecided is told as such. A body that floats within its gap may do so anywhere: such motions
-have neighbours that are settled as well (``sections.is_isolated``), and those of one period and verdict are one
-*family*, told as one attractor.
+Periodic motions are distinguished by their orbits (``signals.strobe``): if these are nearer than ``same``, it is one
+motion. Motions that are not periodic are not forced into classes: all chaotic motions are one class, because points
+cannot distinguish two of them, and undecided motions are reported as such. A body that floats within its gap may do so
+anywhere: such motions have neighbours that are settled as well (``sections.is_isolated``), and those of one period and
+verdict are one *family*, reported as one attractor.
 
 The share of an attractor is that of all initial states whose case was computed, undecided ones among them. For drawn
-points Wilson's interval stands beside it (``probability``); a grid is no sample and has none.
+points Wilson's interval is given with it (``probability``); a grid is no sample and has none.
 
 Takes the Dataset of the cases; gives what is made of it.
 """

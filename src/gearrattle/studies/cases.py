@@ -97,7 +97,7 @@ def empty(plan: Plan, outputs: Outputs, chunk: int, outcome: int = MISSING) -> C
 
 
 def code_of(error: Exception) -> int:
-    """Return what became of a case that raised this."""
+    """Return the outcome code of a case that raised this."""
     if isinstance(error, ModelError):
         return NO_MODEL
     return NOT_CONVERGED if isinstance(error, ConvergenceError) else FAILED

@@ -2,7 +2,7 @@
 
 An output of one subject is named by itself, "verdict"; one of several by subject and output, "gear: largest impact
 energy". A constraint holds an output, or in Python a function of the Model, ``below`` a limit, ``above`` one, or both.
-How far a design misses it is told in units of the limit, so that violations of different quantities can be added up.
+The violation by a design is given in units of the limit, so that violations of different quantities can be added up.
 
 Takes mappings; gives frozen goals, and their values over designs.
 """
@@ -110,7 +110,7 @@ def objectives_of(requested: Mapping[str, Any], outputs: Outputs) -> tuple[Objec
     """
     problems, objectives = [], []
     if not checked(AnyTable(), requested, "objectives"):
-        problems.append(Problem("objectives", "none", "an optimisation needs one at least", 'for example {...: "min"}'))
+        problems.append(Problem("objectives", "none", "an optimisation needs at least one", 'for example {...: "min"}'))
     for label, sense in requested.items():
         try:
             quantity = _quantity(f"objective {label}", label, outputs, small=sense == "min")

@@ -36,7 +36,7 @@ _RECENT: dict[tuple[bytes, int, bool, float], dict[str, Array]] = {}
 
 @dataclass(frozen=True)
 class Indices:
-    """Indices of one output, and half the width of their intervals; NaN where they cannot be told.
+    """Indices of one output, and half the width of their intervals; NaN where they cannot be estimated.
 
     Attributes
     ----------

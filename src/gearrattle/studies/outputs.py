@@ -344,7 +344,7 @@ def check_list(names: Sequence[str], function: Function | None = None) -> None:
         rule = "outputs must be a list of names"
         raise ModelError([Problem("outputs", shown(word), rule, f'for example ["{VERDICT}"]') for word in words])
     if not names and function is None:
-        raise ModelError(Problem("outputs", "none", "a study needs one at least", f"for example {', '.join(DEFAULT)}"))
+        raise ModelError(Problem("outputs", "none", "a study needs at least one", f"for example {', '.join(DEFAULT)}"))
 
 
 def short_runs(models: Sequence[Model]) -> list[Run]:

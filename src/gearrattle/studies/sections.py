@@ -138,7 +138,7 @@ def section_of(model: Model, names: Sequence[str] | None, phase: float) -> Secti
         rule = "there is no such quantity; there are deflection and rate of elements, angle and velocity of inertias"
         problems.append(Problem("section", f'"{name}"', rule, did_you_mean(name, known)))
     if names is not None and not chosen:
-        problems.append(Problem("section", "[]", "needs one quantity at least", "leave it out for all clearances"))
+        problems.append(Problem("section", "[]", "needs at least one quantity", "leave it out for all clearances"))
     problems += [p for p in [_wrong_phase(phase)] if p is not None]
     if problems:
         raise ModelError(problems)

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 COSINES = 6
-ENOUGH = 64  # samples, below which first-order shares are not told
+ENOUGH = 64  # samples; with fewer, first-order shares are not reported
 _RARE = 0.05
 
 

@@ -46,7 +46,7 @@ CASES = Count(1)
 
 
 class _Refused:
-    """Problems of several parts of a study, so that all of them are told at once."""
+    """Problems of several parts of a study, so that all of them are reported at once."""
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []
@@ -165,7 +165,7 @@ def study(
     -------
     xr.Dataset
         A Dataset with a dimension for every axis, "sample" for what scatters, "part" and "inertia" for subjects;
-        ``outcome`` tells what became of every case, ``attrs["failures"]`` why some failed.
+        ``outcome`` gives the outcome of every case, ``attrs["failures"]`` why some failed.
 
     Raises
     ------

@@ -50,7 +50,7 @@ def test_records_that_cannot_be_compared(record: Recording, said: str) -> None:
         ({"thresholds": {"gear": 1.0}}, "thresholds: found gear; is no clearance with a measured force"),
         ({"noise": {"b": 1.0}}, "noise: found b"),
         ({"noise": {"a": -1.0}}, "noise, calibration: a: found -1.0"),
-        ({"parameters": {"inertia.wheel.K": 1.0}}, "parameters: found inertia.wheel.K; is no path of the model"),
+        ({"parameters": {"inertia.wheel.K": 1.0}}, "parameters: found inertia.wheel.K; is not a path of the model"),
         ({"parameters": {"inertia.wheel.J": 3.0}}, "a standard error must lie between 0 and the value, 2"),
         ({"parameters": {"inertia.wheel.J": 0.1}, "draws": 1}, "draws: found 1; must be a whole number from 2"),
         ({"settings": {"cycles": 5}}, "settings: found cycles; settings are for a simulation"),

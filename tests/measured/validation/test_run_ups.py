@@ -170,7 +170,7 @@ def test_charts_are_drawn_by_both_renderers(run: gr.Run) -> None:
     [
         (("--calibration", "2"), "--calibration"),
         (("--threshold", "x=1"), "--threshold"),
-        (("--order", "0.01"), "cannot be told from each other"),
+        (("--order", "0.01"), "cannot be separated from each other"),
         (("--order", "900"), "at most"),
         (("--shaft", "x"), "no channel and no speed"),
         (("--turns", "0"), "turns"),
@@ -211,4 +211,4 @@ def test_options_of_run_ups_are_refused_at_one_speed(
 
     Path("steady.toml").write_text(made.MODEL, encoding="utf-8")
     assert main(["validate", "steady.toml", files[1], "--order", "2"]) == 2
-    assert "is of run-ups" in capsys.readouterr().err
+    assert "applies to run-ups" in capsys.readouterr().err

@@ -230,7 +230,7 @@ REFUSED: list[tuple[Callable[[], Any], tuple[str, ...]]] = [
     (lambda: gr.spectral.order_map(record(), "a", turns=500), ("turns", "500")),
     (lambda: gr.spectral.order_map(record(), "a", turns=0), ("turns", "a whole number from 1")),
     (lambda: gr.spectral.order_map(record(), "a", over="order"), ("over", "speed")),
-    (lambda: gr.spectral.order_cuts(record(), "a", [2.0, 2.01]), ("told from each other", "turns=100")),
+    (lambda: gr.spectral.order_cuts(record(), "a", [2.0, 2.01]), ("separated from each other", "turns=100")),
     (lambda: gr.spectral.order_cuts(record(), "a", []), ("orders",)),
     (lambda: gr.spectral.waterfall(record(), "a", scaling="power"), ("scaling", "density")),
     (lambda: gr.spectral.waterfall(record(), "a", orders=[500.0]), ("orders", "raise highest")),

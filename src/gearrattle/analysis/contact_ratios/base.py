@@ -1,7 +1,7 @@
 """What a contact ratio is, and what every route to it needs: the elastic law as an array function, and its best line.
 
 The stiffness contact ratio of Padmanabhan et al. 1995, sec. 6, replaces a clearance by one slope, Gamma times the
-largest of its law. Its three routes lead to *two different quantities*, told apart here by name:
+largest of its law. Its three routes lead to *two different quantities*, which have different names here:
 
     mean slope       E[f'(delta)] / max f'                          (the paper's time average of df/d(delta))
     equivalent gain  cov(f(delta), delta) / var(delta) / max f'     (spectra; describing functions)

@@ -78,7 +78,7 @@ class FixedPoint:
 
     @property
     def ratios(self) -> tuple[Array, Array]:
-        """(K,) gain and (K,) mean slope to be told: those of the stable motion, or else of linearisation."""
+        """(K,) gain and (K,) mean slope to be reported: those of the stable motion, or else of linearisation."""
         if self.motion is not None and self.confirmed:
             return self.motion.gain, self.motion.mean_slope
         return self.gain, self.mean_slope

@@ -144,5 +144,5 @@ def spectral(trajectory: Trajectory, taper: Taper = "hann") -> ContactRatio:
             estimate = gain(deflection, elastic(law, deflection), rate, segments, taper)
             value[k] = estimate.value / largest_slope(law)
             half[k] = student * estimate.deviation / largest_slope(law)
-    notes = ("one segment only: no random error can be told; simulate more cycles",) if segments == 1 else ()
+    notes = ("one segment only: the random error is unknown; simulate more cycles",) if segments == 1 else ()
     return ContactRatio("spectral", "equivalent gain", value, value - half, value + half, notes)

@@ -4,8 +4,8 @@
 
 over the eigenvalues of the state matrix (Padmanabhan et al. 1995, sec. 6, after R. C. Aiken 1985), *without* those of
 rigid motion: a free train has lambda = 0 for its angle and its mean drag rate for its speed, and the ratio with the
-latter would tell of the drag. So every rigid motion (the null space of the elements that have a slope) takes a pair
-out, and they are kept apart. Which ones they are is told by the share of their energy in rigid velocities.
+latter would describe the drag. So every rigid motion (the null space of the elements that have a slope) takes a pair
+out, and they are kept apart. They are identified by the share of their energy in rigid velocities.
 
 The classes are Aiken's, as the paper prints them: mild below 1e2, strong 1e3 to 1e5, extreme 1e6 to 1e8, pathological
 above 1e9. They leave gaps; here the lower class goes on up to the next bound.

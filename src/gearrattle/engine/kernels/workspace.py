@@ -1,12 +1,14 @@
-"""The arrays in which the regions of a driveline are built, one at a time: what all share, and what each writes anew.
+"""The work arrays in which the regions of a driveline are built one at a time: shared ones, and ones for each region.
 
 m elements, n inertias, r deflections that are states, S memories, N = r + n + S states, U = 1 + 2 H inputs, Q entries
-of chains, Z = N + U + Q, K clearances, W = K + auxiliaries watched, R reference angles, C = R + K carried quantities, P
-pieces of all elements, then of all auxiliaries. z are the states, inputs and chains; y of the length Y <= Z are the
-states, the inputs kept as states and the chains. J rows bound the fourth derivatives.
+of chains (a *chain* is an input over time with its derivatives, see ``system.signals``), Z = N + U + Q, K clearances,
+W = K + auxiliaries watched, R reference angles, C = R + K carried quantities, P pieces of all elements, then of all
+auxiliaries. z are the states, inputs and chains; y of the length Y <= Z are the states, the inputs kept as states and
+the chains. J rows bound the fourth derivatives.
 
-Every array is as large as it may ever need to be; ``Free.width`` and ``Bounds.used`` say how much of those over y and
-over J a region uses. They come in groups so that a stage is handed what it needs: every array takes time to compile.
+Every array has the largest size that a region may need. ``Free.width`` and ``Bounds.used`` give the sizes along y and
+along J that a region uses. Arrays are grouped so that a compiled stage receives only those that it uses: every array
+argument costs compile time.
 """
 
 from __future__ import annotations
@@ -51,32 +53,32 @@ class Common(NamedTuple):
     amplitude: Vector  # (1 + H,)
     input_size: Vector  # (U,) the amplitude of every input
     clearances: IntVector  # (K,) elements
-    cornered: IntVector  # (K,) 1: one has a corner off zero
+    cornered: IntVector  # (K,) 1: the clearance has a corner other than zero
     limits: Vector  # (LIMITS,) see below
-    coarsest: IntVector  # (1,) the smallest level that a finest step may have
-    links: IntVector  # (1,) D + 1, entries a chain has
+    coarsest: IntVector  # (1,) lower limit for the level of the finest step
+    links: IntVector  # (1,) D + 1, entries per chain
 
 
 PERIOD, LARGEST_STATE, FAST, CHAIN_PACE, HORIZON, LIMITS = range(6)
-"""Of ``Common.limits``: T [s]; the largest state up to which a particular solution is used; how many radians a period
-make a mode fast; the pace of chains; how long bounds must hold, in periods."""
+"""Indices of ``Common.limits``: T [s]; largest state for which a particular solution is used; frequency from which a
+mode counts as fast [radians per period]; pace of the chains; time for which bounds must hold [periods]."""
 
 
 class Auxiliaries(NamedTuple):
-    """Of every auxiliary, and of its pieces, which follow those of the elements in ``Laws``."""
+    """Data of every auxiliary, and of its pieces, which follow those of the elements in ``Laws``."""
 
     element: IntVector  # (auxiliaries,)
-    state: IntVector  # (auxiliaries,) its memory's place among the states, -1 without
+    state: IntVector  # (auxiliaries,) index of its memory among the states; -1: no memory
     scale: Vector  # (auxiliaries,) of its memory
-    by_memory: Vector  # (P,) the force for a unit of memory
-    moves: Vector  # (P,) whether the memory moves, 1 or 0
-    by_deflection: Vector  # (P,) what of the deflection is watched
-    by_rate: Vector  # (P,) of its rate
-    by_itself: Vector  # (P,) of the memory
+    by_memory: Vector  # (P,) force per unit of memory
+    moves: Vector  # (P,) 1: the memory changes with time; 0: it does not
+    by_deflection: Vector  # (P,) coefficient of the deflection in what is watched
+    by_rate: Vector  # (P,) coefficient of its rate
+    by_itself: Vector  # (P,) coefficient of the memory
 
 
 class Region(NamedTuple):
-    """The region at hand; rows over z."""
+    """The region that is being built; rows over z."""
 
     pieces: IntVector  # (m + auxiliaries,)
     force: Matrix  # (m, Z)
@@ -84,19 +86,19 @@ class Region(NamedTuple):
     matrix: Matrix  # (N, Z) A and G: rates of the states
     carried: Matrix  # (C, Z) rates of the carried quantities
     watched: Matrix  # (3 W, Z) what is watched, its first and second derivatives
-    kept: IntVector  # (U,) whether an input is kept, 1 or 0
+    kept: IntVector  # (U,) 1: the input is kept as a state; 0: it is split off
     particular: Matrix  # (N, U) P
-    forced: Matrix  # (4 W, U) what the inputs split off make of what is watched, and three derivatives
-    flowing: Matrix  # (C, U) of the rates of the carried quantities
-    integral: Matrix  # (C, U) of these quantities
+    forced: Matrix  # (4 W, U) response of what is watched to the inputs split off, and three derivatives
+    flowing: Matrix  # (C, U) the same response of the rates of the carried quantities
+    integral: Matrix  # (C, U) its time integral
 
 
 class Free(NamedTuple):
-    """The same without the inputs split off; rows over y."""
+    """The same region without the inputs split off; rows over y."""
 
     width: IntVector  # (1,) Y
     chained: IntVector  # (1,) where the chains begin in y
-    column: IntVector  # (Y,) which of z stand in y
+    column: IntVector  # (Y,) index in z of every entry of y
     amplitude: Vector  # (U,) of the kept constant and harmonics
     rates: Matrix  # (C + Y, Y) of the carried quantities and of y
     generator: Matrix  # (Y, Y) of y alone
@@ -107,15 +109,15 @@ class Free(NamedTuple):
 
 
 class Modes(NamedTuple):
-    """The generator without chains as right T left, T upper triangular."""
+    """The generator without chains as a product, right T left, with T upper triangular."""
 
     schur: ComplexMatrix  # (N, N) Schur form of A, transposed
     basis: ComplexMatrix  # (N, N) its vectors, transposed
-    triangle: ComplexMatrix  # (Y, Y) T; columns of chains: what they push
+    triangle: ComplexMatrix  # (Y, Y) T; columns of chains: their input to the modes
     left: ComplexMatrix  # (Y, Y) V^-1
     right: ComplexMatrix  # (Y, Y) V
     begins: IntVector  # (blocks + 1,) where blocks begin, and where the last ends
-    simple: IntVector  # (Y,) whether a mode is a block of its own, 1 or 0
+    simple: IntVector  # (Y,) 1: the mode is a block of size one; 0: it is not
 
 
 class Bounds(NamedTuple):
@@ -125,12 +127,12 @@ class Bounds(NamedTuple):
     rows: ComplexMatrix  # (J, Y)
     weights: Matrix  # (3 W, J)
     constant: Vector  # (3 W,)
-    pushed: Matrix  # (3 W, Q) on what chains drive
-    followed: Matrix  # (W, Q) what the deflections follow of chains
+    pushed: Matrix  # (3 W, Q) bounds on what chains drive
+    followed: Matrix  # (W, Q) part of the deflections that follows the chains directly
 
 
 class Scratch(NamedTuple):
-    """For tables, series and exponentials."""
+    """Temporary arrays for tables, series and exponentials."""
 
     one: Matrix
     two: Matrix
@@ -150,19 +152,19 @@ class Solver(NamedTuple):
 
 
 class Lapack(NamedTuple):
-    """What zgees is handed."""
+    """Arguments of zgees (LAPACK)."""
 
-    letters: ByteVector  # (2,) Schur vectors, yes; sorting, no
-    integers: Int32Vector  # (5,) sizes; the last is its answer, 0 where it found the Schur form
-    room: ComplexVector  # for its work
+    letters: ByteVector  # (2,) JOBVS = V, SORT = N: Schur vectors, no sorting
+    integers: Int32Vector  # (5,) sizes; the last is INFO, 0 if the Schur form was found
+    room: ComplexVector  # WORK, W and RWORK
     arguments: IntVector  # (15,) addresses
 
 
 class Workspace(NamedTuple):
-    """All of it."""
+    """All groups of arrays."""
 
     common: Common
-    laws: Laws  # offsets over the constant input's scale; the pieces of auxiliaries follow those of the elements
+    laws: Laws  # offsets divided by the constant input's scale; the pieces of auxiliaries follow those of the elements
     auxiliaries: Auxiliaries
     region: Region
     free: Free
@@ -174,7 +176,7 @@ class Workspace(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """How large they are."""
+    """Sizes of the arrays."""
 
     elements: int  # m
     inertias: int  # n
@@ -191,22 +193,22 @@ class Sizes(NamedTuple):
 SLACK = 1.0 + 1e-6
 """Covers the rounding of a region's decomposition."""
 LARGEST = 2.0
-"""A particular solution is used up to this many times an ordinary motion, and corner scales of what is watched."""
+"""A particular solution is used up to this many times an ordinary motion, and up to this many corner scales."""
 FAST_ROUNDING = 1e-10
-"""Corner scales, added to the bound on fast modes: what the decomposition itself may round."""
+"""Added to the bound on fast modes, for the rounding of the decomposition [corner scales]."""
 ELIMINATION = 100.0
 """Largest entry of an elimination between blocks; any value is rigorous, this one keeps bounds tight."""
 BUILT, NOT_FINITE, NO_SCHUR_FORM = range(3)
-"""What became of a region."""
+"""Result of building a region."""
 REASONS = {NOT_FINITE: "its rates are not finite", NO_SCHUR_FORM: "its eigenvalues are not found"}
 POWERS = 4
-"""Of the generator, for the Taylor window."""
+"""Number of powers of the generator kept for the Taylor window."""
 _LINE = 8  # numbers in a cache line
-_LAPACK = 34  # complex numbers a row that zgees works with
+_LAPACK = 34  # complex work numbers of zgees per row
 
 
 def workspace_for(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64]]:
-    """All arrays, zero but for what zgees is handed; and address and shape of each in turn, (words,)."""
+    """Return all arrays, zero except the arguments of zgees; and (words,) address and shape of one after the other."""
     plan, words, addresses, count = _laid_out(sizes)
     block = np.zeros(count)
     groups: tuple[Any, ...] = plan
@@ -218,13 +220,13 @@ def workspace_for(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64]]:
 
 @cache
 def _laid_out(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64], NDArray[np.int64], int]:
-    """Where every array stands in one block of numbers.
+    """Return the position of every array in one block of memory.
 
     Returns
     -------
     tuple[Workspace, NDArray[np.int64], NDArray[np.int64], int]
-        Shape, kind and first byte of every array; the words of a block at address 0; which of these are addresses, 1
-        or 0; how many numbers the block holds.
+        Shape, type and first byte of every array; the words for a block at address 0; 1 for each word that is an
+        address, else 0; the size of the block in numbers of 8 bytes.
     """
     count = 0
     words: list[int] = []
@@ -242,7 +244,7 @@ def _laid_out(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64], NDArray[np.in
 
 
 def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Workspace:
-    """What ``place`` makes of the shape and kind of every array."""
+    """Call ``allocate`` with the shape and type of every array; return its answers in the groups of a workspace."""
     m, n, r, states, harmonics, chain, references, clearances, auxiliaries, pieces = sizes
     inputs, watched, carried = 1 + 2 * harmonics, clearances + auxiliaries, references + clearances
     members, z = m + auxiliaries, states + inputs + chain
@@ -254,7 +256,7 @@ def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Wo
     def integers(*shape: int) -> Any:
         return allocate(shape, np.int64)
 
-    def waves(*shape: int) -> Any:
+    def complexes(*shape: int) -> Any:
         return allocate(shape, np.complex128)
 
     common = Common(
@@ -315,17 +317,17 @@ def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Wo
         fine=integers(1),
     )
     modes = Modes(
-        schur=waves(states, states),
-        basis=waves(states, states),
-        triangle=waves(z, z),
-        left=waves(z, z),
-        right=waves(z, z),
+        schur=complexes(states, states),
+        basis=complexes(states, states),
+        triangle=complexes(z, z),
+        left=complexes(z, z),
+        right=complexes(z, z),
         begins=integers(z + 1),
         simple=integers(z),
     )
     bounds = Bounds(
         used=integers(1),
-        rows=waves(z, z),
+        rows=complexes(z, z),
         weights=floats(3 * watched, z),
         constant=floats(3 * watched),
         pushed=floats(3 * watched, chain),
@@ -340,34 +342,34 @@ def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Wo
         modes,
         bounds,
         Scratch(floats(rows, z), floats(rows, z), floats(rows, z), floats(rows, z), floats(ORDER + 1)),
-        Solver(waves(states, states), waves(states), waves(states), waves(states), integers(states)),
-        Lapack(allocate((2,), np.uint8), allocate((5,), np.int32), waves((_LAPACK + 2) * states), integers(15)),
+        Solver(complexes(states, states), complexes(states), complexes(states), complexes(states), integers(states)),
+        Lapack(allocate((2,), np.uint8), allocate((5,), np.int32), complexes((_LAPACK + 2) * states), integers(15)),
     )
 
 
 def _prepare_lapack(workspace: Workspace) -> None:
-    """Write the addresses of zgees' fifteen arguments down; the function that would sort is none."""
+    """Store the addresses of the fifteen arguments of zgees; the sorting function (SELECT) is null."""
     modes, lapack = workspace.modes, workspace.lapack
     states = len(modes.schur)
-    n, letter, begin = lapack.integers.ctypes.data, lapack.letters.ctypes.data, lapack.room.ctypes.data
-    size, count, length, answer = (n + 4 * i for i in range(1, 5))
-    values, reals = begin + 16 * _LAPACK * states, begin + 16 * (_LAPACK + 1) * states
+    n, job, work = lapack.integers.ctypes.data, lapack.letters.ctypes.data, lapack.room.ctypes.data
+    leading, sorted_count, work_size, info = (n + 4 * i for i in range(1, 5))
+    eigenvalues, real_work = work + 16 * _LAPACK * states, work + 16 * (_LAPACK + 1) * states
     arguments = (
-        letter,
-        letter + 1,
+        job,
+        job + 1,
         0,
         n,
         modes.schur.ctypes.data,
-        size,
-        count,
-        values,
+        leading,
+        sorted_count,
+        eigenvalues,
         modes.basis.ctypes.data,
-        size,
-        begin,
-        length,
-        reals,
+        leading,
+        work,
+        work_size,
+        real_work,
         0,
-        answer,
+        info,
     )
     integers = states, states, 0, _LAPACK * states, 0
     for array, numbers in ((lapack.letters, b"VN"), (lapack.integers, integers), (lapack.arguments, arguments)):

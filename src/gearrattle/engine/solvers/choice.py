@@ -1,12 +1,14 @@
-"""``exact`` has two marches that keep the same promises; a driveline gets the one that suits it.
+"""``exact`` has two schemes with the same accuracy; this module chooses between them for a driveline.
 
-Tables of the matrix exponential (``exact``) take long steps once a region's are built, but every region met costs an
-eigendecomposition, and with K clearances in play there are some 3^K. The sweep (``sweep``) builds nothing and takes
-short steps, *windows*, a few to the period of the fastest mode. So: the sweep where the driveline has more regions than
-a period has windows, and more than can be built in passing; and where it has so many inertias that a single region
-takes seconds. A transmission with stiff meshes and five clearances has 243 regions and some thousand windows; a train
-of ten inertias with five clearances and contact modes of a few dozen times the excitation's frequency 243 and 96. Both
-runs through there are measured on the page ``docs/reference/growth.md``.
+*Tables* of the matrix exponential (``exact``) allow long steps once the tables of a region are built. But every region
+visited costs an eigendecomposition, and K clearances have about 3^K regions. The *sweep* (``sweep``) builds no tables
+and takes short steps, *windows*, a few per period of the fastest mode.
+
+The sweep is chosen if the driveline has more regions than a period has windows and more than ``FEW_REGIONS``, or if it
+has more than ``MANY_INERTIAS`` inertias. It supports only elements between at most two inertias, no auxiliaries and no
+inputs over time. Two examples: a transmission with stiff meshes and five clearances has 243 regions and about a
+thousand windows per period; a train of ten inertias with five clearances, whose contact modes have a few dozen times
+the excitation's frequency, has 243 regions and 96 windows. Computing times of both are in ``docs/reference/growth.md``.
 """
 
 from __future__ import annotations
@@ -21,17 +23,17 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.remember import kept
 
 FEW_REGIONS = 100  # built in a tenth of a second
-MANY_INERTIAS = 200  # one region takes seconds to build, and grows with their third power
+MANY_INERTIAS = 200  # from here building one region takes seconds; the time grows with the third power
 
 
 def regions_of(system: PiecewiseSystem) -> int:
-    """How many regions there are."""
+    """Number of regions of a system."""
     return prod(law.pieces for law in system.laws)
 
 
 @kept
 def is_large(system: PiecewiseSystem) -> bool:
-    """Whether the sweep suits a system better; every element must join two inertias at most, and stand alone."""
+    """Whether the sweep is the better scheme for a system; False if the sweep does not support it."""
     return (
         not system.auxiliaries
         and system.signals is None

@@ -1,6 +1,6 @@
 """``exact`` for large drivelines: a sweep of Taylor windows, every clearance watched, no regions (``kernels.sweep``).
 
-The same promises as the march through tables, at a cost that grows with the number of elements and not with its square,
+The same accuracy as the march through tables, at a cost that grows with the number of elements and not with its square,
 and a memory that does not grow with the number of regions met.
 """
 

@@ -1,7 +1,7 @@
-"""Relative coordinates: deflections that span the row space of W, with the rigid-body angles carried beside them.
+"""Relative coordinates: deflections that span the row space of W, with the rigid-body angles carried separately.
 
-In a free train the absolute angles grow without bound while the deflections stay about one; integrating the angles
-throws away four to five digits. So the state is (x, v): x = X q, a set of independent deflections (the elements with
+In a free train the absolute angles grow without bound while the deflections keep their size; integrating the angles
+loses four to five digits. So the state is (x, v): x = X q, a set of independent deflections (the elements with
 corners first, so that they are states themselves), and v = q'. Then
 
     w_k . q = b_k . x,   B X = W,       x' = X v,       q = Qx x + Qr r,
@@ -33,13 +33,13 @@ class RelativeCoordinates:
     Attributes
     ----------
     basis
-        (r, n) X, rows of W (plus nothing else).
+        (r, n) X, a selection of the rows of W.
     elements
         (r,) the element each basis row belongs to.
     combination
         (m, r) B, every element's deflection from x.
     references
-        indices of the inertias whose absolute angle is carried beside.
+        indices of the inertias whose absolute angle is carried separately.
     angle_from_basis, angle_from_reference
         (n, r) Qx and (n, len(references)) Qr.
     """
@@ -72,31 +72,31 @@ def _independent_rows(candidates: Array, order: list[int]) -> list[int]:
 def relative_coordinates(system: PiecewiseSystem, among: Sequence[int] | None = None) -> RelativeCoordinates:
     """Choose the basis: elements with corners first, then linear ones, each in element order.
 
-    Variants of a driveline that share W and the elements with corners share the coordinates.
+    Variants of a driveline with the same W and the same elements with corners have the same coordinates.
 
     Parameters
     ----------
     system
         the piecewise system.
     among
-        the elements that tie inertias together; all by default. B then has one row for each of them.
+        the elements to choose from; all by default. B then has one row for each of them.
     """
-    tying = tuple(range(len(system.laws)) if among is None else among)
+    candidates = tuple(range(len(system.laws)) if among is None else among)
     rows = np.ascontiguousarray(system.rows, dtype=float)
-    return _coordinates(rows.tobytes(), rows.shape, tying, system.clearances)
+    return _coordinates(rows.tobytes(), rows.shape, candidates, system.clearances)
 
 
 @lru_cache(16)
 def _coordinates(
-    data: bytes, shape: tuple[int, int], tying: tuple[int, ...], clearances: tuple[int, ...]
+    data: bytes, shape: tuple[int, int], candidates: tuple[int, ...], clearances: tuple[int, ...]
 ) -> RelativeCoordinates:
     """The basis for W (m, n), given by its bytes."""
-    rows, size = np.frombuffer(data).reshape(shape)[list(tying)], shape[1]
+    rows, size = np.frombuffer(data).reshape(shape)[list(candidates)], shape[1]
     corners = set(clearances)
-    chosen = _independent_rows(rows, sorted(range(len(rows)), key=lambda i: (tying[i] not in corners, i)))
+    chosen = _independent_rows(rows, sorted(range(len(rows)), key=lambda i: (candidates[i] not in corners, i)))
     basis = rows[chosen]
     unit = np.eye(size)
-    stacked = np.vstack([basis, unit[::-1]])  # the last inertia of a free train carries its angle
+    stacked = np.vstack([basis, unit[::-1]])  # the reference of a free train is its last inertia
     independent = _independent_rows(stacked, list(range(len(stacked))))
     references = tuple(sorted(size - 1 - (i - len(chosen)) for i in independent[len(chosen) :]))
     inverse = np.linalg.inv(np.vstack([basis, unit[list(references)]]))
@@ -105,5 +105,5 @@ def _coordinates(
     combination = rows @ to_basis
     combination[chosen] = np.eye(len(chosen))
     combination[np.abs(combination) < 1e-14 * np.abs(combination).max(initial=0.0)] = 0.0
-    elements = tuple(tying[i] for i in chosen)
+    elements = tuple(candidates[i] for i in chosen)
     return RelativeCoordinates(basis, elements, combination, references, to_basis, to_reference)

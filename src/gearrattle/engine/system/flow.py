@@ -146,7 +146,7 @@ class Flow:
 
     @cached_property
     def chains(self) -> Array:
-        """(G, Q) scaled chains at the begin of every interval of the signals; (0, 0) without."""
+        """(G, Q) scaled chains at the start of every interval of the signals; (0, 0) without."""
         signals = self.system.signals
         return np.zeros((0, 0)) if signals is None else signals.chains(self.system.inputs.period) * self.chain
 

@@ -3,8 +3,8 @@
     F = law(delta) + sum of s e,        |e| <= H / s,
 
 e following the deflection while its slider sticks (G. M. Jenkins, British Journal of Applied Physics 13, 1962, p. 30).
-Between corners of the law and begins of slip the torque is a straight line, so a path is told exactly by few points.
-No time enters: damping plays no part, and of auxiliaries only sliders do.
+Between corners of the law and starts of slip the torque is a straight line, so few points describe a path exactly.
+Time has no effect: damping is not included, and of the auxiliaries only sliders are.
 
 Takes a law and its sliders; gives corners of the torque's graph.
 """
@@ -40,7 +40,7 @@ class Follower:
         self.points = [(start, self.torque())]
 
     def torque(self) -> float:
-        """The torque as everything stands."""
+        """The torque in the present state."""
         law, springs = self.law, (slider.memory[STICK] for slider in self.sliders)
         elastic = law.stiffness[self.piece] * self.here + law.offset[self.piece]
         return float(elastic + sum(s * e for s, e in zip(springs, self.held, strict=True)))

@@ -1,9 +1,13 @@
-"""The piecewise system as the sparse arrays of ``kernels.network``, with the length of a window and what is near what.
+"""The piecewise system as the sparse arrays of ``kernels.network``; the window length; the neighbours of a clearance.
 
-Both come from one bound. With every element's largest stiffness and damping over its pieces, and every coefficient
-taken without its sign, the rates of all states form a matrix A that is at least |A_r| in every region r. So windows h
-with h |A^j|^(1/j) up to ``window_norm`` leave the Taylor series of every region a negligible remainder, and the terms
-of exp(h A) say how far a change of one force can be felt within a window. A is never written down.
+Window length and neighbours follow from one bound. Take the largest stiffness and damping of every element over its
+pieces, and the modulus of every coefficient: the rates of all states then form a matrix A that is at least |A_r| in
+every region r. If h |A^j|^(1/j) is at most ``window_norm``, the Taylor series of every region has a negligible
+remainder over a window h. The terms of exp(h A) bound how far a change of one force spreads within a window. A is never
+stored as a matrix.
+
+Only for systems without auxiliaries and without inputs over time, whose elements join at most two inertias:
+``solvers.choice`` checks this.
 """
 
 from __future__ import annotations
@@ -23,7 +27,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 WIDEST_TURN = 0.5
-"""Of an input over a window, radians."""
+"""Largest phase angle that an input passes in a window [rad]."""
 
 
 def is_sparse(system: PiecewiseSystem) -> bool:
@@ -32,7 +36,7 @@ def is_sparse(system: PiecewiseSystem) -> bool:
 
 
 def ends_of(system: PiecewiseSystem) -> tuple[IntArray, Array]:
-    """(m, 2) inertias every element joins and (m, 2) their entries in W; the ground has the other's index, entry 0."""
+    """(m, 2) inertias that each element joins, (m, 2) their entries in W; ground: index of the other end, entry 0."""
     ends = np.zeros((len(system.laws), 2), dtype=np.int64)
     for k, row in enumerate(system.rows):
         nonzero = np.flatnonzero(row)
@@ -43,78 +47,77 @@ def ends_of(system: PiecewiseSystem) -> tuple[IntArray, Array]:
 
 
 class Majorant:
-    """The bound A of all regions' rates per second, on states scaled by energy: deflections, then velocities."""
+    """The bound A on the rates of all regions [1/s]; states are scaled by energy, deflections before velocities."""
 
     def __init__(self, system: PiecewiseSystem) -> None:
         self.ends, arm = ends_of(system)
-        root = np.sqrt(system.inertia)
-        self.arm = np.abs(arm) / root[self.ends]
+        root_inertia = np.sqrt(system.inertia)
+        self.arm = np.abs(arm) / root_inertia[self.ends]
         self.drag = system.drag / system.inertia
         stiffest = np.array([np.abs(law.stiffness).max() for law in system.laws])
         self.damping = np.array([np.abs(law.damping).max() for law in system.laws])
-        slowest = np.sum(self.arm**2, axis=1) > 0
-        floor = (
-            np.where(slowest, 1.0, 0.0) / np.where(slowest, np.sum(self.arm**2, axis=1), 1.0) / system.inputs.period**2
-        )
-        self.scale = np.sqrt(np.maximum(stiffest, np.maximum(floor, 1e-300)))
+        mobility = np.sum(self.arm**2, axis=1)
+        is_mobile = mobility > 0
+        least_stiffness = np.where(is_mobile, 1.0, 0.0) / np.where(is_mobile, mobility, 1.0) / system.inputs.period**2
+        self.scale = np.sqrt(np.maximum(stiffest, np.maximum(least_stiffness, 1e-300)))
         self.stiffness = stiffest / self.scale
 
     def rate(self, velocity: Array) -> Array:
-        """(m,) rates of the elements."""
+        """(m,) deflection rates of the elements."""
         return np.asarray(np.sum(self.arm * velocity[self.ends], axis=1))
 
     def pull(self, force: Array, size: int) -> Array:
-        """(n,) what forces of the elements do to the inertias."""
+        """(n,) sum of the element forces (m,) on each inertia."""
         out = np.zeros(size)
         np.add.at(out, self.ends, self.arm * force[:, None])
         return out
 
     def times(self, deflection: Array, velocity: Array) -> tuple[Array, Array]:
-        """A times the states."""
+        """Return the product of A and the states."""
         rate = self.rate(velocity)
         force = self.stiffness * deflection + self.damping * rate
         return self.scale * rate, self.drag * velocity + self.pull(force, velocity.size)
 
     def radius(self) -> float:
-        """|A^(ORDER + 1)|^(1 / (ORDER + 1)) in the largest-entry norm, per second."""
+        """|A^(ORDER + 1)|^(1 / (ORDER + 1)) in the norm of the largest row sum [1/s]."""
         states = np.ones(len(self.damping)), np.ones(len(self.drag))
         log = 0.0
         for _ in range(ORDER + 1):
             states = self.times(*states)
-            most = max(part.max(initial=0.0) for part in states)
-            if most == 0.0:
+            largest = max(part.max(initial=0.0) for part in states)
+            if largest == 0.0:
                 return 0.0
-            states, log = (states[0] / most, states[1] / most), log + float(np.log(most))
+            states, log = (states[0] / largest, states[1] / largest), log + float(np.log(largest))
         return float(np.exp(log / (ORDER + 1)))
 
     def reached(self, element: int, length: float) -> IntArray:
-        """(n,) the order at which inertias begin to feel a change of an element's force within a window.
+        """(n,) the first Taylor order at which a change of an element's force moves each inertia within a window.
 
-        To a part ``NEGLIGIBLE`` of the states' typical size; ORDER + 1: never.
+        Changes below the part ``NEGLIGIBLE`` of the states' typical size do not count; ORDER + 1: no change.
         """
-        only = np.zeros(len(self.damping))
-        only[element] = self.stiffness[element] + self.damping[element] * self.rate(np.ones(len(self.drag)))[element]
-        source = self.pull(only, len(self.drag))
+        force = np.zeros(len(self.damping))
+        force[element] = self.stiffness[element] + self.damping[element] * self.rate(np.ones(len(self.drag)))[element]
+        source = self.pull(force, len(self.drag))
         deflection, velocity = np.zeros(len(self.damping)), np.zeros(len(self.drag))
-        felt, fading = np.full(len(self.drag), ORDER + 1), 1.0
+        first_order, decay = np.full(len(self.drag), ORDER + 1), 1.0
         for j in range(ORDER):
             rates = self.times(deflection, velocity)
-            deflection, velocity = length / (j + 1) * rates[0], length / (j + 1) * (rates[1] + fading * source)
-            fading *= window_norm(ORDER + 1) / (j + 1)
-            felt = np.where(velocity > NEGLIGIBLE / ORDER, np.minimum(felt, j + 1), felt)
-        felt[self.ends[element]] = 1
-        return felt
+            deflection, velocity = length / (j + 1) * rates[0], length / (j + 1) * (rates[1] + decay * source)
+            decay *= window_norm(ORDER + 1) / (j + 1)
+            first_order = np.where(velocity > NEGLIGIBLE / ORDER, np.minimum(first_order, j + 1), first_order)
+        first_order[self.ends[element]] = 1
+        return first_order
 
 
 def windows_of(system: PiecewiseSystem, bound: Majorant) -> int:
-    """Windows a period."""
+    """Number of windows per period."""
     fastest = bound.radius() * system.inputs.period / window_norm(ORDER + 1)
     turning = 2 * np.pi * float(system.inputs.cycles.max(initial=0.0)) / WIDEST_TURN
     return max(1, ceil(fastest), ceil(turning))
 
 
 def network_of(flow: Flow, windows: int) -> Network:
-    """Pack a sparse system."""
+    """Pack a sparse system into the arrays of the sweep."""
     system, coordinates, inputs = flow.system, flow.coordinates, flow.system.inputs
     ends, arm = ends_of(system)
     elements, none = len(system.laws), np.zeros(len(system.laws))
@@ -157,24 +160,26 @@ def network_of(flow: Flow, windows: int) -> Network:
 
 
 def near_of(flow: Flow, bound: Majorant, length: float) -> Near:
-    """List the neighbourhood of every clearance within a window of a length [s]."""
+    """List what a force change of every clearance reaches within a window of this length [s]."""
     system, references = flow.system, list(flow.coordinates.references)
     arms = ends_of(system)[1]
     inertias, elements, ends, active, positions = [], [], [], [], []
     for k in system.clearances:
-        felt = bound.reached(k, length)
-        began = felt[bound.ends].min(axis=1)  # an element acts on an inertia an order after it moves
-        first = began.copy()
-        first[k] = 0  # it leads its list
-        here = np.argsort(felt, kind="stable")[: np.count_nonzero(felt <= ORDER)]
-        links = np.argsort(first, kind="stable")[: np.count_nonzero(began <= ORDER)]
-        places = np.full(system.size, here.size)
-        places[here] = np.arange(here.size)
-        positions.append(np.where(felt[references] <= ORDER, places[references], -1))
-        inertias.append(here)
+        inertia_order = bound.reached(k, length)
+        element_order = inertia_order[bound.ends].min(axis=1)  # its force acts on an inertia one order later
+        sort_key = element_order.copy()
+        sort_key[k] = 0  # the clearance itself comes first
+        near = np.argsort(inertia_order, kind="stable")[: np.count_nonzero(inertia_order <= ORDER)]
+        links = np.argsort(sort_key, kind="stable")[: np.count_nonzero(element_order <= ORDER)]
+        position = np.full(system.size, near.size)
+        position[near] = np.arange(near.size)
+        positions.append(np.where(inertia_order[references] <= ORDER, position[references], -1))
+        inertias.append(near)
         elements.append(links)
-        ends.append(places[bound.ends[links]])
-        active.append([(np.count_nonzero(felt <= j), np.count_nonzero(began <= j)) for j in range(ORDER + 1)])
+        ends.append(position[bound.ends[links]])
+        active.append(
+            [(np.count_nonzero(inertia_order <= j), np.count_nonzero(element_order <= j)) for j in range(ORDER + 1)]
+        )
     inertia, element = _joined(inertias, np.int64).astype(int), _joined(elements, np.int64).astype(int)
     end = np.concatenate([np.zeros((0, 2), np.int64), *ends])
     return Near(
@@ -194,15 +199,15 @@ def near_of(flow: Flow, bound: Majorant, length: float) -> Near:
 
 
 def unsigned(index: IntArray) -> NDArray[np.uint64]:
-    """Indices that a compiled loop need not ask whether they count from the end."""
+    """Indices without a sign, so that a compiled loop does not test for negative ones."""
     return np.ascontiguousarray(index.astype(np.uint64))
 
 
 def _places(chosen: IntArray, count: int) -> IntArray:
-    """(count,) the place of every index among those chosen, or -1."""
-    places = np.full(count, -1, dtype=np.int64)
-    places[chosen] = np.arange(len(chosen))
-    return places
+    """(count,) the position of every index in ``chosen``; -1: not in it."""
+    positions = np.full(count, -1, dtype=np.int64)
+    positions[chosen] = np.arange(len(chosen))
+    return positions
 
 
 def _starts(lists: list[IntArray]) -> IntArray:

@@ -46,7 +46,7 @@ class Gradient(ABC):
 
     @abstractmethod
     def carried(self, segment: int, columns: Array) -> Array:
-        """Return what perturbations (N, P) at the begin of a segment are at its end, balanced coordinates."""
+        """Return what perturbations (N, P) at the start of a segment have become at its end, balanced coordinates."""
 
     @abstractmethod
     def growth(self, least: float) -> tuple[float, float]:
@@ -115,7 +115,7 @@ class Perturbed(Gradient):
     ends: IntArray
 
     def carried(self, segment: int, columns: Array) -> Array:
-        """Return what perturbations (N, P) at the begin of a segment are at its end, balanced coordinates."""
+        """Return what perturbations (N, P) at the start of a segment have become at its end, balanced coordinates."""
         elements = self.regions.stiffness.shape[1]
         y: Array = np.ascontiguousarray(columns, dtype=np.float64).copy()
         room = np.empty_like(y), np.empty_like(y), np.empty((elements, y.shape[1])), np.empty((1, y.shape[1]))

@@ -101,7 +101,7 @@ class Series:
         return self.count * self.block
 
     def expanded(self, chosen: Array) -> Array:
-        """Return (B, q, P + 1, Z) coefficients of rows (q, Z) by the state at the begin, of powers of s/h."""
+        """Return (B, q, P + 1, Z) coefficients of rows (q, Z) by the state at the start, of powers of s/h."""
         out = np.empty((self.count, len(chosen), self.terms + 1, len(self.matrix)))
         for j in range(self.count):
             out[j, :, 0] = chosen

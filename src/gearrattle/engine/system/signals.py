@@ -105,7 +105,7 @@ class Signals:
         return float(2.0 ** np.floor(np.log2(turning * period / float(np.diff(self.knots).max()))))
 
     def chains(self, period: float) -> Array:
-        """(G, chain) the chains at the begin of every interval, channel by channel [SI]."""
+        """(G, chain) the chains at the start of every interval, channel by channel [SI]."""
         order = np.arange(self.degree + 1)
         unit = (period / self.pace(period)) ** order * np.array([float(factorial(int(j))) for j in order])
         return np.asarray((self.coefficients * unit).reshape(len(self.coefficients), self.chain))

@@ -96,7 +96,7 @@ class SampledMotion:
 class _Parts:
     """Parts of the window (K,): length in periods, region, the sample and the knot it begins with (-1: none).
 
-    Samples count from the begin of the window.
+    Samples count from the start of the window.
     """
 
     duration: Array

@@ -68,7 +68,7 @@ class Variation(Gradient):
     scale: Array
 
     def carried(self, segment: int, columns: Array) -> Array:
-        """Return what perturbations (N, P) at the begin of a segment are at its end, balanced coordinates."""
+        """Return what perturbations (N, P) at the start of a segment have become at its end, balanced coordinates."""
         return np.asarray(self.segments[segment] @ columns)
 
     def horizon(self, growth: float = GROWTH) -> float:

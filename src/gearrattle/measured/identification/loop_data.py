@@ -136,7 +136,7 @@ def _cut(deflection: Array, torque: Array, source: str) -> Loop:
         raise ModelError(Problem(source, "a constant angle or torque", "a loop needs an angle and a torque that move"))
     turns = _turns(deflection, _TURN * span)
     if len(turns) < 3:
-        rule = "no reversal: the angle goes one way only, so friction cannot be told from stiffness"
+        rule = "no reversal: the angle goes one way only, so friction cannot be separated from stiffness"
         raise ModelError(Problem(source, f"{len(turns) - 1} leg", rule, "give the way out and the way back"))
     if _is_one_cycle_begun_between_its_ends(deflection, torque, turns):
         order = np.r_[turns[1] : deflection.size, : turns[1] + 1]

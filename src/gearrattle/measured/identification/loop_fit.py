@@ -3,8 +3,8 @@
 The law is the package's own, a staged characteristic with Jenkins sliders (``assembly.friction``), so what is fitted is
 what a run will use: ``LoopFit.drawn`` is its loop by ``torque_angle``. Breaks, slopes, heights and the stretch before
 slip come from one least-squares fit over both branches (``loop_law``, ``loop_search``); the numbers of stages of the
-drive and of the coast side are chosen by BIC unless told. Where the samples behind a turn do not tell how stiff a
-slider sticks, the default of the model file stands, and a note says so.
+drive and of the coast side are chosen by BIC unless given. Where the samples after a reversal do not determine the
+stick stiffness of a slider, the default of the model file is used, and a note says so.
 
 Takes a path or arrays; gives a frozen ``LoopFit``.
 """
@@ -179,5 +179,5 @@ def _remarks(solution: Solved, fixed: frozenset[tuple[str, int]], loop: Loop) ->
     for side, end in ((DRIVE, high), (COAST, -low)):
         beyond = end - max(solution.shape.breaks(side), default=0.0)
         if beyond < 0.05 * (high - low):
-            notes.append(f"the last {side} stage is told by {np.degrees(beyond):.3g} deg of the loop only")
+            notes.append(f"the last {side} stage is determined by only {np.degrees(beyond):.3g} deg of the loop")
     return notes

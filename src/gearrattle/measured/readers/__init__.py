@@ -1,7 +1,7 @@
 """Measured files in, recordings out as files: a shelf of formats.
 
-A format is told by what the file begins with, by its ending only where content says nothing. Whatever is wrong with a
-file comes out as one ``ModelError`` with its place: a format's library may complain in any way it likes.
+A format is recognised by the first bytes of the file; by its suffix only if the content is not enough. Every fault of a
+file is reported as one ``ModelError`` with its position, whatever error the library of the format raises.
 
 Takes paths; gives ``Raw`` columns to the mapping and to ``calls``, and writes recordings.
 """
@@ -83,7 +83,7 @@ def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format
     request
         what is wanted of it.
     format
-        one of ``READERS``; empty: told by the content.
+        one of ``READERS``; empty: recognised by the content.
 
     Raises
     ------

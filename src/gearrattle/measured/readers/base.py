@@ -1,8 +1,8 @@
-"""What a reader is, and the columns it gives: one file format each, told by the file's content.
+"""What a reader is, and the columns it gives: one file format each, recognised by the file's content.
 
-A reader answers three questions: does a file of this beginning belong to it, what is in the file, and how is a
-recording written so. What comes out is still in the file's words: names and units as they stand there. Units are read
-in ``quantities``; damage is told by ``measured.readers`` in one voice, so a reader may let its library complain.
+A reader answers three questions: is a file with these first bytes of its format, what is in the file, and how is a
+recording written in this format. Names and units in the result are those of the file. Units are read in ``quantities``.
+``measured.readers`` reports damaged files in one form, so a reader need not catch the errors of its library.
 
 Takes paths; gives ``Raw`` columns, or writes a ``Recording``.
 """
@@ -35,9 +35,9 @@ class Request(NamedTuple):
     Attributes
     ----------
     time
-        name of the column of times; empty: told by the file.
+        name of the time column; empty: defined by the file.
     time_unit
-        of these times; empty: told by the file, else s.
+        of these times; empty: defined by the file, else s.
     interval
         between samples of a file without times [s]; None: there are times.
     names

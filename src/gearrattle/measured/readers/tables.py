@@ -190,9 +190,9 @@ class MeasurementTables(Table):
     file: Annotated[str, Text()]
     """The record, relative to the mapping."""
     format: Annotated[str, Text()] | None = None
-    """Its format; None: told by its content."""
+    """Its format; None: recognised by its content."""
     time: Annotated[str, Text()] = ""
-    """Name of the column of times; needed where the file does not tell."""
+    """Name of the time column; needed if the file does not define it."""
     time_unit: Annotated[str, Text()] = ""
     """Unit of these times; the file's, or s."""
     sampled: Annotated[float, _FREQUENCY] | None = None

@@ -1,4 +1,4 @@
-"""A simulated motion against a measured one: what agrees within chance, what does not, and where the rest may lie.
+"""A simulated motion against a measured one: what agrees within random scatter, what does not, and why.
 
 The paper's Table 5 for any pair of a model or run and a record. Beyond the predictability horizon, and with a start
 that was not measured, two motions can only be compared by what they have on average: levels, orders of the mean cycle,

@@ -34,7 +34,7 @@ from gearrattle.wording import counted
 
 _ROUNDS = 4
 _AS_GOOD = 0.1  # correlations this near to the highest: the delay that scatters least is taken
-_FOLDED = 5.0  # %: more is told
+_FOLDED = 5.0  # %: more is reported
 _REMEDY = "set a steady speed, or compare orders over speed with validate_run_up"
 _EXACT_TOLERANCE = 1e-12  # of the contract, where the run's model does not say another
 
@@ -269,7 +269,7 @@ def _known(matter: _Matter) -> budget.Known:
         numerical=np.full(shape, tolerance if exact else np.nan),
         numerical_words=words,
         parameters=np.full(shape, np.nan),
-        parameters_words="no standard errors were handed in: what is uncertain in the model is in the remainder",
+        parameters_words="no standard errors were given: the uncertainty of the model is in the remainder",
     )
 
 
@@ -291,13 +291,13 @@ def _repeated(
 
 
 def _few(drawn: Drawn | None, explanation: Explained | None) -> list[str]:
-    """Say why nothing is told of each parameter by itself."""
+    """Say why nothing is reported for each parameter separately."""
     if drawn is None or explanation is not None:
         return []
     count, free = drawn.standard.shape
     if count >= free + SPARE:
-        return ["parameters: no channel has an rms in both records, so nothing is told of each by itself"]
-    return [f"parameters: {count} runs are too few for the effects of {free}; draws={free + SPARE} or more tells them"]
+        return ["parameters: no channel has an rms in both records, so their effects cannot be separated"]
+    return [f"parameters: {count} runs are too few for the effects of {free}; draws={free + SPARE} or more are needed"]
 
 
 def _levels(run: Run, matter: _Matter) -> Array:

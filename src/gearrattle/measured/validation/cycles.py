@@ -21,7 +21,7 @@ from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
 FEWEST = 8
-"""Cycles: with fewer, scatter cannot be told. The paper's levels are of a span of eight."""
+"""Cycles: with fewer, scatter cannot be estimated. The paper's levels are of a span of eight."""
 FEWEST_SAMPLES = 4
 _KERNEL = 30.0  # samples at the new rate that the windowed sinc reaches to either side
 _SETTLED = 1.5  # periods of a high pass after which its start is forgotten

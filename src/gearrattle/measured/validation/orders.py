@@ -21,7 +21,7 @@ from gearrattle.measured.validation.scatter import Draws, factor
 from gearrattle.trajectory import Array
 
 MOST = 12
-"""Orders told of a channel: the strongest."""
+"""Number of orders reported per channel: the strongest."""
 _PRESENT = 3.0  # standard errors
 _STRONG = 3
 _SMALL = 0.01  # of the strongest line

@@ -1,11 +1,12 @@
-"""What uncertain parameters do to the simulated levels: a small seeded Monte Carlo of whole runs.
+"""Uncertainty of simulated levels due to uncertain parameters: a small Monte Carlo study of whole runs, with a seed.
 
-Each parameter is drawn from a log-normal distribution with the model's value as mean and the standard error handed in;
-the standard deviation of ln(level) over the runs, less what the scatter of their cycles owes to chance, is the
-uncertainty. Few runs tell it roughly: its own relative error is about 1 / sqrt(2 (runs - 1)). Parameters of a Fit are
-drawn with its correlations, others independently.
+Each parameter is drawn from a log-normal distribution, whose mean is the model's value and whose standard deviation is
+the given standard error. The variance of ln(level) over the runs, less the variance due to the scatter of cycles within
+a run, is the square of the uncertainty. With few runs this is a rough estimate, with a relative error of about
+1 / sqrt(2 (runs - 1)). Parameters of a Fit are drawn with its correlations, others independently. The levels of a
+channel are peak to peak and rms; C is the number of channels.
 
-Takes a run, standard errors and what makes levels of a run; gives Drawn runs.
+Takes a run, standard errors and a function that returns the levels of a run; gives Drawn runs.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ def standard_errors(model: Model, source: Errors | Fit) -> dict[str, tuple[float
     Raises
     ------
     ModelError
-        no such path, no positive number there, an error that is not positive or as large as the value.
+        a path that does not exist, a value that is not a positive number, an error that is not between 0 and the value.
     """
     errors = {p.path: p.standard_error for p in source.parameters} if isinstance(source, Fit) else dict(source)
     tables = model.to_tables()
@@ -44,7 +45,7 @@ def standard_errors(model: Model, source: Errors | Fit) -> dict[str, tuple[float
     for path, error in errors.items():
         if path not in names:
             remedy = did_you_mean(path, names)
-            problems.append(Problem("parameters", path, "is no path of the model", remedy))
+            problems.append(Problem("parameters", path, "is not a path of the model", remedy))
             continue
         value = value_at(tables, path)
         if not isinstance(value, int | float) or isinstance(value, bool) or not value > 0:
@@ -61,7 +62,7 @@ def standard_errors(model: Model, source: Errors | Fit) -> dict[str, tuple[float
 
 @dataclass(frozen=True)
 class Drawn:
-    """Runs with parameters drawn.
+    """Runs with randomly drawn parameters.
 
     Attributes
     ----------
@@ -70,7 +71,7 @@ class Drawn:
     correlation
         (P, P) of the logarithms of the parameters.
     standard
-        (N, P) what was drawn, in standard errors of the logarithms.
+        (N, P) drawn deviations, in standard errors of the logarithms.
     logs
         (N, 2, C) logarithms of the levels.
     """
@@ -92,7 +93,7 @@ class Drawn:
 
 
 def correlations(errors: Mapping[str, tuple[float, float]], source: Errors | Fit) -> Array:
-    """(P, P) correlations of the parameters: a Fit's own; none of standard errors alone."""
+    """(P, P) correlations of the parameters: those of a Fit; the identity if only standard errors are given."""
     if not isinstance(source, Fit):
         return np.eye(len(errors))
     at = [[parameter.path for parameter in source.parameters].index(path) for path in errors]
@@ -113,7 +114,7 @@ def repeated(
     seed: int,
     progress: Callable[[float], None] | None = None,
 ) -> Drawn:
-    """Repeat a run with parameters drawn.
+    """Repeat a run with randomly drawn parameters.
 
     Parameters
     ----------
@@ -124,23 +125,23 @@ def repeated(
     correlation
         (P, P) of their logarithms.
     levels
-        gives the (2, C) levels of a run.
+        returns the (2, C) levels of a run.
     runs
-        how many, two or more.
+        number of runs, two or more.
     seed
-        of what is drawn.
+        of the random numbers.
     progress
         called with the fraction done.
     """
-    size, axes = np.linalg.eigh(correlation)  # a root that singular correlations have, too
+    size, axes = np.linalg.eigh(correlation)  # a square root that exists for singular correlations too
     root = (axes * np.sqrt(np.maximum(size, 0.0))) @ axes.T
     standard = np.random.default_rng(seed).standard_normal((runs, len(errors))) @ root
     rows = []
     for number, drawn in enumerate(standard.tolist(), start=1):
         changed = {}
-        for (path, (value, error)), away in zip(errors.items(), drawn, strict=True):
+        for (path, (value, error)), deviation in zip(errors.items(), drawn, strict=True):
             width = math.sqrt(math.log1p((error / value) ** 2))
-            changed[path] = value * math.exp(width * away - 0.5 * width**2)
+            changed[path] = value * math.exp(width * deviation - 0.5 * width**2)
         rows.append(levels(simulate(run.model.with_(changed), audit=False)))
         if progress is not None:
             progress(number / runs)

@@ -1,4 +1,4 @@
-"""How much an average over cycles owes to chance: the circular block bootstrap.
+"""Random error of an average over cycles, by the circular block bootstrap.
 
 Cycles of a vibration resemble their neighbours, so they are drawn in blocks that wrap around (D. N. Politis,
 J. P. Romano 1992, in LePage & Billard, Exploring the Limits of Bootstrap, 263-270). A block is as long as the cycles'

@@ -112,7 +112,7 @@ def _of_clock(clock: Clock) -> Iterator[str]:
     words = (
         f"Clocks: {clock.delay:.9g} s (standard error {clock.standard_error:.2g} s) added to the measured times, by "
     )
-    yield f"{words}{clock.channel}, correlation {clock.agreement:.4g}; a whole number of cycles cannot be told."
+    yield f"{words}{clock.channel}, correlation {clock.agreement:.4g}; a whole number of cycles cannot be determined."
 
 
 def _percent(sigma: float) -> str:

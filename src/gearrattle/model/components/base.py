@@ -132,7 +132,7 @@ class Leaf(Protocol):
     """Reads one number of a component: the number itself, or a column where it varies."""
 
     def __call__(self, key: str, value: float, /) -> Number:
-        """Return what stands under a key, such as ``stages.0.stiffness``, whose value in the model is told."""
+        """Return what stands under a key, such as ``stages.0.stiffness``, whose value in the model is given."""
         ...
 
 
@@ -162,11 +162,11 @@ class Component(Table):
         return {}
 
     def notes(self) -> tuple[str, ...]:
-        """Return what a user must know of it beside the numbers."""
+        """Return what a user must know of it in addition to the numbers."""
         return ()
 
     def written_out(self, table: dict[str, Any], /) -> dict[str, Any]:
-        """Return its table with every number one that ``scaling`` knows, for a model whose J hold what it adds."""
+        """Return its table with only numbers that ``scaling`` can scale; the model's J already include what it adds."""
         return table
 
     @property

@@ -1,13 +1,13 @@
-"""The way from an impulse in a gear mesh to sound pressure at an ear: an impulse response [Pa/(N s)].
+"""The transfer path from an impulse in a gear mesh to sound pressure at the ear: an impulse response [Pa/(N s)].
 
-Without a measured one, damped modes stand in for casing and radiation,
+Without a measured response, damped modes represent the casing and its radiation,
 
     h(t) = sum of g exp(-zeta omega t) sin(omega_d t),      omega_d = omega sqrt(1 - zeta^2),
 
-built from its spectrum g omega_d / (omega^2 - w^2 + 2 i zeta omega w), so that nothing above half the sampling rate
-folds back. ``CASING`` is ASSUMED and measured on nothing: six modes where a car gearbox's casing may have its own,
-with gains that make the rattle of ``examples/manual_transmission.toml`` 66 dB. It is fit to compare designs, not to
-tell a level.
+built from its spectrum g omega_d / (omega^2 - w^2 + 2 i zeta omega w), so that there is no
+aliasing. ``CASING`` is ASSUMED, not measured: six modes at frequencies where the casing of a car gearbox may have its
+modes, with gains that give 66 dB for the rattle of ``examples/manual_transmission.toml``. Use it to compare designs,
+not to predict a level.
 
 Takes modes or a file; gives a ``SoundPath``.
 """
@@ -40,12 +40,12 @@ CASING = (
     (4200.0, 0.012, 0.5),
     (6100.0, 0.012, 0.3),
 )
-"""Frequency [Hz], damping ratio and gain [Pa/(N s)] of the modes that stand in for a gearbox; assumed."""
+"""Frequency [Hz], damping ratio and gain [Pa/(N s)] of the modes that represent a gearbox; assumed."""
 RESPONSE = Dimension("response per impulse", "Pa/(N*s)", (0, -2, -1, 0), "1 Pa/(N*s)")
 
 LEAD = 64
-"""Samples of a response before the impulse: a band-limited one begins a little early."""
-_QUIET = 1e-6  # of a mode: what its response may be at the end
+"""Samples of a response before the impulse: a band-limited response starts a little before it."""
+_QUIET = 1e-6  # largest amplitude of a mode at the end, relative to the start
 _LONGEST = 30.0  # seconds
 
 
@@ -58,11 +58,11 @@ class SoundPath:
     response
         (N,) [Pa/(N s)]; the impulse is at sample ``lead``.
     rate
-        samples a second [Hz].
+        sampling rate [Hz].
     lead
         samples before the impulse.
     source
-        where it comes from, in words.
+        origin of the response, in words.
     """
 
     response: Array
@@ -74,7 +74,7 @@ class SoundPath:
 def sound_path(
     source: str | os.PathLike[str] | Sequence[tuple[float, float, float]] | None, rate: float, scale: float = 1.0
 ) -> SoundPath:
-    """Make a path.
+    """Make a sound path.
 
     Parameters
     ----------
@@ -82,9 +82,9 @@ def sound_path(
         None: the assumed casing; rows of frequency [Hz], damping ratio and gain [Pa/(N s)]; a path of a WAV
         file; or of a CSV file with the columns ``time [s], response [Pa/(N*s)]``.
     rate
-        samples a second that the path is wanted at [Hz].
+        sampling rate of the result [Hz].
     scale
-        what 1 in a WAV file is worth [Pa/(N s)].
+        response that the value 1 in a WAV file means [Pa/(N s)].
 
     Raises
     ------
@@ -106,8 +106,8 @@ def sound_path(
 def modal_path(modes: Sequence[tuple[float, float, float]], rate: float, source: str) -> SoundPath:
     """The band-limited impulse response of damped modes: frequency [Hz], damping ratio, gain [Pa/(N s)]."""
     for i, (frequency, damping, gain) in enumerate(modes):
-        fine = 0.0 < frequency < 0.5 * rate and 0.0 < damping < 1.0 and math.isfinite(gain)
-        if not fine:
+        is_valid = 0.0 < frequency < 0.5 * rate and 0.0 < damping < 1.0 and math.isfinite(gain)
+        if not is_valid:
             value = f"{frequency:g} Hz, damping {damping:g}, gain {gain:g}"
             rule = f"a mode must lie between 0 and {0.5 * rate:g} Hz, its damping ratio between 0 and 1"
             raise ModelError(Problem(f"path.{i}", value, rule))
@@ -116,8 +116,8 @@ def modal_path(modes: Sequence[tuple[float, float, float]], rate: float, source:
     slowest = min(2.0 * math.pi * f * z for f, z, _ in modes)
     seconds = -math.log(_QUIET) / slowest
     if seconds > _LONGEST:
-        rule = f"a mode must have died away within {_LONGEST:g} s"
-        raise ModelError(Problem("path", f"{seconds:.3g} s", rule, "give it more damping"))
+        rule = f"a mode must decay within {_LONGEST:g} s"
+        raise ModelError(Problem("path", f"{seconds:.3g} s", rule, "increase its damping"))
     number = 2 * math.ceil(0.5 * seconds * rate) + 2 * LEAD
     w = 2.0 * math.pi * np.fft.rfftfreq(number, 1.0 / rate)
     spectrum = np.zeros(w.size, dtype=complex)
@@ -146,5 +146,5 @@ def _measured(path: Path, rate: float, scale: float) -> SoundPath:
     time, values = columns.values["time"], columns.values["response"]
     step = float(time[-1] - time[0]) / max(1, time.size - 1)
     if time.size < 2 or step <= 0.0 or np.abs(np.diff(time) - step).max() > 1e-3 * step:
-        raise ModelError(Problem(str(path), counted(time.size, "sample"), "the times must rise by equal steps"))
+        raise ModelError(Problem(str(path), counted(time.size, "sample"), "the times must increase by equal steps"))
     return SoundPath(resampled(values, 1.0 / step, rate, str(path)), rate, 0, str(path))

@@ -123,7 +123,7 @@ def attractor_table(data: xr.Dataset) -> Table:
             )
         )
     note = "Agreeing: the share of its cases whose verdict is the one named. " + (
-        "Wilson's interval (1927), for independent samples; Latin hypercubes and Sobol's sequence scatter less than it."
+        "Wilson's interval (1927), for independent samples; Latin hypercube and Sobol samples scatter less."
         if SAMPLE in data["basin"].dims
         else "Shares of a grid are shares of its points."
     )

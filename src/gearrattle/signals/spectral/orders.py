@@ -58,7 +58,7 @@ def order_map(
     highest
         order up to which they are shown; None: 100, or as far as the samples tell at the highest speed.
     turns
-        in a block; orders are told apart by 1 / turns, and multiples of it fall on bins.
+        in a block; orders are resolved if 1 / turns apart, and multiples of it fall on bins.
     overlap
         share of a block that the next has as well, 0 to below 1.
     window
@@ -185,7 +185,7 @@ def order_cuts(
     apart = float(np.diff(wanted, prepend=0.0).min())
     if apart * turns < 0.5:
         rule = (
-            f"orders {apart:.6g} apart, or from zero, cannot be told from each other within {turns:g} "
+            f"orders {apart:.6g} apart, or from zero, cannot be separated from each other within {turns:g} "
             f"{noun_of(turns, 'turn')}"
         )
         remedy = f"take turns={np.ceil(1.0 / apart - 1e-6):.0f} or more"
