@@ -78,6 +78,16 @@ def limits(panel: Panel) -> tuple[tuple[float, float], tuple[float, float]]:
     return panel.x_range or _fit(x, None, 0.0), panel.y_range or heat or _fit(y, floor, 0.06)
 
 
+def widened(panel: Panel, ratio: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return limits with which one unit is as long across as up, on axes so many times as wide as high."""
+    (left, right), (low, high) = limits(panel)
+    across, up = max(right - left, ratio * (high - low)), max(high - low, (right - left) / ratio)
+    return (
+        (0.5 * (left + right) - 0.5 * across, 0.5 * (left + right) + 0.5 * across),
+        (0.5 * (low + high) - 0.5 * up, 0.5 * (low + high) + 0.5 * up),
+    )
+
+
 def _fit(values: list[Array], floor: float | None, margin: float) -> tuple[float, float]:
     finite = np.concatenate([np.zeros(0), *(v[np.isfinite(v)] for v in values)])
     if not finite.size:

@@ -16,6 +16,8 @@ from gearrattle.report.plots.palette import ACCENT, CENTRE, MUTED
 from gearrattle.trajectory import Array
 
 Mark = Literal["line", "points"]
+Shape = Literal["", "circle", "square", "diamond", "triangle", "inverted triangle", "cross", "plus", "star"]
+Dash = Literal["", "solid", "dashed"]
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,10 @@ class Line:
         0 to 1.
     legend
         whether the legend names it.
+    shape
+        of its points where it means something; empty: a circle, in print what tells colours apart.
+    dash
+        of its line where it means something; empty: solid, in print what tells colours apart.
     """
 
     x: Array
@@ -48,6 +54,8 @@ class Line:
     width: float = 1.3
     opacity: float = 1.0
     legend: bool = False
+    shape: Shape = ""
+    dash: Dash = ""
 
 
 @dataclass(frozen=True)
@@ -186,6 +194,8 @@ class Panel:
         where the axes are labelled, and how; empty: at round values.
     note
         words to print in an empty panel.
+    equal_scales
+        whether one unit is as long across as up: the limits are then widened.
     """
 
     title: str
@@ -205,14 +215,17 @@ class Panel:
     y_ticks: tuple[tuple[float, str], ...] = ()
     note: str = ""
     heat: Heat | None = None
+    equal_scales: bool = False
 
 
 @dataclass(frozen=True)
 class Key:
-    """One entry of a chart's legend: a coloured swatch and a word."""
+    """One entry of a chart's legend: a coloured swatch, or the shape or the dash that it explains, and a word."""
 
     name: str
     colour: str = MUTED
+    shape: Shape = ""
+    dash: Dash = ""
 
 
 @dataclass(frozen=True)

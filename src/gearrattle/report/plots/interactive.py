@@ -18,6 +18,7 @@ import numpy as np
 from gearrattle.report.plots.chart import Bars, Cells, Chart, Heat, Label, Line, Panel, Rule
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.palette import ACCENT, CENTRE, FAINT, INK, MUTED, PAPER, SHADES, tint
+from gearrattle.report.plots.shapes import SHAPES
 from gearrattle.trajectory import Array
 
 FONT = "-apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, sans-serif"
@@ -118,6 +119,8 @@ def _lay_out(layout: dict[str, Any], chart: Chart, index: int, inner: int, gap: 
         y_axis |= _decades(*panel.y_range)
     elif panel.y_range is not None:
         y_axis["range"] = list(panel.y_range)
+    if panel.equal_scales:
+        y_axis |= {"scaleanchor": _axis("x", index), "scaleratio": 1}
     for axis, ticks in ((x_axis, panel.x_ticks), (y_axis, panel.y_ticks)):
         if ticks:
             axis |= {"tickmode": "array", "tickvals": [v for v, _ in ticks], "ticktext": [word for _, word in ticks]}
@@ -215,6 +218,12 @@ def _line(line: Line, index: int) -> dict[str, Any]:
     }
     if line.mark == "line":
         trace["line"] = {"color": line.colour, "width": line.width, "simplify": False}
+        if line.dash == "dashed":
+            trace["line"]["dash"] = "5px,3px"
+    elif line.shape:
+        drawn = SHAPES[line.shape]
+        rim = {"color": line.colour, "width": 1.6} if drawn.is_open else {"color": PAPER, "width": 0.8}
+        trace["marker"] = {"color": line.colour, "size": line.width, "symbol": drawn.plotly, "line": rim}
     else:
         trace["marker"] = {"color": line.colour, "size": line.width, "line": {"width": 0}}
     return trace | _level(x)

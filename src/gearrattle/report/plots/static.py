@@ -12,11 +12,12 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.report.plots.axes import Axis, limits
+from gearrattle.report.plots.axes import Axis, limits, widened
 from gearrattle.report.plots.chart import Band, Bars, Cells, Chart, Key, Label, Line, Panel, Rule
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.palette import FAINT, INK, MUTED, PAPER
 from gearrattle.report.plots.raster import raster
+from gearrattle.report.plots.shapes import DASHES, SHAPES
 from gearrattle.trajectory import Array
 
 _FONT = "'Helvetica Neue', Helvetica, 'Liberation Sans', Arial, sans-serif"
@@ -71,15 +72,25 @@ def _legend(keys: tuple[Key, ...]) -> tuple[str, int]:
         width = 26.0 + 6.6 * len(key.name)
         if x + width > _WIDTH - _RIGHT and x > _LEFT:
             x, row = float(_LEFT), row + 1
-        drawn.append(f'<rect x="{x:.1f}" y="{20 * row + 6}" width="10" height="10" fill="{key.colour}"/>')
+        drawn.append(_swatch(key, x, 20 * row + 6))
         drawn.append(_text(x + 15.0, 20.0 * row + 15.0, key.name, "start"))
         x += width
     return "".join(drawn), 20 * (row + 1) if keys else 0
 
 
+def _swatch(key: Key, x: float, y: float) -> str:
+    """The shape or dash that an entry explains, or a square of its colour."""
+    if key.shape:
+        return _shape(key.shape, x + 5.0, y + 5.0, 4.5, key.colour)
+    if key.dash:
+        dash = f' stroke-dasharray="{DASHES[key.dash]}"' if key.dash in DASHES else ""
+        return f'<path d="M{x - 5:.1f} {y + 5}h17" stroke="{key.colour}" stroke-width="1.6"{dash}/>'
+    return f'<rect x="{x:.1f}" y="{y}" width="10" height="10" fill="{key.colour}"/>'
+
+
 def _panel(panel: Panel, left: float, top: float, width: float, height: float, *, labelled: bool) -> str:
     """Draw one panel with its axes, everything in it clipped."""
-    x_limits, y_limits = limits(panel)
+    x_limits, y_limits = widened(panel, width / height) if panel.equal_scales else limits(panel)
     x, y = Axis(*x_limits, 0.0, width, panel.x_log), Axis(*y_limits, height, 0.0, panel.y_log)
     x_ticks = panel.x_ticks or tuple((v, numeral(v, 6)) for v in x.ticks())
     y_ticks = panel.y_ticks or tuple((v, numeral(v)) for v in y.ticks())
@@ -156,10 +167,23 @@ def _line(line: Line, x: Axis, y: Axis) -> str:
     shown = np.isfinite(line.x) & np.isfinite(line.y)
     px, py = x.at(line.x), y.at(line.y)
     style = f'fill="none" stroke="{line.colour}" stroke-width="{line.width:g}" stroke-opacity="{line.opacity:g}"'
+    if line.mark == "points" and line.shape:
+        placed = zip(px[shown].tolist(), py[shown].tolist(), strict=True)
+        return "".join(_shape(line.shape, a, b, 0.5 * line.width, line.colour) for a, b in placed)
     if line.mark == "points":
         dots = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(px[shown].tolist(), py[shown].tolist(), strict=True))
         return f'<path d="{dots}" {style} stroke-linecap="round"/>'
-    return f'<path d="{_joined(px, py, shown)}" {style} stroke-linejoin="round"/>'
+    dash = f' stroke-dasharray="{DASHES[line.dash]}"' if line.dash in DASHES else ""
+    return f'<path d="{_joined(px, py, shown)}" {style}{dash} stroke-linejoin="round"/>'
+
+
+def _shape(shape: str, x: float, y: float, radius: float, colour: str) -> str:
+    """A mark at a point, with a rim of paper about areas, so that neighbours are told apart."""
+    drawn = SHAPES[shape]
+    ink = f'fill="none" stroke="{colour}"' if drawn.is_open else f'fill="{colour}" stroke="{PAPER}"'
+    width = (1.6 if drawn.is_open else 0.8) / radius
+    place = f'transform="translate({x:.1f} {y:.1f}) scale({radius:g})"'
+    return f'<path {place} d="{drawn.path}" {ink} stroke-width="{width:.3g}"/>'
 
 
 def _joined(px: Array, py: Array, shown: NDArray[np.bool_]) -> str:

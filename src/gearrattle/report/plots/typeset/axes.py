@@ -60,6 +60,8 @@ def prepare(axes: Axes, rows: Rows, *, labelled: bool, inches: float) -> Text:
     axes.set_xlim(*x_limits)
     axes.set_ylim(*y_limits)
     axes.set_autoscale_on(False)
+    if panel.equal_scales:
+        axes.set_aspect("equal", adjustable="box")
     unit = label_of(panel.unit)
     title = axes.set_title(f"{panel.title} [{unit}]" if unit and rows.wordy else panel.title, parse_math=False)
     axes.set_ylabel("" if rows.wordy else unit, parse_math=False)

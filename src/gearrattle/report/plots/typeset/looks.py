@@ -13,8 +13,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from gearrattle.report.plots.chart import Chart, Key
+from gearrattle.report.plots.chart import Chart, Dash, Key, Shape
 from gearrattle.report.plots.palette import CENTRE, FAINT, MUTED, PAPER
+from gearrattle.report.plots.shapes import SHAPES
 from gearrattle.report.plots.typeset.style import POINTS
 
 Dashes = tuple[float, tuple[float, ...] | None]
@@ -56,9 +57,16 @@ class Looks:
         from matplotlib.lines import Line2D
         from matplotlib.patches import Patch
 
+        style: dict[str, Any]
         colour = key.colour
+        if key.shape or key.dash:
+            style = {"linestyle": self.dash(colour, key.dash) if key.dash else "none", "linewidth": 1.0}
+            if key.shape:
+                style |= {"marker": self.marker(colour, key.shape), "markersize": 4.5}
+                style["markeredgewidth"] = self.edge(key.shape)
+            return Line2D([], [], color=colour, label=key.name, **style)
         if colour in self.dashes or colour in self.markers:
-            style: dict[str, Any] = {"linestyle": "none"}
+            style = {"linestyle": "none"}
             if colour in self.dashes:
                 style = {"linestyle": self.dashes[colour], "linewidth": self.widths[colour]}
             if colour in self.markers:
@@ -66,6 +74,20 @@ class Looks:
             return Line2D([], [], color=colour, label=key.name, **style)
         hatch = self.hatches.get(colour, "")
         return Patch(facecolor=colour, edgecolor=PAPER, linewidth=0.0, hatch=hatch or None, label=key.name)
+
+    def dash(self, colour: str, dash: Dash) -> Dashes:
+        """Return the dashes of a line: those that mean something, or those of its colour."""
+        if dash:
+            return (0.0, _DASHES[1] if dash == "dashed" else None)
+        return self.dashes.get(colour, (0.0, None))
+
+    def marker(self, colour: str, shape: Shape) -> str:
+        """Return the marker of points: the shape that means something, or that of their colour."""
+        return SHAPES[shape].matplotlib if shape else self.markers.get(colour, "o")
+
+    def edge(self, shape: Shape) -> float:
+        """Return the width of the strokes of a marker [pt]; none for areas."""
+        return 0.8 if shape and SHAPES[shape].is_open else 0.0
 
 
 def looks_of(chart: Chart) -> Looks:

@@ -222,7 +222,7 @@ def _line(axes: Axes, line: Line, looks: Looks, order: int, *, most: int) -> Non
         "zorder": 2.0 + 1e-3 * order,
     }
     if line.mark == "line":
-        style: Any = looks.dashes.get(line.colour, (0.0, None))
+        style: Any = looks.dash(line.colour, line.dash)
         axes.plot(x, y, linestyle=style, linewidth=stroke(line.width), solid_joinstyle="round", **common)
         return
     size = max(_SMALLEST_POINT, stroke(line.width))
@@ -230,9 +230,9 @@ def _line(axes: Axes, line: Line, looks: Looks, order: int, *, most: int) -> Non
         x,
         y,
         linestyle="none",
-        marker=looks.markers.get(line.colour, "o"),
+        marker=looks.marker(line.colour, line.shape),
         markersize=size,
-        markeredgewidth=0.0,
+        markeredgewidth=looks.edge(line.shape),
         rasterized=x.size > _PIECES,
         **common,
     )

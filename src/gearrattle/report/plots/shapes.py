@@ -1,0 +1,59 @@
+"""Shapes of points that mean something, so that they are told apart without colour; and dashes of lines.
+
+Every renderer draws the same shape: static SVG a path, plotly and matplotlib a marker by its name, the legend of a page
+a letter.
+
+Takes the shape of a ``Line`` or ``Key``; gives what each renderer draws.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from gearrattle.report.plots.chart import Key
+
+
+class Drawn(NamedTuple):
+    """One shape.
+
+    Attributes
+    ----------
+    path
+        SVG about the origin, half as wide as 1.
+    is_open
+        whether it is strokes, not an area.
+    plotly, matplotlib
+        names of its marker.
+    letter
+        in a line of text.
+    """
+
+    path: str
+    is_open: bool
+    plotly: str
+    matplotlib: str
+    letter: str
+
+
+SHAPES = {
+    "circle": Drawn("M-1 0a1 1 0 1 0 2 0a1 1 0 1 0 -2 0z", False, "circle", "o", "●"),
+    "square": Drawn("M-.9-.9h1.8v1.8h-1.8z", False, "square", "s", "■"),
+    "diamond": Drawn("M0-1.2L1.1 0L0 1.2L-1.1 0z", False, "diamond", "D", "◆"),
+    "triangle": Drawn("M0-1.15L1.1.85H-1.1z", False, "triangle-up", "^", "▲"),
+    "inverted triangle": Drawn("M0 1.15L1.1-.85H-1.1z", False, "triangle-down", "v", "▼"),
+    "cross": Drawn("M-.9-.9L.9.9M-.9.9L.9-.9", True, "x-thin", "x", "×"),
+    "plus": Drawn("M-1.1 0H1.1M0-1.1V1.1", True, "cross-thin", "+", "+"),
+    "star": Drawn(
+        "M0-1.3L.35-.45L1.25-.4L.55.2L.8 1.1L0 .6L-.8 1.1L-.55.2L-1.25-.4L-.35-.45z", False, "star", "*", "★"
+    ),
+}
+"""Every shape."""
+DASHES = {"dashed": "5 3"}
+"""On and off [px]."""
+
+
+def swatch(key: Key) -> str:
+    """Return the letters that stand for an entry of a legend: its shape or dash; empty for a swatch of its colour."""
+    if key.shape:
+        return SHAPES[key.shape].letter
+    return {"": "", "solid": "──", "dashed": "╌╌"}[key.dash]
