@@ -19,6 +19,7 @@ from gearrattle.measured.identification.fitted import Fit
 from gearrattle.measured.identification.loop_result import LoopFit
 from gearrattle.measured.look import Contents
 from gearrattle.measured.validation import RunUp, Validation
+from gearrattle.orbits import Branch, Orbit, PeriodicMotions
 from gearrattle.pipeline import Findings
 from gearrattle.quantities import Verdict
 from gearrattle.reductions.condense import Condensed
@@ -30,6 +31,7 @@ from gearrattle.simulation.stream import Stream
 
 __all__ = [
     "Advice",
+    "Branch",
     "Campbell",
     "Condensed",
     "Contents",
@@ -41,6 +43,8 @@ __all__ = [
     "LoopFit",
     "Modes",
     "Nondimensional",
+    "Orbit",
+    "PeriodicMotions",
     "Problem",
     "Reduction",
     "Result",

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 import gearrattle as gr
+from gearrattle.orbits import Orbit, PeriodicMotions
 from gearrattle.reproduction.record import Reproduction, Section, row
 from gearrattle.studies.designs import DESIGNS
 from tests.compositions.kinds import BASE, KINDS
@@ -78,10 +79,20 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "waterfall": lambda: gr.spectral.waterfall(motion(), CHANNEL),
     "metrics": lambda: gr.metrics(motion()),
     "contact ratio": lambda: gr.contact_ratio(motion()),
+    "periodic motion": lambda: orbit_from(-0.3, -3.9),
+    "periodic motions": lambda: PeriodicMotions(
+        oscillator.model(), (orbit_from(0.62), orbit_from(0.55), orbit_from(-0.3, -3.9))
+    ),
+    "branches": lambda: gr.continuation(oscillator.model(), oscillator.AMPLITUDE, (3.6, 6.3)),
 }
 """The cheapest example of every kind."""
 
 CHANNEL = "acceleration.hub"
+
+
+def orbit_from(angle: float, velocity: float = 0.0) -> Orbit:
+    """The motion that Newton's method leads to from a state."""
+    return gr.periodic(oscillator.model(), start={"angle": [angle], "velocity": [velocity]})
 
 
 def short() -> gr.Model:

@@ -2,6 +2,7 @@
 
 from gearrattle.orbits.branch import Branch, continuation
 from gearrattle.orbits.find import periodic
+from gearrattle.orbits.motions import PeriodicMotions
 from gearrattle.orbits.orbit import Orbit
 
-__all__ = ["Branch", "Orbit", "continuation", "periodic"]
+__all__ = ["Branch", "Orbit", "PeriodicMotions", "continuation", "periodic"]

@@ -95,7 +95,7 @@ class Branch(Result):
         multipliers = np.array([np.append(point.multipliers, np.ones(turning)) for point in points])
         order = np.argsort(-np.round(np.abs(multipliers), 12), axis=1, kind="stable")
         multipliers = np.take_along_axis(multipliers, order, axis=1)
-        low, high, mean = np.stack([self._levels(i) for i in range(len(points))], axis=1)
+        low, high, mean = np.stack([levels_of(self.orbit(i)) for i in range(len(points))], axis=1)
         unit = {"units": "1" if self.model.units != "SI" else "rad, or m for a mesh"}
         clearances = ("point", "clearance")
         variables = {
@@ -164,16 +164,24 @@ class Branch(Result):
         points, branches = counted(len(self.points), "point"), counted(len(self.curves), "branch", "branches")
         return f"<Branch of {self.model.name!r} over {self.path}: {branches}, {points}>"
 
-    def _levels(self, i: int) -> Array:
-        """(3, K) lowest, highest and mean deflection of every clearance at a point."""
-        run = self.orbit(i).run
-        names = run.trajectory.layout.clearance_names
-        assert run.trajectory.exact is not None
-        levels = run.trajectory.exact.statistics(run.trajectory, [("deflection", name) for name in names])
-        if levels is None:  # of very many samples: these must do
-            deflection = run.trajectory.deflection
-            return np.array([deflection.min(axis=0), deflection.max(axis=0), deflection.mean(axis=0)])
-        return np.array([levels.low, levels.high, levels.mean])
+    @cached_property
+    def event_levels(self) -> Array:
+        """(E, 3, K) lowest, highest and mean deflection of every clearance at every event, as ``events`` has them."""
+        motions = [self.orbit_at(event.point, curve.cycles) for curve in self.curves for event in curve.events]
+        clearances = len(assemble(self.model).layout.clearance_names)
+        return np.array([levels_of(motion) for motion in motions]).reshape(len(motions), 3, clearances)
+
+
+def levels_of(orbit: Orbit) -> Array:
+    """Return (3, K) lowest, highest and mean deflection of every clearance in a motion."""
+    run = orbit.run
+    names = run.trajectory.layout.clearance_names
+    assert run.trajectory.exact is not None
+    levels = run.trajectory.exact.statistics(run.trajectory, [("deflection", name) for name in names])
+    if levels is None:  # of very many samples: these must do
+        deflection = run.trajectory.deflection
+        return np.array([deflection.min(axis=0), deflection.max(axis=0), deflection.mean(axis=0)])
+    return np.array([levels.low, levels.high, levels.mean])
 
 
 def watched_names(model: Model) -> tuple[str, ...]:

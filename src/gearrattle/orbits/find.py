@@ -62,7 +62,7 @@ def periodic(
 
     Examples
     --------
-    >>> orbit = gr.periodic(gr.example("rattle_oscillator"), start={"angle": [0.65], "velocity": [0.0]})
+    >>> orbit = gr.periodic(gr.example("rattle_oscillator"), start={"angle": [-0.3], "velocity": [-3.9]})
     >>> orbit.verdict.verdict
     'double-sided'
     """

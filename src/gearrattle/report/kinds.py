@@ -50,6 +50,9 @@ PRESENTATIONS: Mapping[str, str] = {
     "order cuts": "gearrattle.report.orders:OrderCutsPage",
     "waterfall": "gearrattle.report.orders:WaterfallPage",
     "metrics": "gearrattle.report.metrics:MetricsPage",
+    "periodic motion": "gearrattle.report.orbits:PeriodicMotionPage",
+    "periodic motions": "gearrattle.report.orbits:PeriodicMotionsPage",
+    "branches": "gearrattle.report.branches:BranchesPage",
     "contact ratio": "gearrattle.report.contact_ratio:ContactRatioPage",
 }
 """Kind of result -> module and class."""

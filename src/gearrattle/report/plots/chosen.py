@@ -4,26 +4,47 @@ A report draws a panel each for at most ``MOST`` of them: a hundred panels would
 megabytes. The clearances are the worst ones of the verdict; the bodies the driven one, those at these clearances, then
 those of the largest acceleration. Captions say how many are left out and where they stand.
 
-Takes Findings; gives indices and a sentence.
+Takes a motion that has been judged, such as Findings; gives indices and a sentence.
 """
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Protocol
+
 import numpy as np
 
-from gearrattle.pipeline import Findings
+if TYPE_CHECKING:
+    from gearrattle.model import Model
+    from gearrattle.quantities import Verdict
+    from gearrattle.results import Run
 
 MOST = 12
 
 
-def chosen_clearances(findings: Findings) -> tuple[list[int], str]:
+class Judged(Protocol):
+    """What figures of one motion need: Findings have it, and so does a motion that repeats."""
+
+    @property
+    def model(self) -> Model:
+        """The driveline."""
+
+    @property
+    def motion(self) -> Run:
+        """How it moves."""
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the criteria say of it."""
+
+
+def chosen_clearances(findings: Judged) -> tuple[list[int], str]:
     """Return which clearances are shown, in element order, and a sentence on those that are not; empty for all."""
     names = findings.motion.trajectory.layout.clearance_names
     worst = [names.index(part.name) for part in findings.verdict.parts if part.name in names]
     return sorted(worst[:MOST]), _left_out("clearances", len(worst), "the worst of the verdict")
 
 
-def chosen_bodies(findings: Findings) -> tuple[list[int], str]:
+def chosen_bodies(findings: Judged) -> tuple[list[int], str]:
     """Return which bodies are shown, in file order, and a sentence on those that are not; empty for all."""
     trajectory = findings.motion.trajectory
     layout = trajectory.layout

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.pipeline import Findings
 from gearrattle.report.plots.chart import Band, Chart, Line, Panel, Rule
-from gearrattle.report.plots.chosen import chosen_clearances
+from gearrattle.report.plots.chosen import Judged, chosen_clearances
 from gearrattle.report.plots.corners import SIDES, reach, shading, units
 from gearrattle.report.plots.palette import COAST, DRIVE, INK, MUTED
 from gearrattle.report.plots.view import Scale, coarse, cycles, detail, history, scale
@@ -20,7 +19,7 @@ from gearrattle.trajectory import Trajectory
 _MOST_IMPACTS = 3000
 
 
-def deflections(findings: Findings) -> Chart:
+def deflections(findings: Judged) -> Chart:
     """Draw the deflection of every clearance over the last cycles, with its impacts."""
     window = detail(findings.motion.trajectory)
     caption = (
@@ -40,7 +39,7 @@ def deflections(findings: Findings) -> Chart:
     )
 
 
-def overview(findings: Findings) -> Chart:
+def overview(findings: Judged) -> Chart:
     """Draw the deflection of every clearance over the whole run, thinned with its extremes kept."""
     caption = (
         "The whole run, start-up included; thinned for the screen with every extreme kept. "
@@ -59,7 +58,7 @@ def overview(findings: Findings) -> Chart:
     )
 
 
-def forces(findings: Findings) -> Chart:
+def forces(findings: Judged) -> Chart:
     """Draw the force or torque of every element with a corner over the last cycles."""
     trajectory = findings.motion.trajectory
     window = detail(trajectory)
@@ -80,7 +79,7 @@ def forces(findings: Findings) -> Chart:
     return Chart("force", "Clearances", caption, tuple(panels), panel_height=128, group="clearances", tab="Force")
 
 
-def _deflection_panels(findings: Findings, window: Window | None) -> tuple[Panel, ...]:
+def _deflection_panels(findings: Judged, window: Window | None) -> tuple[Panel, ...]:
     trajectory = findings.motion.trajectory
     layout = trajectory.layout
     impacts = find_impacts(trajectory)

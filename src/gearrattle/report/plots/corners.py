@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.pipeline import Findings
+from gearrattle.model import Model
 from gearrattle.report.plots.chart import Band, Key, Rule
+from gearrattle.report.plots.chosen import Judged
 from gearrattle.report.plots.palette import COAST, DRIVE
 from gearrattle.signals import centre
 from gearrattle.trajectory import Array, Layout
@@ -65,7 +66,7 @@ def reach(values: Array, corners: Array) -> tuple[float, float]:
     return low - margin, high + margin
 
 
-def units(findings: Findings, clearance: int) -> dict[str, str]:
+def units(findings: Judged, clearance: int) -> dict[str, str]:
     """Return the units of one clearance's ``deflection``, ``rate``, ``force`` and ``energy``; empty if dimensionless.
 
     Parameters
@@ -75,8 +76,12 @@ def units(findings: Findings, clearance: int) -> dict[str, str]:
     clearance
         index into ``layout.clearance``.
     """
-    layout = findings.motion.trajectory.layout
-    if findings.model.units != "SI":
+    return units_of(findings.model, findings.motion.trajectory.layout, clearance)
+
+
+def units_of(model: Model, layout: Layout, clearance: int) -> dict[str, str]:
+    """Return the same of a driveline and its layout."""
+    if model.units != "SI":
         return {"deflection": "", "rate": "", "force": "", "energy": ""}
     if layout.is_mesh[layout.clearance[clearance]]:
         return {"deflection": "m", "rate": "m/s", "force": "N", "energy": "J"}

@@ -6,9 +6,8 @@ fluctuations about uniform rotation.
 
 from __future__ import annotations
 
-from gearrattle.pipeline import Findings
 from gearrattle.report.plots.chart import Chart, Line, Panel
-from gearrattle.report.plots.chosen import chosen_bodies
+from gearrattle.report.plots.chosen import Judged, chosen_bodies
 from gearrattle.report.plots.view import coarse, detail, history, scale
 from gearrattle.trajectory import Array
 
@@ -18,23 +17,23 @@ _CAPTION = (
 )
 
 
-def accelerations(findings: Findings) -> Chart:
+def accelerations(findings: Judged) -> Chart:
     """Draw the angular acceleration of every body."""
     values = findings.motion.trajectory.acceleration
     return _chart(findings, "acceleration", "Angular acceleration", "rad/s²", values)
 
 
-def speeds(findings: Findings) -> Chart:
+def speeds(findings: Judged) -> Chart:
     """Draw the speed fluctuation of every body."""
     return _chart(findings, "speed", "Speed fluctuation", "rad/s", findings.motion.trajectory.velocity)
 
 
-def angles(findings: Findings) -> Chart:
+def angles(findings: Judged) -> Chart:
     """Draw the angle of every body."""
     return _chart(findings, "angle", "Angle", "rad", findings.motion.trajectory.angle)
 
 
-def _chart(findings: Findings, key: str, what: str, unit: str, values: Array) -> Chart:
+def _chart(findings: Judged, key: str, what: str, unit: str, values: Array) -> Chart:
     trajectory = findings.motion.trajectory
     window = detail(trajectory)
     chosen, left_out = chosen_bodies(findings)

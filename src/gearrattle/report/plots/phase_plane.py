@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.assembly import deflection_rate as rate_of
-from gearrattle.pipeline import Findings
 from gearrattle.report.plots.chart import Band, Chart, Line, Mark, Panel, Rule
-from gearrattle.report.plots.chosen import chosen_clearances
+from gearrattle.report.plots.chosen import Judged, chosen_clearances
 from gearrattle.report.plots.corners import SIDES, reach, shading, units
 from gearrattle.report.plots.palette import INK
 from gearrattle.report.plots.view import coarse, scale
@@ -22,7 +21,7 @@ CYCLES = 8
 _POINTS = 6000
 
 
-def phase_plane(findings: Findings) -> Chart:
+def phase_plane(findings: Judged) -> Chart:
     """Draw the phase plane of every clearance over the last cycles."""
     trajectory = findings.motion.trajectory
     layout = trajectory.layout
@@ -85,7 +84,7 @@ def _count(samples: int, trajectory: Trajectory) -> str:
     return "cycle" if cycles == 1 else f"{cycles} cycles"
 
 
-def deflection_rate(findings: Findings, clearance: int) -> Array:
+def deflection_rate(findings: Judged, clearance: int) -> Array:
     """Return the deflection rate of one clearance at every sample, (Nt,) [rad/s or m/s].
 
     Parameters

@@ -1,0 +1,209 @@
+"""Branches of periodic motions as a result: where motions are stable, where they jump, what they touch.
+
+Takes a Branch; gives its presentation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.json_types import json_value
+from gearrattle.orbits import Branch, Orbit
+from gearrattle.report.numbers import write_csv
+from gearrattle.report.page import Section, figure_sections, notes_section
+from gearrattle.report.plots.branches import branch_charts, circle_chart, measure, modulus_chart
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.numerals import numeral
+from gearrattle.report.plots.orbits import selected_charts
+from gearrattle.report.presentation import ModelPresentation
+from gearrattle.report.stable_ranges import CHANGES, Jump, Range, jumps_of, ranges_of, slices_of
+from gearrattle.report.tables import Table, shortened
+from gearrattle.wording import counted, listed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MOST_SAID, _MOST_ORBITS = 4, 9
+_FOLDED_FROM = 12
+_MULTIPLIER = "multiplier"
+
+
+class BranchesPage(ModelPresentation[Branch]):
+    """Branches over a value of the model."""
+
+    kind = "branches"
+    is_interactive = True
+
+    @property
+    def title(self) -> str:
+        return self.result.model.name or "Driveline"
+
+    @cached_property
+    def _ranges(self) -> list[Range]:
+        return ranges_of(self.result)
+
+    @cached_property
+    def _jumps(self) -> list[Jump]:
+        return jumps_of(self.result)
+
+    @cached_property
+    def sentence(self) -> str:
+        branch = self.result
+        shown, ends = measure(branch), sorted(branch.range)
+        number = counted(len(branch.curves), "branch", "branches")
+        parts = [f"{number} over {shown.words} {self._span(*ends)}: {self._stable_words()}."]
+        for upward, way in ((True, "Going up"), (False, "Going down")):
+            values = [shown.with_unit(jump.value, 5) for jump in self._jumps if jump.upward == upward]
+            if values:
+                parts.append(f"{way} the motion jumps at {_some(values)}.")
+        return " ".join(parts)
+
+    def _stable_words(self) -> str:
+        stable = [self._span(*sorted((r.begin, r.end))) for r in self._ranges if r.stable]
+        unstable = sum(not r.stable for r in self._ranges)
+        if not stable:
+            return "no motion on them is stable"
+        if not unstable:
+            return "all motions on them are stable"
+        return f"stable motions {_some(stable)}, {counted(unstable, 'range')} of unstable ones"
+
+    def _span(self, low: float, high: float) -> str:
+        shown = measure(self.result)
+        return f"from {numeral(low * shown.factor, 4)} to {shown.with_unit(high, 4)}"
+
+    def sections(self) -> tuple[Section, ...]:
+        branch = self.result
+        first = Section("summary", "Summary", self.sentence, (self._setting(),), tables=(self._range_table(),))
+        events = Section("events", "Events", tables=(self._event_table(),), folds=True)
+        figures = [
+            Section("branches", "Branches", charts=tuple(branch_charts(branch))),
+            *figure_sections([modulus_chart(branch)]),
+            Section("motions", "Phase planes", charts=tuple(self._orbit_charts())),
+            *figure_sections([circle_chart(branch)]),
+        ]
+        return first, *figures, events, *notes_section(self.notes)
+
+    def answer(self) -> tuple[Table, ...]:
+        return shortened(self._range_table()), shortened(self._event_table())
+
+    def content(self) -> dict[str, Any]:
+        branch = self.result
+        events = branch.events.to_dict(orient="list")
+        return {
+            "model": branch.model.name,
+            "path": branch.path,
+            "unit": str(branch.data["value"].attrs["units"]),
+            "range": list(branch.range),
+            "cycles": branch.cycles,
+            "branches": [{"cycles": curve.cycles, "points": len(curve.points)} for curve in branch.curves],
+            "ranges": [
+                {"branch": r.branch, "from": r.begin, "to": r.end, "stable": r.stable, "end": r.cause}
+                for r in self._ranges
+            ],
+            "jumps": [
+                {"branch": j.branch, "value": j.value, "going": "up" if j.upward else "down"} for j in self._jumps
+            ],
+            "events": [json_value(dict(zip(events, row, strict=True))) for row in zip(*events.values(), strict=True)],
+        }
+
+    def numbers(self) -> xr.Dataset:
+        return self._dataset
+
+    @cached_property
+    def _dataset(self) -> xr.Dataset:
+        """The Dataset of the branch with real and imaginary parts, as netCDF has no complex numbers; and events."""
+        branch, data = self.result, self.result.data
+        multiplier = data[_MULTIPLIER]
+        added: dict[str, Any] = {
+            "multiplier_real": (multiplier.dims, multiplier.values.real.copy()),
+            "multiplier_imaginary": (multiplier.dims, multiplier.values.imag.copy()),
+        }
+        unit = {"units": data["value"].attrs["units"]}
+        for name, column in branch.events.items():
+            values = column.to_numpy()
+            if name in ("kind", "clearance"):
+                values = np.array([str(value) for value in values], dtype=np.str_)
+            added[f"event_{name}"] = ("event", values, unit if name == "value" else {})
+        return data.drop_vars(_MULTIPLIER).assign(added)
+
+    def write(self, path: Path) -> None:
+        """Write a new file; as CSV a row for every point."""
+        if path.suffix == ".csv":
+            write_csv(self._table(), path)
+        else:
+            super().write(path)
+
+    def _table(self) -> xr.Dataset:
+        """The points with a column for every number."""
+        import xarray as xr
+
+        data = self._dataset
+        columns = {str(name): data[name] for name in data.data_vars if data[name].dims == ("point",)}
+        for name in ("lowest", "highest", "mean", "peak_to_peak"):
+            for label in data["clearance"].values:
+                columns[f"{name}.{label}"] = data[name].sel(clearance=label, drop=True)
+        for i in range(data.sizes["mode"]):
+            for part in ("real", "imaginary"):
+                columns[f"multiplier.{i + 1}.{part}"] = data[f"multiplier_{part}"].isel(mode=i, drop=True)
+        return xr.Dataset(columns)
+
+    def _setting(self) -> str:
+        branch = self.result
+        points = counted(len(branch.points), "point")
+        rows = len(branch.events)
+        return (
+            f"{points}, {counted(rows, 'event')} between them, located to rounding. The first branch goes through the "
+            f"motion at {measure(branch).with_unit(branch.range[0])} that repeats after {branch.cycles} T."
+        )
+
+    def _range_table(self) -> Table:
+        shown = measure(self.result)
+        rows = tuple(
+            (
+                f"{r.branch}",
+                f"{self.result.curves[r.branch].cycles} T",
+                numeral(r.begin * shown.factor, 6),
+                numeral(r.end * shown.factor, 6),
+                "stable" if r.stable else "unstable",
+                r.cause,
+            )
+            for r in self._ranges
+        )
+        unit = f" [{shown.unit}]" if shown.unit else ""
+        head = ("branch", "repeats after", f"from{unit}", f"to{unit}", "", "ends at")
+        note = "Each branch in the order in which it was followed."
+        return Table(head, rows, frozenset({4, 5}), "Ranges of one stability", note)
+
+    def _event_table(self) -> Table:
+        shown, rows = measure(self.result), []
+        for number, kind, value, _, name, collision in self.result.events.itertuples(index=False):
+            how = "gradient jumps" if collision else ""
+            rows.append((f"{number}", kind, numeral(value * shown.factor, 8), name, how))
+        head = ("branch", "event", f"{shown.words} [{shown.unit}]" if shown.unit else shown.words, "clearance", "")
+        return Table(head, tuple(rows), frozenset({1, 3, 4}), "Events")
+
+    def _orbit_charts(self) -> list[Chart]:
+        return selected_charts(self._selected())
+
+    def _selected(self) -> Sequence[tuple[str, Orbit]]:
+        """Motions at the ends of the first branch, and at the events that change the stability."""
+        branch, shown = self.result, measure(self.result)
+        first = slices_of(branch)[0]
+        chosen = [(float(branch.points[i].parameter), "end", branch.orbit(i)) for i in (first.start, first.stop - 1)]
+        of_curves = ((event, curve.cycles) for curve in branch.curves for event in curve.events)
+        changing = [(event, cycles) for event, cycles in of_curves if event.kind in CHANGES]
+        for event, cycles in changing[: _MOST_ORBITS - len(chosen)]:
+            chosen.append((event.point.parameter, event.kind, branch.orbit_at(event.point, cycles)))
+        ordered = [chosen[0], *chosen[2:], chosen[1]]
+        return [(f"{shown.with_unit(value, 5)}, {word}", orbit) for value, word, orbit in ordered]
+
+
+def _some(words: Sequence[str]) -> str:
+    """The first few, and how many more there are."""
+    more = len(words) - _MOST_SAID
+    return listed([*words[:_MOST_SAID], *([f"{more} more"] if more > 0 else [])])

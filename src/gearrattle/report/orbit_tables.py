@@ -1,0 +1,152 @@
+"""Tables of motions that repeat: multipliers, impacts in their order, the state, several motions side by side.
+
+Takes Orbits; gives Tables.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.orbits import Orbit
+from gearrattle.report.plots.corners import units_of
+from gearrattle.report.plots.numerals import engineering, numeral, quantity
+from gearrattle.report.tables import Table
+from gearrattle.signals import Impacts, find_impacts
+
+_NOTHING = 1e-12
+"""A multiplier below this is rounding: a disturbance in its direction is gone after one period."""
+_ONE = 1e-9
+RATTLE = {"quiet": "no rattle", "single-sided": "single-sided rattle", "double-sided": "double-sided rattle"}
+
+
+def unit_of(orbit: Orbit, unit: str) -> str:
+    """Return a unit of SI, empty for a dimensionless model."""
+    return unit if orbit.model.units == "SI" else ""
+
+
+def own_multipliers(orbit: Orbit) -> NDArray[np.complex128]:
+    """Return the multipliers, the largest first, without those of trains that turn as a whole and of free directions.
+
+    These are 1 exactly: what they shift stays shifted.
+    """
+    trivial = len(orbit.multipliers) - len(orbit.motion.gradient) + orbit.free
+    return np.delete(orbit.multipliers, np.argsort(np.abs(orbit.multipliers - 1.0), kind="stable")[:trivial])
+
+
+def largest_modulus(orbit: Orbit) -> float:
+    """Return the largest modulus of a multiplier, without those that are 1 exactly; 0 if there is no other."""
+    return float(np.abs(own_multipliers(orbit)).max(initial=0.0))
+
+
+def multiplier_table(orbit: Orbit) -> Table:
+    """Return a row for every multiplier: where it is, and what becomes of a disturbance."""
+    rows = []
+    for value in orbit.multipliers.tolist():
+        size = abs(value)
+        angle = "–" if size < _NOTHING else f"{numeral(math.degrees(math.atan2(value.imag, value.real)), 4)}°"
+        rows.append((_modulus(size), angle, lasting(size, orbit.cycles)))
+    note = (
+        f"A small disturbance is multiplied by these every {f'{orbit.cycles} ' if orbit.cycles > 1 else ''}T. "
+        "An argument of 180° means that it changes its side from one passage to the next."
+    )
+    return Table(("modulus", "argument", "a disturbance is"), tuple(rows), frozenset({2}), "Multipliers", note)
+
+
+def lasting(size: float, cycles: int) -> str:
+    """Say after how many periods T a disturbance is halved or doubled.
+
+    Parameters
+    ----------
+    size
+        modulus of its multiplier.
+    cycles
+        periods T over which it is multiplied.
+    """
+    if size < _NOTHING:
+        return "gone at once"
+    if abs(size - 1.0) < _ONE:
+        return "kept"
+    word = "halved" if size < 1.0 else "doubled"
+    return f"{word} after {numeral(cycles * math.log(2.0) / abs(math.log(size)), 3)} T"
+
+
+def _modulus(size: float) -> str:
+    return "0" if size < _NOTHING else numeral(size, 6)
+
+
+def impacts_of(orbit: Orbit) -> Impacts:
+    """Return the impacts of one period of the motion, in their order."""
+    return find_impacts(orbit.run.trajectory)
+
+
+def impacts_table(orbit: Orbit) -> Table:
+    """Return a row for every impact, in their order."""
+    impacts, layout = impacts_of(orbit), orbit.run.trajectory.layout
+    rows = []
+    for i in range(len(impacts)):
+        k = int(impacts.clearance[i])
+        unit = units_of(orbit.model, layout, k)
+        energy = impacts.energy[i] if np.isfinite(impacts.energy[i]) else None
+        rows.append(
+            (
+                numeral(float(impacts.time[i]) / layout.period, 5),
+                layout.clearance_names[k],
+                "drive" if impacts.drive[i] else "coast",
+                engineering(abs(float(impacts.velocity[i])), unit["rate"], 4),
+                engineering(None if energy is None else float(energy), unit["energy"], 4),
+            )
+        )
+    head = ("time [T]", "clearance", "side", "approach speed", "impact energy")
+    return Table(head, tuple(rows), frozenset({1, 2}), "Impacts in their order")
+
+
+def state_table(orbit: Orbit) -> Table:
+    """Return angles and velocities at the begin of a period."""
+    names = [inertia.name for inertia in orbit.model.inertias]
+    rows = tuple(
+        (name, numeral(angle, 8), numeral(velocity, 8))
+        for name, angle, velocity in zip(names, orbit.state["angle"], orbit.state["velocity"], strict=True)
+    )
+    angle_unit, rate_unit = unit_of(orbit, "rad"), unit_of(orbit, "rad/s")
+    head = (
+        ("inertia", f"angle [{angle_unit}]", f"velocity [{rate_unit}]")
+        if angle_unit
+        else ("inertia", "angle", "velocity")
+    )
+    note = "At t = 0. A model file saved from this result (.toml) begins its simulation here."
+    return Table(head, rows, frozenset({0}), "State at the begin of a period", note)
+
+
+def swing(orbit: Orbit, clearance: int) -> float:
+    """Return the peak-to-peak deflection of a clearance in the motion."""
+    return float(np.ptp(orbit.run.trajectory.deflection[:, clearance]))
+
+
+def motions_table(orbits: Sequence[Orbit]) -> Table:
+    """Return a row for every motion, with the peak-to-peak deflection of its clearances."""
+    if not orbits:
+        return Table(("motion",), ())
+    layout = orbits[0].run.trajectory.layout
+    shown = layout.clearance_names[:4]
+    head = ("motion", "repeats after", "", "verdict", "impacts", "largest modulus")
+    rows = []
+    for number, orbit in enumerate(orbits, 1):
+        swings = (
+            engineering(swing(orbit, k), units_of(orbit.model, layout, k)["deflection"], 4) for k in range(len(shown))
+        )
+        rows.append(
+            (
+                f"{number}",
+                f"{orbit.cycles} T",
+                "stable" if orbit.stable else "unstable",
+                orbit.verdict.verdict,
+                f"{len(impacts_of(orbit))}",
+                quantity(largest_modulus(orbit), "", 5),
+                *swings,
+            )
+        )
+    return Table((*head, *(f"swing of {name}" for name in shown)), tuple(rows), frozenset({2, 3}))

@@ -1,0 +1,271 @@
+"""Branches of periodic motions over a value of the model: how far they swing, and whether they are stable.
+
+Stable motions are solid, unstable ones dashed; every kind of event has a shape of its own.
+
+Takes a Branch; gives Charts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, PATTERN
+from gearrattle.model.path_labels import path_label
+from gearrattle.orbits import Branch
+from gearrattle.report.plots.axis_names import Measure
+from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
+from gearrattle.report.plots.corners import units_of
+from gearrattle.report.plots.numerals import prefixed
+from gearrattle.report.plots.palette import COLOURS, INK
+from gearrattle.report.plots.unit_circle import outside_words, unit_circle
+from gearrattle.report.plots.view import scale
+from gearrattle.report.stable_ranges import nodes_of, slices_of, stability_of_steps
+from gearrattle.trajectory import Array
+from gearrattle.wording import counted
+
+EVENTS = {
+    FOLD: Key(FOLD, INK, "square"),
+    DOUBLING: Key(DOUBLING, INK, "diamond"),
+    BREAKING: Key(BREAKING, INK, "triangle"),
+    NEIMARK_SACKER: Key(NEIMARK_SACKER, INK, "circle"),
+    GRAZING: Key(GRAZING, INK, "cross"),
+    PATTERN: Key(PATTERN, INK, "plus"),
+}
+"""How each kind of event is drawn."""
+_OTHER = Key("other event", INK, "inverted triangle")
+_STABLE, _UNSTABLE = Key("stable", INK, dash="solid"), Key("unstable", INK, dash="dashed")
+_MOST_PANELS, _MOST_NAMED = 6, 6
+_LOG_FROM = 10.0
+"""A modulus larger than this has a logarithmic axis."""
+
+
+def measure(branch: Branch) -> Measure:
+    """Return what the value is called, and the unit it is shown in."""
+    label = path_label(branch.path, branch.model)
+    if label.unit == "rad/s" and branch.path.startswith("excitation."):
+        return Measure(label.words, "rpm", 30.0 / np.pi)
+    factor, unit = prefixed(max(map(abs, branch.range)), label.unit)
+    return Measure(label.words, unit, factor)
+
+
+@dataclass(frozen=True)
+class _Drawing:
+    """A branch with what every figure over the parameter shares."""
+
+    branch: Branch
+
+    @cached_property
+    def nodes(self) -> list[list[tuple[int, int]]]:
+        """Of every branch its points and events in order."""
+        return [list(nodes_of(self.branch, number)) for number in range(len(self.branch.curves))]
+
+    @cached_property
+    def steps(self) -> list[list[bool]]:
+        """Of every branch whether motions are stable from node to node."""
+        return [stability_of_steps(self.branch, nodes) for nodes in self.nodes]
+
+    @cached_property
+    def values(self) -> tuple[Array, Array]:
+        """The parameter at points and at events, as it is shown."""
+        factor = measure(self.branch).factor
+        return self.branch.data["value"].values * factor, self.branch.events["value"].to_numpy(np.float64) * factor
+
+    def lines(self, at_points: Array, at_events: Array) -> list[Line]:
+        """Draw a quantity along all branches: stable parts solid, the others dashed."""
+        lines = []
+        for number, (nodes, steps) in enumerate(zip(self.nodes, self.steps, strict=True)):
+            x = np.array([self.values[0][i] if e < 0 else self.values[1][e] for i, e in nodes])
+            y = np.array([at_points[i] if e < 0 else at_events[e] for i, e in nodes])
+            for is_stable in (True, False):
+                chosen = np.array([step == is_stable for step in steps], dtype=np.bool_)
+                if chosen.any():
+                    word = "stable" if is_stable else "unstable"
+                    dash = _STABLE.dash if is_stable else _UNSTABLE.dash
+                    part = _parts(x, y, chosen)
+                    lines.append(Line(*part, f"{self.name(number)}, {word}", self.colour(number), width=1.7, dash=dash))
+        return lines
+
+    def marks(self, at_events: Array) -> list[Line]:
+        """Draw the events, every kind in its shape."""
+        kinds = self.branch.events["kind"].to_numpy()
+        lines = []
+        for kind in dict.fromkeys(kinds.tolist()):
+            here, key = kinds == kind, EVENTS.get(kind, _OTHER)
+            lines.append(Line(self.values[1][here], at_events[here], kind, key.colour, "points", 8.0, shape=key.shape))
+        return lines
+
+    def frame(self, title: str, unit: str, lines: Sequence[Line], rules: Sequence[Rule] = ()) -> Panel:
+        """A panel over the parameter."""
+        low, high = sorted(value * measure(self.branch).factor for value in self.branch.range)
+        room = 0.02 * (high - low)
+        shown = measure(self.branch)
+        x_title = f"{shown.words}  [{shown.unit}]" if shown.unit else shown.words
+        return Panel(title, unit, x_title, tuple(lines), rules=tuple(rules), x_range=(low - room, high + room))
+
+    def name(self, number: int) -> str:
+        """What a branch is called."""
+        return f"branch {number}, {self.branch.curves[number].cycles} T"
+
+    @staticmethod
+    def colour(number: int) -> str:
+        """Of a branch."""
+        return COLOURS[number % len(COLOURS)]
+
+    def legend(self) -> tuple[Key, ...]:
+        """Stability, branches, and the kinds of events that occur."""
+        count = len(self.branch.curves)
+        branches = [Key(self.name(n), self.colour(n)) for n in range(min(count, _MOST_NAMED))] if count > 1 else []
+        kinds = dict.fromkeys(self.branch.events["kind"].tolist())
+        return (_STABLE, _UNSTABLE, *branches, *(EVENTS.get(kind, _OTHER) for kind in kinds))
+
+
+def _parts(x: Array, y: Array, chosen: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """The chosen steps of a curve, with the pen lifted between those that do not hang together."""
+    across, up = [], []
+    for i in np.flatnonzero(chosen).tolist():
+        if i == 0 or not chosen[i - 1]:
+            across += [np.nan, x[i]]
+            up += [np.nan, y[i]]
+        across.append(x[i + 1])
+        up.append(y[i + 1])
+    return np.array(across[1:]), np.array(up[1:])
+
+
+def branch_charts(branch: Branch) -> list[Chart]:
+    """Return the highest and lowest deflection over the parameter, and the peak-to-peak deflection."""
+    drawing, data, levels = _Drawing(branch), branch.data, branch.event_levels
+    layout = assemble(branch.model).layout
+    corners = [layout.corners[k] for k in range(len(layout.clearance_names))]
+
+    def extremes(k: int) -> Panel:
+        low, high = data["lowest"].values[:, k], data["highest"].values[:, k]
+        in_unit = scale(np.concatenate([low, high, corners[k]]), units_of(branch.model, layout, k)["deflection"])
+        drawn: list[Line] = []
+        for values, at_events in ((low, levels[:, 0, k]), (high, levels[:, 1, k])):
+            drawn += drawing.lines(values * in_unit.factor, at_events * in_unit.factor)
+        drawn += drawing.marks(_touched(branch, levels, k, corners[k]) * in_unit.factor)
+        reach = (float(low.min()), float(high.max()))
+        near = [c for c in corners[k].tolist() if reach[0] - np.ptp(reach) <= c <= reach[1] + np.ptp(reach)]
+        rules = [Rule(c * in_unit.factor) for c in near]
+        return drawing.frame(layout.clearance_names[k], in_unit.unit, drawn, rules)
+
+    def swings(k: int) -> Panel:
+        values, at_events = data["peak_to_peak"].values[:, k], levels[:, 1, k] - levels[:, 0, k]
+        in_unit = scale(values, units_of(branch.model, layout, k)["deflection"])
+        drawn = drawing.lines(values * in_unit.factor, at_events * in_unit.factor)
+        drawn += drawing.marks(at_events * in_unit.factor)
+        return drawing.frame(layout.clearance_names[k], in_unit.unit, drawn)
+
+    words = f"of every clearance over {measure(branch).words}"
+    return [
+        _over(branch, "extremes", "Highest and lowest deflection", f"{words}; dotted: corners", extremes),
+        _over(branch, "swings", "Peak-to-peak deflection", words, swings),
+    ]
+
+
+def _over(branch: Branch, key: str, what: str, words: str, panel: Callable[[int], Panel]) -> Chart:
+    """A chart with a panel for every clearance, the first few."""
+    count = branch.data.sizes["clearance"]
+    more = f" {counted(count - _MOST_PANELS, 'clearance')} more are in results.nc." if count > _MOST_PANELS else ""
+    return Chart(
+        key,
+        "Branches",
+        f"{what} {words}. Solid: stable motions; dashed: unstable ones, which no simulation shows.{more}",
+        tuple(panel(k) for k in range(min(count, _MOST_PANELS))),
+        panel_height=300 if count == 1 else 230,
+        legend=_Drawing(branch).legend(),
+        group="branches",
+        tab=what,
+    )
+
+
+def _touched(branch: Branch, levels: Array, k: int, corners: Array) -> Array:
+    """(E,) where an event is marked: a grazing at the end of the motion that is nearer to a corner, others above."""
+    low, high = levels[:, 0, k], levels[:, 1, k]
+    if not corners.size:
+        return high
+    away = [np.abs(values[:, None] - corners).min(axis=1) for values in (low, high)]
+    is_grazing = branch.events["kind"].to_numpy() == GRAZING
+    return np.where(is_grazing & (away[0] < away[1]), low, high)
+
+
+def modulus_chart(branch: Branch) -> Chart:
+    """Draw the largest modulus of a multiplier over the parameter."""
+    drawing = _Drawing(branch)
+    at_points = np.array([largest(point.multipliers, point.free) for point in branch.points])
+    located = [event.point for curve in branch.curves for event in curve.events]
+    at_events = np.array([largest(point.multipliers, point.free) for point in located])
+    sizes = np.concatenate([at_points, at_events])
+    lines = [*drawing.lines(at_points, at_events), *drawing.marks(at_events)]
+    panel = drawing.frame("largest modulus", "", lines, [Rule(1.0, dashed=False)])
+    if float(sizes.max(initial=0.0)) > _LOG_FROM:
+        smallest = max(float(sizes.min()), 1e-3)
+        top = 10.0 ** np.ceil(np.log10(float(sizes.max()) * 1.001))
+        ends = (float(10.0 ** np.floor(np.log10(smallest))), float(top))
+        panel = Panel(
+            panel.title,
+            "",
+            panel.x_title,
+            panel.lines,
+            rules=panel.rules,
+            x_range=panel.x_range,
+            y_range=ends,
+            y_log=True,
+        )
+    caption = (
+        f"Largest modulus of a Floquet multiplier over {measure(branch).words}: a small disturbance is multiplied by "
+        "it until the motion repeats. Above 1 it grows: the motion is unstable."
+    )
+    return Chart("modulus", "Largest multiplier", caption, (panel,), panel_height=230, legend=drawing.legend())
+
+
+def largest(multipliers: np.ndarray, free: int) -> float:
+    """Return the largest modulus, without as many multipliers nearest to 1 as there are free directions."""
+    others = np.delete(multipliers, np.argsort(np.abs(multipliers - 1.0))[:free])
+    return float(np.abs(others).max(initial=0.0))
+
+
+def circle_chart(branch: Branch) -> Chart:
+    """Draw the multipliers of all points in the complex plane, those of events in their shapes."""
+    drawing = _Drawing(branch)
+    marks = []
+    for number, part in enumerate(slices_of(branch)):
+        values = np.concatenate([point.multipliers for point in branch.points[part]])
+        marks.append(
+            Line(
+                values.real.copy(),
+                values.imag.copy(),
+                drawing.name(number),
+                drawing.colour(number),
+                "points",
+                3.4,
+            )
+        )
+    located = [(event.kind, event.point) for curve in branch.curves for event in curve.events]
+    for kind in dict.fromkeys(kind for kind, _ in located):
+        if kind in (GRAZING, PATTERN):
+            continue
+        values = np.array([_crossing(point.multipliers, kind) for of, point in located if of == kind])
+        key = EVENTS.get(kind, _OTHER)
+        marks.append(Line(values.real.copy(), values.imag.copy(), kind, key.colour, "points", 9.0, shape=key.shape))
+    caption = (
+        "Floquet multipliers along the branches. They leave the unit circle at 1 in a fold or a symmetry breaking, at "
+        f"-1 in a period doubling, as a pair in a Neimark-Sacker bifurcation.{outside_words(marks)}"
+    )
+    legend = tuple(key for key in drawing.legend() if not key.dash and key.name not in (GRAZING, PATTERN))
+    return Chart(
+        "circle", "Multipliers", caption, (unit_circle(marks, "multipliers"),), panel_height=360, legend=legend
+    )
+
+
+def _crossing(multipliers: np.ndarray, kind: str) -> complex:
+    """The multiplier that crosses the unit circle at an event."""
+    target = -1.0 if kind == DOUBLING else 1.0
+    away = np.abs(np.abs(multipliers) - 1.0) if kind == NEIMARK_SACKER else np.abs(multipliers - target)
+    return complex(multipliers[int(np.argmin(away))])

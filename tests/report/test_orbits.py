@@ -1,0 +1,181 @@
+"""Pages of periodic motions: what they say is what the motions are."""
+
+from __future__ import annotations
+
+from cmath import phase
+from itertools import pairwise
+from math import degrees, log
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+import gearrattle as gr
+from gearrattle.orbits import Branch, Orbit, PeriodicMotions
+from gearrattle.report.kinds import presentation_of
+from gearrattle.report.orbit_tables import impacts_of, lasting
+from gearrattle.report.plots.branches import EVENTS
+from gearrattle.report.stable_ranges import jumps_of, nodes_of, ranges_of, stability_of_steps
+from tests.report.examples import result
+
+LIMIT = 6.053190
+"""Amplitude at which the flanks of the oscillator first part (see its file)."""
+
+
+@pytest.fixture(scope="module")
+def orbit() -> Orbit:
+    return result("periodic motion")
+
+
+@pytest.fixture(scope="module")
+def branch() -> Branch:
+    return result("branches")
+
+
+def chart(of: Any, key: str) -> Any:
+    return next(chart for chart in presentation_of(of).charts() if chart.key == key)
+
+
+def test_the_sentence_tells_period_stability_rattle_and_multiplier(orbit: Orbit) -> None:
+    assert orbit.sentence == (
+        "A stable motion that repeats after 1 T (1): double-sided rattle; "
+        "the largest multiplier has the modulus 0.7408."
+    )
+    unstable = result("periodic motions").orbits[1]
+    assert unstable.sentence.startswith("An unstable motion that repeats after 1 T (1): single-sided rattle")
+
+
+@pytest.mark.parametrize(
+    ("size", "cycles", "words"),
+    [
+        (0.5, 1, "halved after 1 T"),
+        (0.25, 4, "halved after 2 T"),
+        (2.0, 3, "doubled after 3 T"),
+        (1.0, 1, "kept"),
+        (1e-17, 1, "gone at once"),
+    ],
+)
+def test_how_long_a_disturbance_lasts(size: float, cycles: int, words: str) -> None:
+    assert lasting(size, cycles) == words
+
+
+def test_tables_hold_multipliers_impacts_and_state(orbit: Orbit) -> None:
+    tables = {table.title: table for table in presentation_of(orbit).tables()}
+    half = log(2.0) / -log(abs(orbit.multipliers[0]))
+    argument = degrees(phase(orbit.multipliers[0]))
+    assert tables["Multipliers"].rows[0] == ("0.740818", f"{argument:.4g}°", f"halved after {half:.3g} T")
+    assert [row[2] for row in tables["Impacts in their order"].rows] == [side for _, side in orbit.pattern]
+    assert np.all(np.diff(impacts_of(orbit).time) > 0.0)
+    assert float(tables["State at the begin of a period"].rows[0][1].replace("−", "-")) == pytest.approx(
+        orbit.state["angle"][0], rel=1e-7
+    )
+
+
+def test_the_phase_plane_is_a_closed_curve_with_a_dot_for_every_period(orbit: Orbit) -> None:
+    curve, dots = chart(orbit, "phase_plane").panels[0].lines
+    assert curve.x[0] == pytest.approx(curve.x[-1], abs=1e-9)
+    assert curve.y[0] == pytest.approx(curve.y[-1], abs=1e-8)
+    assert (dots.x.size, dots.shape) == (orbit.cycles, "circle")
+
+
+def test_a_saved_model_begins_on_the_motion(orbit: Orbit, tmp_path: Path) -> None:
+    orbit.save(tmp_path / "begin.toml")
+    run = gr.simulate(gr.load(tmp_path / "begin.toml"), cycles=1, discard=0)
+    assert run.trajectory.angle[-1] == pytest.approx(run.trajectory.angle[0], abs=1e-9)
+    assert len(run.events) == len(orbit.run.events)
+
+
+def test_files_of_a_motion_hold_its_period_and_its_multipliers(orbit: Orbit, tmp_path: Path) -> None:
+    orbit.save(tmp_path / "orbit.nc")
+    with xr.open_dataset(tmp_path / "orbit.nc", engine="h5netcdf") as data:
+        values = data["multiplier_real"].values + 1j * data["multiplier_imaginary"].values
+        assert np.array_equal(values, orbit.multipliers)
+        assert data["deflection"].dims == ("time", "clearance")
+        assert data["impact_side"].values.tolist() == [side for _, side in orbit.pattern]
+    orbit.save(tmp_path / "orbit.csv")
+    table = pd.read_csv(tmp_path / "orbit.csv", comment="#")
+    assert len(table) == orbit.run.data.sizes["time"]
+
+
+def test_several_motions_are_a_row_each() -> None:
+    motions = result("periodic motions")
+    assert motions.sentence == "3 motions repeat: 2 stable, 1 unstable."
+    (table,) = presentation_of(motions).answer()
+    assert [row[2] for row in table.rows] == ["stable", "unstable", "stable"]
+    dashes = [line.dash for line in chart(motions, "phase_planes").panels[0].lines if line.mark == "line"]
+    assert dashes == ["solid", "dashed", "solid"]
+
+
+def test_no_motion_is_a_result_too(tmp_path: Path) -> None:
+    nothing = PeriodicMotions(gr.example("rattle_oscillator"), ())
+    assert nothing.sentence == "No motion that repeats was met."
+    nothing.save(tmp_path / "out")
+    assert nothing.charts() == []
+
+
+def test_the_sentence_of_a_branch_tells_ranges_and_jumps(branch: Branch) -> None:
+    assert branch.sentence == (
+        "2 branches over torque amplitude on gear, order 1 from 3.6 to 6.3: "
+        "stable motions from 3.6 to 6.187, from 3.693 to 6.267 and from 6.268 to 6.3, 2 ranges of unstable ones. "
+        "Going up the motion jumps at 6.1866. Going down the motion jumps at 3.6932."
+    )
+    grazing = branch.events.iloc[0]
+    assert (grazing["kind"], grazing["clearance"]) == ("grazing", "flanks")
+    assert grazing["value"] == pytest.approx(LIMIT, abs=1e-6)
+
+
+def test_ranges_end_at_the_located_event(branch: Branch) -> None:
+    first, second = ranges_of(branch)[:2]
+    fold = float(branch.events.loc[branch.events["kind"] == "fold", "value"].iloc[0])
+    assert (first.stable, first.begin, first.end, first.cause) == (True, 3.6, fold, "fold")
+    assert (second.stable, second.begin) == (False, fold)
+    down, up = jumps_of(branch)
+    assert (down.upward, up.value, up.upward) == (False, fold, True)
+
+
+def test_the_curve_changes_its_dash_where_the_stability_changes(branch: Branch) -> None:
+    nodes = list(nodes_of(branch, 0))
+    steps = stability_of_steps(branch, nodes)
+    kinds = branch.events["kind"].tolist()
+    at = [i for i, (a, b) in enumerate(pairwise(steps), 1) if a != b]
+    assert [kinds[nodes[i][1]] for i in at] == ["fold", "fold", "period doubling"]
+    assert steps[0]
+    assert not steps[-1]
+    lines = chart(branch, "extremes").panels[0].lines
+    solid, dashed = (next(line for line in lines if line.dash == dash) for dash in ("solid", "dashed"))
+    first = int(np.flatnonzero(np.isnan(solid.x))[0])
+    assert solid.x[first - 1] == dashed.x[0] == branch.events["value"].iloc[kinds.index("fold")]
+
+
+def test_events_have_shapes_of_their_own(branch: Branch) -> None:
+    shapes = [key.shape for key in EVENTS.values()]
+    assert len(set(shapes)) == len(shapes)
+    assert {key.colour for key in EVENTS.values()} == {EVENTS["fold"].colour}, "told apart without colour"
+    figure = chart(branch, "extremes")
+    marked = {line.name: line.shape for line in figure.panels[0].lines if line.mark == "points"}
+    assert marked == {"grazing": "cross", "fold": "square", "period doubling": "diamond"}
+    assert {"stable", "unstable", "grazing", "fold"} <= {key.name for key in figure.legend}
+
+
+def test_a_grazing_is_marked_at_its_corner(branch: Branch) -> None:
+    figure = chart(branch, "extremes")
+    mark = next(line for line in figure.panels[0].lines if line.name == "grazing")
+    assert mark.y[0] == pytest.approx(0.6, abs=1e-9)
+
+
+def test_files_of_branches_hold_multipliers_and_events(branch: Branch, tmp_path: Path) -> None:
+    assert np.iscomplexobj(branch.data["multiplier"].values)
+    branch.save(tmp_path / "branch.nc")
+    with xr.open_dataset(tmp_path / "branch.nc", engine="h5netcdf") as data:
+        values = data["multiplier_real"].values + 1j * data["multiplier_imaginary"].values
+        assert np.array_equal(values, branch.data["multiplier"].values)
+        assert data["event_kind"].values.tolist() == branch.events["kind"].tolist()
+    branch.save(tmp_path / "branch.csv")
+    table = pd.read_csv(tmp_path / "branch.csv")
+    assert len(table) == branch.data.sizes["point"]
+    numbers = table["multiplier.1.real"] + 1j * table["multiplier.1.imaginary"]
+    assert numbers.to_numpy() == pytest.approx(branch.data["multiplier"].values[:, 0], rel=1e-12)
+    assert table["highest.flanks [1]"].to_numpy() == pytest.approx(branch.data["highest"].values[:, 0], rel=1e-12)
