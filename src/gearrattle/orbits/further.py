@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.continuation import Continuation, Point, turned_around
 from gearrattle.engine.periodic.events import BREAKING, DOUBLING, Event
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.errors import ConvergenceError
@@ -83,7 +83,7 @@ def _both_ways(curve: Continuation, state: State, value: float, ends: tuple[floa
 
 def _reversed(point: Point, length: float) -> Point:
     """A point of a branch that is gone through backwards and is so long."""
-    return replace(point, tangent=-point.tangent, length=length - point.length)
+    return replace(turned_around(point), length=length - point.length)
 
 
 def branches_off(curve: Continuation, doubled: Continuation, known: Curve, ends: tuple[float, float]) -> list[Curve]:

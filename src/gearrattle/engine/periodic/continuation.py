@@ -5,8 +5,10 @@ A branch is a curve in w = (u, p / unit): u the state at the begin of a period o
     F(w) = P(u; p) - u = 0,      t . (w - w_predicted) = 0,      [dF/du, dF/dp] t = 0,  |t| = 1
 
 dF/du = M - I is exact, dF/dp a central difference of the exact map (``family``). Newton's method solves both equations.
-A step is taken if Newton's method converges in few iterations, the tangent turns little, and the chord between both
-points is the mean of their tangents: another branch that lies near has another direction.
+A step is taken if Newton's method converges, the tangent turns little, and the chord between both points is the mean of
+their tangents: another branch that lies near has another direction. The two legs of a sharp fold have the same; but
+along a branch the determinant of [dF/du, dF/dp; t] keeps its sign until another branch crosses, where it passes zero.
+A step on which it changes its sign in a jump is not taken.
 
 Takes a Family and an orbit; gives Points, in the order of the branch.
 
@@ -35,10 +37,13 @@ _TOLERANCE = 1e-12  # of the residual, over the size of the state
 _ROUNDING = 1e-14  # the same, a unit of the gradient's norm
 _ITERATIONS = 8
 _EASY = 3  # iterations
-_TURN = 0.985  # least cosine between the tangents at both ends of a step
-_DEFECT = 0.03  # largest difference between a chord and the mean of both tangents
+_TURN = 0.9  # least cosine between the tangents at both ends of a step
+_DEFECT = 0.08  # largest difference between a chord and the mean of both tangents
+_BISECTIONS, _LEFT = 7, 0.1  # after so many, a determinant that passes zero is so small on both sides of it
 _KINK = 1e-6  # a step so short may turn as far as it likes: the branch has a corner there
 _SHORTEST = 1e-10  # step
+_AHEAD = tuple(10.0**power for power in range(-9, -3))  # beyond a corner of the branch
+_NEAR_CORNER = 10.0  # steps: a point farther from a corner lies elsewhere
 _GROWTH = 1.6  # of a step after one that was easy
 _FIRST = 0.1  # of the longest step
 _CLOSED = 1e-3  # of the longest step: a point so near to the first one closes the branch
@@ -64,10 +69,12 @@ class Point:
         (N + 1,) direction of the branch, of length one.
     free
         how many directions there are in which its neighbours repeat as well, at the same parameter.
+    orientation
+        det [dF/du, dF/dp; t]; 0 where there are free directions.
     error
         how far the state may be from the motion that repeats, over its size.
     length
-        arclength from the begin of the branch.
+        arclength from the start of the branch.
     """
 
     parameter: float
@@ -77,6 +84,7 @@ class Point:
     w: Array
     tangent: Array
     free: int
+    orientation: float
     error: float
     length: float
 
@@ -142,7 +150,7 @@ class Continuation:
         direction = np.append(np.zeros(w.size - 1), 1.0 if upward else -1.0)
         point = self._corrected(w, direction, direction, state.auxiliary_pieces)
         is_backward = (point.tangent[-1] > 0.0) != upward
-        return replace(point, tangent=-point.tangent if is_backward else point.tangent)
+        return turned_around(point) if is_backward else point
 
     def follow(self, begin: Point, lowest: float, highest: float) -> Iterator[Point]:
         """Yield the points of a branch after its first one, the last of them at an end of the range of the parameter.
@@ -228,13 +236,63 @@ class Continuation:
             defect = float(np.linalg.norm(distance / length - 0.5 * (following.tangent + point.tangent)))
             is_short = step < _KINK
             is_straight = (cosine > _TURN and defect < _DEFECT) or is_short
-            if is_straight and abs(distance[-1]) <= self._step_limit:
+            if is_straight and abs(distance[-1]) <= self._step_limit and self._keeps_way(point, following):
                 is_easy = iterations <= _EASY and cosine > 1.0 - 0.25 * (1.0 - _TURN)
                 after = min(self._longest, _GROWTH * step if is_easy or is_short else step)
                 return replace(following, length=point.length + length), after
             step *= 0.5
+        return self._around_corner(point)
+
+    def _around_corner(self, point: Point) -> tuple[Point, float]:
+        """The point beyond a corner of the branch, where its motions begin to touch something; and the step after it.
+
+        The tangent beyond is that of a motion a little ahead, which touches; the determinant keeps its sign.
+        """
+        pieces = point.motion.end.auxiliary_pieces
+        for ahead in _AHEAD:
+            try:
+                motion, slope = self._followed(point.w + ahead * point.tangent, pieces)
+            except ConvergenceError:
+                continue
+            matrix = self._matrix(motion, slope)
+            tangent, _ = _tangent(matrix, point.tangent)
+            if np.linalg.det(np.vstack([matrix, tangent])) * point.orientation < 0.0:
+                tangent = -tangent
+            for step in _AHEAD:
+                try:
+                    beyond, _ = self._newton(point.w + step * tangent, tangent, tangent, pieces)
+                except ConvergenceError:
+                    continue
+                length = float(np.linalg.norm(beyond.w - point.w))
+                if beyond.orientation * point.orientation > 0.0 and length < _NEAR_CORNER * step:
+                    return replace(beyond, length=point.length + length), step
         message = f"the branch cannot be followed beyond the parameter {point.parameter:.9g}"
         raise ConvergenceError(message, remedy="another start, or another range")
+
+    def _followed(self, w: Array, pieces: IntArray | None) -> tuple[Pass, Array]:
+        """The motion from w, and its slope."""
+        return self.family.follow(State(w[:-1] / self._scale, pieces), float(w[-1] * self.family.unit))
+
+    def _matrix(self, motion: Pass, slope: Array) -> Array:
+        """(N, N + 1) [dF/du, dF/dp] in the branch's units."""
+        gradient = self._scale[:, None] * motion.gradient / self._scale
+        return np.column_stack([gradient - np.eye(len(gradient)), self._scale * slope * self.family.unit])
+
+    def _keeps_way(self, point: Point, following: Point) -> bool:
+        """Whether two points lie on one branch, gone through the same way: see the top of this file."""
+        if point.orientation * following.orientation >= 0.0:
+            return True
+        length = float(np.linalg.norm(following.w - point.w))
+        ends = (point, replace(following, length=point.length + length))
+        try:
+            for _ in range(_BISECTIONS):
+                middle = self.between(*ends, 0.5)
+                is_behind = middle.orientation * ends[0].orientation > 0.0
+                ends = (middle, ends[1]) if is_behind else (ends[0], middle)
+        except ConvergenceError:
+            return False
+        left = abs(ends[0].orientation) + abs(ends[1].orientation)
+        return left < _LEFT * (abs(point.orientation) + abs(following.orientation))
 
     def _closes(self, begin: Point, point: Point, following: Point) -> bool:
         """Whether the branch passes its first point between two points."""
@@ -254,23 +312,29 @@ class Continuation:
         w, last = predicted.copy(), np.inf
         for iteration in range(_ITERATIONS):
             parameter = float(w[-1] * self.family.unit)
-            motion, slope = self.family.follow(State(w[:-1] / self._scale, pieces), parameter)
-            gradient = self._scale[:, None] * motion.gradient / self._scale
-            matrix = np.column_stack([gradient - np.eye(len(gradient)), self._scale * slope * self.family.unit])
+            motion, slope = self._followed(w, pieces)
+            matrix = self._matrix(motion, slope)
             residual = self._scale * motion.gap
             norm = float(np.linalg.norm(residual))
             plane = float(normal @ (w - predicted))
-            least = _TOLERANCE * max(1.0, float(np.linalg.norm(w[:-1]))) + _ROUNDING * float(np.linalg.norm(gradient))
+            least = _TOLERANCE * max(1.0, float(np.linalg.norm(w[:-1]))) + _ROUNDING * float(np.linalg.norm(matrix))
             if not np.isfinite(norm) or not np.all(np.isfinite(matrix)):
                 break
             change = _least_change(np.vstack([matrix, normal]), np.append(-residual, -plane))
             is_settled = norm <= least or (norm <= 100.0 * least and norm > 0.5 * last)
             if is_settled and abs(plane) < 1e-12:
                 tangent, free = _tangent(matrix, direction)
+                way = 0.0 if free else float(np.linalg.det(np.vstack([matrix, tangent])))
                 error = float(np.linalg.norm(change))
-                return Point(parameter, motion, slope, self.family.scale, w, tangent, free, error, 0.0), iteration + 1
+                point = Point(parameter, motion, slope, self.family.scale, w, tangent, free, way, error, 0.0)
+                return point, iteration + 1
             w, last = w + change, norm
         raise ConvergenceError("Newton's method does not converge")
+
+
+def turned_around(point: Point) -> Point:
+    """Return a point of the same branch gone through the other way."""
+    return replace(point, tangent=-point.tangent, orientation=-point.orientation)
 
 
 def _predicted(earlier: Point, point: Point, step: float) -> Array:
