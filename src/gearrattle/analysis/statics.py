@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.analysis.linear import modes as modal
+from gearrattle.analysis.trains import train_notes
 from gearrattle.assembly import Driveline, assemble, free_names, left_out, whole
 from gearrattle.engine.system import equilibrium as statics
 from gearrattle.errors import ModelError, Problem
@@ -216,14 +217,7 @@ def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equili
             'balance the mean torques, give the last stage a stiffness, or start from initial = "zero"',
         )
         raise ModelError(problem) from None
-    notes = []
-    moving = np.flatnonzero(rest.acceleration)
-    if moving.size:
-        largest = rest.acceleration[moving[np.argmax(np.abs(rest.acceleration[moving]))]]
-        notes.append(
-            f"the mean torques do not balance: the train with {free_names(model)[moving[0]]} accelerates uniformly "
-            f"(up to {largest:.6g} rad/s^2); the equilibrium is that of the accelerated train."
-        )
+    notes = train_notes(system, free_names(model), rest, si=model.units == "SI")
     notes += [f"{names[k]}: the free gap carries no load and is taken at its middle." for k in rest.middled]
     notes += left_out(model)
     region = {names[k]: rest.pieces[k] + system.laws[k].first_label for k in system.clearances}

@@ -1,0 +1,86 @@
+"""Trains of a driveline, in words: what the mean torques leave over on each, and bodies that nothing connects.
+
+A free train turns as one: its bodies by phi_i q, with phi = 1 at the body named. There the means leave over
+Q = sum_i phi_i T_i, and the train accelerates by q'' = Q / sum_i J_i phi_i^2. With a_i = phi_i q'' that is
+
+    Q = sum_i J_i a_i^2 / q'',
+
+so the accelerations of the equilibrium tell it. A train that turns in more than one way, such as a planetary set
+without a fixed body, has no such single torque.
+
+Takes an equilibrium; gives notes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.engine.system.equilibrium import Equilibrium, elastic_elements
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+
+_MOST_NAMED = 3
+
+
+def train_notes(system: PiecewiseSystem, names: Sequence[str], rest: Equilibrium, *, si: bool) -> list[str]:
+    """Say which trains accelerate and for want of which torque, and which bodies no element holds.
+
+    Parameters
+    ----------
+    system
+        the driveline.
+    names
+        of its bodies.
+    rest
+        its equilibrium.
+    si
+        whether its numbers are in SI; otherwise they have no units.
+    """
+    notes = []
+    said = list(_accelerated(system, names, rest.acceleration, si=si))
+    if said:
+        more = f"; so do {len(said) - _MOST_NAMED} more" if len(said) > _MOST_NAMED else ""
+        notes.append(
+            f"the mean torques do not balance: {'; '.join(said[:_MOST_NAMED])}{more}. "
+            f"The equilibrium is that of the accelerated train{'s' if len(said) > 1 else ''}."
+        )
+    if len(system.rows):
+        alone = np.flatnonzero(~np.any(system.rows != 0.0, axis=0)).tolist()
+        notes += [f"{names[i]}: no element connects it to another body." for i in alone]
+    return notes
+
+
+def _accelerated(
+    system: PiecewiseSystem, names: Sequence[str], acceleration: NDArray[np.float64], *, si: bool
+) -> Iterator[str]:
+    """Yield for every train that accelerates the torque left over at its first body, and how fast that is."""
+    torque, rate = (" N m", " rad/s^2") if si else ("", "")
+    for bodies, freedoms in _trains(system):
+        moving = bodies[acceleration[bodies] != 0.0]
+        if not moving.size:
+            continue
+        a, first = acceleration[moving], names[int(moving[0])]
+        if freedoms > 1:
+            yield f"the train with {first} accelerates uniformly by up to {a[np.argmax(np.abs(a))]:.6g}{rate}"
+            continue
+        left = float(np.sum(system.inertia[moving] * a**2) / a[0])
+        are = "left over" if left > 0.0 else "lacking"
+        moves = f"which accelerates uniformly by {a[0]:.6g}{rate} with its train"
+        yield f"{abs(left):.4g}{torque} are {are} at {first}, {moves}"
+
+
+def _trains(system: PiecewiseSystem) -> Iterator[tuple[NDArray[np.int64], int]]:
+    """Yield the bodies of every free train, in order, and in how many ways it turns without deflecting anything."""
+    motions = relative_coordinates(system, elastic_elements(system)).angle_from_reference != 0.0
+    left = list(range(motions.shape[1]))
+    while left:
+        columns, left = [left[0]], left[1:]
+        bodies = motions[:, columns[0]].copy()
+        while joined := [p for p in left if np.any(bodies & motions[:, p])]:
+            columns += joined
+            left = [p for p in left if p not in joined]
+            bodies |= np.any(motions[:, joined], axis=1)
+        yield np.flatnonzero(bodies), len(columns)
