@@ -60,6 +60,20 @@ def test_units_that_differ_are_not_drawn_on_one_scale() -> None:
     ]
 
 
+def test_a_part_that_one_shade_of_another_would_hide_has_a_scale_of_its_own() -> None:
+    data = study_over("gap", "load")
+    data["largest impulse"].attrs["units"] = "N s"
+    data["largest impulse"].values[..., 1] *= 2.0  # 8 to 10, beside 0 to 10
+    both = number_maps(data, "largest impulse")
+    assert [[panel.title for panel in chart.panels] for chart in both] == [["joint", "gear <1>"]]
+    data["largest impulse"].values[..., 1] *= 0.1  # 0.8 to 1
+    apart = number_maps(data, "largest impulse")
+    assert [[panel.title for panel in chart.panels] for chart in apart] == [["joint"], ["gear <1>"]]
+    assert [chart.title.partition(": ")[2] for chart in apart] == ["joint", "gear <1>"]
+    assert [len({cells.name for cells in chart.panels[0].cells}) > 1 for chart in apart] == [True, True]
+    assert len({chart.key for chart in apart}) == 2
+
+
 def test_an_output_that_hardly_varies_is_no_map() -> None:
     data = study_over("gap", "load")
     data["largest impulse"].values[..., 1] = 5.0 + 0.004 * data["largest impulse"].values[..., 1]

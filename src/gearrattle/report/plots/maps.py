@@ -102,7 +102,7 @@ def probability_map(data: xr.Dataset) -> Chart | None:
 
 
 def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
-    """Draw an output of numbers over two axes: a chart a unit, a panel a subject that varies by a hundredth."""
+    """Draw an output of numbers over two axes: a chart a scale, a panel a subject that varies by a hundredth."""
     if len(axes_in(data)) < 2:
         return []
     x, y = two_axes(data)
@@ -111,19 +111,35 @@ def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
     if SAMPLE in values.dims:
         values = values.median(SAMPLE)
     over = _MEDIAN if SAMPLE in data.dims else ""
-    charts = []
-    for i, unit in enumerate(dict.fromkeys(units.values())):
-        names = [name for name, one in units.items() if one == unit and _varies_over(_of(values, subject, name).values)]
-        if names:
+    charts: list[Chart] = []
+    for unit in dict.fromkeys(units.values()):
+        drawn = [name for name, one in units.items() if one == unit and _varies_over(_of(values, subject, name).values)]
+        scales = _scales({name: _of(values, subject, name).values for name in drawn})
+        for names in scales:
             some = values.sel({subject: names}) if subject else values
             bounds = np.linspace(float(np.nanmin(some.values)), float(np.nanmax(some.values)), _SHADES + 1)
             panels, legend = _shaded(data, some, subject, bounds, _BLUE)
             words = f"{_name(output)}{f', {unit}' if unit else ''}"
-            caption = f"{words}, {_over(data, x, y)}.{over}{_others(data, x, y)}"
-            key = "map-" + "".join(c if c.isalnum() else "-" for c in output) + (f"-{i + 1}" if i else "")
+            left_out = _left_out(units, drawn, unit) if names is scales[-1] else ""
+            caption = f"{words}, {_over(data, x, y)}.{over}{_others(data, x, y)}{left_out}"
+            number = f"-{len(charts) + 1}" if charts else ""
+            key = "map-" + "".join(c if c.isalnum() else "-" for c in output) + number
             title = f"Map of the {output}" + (f", {unit}" if len(set(units.values())) > 1 else "")
-            charts.append(_chart(key, title, caption + _left_out(units, names, unit), panels, legend))
+            title += f": {', '.join(names)}" if len(scales) > 1 else ""
+            charts.append(_chart(key, title, caption, panels, legend))
     return charts
+
+
+def _scales(values: Mapping[str, Array]) -> list[list[str]]:
+    """Names that share a scale: a subject that spans less than a shade of another's has one of its own."""
+    extent = {name: (float(np.nanmin(one)), float(np.nanmax(one))) for name, one in values.items()}
+    scales, left = [], list(extent)
+    while left:
+        shade = (max(extent[name][1] for name in left) - min(extent[name][0] for name in left)) / _SHADES
+        widest = max(left, key=lambda name: extent[name][1] - extent[name][0])
+        scales.append([name for name in left if name == widest or extent[name][1] - extent[name][0] > shade])
+        left = [name for name in left if name not in scales[-1]]
+    return scales
 
 
 def _of(values: xr.DataArray, subject: str, name: str) -> xr.DataArray:

@@ -51,7 +51,7 @@ _KINDS = (
     _Kind("Restitution", "1", (("mean restitution", "mean"),), log=False),
     _Kind("Impact intensity", "N", (("mean impact intensity", "mean"),)),
     _Kind("Impact intensity of couplings", "N m", (("mean impact intensity", "mean"),)),
-    _Kind("Energy lost in impacts", "W", (("impact loss rate", "by the log"), ("contact work rate", "by the audit"))),
+    _Kind("Energy lost", "W", (("impact loss rate", "in impacts"), ("contact work rate", "in all, friction too"))),
     _Kind("Rattle level", "dB", (("rattle level", "each"), ("rattle level of all meshes", "all")), log=False),
     _Kind(
         "Mesh force",
@@ -111,9 +111,9 @@ def metrics_chart(rows: Sequence[Row]) -> Chart | None:
     if not panels:
         return None
     caption = (
-        "Rattle metrics over the steady part; each is defined in the table of metrics. Above: the engine's orders are "
-        "taken out. A separation ratio above 1 means that drag cannot hold the loose gear. Sides of contact: shares of "
-        "time, coast side left, free in the middle, drive side right."
+        "Rattle metrics over the steady part; each is defined in the table of metrics. Accelerations "
+        "marked above are those above the engine's orders. A separation ratio above 1 means that drag cannot hold the "
+        "loose gear. Sides of contact: shares of time, coast side left, free in the middle, drive side right."
     )
     drawn = {line.name for panel in panels for line in panel.lines}
     legend = [Key(subject, colour) for subject, colour in colours.items() if subject in drawn]
