@@ -286,6 +286,12 @@ def test_failures_have_a_code_and_a_remedy(error: BaseException, code: int, erro
     assert error_message in message
 
 
+def test_an_internal_error_says_what_it_came_from() -> None:
+    error = ImportError("cannot import the command")
+    error.__cause__ = NameError("name 'torque' is not defined")
+    assert "cannot import the command, because of NameError: name 'torque' is not defined\n" in explain(error)[1]
+
+
 def test_a_failing_simulation_writes_nothing(
     model: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -103,6 +103,7 @@ CASES = [
         "frequency in rpm", 'speed = "1500 rpm"', 'frequency = "1500 rpm"', 42, "excitation.frequency", ("Hz or kHz",)
     ),
     Broken("frequency in rad/s", 'speed = "1500 rpm"', 'frequency = "150 rad/s"', 42, "excitation.frequency", ("Hz",)),
+    Broken("one over a minute", '"1500 rpm"', '"1500 1/min"', 42, "excitation.speed", ("'1'", "a speed in rpm")),
     Broken("unknown unit", '"1500 rpm"', '"1500 RPM"', 42, "excitation.speed", ("RPM", 'did you mean "rpm"')),
     Broken("number in quotes", '"0.16 rad"', '"0.16"', 20, "coupling.clutch.clearance", ("0.16 without quotes",)),
     Broken("unit alone", '"0.16 rad"', '"rad"', 20, "coupling.clutch.clearance", ("decimal number",)),

@@ -151,8 +151,10 @@ def _reason(error: BaseException) -> str:
         return "out of memory; ask for fewer cycles or fewer samples_per_cycle"
     if isinstance(error, GearRattleError):
         return str(error)
+    root = _chain(error)[-1]
+    because = "" if root is error else f", because of {type(root).__name__}: {root}"
     return (
-        f"internal error, {type(error).__name__}: {error}\nThis is a bug in gearrattle, not in your model. "
+        f"internal error, {type(error).__name__}: {error}{because}\nThis is a bug in gearrattle, not in your model. "
         "Please report it with the model file; GEARRATTLE_DEBUG=1 shows where it happened."
     )
 

@@ -254,7 +254,8 @@ def _power(tokens: tuple[str, ...]) -> tuple[_Measure, tuple[str, ...]]:
     elif head[0].isalpha() or head == "°":
         base = _symbol(head)
     else:
-        raise UnitError(f"must have a unit that can be read; {head!r} stands where a unit symbol should")
+        remedy = "write a speed in rpm, a frequency in Hz" if head == "1" else ""
+        raise UnitError(f"must have a unit that can be read; {head!r} stands where a unit symbol should", remedy)
     exponent: str | None = None
     if rest and rest[0] in {"^", "**"}:
         exponent, rest = (rest[1] if len(rest) > 1 else ""), rest[2:]
