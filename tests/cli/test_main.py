@@ -207,6 +207,7 @@ def test_an_option_that_counts_takes_whole_numbers_alone(
     command: str, option: str, text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     needed = {"fit": ["data.toml"], "validate": ["record.csv"], "orders": ["n"], "spectra": ["--channel", "n"]}
+    needed["continue"] = ["--path", "excitation.speed", "--range", "1:2"]
     assert main([command, "absent.toml", *needed.get(command, []), option, text]) == 2
     assert f'{option}: "{text}" must be a whole number' in capsys.readouterr().err
 

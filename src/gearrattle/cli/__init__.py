@@ -34,6 +34,8 @@ COMMANDS = {
     "fit": ("gearrattle.cli.fit:fit", "Parameters from measured modes and responses."),
     "loop": ("gearrattle.cli.loop:loop", "Stages of a damper from its measured torque-angle loop."),
     "simulate": ("gearrattle.cli.simulate:simulate", "The motion alone, saved as netCDF-4 or CSV."),
+    "periodic": ("gearrattle.cli.periodic:periodic", "A motion that repeats, stable or not; or all of them."),
+    "continue": ("gearrattle.cli.continuation:continue_", "Motions that repeat, over a value of the model."),
     "stream": ("gearrattle.cli.stream:stream", "A long motion in chunks; stop it and go on."),
     "compare": ("gearrattle.cli.compare:compare", "Algorithms side by side, judged by the exact solution."),
     "validate": (

@@ -182,8 +182,8 @@ def _shape(shape: str, x: float, y: float, radius: float, colour: str) -> str:
     drawn = SHAPES[shape]
     ink = f'fill="none" stroke="{colour}"' if drawn.is_open else f'fill="{colour}" stroke="{PAPER}"'
     width = (1.6 if drawn.is_open else 0.8) / radius
-    place = f'transform="translate({x:.1f} {y:.1f}) scale({radius:g})"'
-    return f'<path {place} d="{drawn.path}" {ink} stroke-width="{width:.3g}"/>'
+    moved = f'transform="translate({x:.1f} {y:.1f}) scale({radius:g})"'
+    return f'<path {moved} d="{drawn.path}" {ink} stroke-width="{width:.3g}"/>'
 
 
 def _joined(px: Array, py: Array, shown: NDArray[np.bool_]) -> str:

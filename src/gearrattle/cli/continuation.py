@@ -1,0 +1,92 @@
+"""``gearrattle continue``: motions that repeat, followed over a value of the model, stable or not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+import gearrattle
+from gearrattle.cli.emit import emit
+from gearrattle.cli.options import Json, Whole, number_or_text
+from gearrattle.errors import ModelError, Problem
+
+if TYPE_CHECKING:
+    from gearrattle.cli.background import Watch
+    from gearrattle.model import Model
+    from gearrattle.orbits import Branch
+
+
+def continue_(
+    model: Path,
+    /,
+    *,
+    path: str,
+    over: Annotated[str, Parameter(name="--range")],
+    cycles: Whole = 1,
+    start: Literal["static", "zero"] | None = None,
+    step_limit: str | None = None,
+    isolated: Annotated[bool, Parameter(negative="")] = False,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    json: Json = False,
+) -> None:
+    """Follow motions that repeat over a value of the model, through folds, and locate what happens on the way.
+
+    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
+
+    Parameters
+    ----------
+    model
+        Model file (TOML).
+    path
+        Of the value, such as excitation.speed or mesh.gear.backlash.
+    over
+        Its two ends, e.g. "300:2000 rpm"; numbers without a unit are in SI. The branch begins at the first.
+    cycles
+        Periods T of all orders after which the motions repeat.
+    start
+        Where the search for the first motion begins. Default: where a simulation has settled.
+    step_limit
+        Largest change of the value between two points, e.g. "10 rpm".
+    isolated
+        Look for branches as well that do not hang together with the first.
+    output
+        Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the tables on the terminal only.
+    """
+    driveline = gearrattle.load(model)
+    ends = _ends(over)
+    limit = None if step_limit is None else _limit(step_limit, path, driveline)
+
+    def work(watch: Watch) -> Branch:
+        watch.enter("following motions")
+        branch = gearrattle.continuation(
+            driveline, path, ends, start=start, cycles=cycles, step_limit=limit, isolated=isolated, progress=watch
+        )
+        watch.enter("measuring motions")
+        return branch
+
+    emit("branches", work, output, json=json, inputs=[model])
+
+
+def _ends(text: str) -> tuple[float | str, float | str]:
+    """Return the two ends of a range; a unit behind the second is that of the first, too."""
+    first, colon, second = (part.strip() for part in text.partition(":"))
+    if not (first and colon and second):
+        raise ModelError(Problem("--range", f'"{text}"', 'must be two values, such as "300:2000 rpm"'))
+    low, high = number_or_text(first), number_or_text(second)
+    if isinstance(low, float) and isinstance(high, str) and " " in high:
+        return f"{first} {high.split(maxsplit=1)[1]}", high
+    assert low is not None
+    assert high is not None
+    return low, high
+
+
+def _limit(text: str, path: str, model: Model) -> float:
+    """Return the largest change [SI]."""
+    from gearrattle.model.path_values import in_si
+
+    value = in_si(path, number_or_text(text), model)
+    if not isinstance(value, int | float) or not value > 0.0:
+        raise ModelError(Problem("--step-limit", f'"{text}"', "must be a value greater than zero"))
+    return float(value)
