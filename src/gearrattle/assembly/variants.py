@@ -176,7 +176,7 @@ def coefficients(model: Model, varied: Mapping[str, Array], count: int) -> tuple
         columns.good[:] = False
     base = coefficients_of(assemble(model).system)
     common = period_of(model)
-    out = _repeated(base, count)
+    out = repeated(base, count)
     _write_inertias(columns, out)
     _write_inputs(columns, out, {order: j for j, order in enumerate(common.orders)})
     _write_laws(columns, out)
@@ -193,8 +193,8 @@ def coefficients(model: Model, varied: Mapping[str, Array], count: int) -> tuple
     return out, columns.good
 
 
-def _repeated(base: Coefficients, count: int) -> Coefficients:
-    """So many drivelines with the same numbers."""
+def repeated(base: Coefficients, count: int) -> Coefficients:
+    """Return so many drivelines with the same numbers."""
     *arrays, laws = base
     many = [np.repeat(array[None], count, axis=0) for array in (*arrays, *laws)]
     return Coefficients._make([*many[: len(arrays)], Laws._make(many[len(arrays) :])])

@@ -5,7 +5,7 @@ Takes a Model, a path and a range; gives a Branch.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
@@ -26,6 +26,7 @@ from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.family import family_of
 from gearrattle.orbits.find import periodic
 from gearrattle.orbits.further import branches_off, isolated_curves
+from gearrattle.orbits.gradients import gradients_of, scatter_of
 from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
 from gearrattle.orbits.state import Start, check_repeats
 from gearrattle.result import Result
@@ -137,6 +138,62 @@ class Branch(Result):
                 rows.append((number, event.kind, event.point.parameter, first + before, name, event.is_collision))
             first += len(curve.points)
         return pd.DataFrame(rows, columns=["branch", "kind", "value", "point", "clearance", "collision"])
+
+    def gradients(self, event: int, paths: Sequence[str] | None = None) -> pd.DataFrame:
+        """Return how an event moves with the numbers of the model.
+
+        Parameters
+        ----------
+        event
+            its row in ``events``; a fold, period doubling, Neimark-Sacker or grazing.
+        paths
+            of the numbers; None: of all that are not zero.
+
+        Returns
+        -------
+        pandas.DataFrame
+            path, value [SI], gradient (change of the event's value for a unit of the number), per_10_percent (change
+            for 10 % more of it); what moves the event most comes first. NaN where a number cannot be changed alone.
+
+        Raises
+        ------
+        ModelError
+            no such event, or one of another kind.
+
+        Examples
+        --------
+        >>> model = gr.example("rattle_oscillator")
+        >>> branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", (5.9, 6.1))
+        >>> table = branch.gradients(0, ["torque.0.mean"])  # contact is lost in proportion to the mean torque
+        >>> round(float(table["per_10_percent"][0]) / float(branch.events["value"][0]), 6)
+        0.1
+        """
+        if not 0 <= event < len(self.events):
+            raise ModelError(Problem("event", shown(event), f"there are {counted(len(self.events), 'event')}"))
+        chosen, cycles = [(e, c.cycles) for c in self.curves for e in c.events][event]
+        value = chosen.point.parameter
+        family = family_of(self.model, self.path, value, cycles, abs(self.range[1] - self.range[0]))
+        curve = Continuation(family, units=(chosen.point.scale, chosen.point.size))
+        return gradients_of(self.model, self.path, curve, chosen, paths)
+
+    def scatter(self, event: int, tolerances: Mapping[str, float | str]) -> float:
+        """Return the standard deviation of an event under tolerances: independent numbers, to first order [SI].
+
+        Parameters
+        ----------
+        event
+            its row in ``events``.
+        tolerances
+            standard deviations by path, numbers in SI or strings with a unit.
+
+        Raises
+        ------
+        ModelError
+            no such event, or a path that leads nowhere.
+        """
+        read = {path: abs(float(in_si(path, deviation, self.model))) for path, deviation in tolerances.items()}
+        table = self.gradients(event, list(read)).set_index("path")
+        return scatter_of(table["gradient"].to_dict(), read)
 
     def orbit(self, i: int) -> Orbit:
         """Return the periodic motion at a point.

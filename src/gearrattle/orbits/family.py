@@ -5,19 +5,24 @@ Takes a Model and a path; gives a Family of the engine.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
-from gearrattle.assembly.variants import bound_of, coefficients
+from gearrattle.assembly.variants import bound_of, coefficients, repeated
 from gearrattle.engine.kernels.variants import Coefficients
 from gearrattle.engine.periodic.family import CompiledFamily, Family, GeneralFamily
 from gearrattle.engine.solvers.many import has_loop
+from gearrattle.engine.system.laid_out import coefficients_of as coefficients_of_system
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model
 
 Array = NDArray[np.float64]
+
+_HARMONICS = ("torque_sine", "torque_cosine", "error_sine", "error_cosine")
 
 
 def family_of(model: Model, path: str, first: float, cycles: int, unit: float) -> Family:
@@ -46,10 +51,45 @@ def family_of(model: Model, path: str, first: float, cycles: int, unit: float) -
     general = GeneralFamily(system_of, first, cycles, unit)
     base = model.with_({path: float(first)})
     system = assemble(base).system
-    if bound_of(base, path) is None or not has_loop(system) or not system.clearances:
+    if bound_of(base, path) is None or not is_compiled(system):
         return general
 
     def coefficients_of(values: Array) -> tuple[Coefficients, NDArray[np.bool_]]:
         return coefficients(base, {path: values}, len(values))
 
     return CompiledFamily(general, system, coefficients_of)
+
+
+def family_of_excitation(system: PiecewiseSystem, cycles: int) -> Family:
+    """Return the family of a driveline over a factor of all its harmonics: 0 at rest, 1 as it is.
+
+    Parameters
+    ----------
+    system
+        the driveline.
+    cycles
+        periods that a motion lasts.
+    """
+    inputs = system.inputs
+
+    def system_of(factor: float) -> PiecewiseSystem:
+        scaled = {name: factor * getattr(inputs, name) for name in _HARMONICS}
+        return replace(system, inputs=replace(inputs, **scaled))
+
+    general = GeneralFamily(system_of, 1.0, cycles)
+    if not is_compiled(system):
+        return general
+    base = coefficients_of_system(system)
+
+    def coefficients_of(factors: Array) -> tuple[Coefficients, NDArray[np.bool_]]:
+        columns = repeated(base, len(factors))
+        for name in _HARMONICS:
+            getattr(columns, name)[:] *= factors[:, None, None]
+        return columns, np.ones(len(factors), np.bool_)
+
+    return CompiledFamily(general, system, coefficients_of)
+
+
+def is_compiled(system: PiecewiseSystem) -> bool:
+    """Return whether motions of a driveline's variants are followed in a compiled loop."""
+    return has_loop(system) and bool(system.clearances)

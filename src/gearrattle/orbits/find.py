@@ -10,12 +10,16 @@ from typing import Literal, overload
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.period_map import PeriodMap
-from gearrattle.errors import ModelError
+from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model, check_model
 from gearrattle.model.quantity import argument_problems
 from gearrattle.orbits.every import every_orbit
-from gearrattle.orbits.orbit import ATTEMPTS, CYCLES, Orbit, orbit_of, settled_state
+from gearrattle.orbits.family import is_compiled
+from gearrattle.orbits.orbit import ATTEMPTS, CYCLES, Orbit, linear_state, orbit_of, settled_state
 from gearrattle.orbits.state import Start, check_repeats, state_of
+
+LINEAR = "linear"
+"""A start: the motion that grows out of the rest as all harmonics grow from nothing to what they are."""
 
 
 @overload
@@ -43,8 +47,9 @@ def periodic(
         periods T of all orders after which the motion repeats.
     start
         near it: "static", "zero", {"angle": [...], "velocity": [...]} of all inertias [rad, rad/s], a run (its end) or
-        an orbit. None: the motion is followed from the model's own start until it has settled; what is found
-        then is a motion that a simulation shows.
+        an orbit; "linear": the motion that grows out of the rest as all harmonics grow from nothing to what they are.
+        None: the model's own start is followed until it has settled, so that the motion is one that a simulation
+        shows; where it does not settle, "linear", unless friction or alternation would make that take minutes.
     every
         whether all motions that repeat after ``cycles`` periods are sought.
 
@@ -74,9 +79,24 @@ def periodic(
         return every_orbit(model, cycles)
     period_map = PeriodMap(assemble(model).system, cycles)
     if start is None:
-        state, attempts = settled_state(model, period_map), ATTEMPTS
+        return orbit_of(model, period_map, _settled(model, period_map))
+    if start == LINEAR:
+        state = linear_state(period_map, state_of(model, period_map, "static"))
     elif isinstance(start, Orbit):
-        state, attempts = start.motion.start, 0
+        state = start.motion.start
     else:
-        state, attempts = state_of(model, period_map, start), 0
-    return orbit_of(model, period_map, shooting.shoot(period_map, state, settle=attempts))
+        state = state_of(model, period_map, start)
+    return orbit_of(model, period_map, shooting.shoot(period_map, state))
+
+
+def _settled(model: Model, period_map: PeriodMap) -> shooting.Orbit:
+    """The motion that the model's own start settles to; where it settles to none, that which grows out of the rest."""
+    try:
+        return shooting.shoot(period_map, settled_state(model, period_map), settle=ATTEMPTS)
+    except ConvergenceError as error:
+        if not is_compiled(period_map.system):  # minutes
+            raise
+        try:
+            return shooting.shoot(period_map, linear_state(period_map, state_of(model, period_map, "static")))
+        except ConvergenceError:
+            raise error from None

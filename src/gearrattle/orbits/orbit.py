@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import islice
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -18,10 +19,13 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
+from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.model.quantity import Count
+from gearrattle.orbits.family import family_of_excitation
 from gearrattle.orbits.state import initial_of, plan_of, state_of
 from gearrattle.quantities.criteria import criteria
 from gearrattle.result import Result
@@ -37,6 +41,8 @@ SAMPLES_PER_CYCLE = 512
 _SETTLING = 32  # periods followed before the first search
 ATTEMPTS = 5
 """Searches from a settled motion, each after twice as long."""
+_SMALLEST = 0.01  # of all harmonics, to begin with
+_MOST_POINTS = 400
 _STABLE = 1e-9  # a multiplier larger than one by less is rounding
 CYCLES = Count(1, 64)
 """Periods after which a motion may repeat."""
@@ -142,6 +148,32 @@ def is_stable(multipliers: NDArray[np.complex128], free: int) -> bool:
 def settled_state(model: Model, period_map: PeriodMap) -> State:
     """Return the state of the model's own start some periods later."""
     return period_map.later(state_of(model, period_map, None), -(-_SETTLING // period_map.cycles))
+
+
+def linear_state(period_map: PeriodMap, rest: State) -> State:
+    """Return the motion that grows out of the rest as all harmonics grow from nothing to what they are.
+
+    Parameters
+    ----------
+    period_map
+        of the driveline.
+    rest
+        its static equilibrium.
+
+    Raises
+    ------
+    ConvergenceError
+        it cannot be followed so far.
+    """
+    curve = Continuation(family_of_excitation(period_map.system, period_map.cycles))
+    smallest = curve.family.map_at(_SMALLEST)
+    last = curve.begin(shooting.shoot(smallest, rest, settle=ATTEMPTS).motion.start, _SMALLEST)
+    for point in islice(curve.follow(last, 0.0, 1.0), _MOST_POINTS):
+        last = point
+    if last.parameter != 1.0:
+        message = f"the motion was followed to {100.0 * last.parameter:.3g} % of all harmonics, not to all of them"
+        raise ConvergenceError(message, remedy="another start, for example the end of a simulation")
+    return last.motion.start
 
 
 def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbit:

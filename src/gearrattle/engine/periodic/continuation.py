@@ -63,6 +63,8 @@ class Point:
         (N,) d end / d p with the start held [SI].
     scale
         (N,) balanced coordinates over SI.
+    size
+        norm of balanced coordinates that counts as one.
     w
         (N + 1,) state and parameter in the branch's units.
     tangent
@@ -81,6 +83,7 @@ class Point:
     motion: Pass
     slope: Array
     scale: Array
+    size: float
     w: Array
     tangent: Array
     free: int
@@ -131,12 +134,22 @@ class Continuation:
         step, in units of w.
     step_limit
         largest change of the parameter in a step; None: none but that of ``longest``.
+    units
+        scale and size of the states, those of a Point; None: those of the family.
     """
 
-    def __init__(self, family: Family, *, longest: float = 0.05, step_limit: float | None = None) -> None:
+    def __init__(
+        self,
+        family: Family,
+        *,
+        longest: float = 0.05,
+        step_limit: float | None = None,
+        units: tuple[Array, float] | None = None,
+    ) -> None:
         self.family, self._longest = family, longest
         self._step_limit = np.inf if step_limit is None else step_limit / family.unit
-        self._scale = family.scale / family.size
+        self._units = (family.scale, family.size) if units is None else units
+        self._scale = self._units[0] / self._units[1]
 
     def begin(self, state: State, parameter: float, *, upward: bool = True) -> Point:
         """Return the first point of a branch that goes on to larger or to smaller parameters.
@@ -190,6 +203,31 @@ class Continuation:
         predicted = _interpolated(before, after, share)
         point = self._corrected(predicted, chord, before.tangent, before.motion.end.auxiliary_pieces)
         return replace(point, length=before.length + share * (after.length - before.length))
+
+    def moved_along(self, point: Point, step: float) -> Point:
+        """Return the point a short step on along the branch, backwards if it is negative.
+
+        Raises
+        ------
+        ConvergenceError
+            Newton's method does not converge.
+        """
+        predicted = point.w + step * point.tangent
+        return self._corrected(predicted, point.tangent, point.tangent, point.motion.end.auxiliary_pieces)
+
+    def of(self, family: Family) -> Continuation:
+        """Return what follows the branches of another driveline in the units of this one."""
+        return Continuation(family, longest=self._longest, units=self._units)
+
+    def in_plane(self, point: Point) -> Point:
+        """Return the motion in the plane through a point, of another driveline perhaps, at right angles to its branch.
+
+        Raises
+        ------
+        ConvergenceError
+            Newton's method does not converge.
+        """
+        return self._corrected(point.w, point.tangent, point.tangent, point.motion.end.auxiliary_pieces)
 
     def beside(self, point: Point, direction: Array, distance: float) -> Point:
         """Return the first point of another branch through a point, in a direction (N,) of its states, balanced.
@@ -326,7 +364,7 @@ class Continuation:
                 tangent, free = _tangent(matrix, direction)
                 way = 0.0 if free else float(np.linalg.det(np.vstack([matrix, tangent])))
                 error = float(np.linalg.norm(change))
-                point = Point(parameter, motion, slope, self.family.scale, w, tangent, free, way, error, 0.0)
+                point = Point(parameter, motion, slope, *self._units, w, tangent, free, way, error, 0.0)
                 return point, iteration + 1
             w, last = w + change, norm
         raise ConvergenceError("Newton's method does not converge")

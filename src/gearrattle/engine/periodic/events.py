@@ -29,6 +29,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from gearrattle.engine.periodic.continuation import Continuation, Pattern, Point, rotated
+from gearrattle.engine.periodic.touch import Touch
 from gearrattle.errors import ConvergenceError
 
 FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, GRAZING, PATTERN = (
@@ -61,12 +62,15 @@ class Event:
         what touches or crosses its bound: a clearance or, behind them, an auxiliary element; -1: none.
     is_collision
         whether the gradient jumps there.
+    touch
+        of a grazing: the corner and the instant.
     """
 
     kind: str
     point: Point
     watch: int = -1
     is_collision: bool = False
+    touch: Touch | None = None
 
 
 def events_between(curve: Continuation, before: Point, after: Point, depth: int = 0) -> list[Event]:
@@ -84,10 +88,10 @@ def events_between(curve: Continuation, before: Point, after: Point, depth: int 
             middle = curve.between(before, after, 0.5)
             return [*events_between(curve, before, middle, depth + 1), *events_between(curve, middle, after, depth + 1)]
     events = list(_changes_of_pattern(curve, before, after))
-    kinds = [kind for kind, test in _TESTS.items() if test(before) * test(after) < 0.0]
+    kinds = [kind for kind, test in TESTS.items() if test(before) * test(after) < 0.0]
     if FOLD in kinds and BREAKING in kinds:  # at a fold det(I - M) is zero as well
         kinds.remove(BREAKING)
-    events += [_located(curve, before, after, kind, _TESTS[kind]) for kind in kinds]
+    events += [_located(curve, before, after, kind, TESTS[kind]) for kind in kinds]
     if _pairs_outside(before) != _pairs_outside(after) and _are_complex(before, after):
         count = _pairs_outside(before)
         events.append(_located(curve, before, after, NEIMARK_SACKER, lambda p: _sign(_pairs_outside(p) == count)))
@@ -105,7 +109,7 @@ def _located(curve: Continuation, before: Point, after: Point, kind: str, test: 
     share = float(brentq(value, 0.0, 1.0, xtol=_LOCATED, rtol=1e-14))
     nearest = sorted(points, key=lambda other: abs(other - share))[:4]
     sides = [test(points[other]) for other in nearest]
-    jumps = kind in _TESTS and min(map(abs, sides)) > _JUMP and min(sides) < 0.0 < max(sides)
+    jumps = kind in TESTS and min(map(abs, sides)) > _JUMP and min(sides) < 0.0 < max(sides)
     return Event(kind, points[share], is_collision=jumps)
 
 
@@ -155,7 +159,7 @@ def _grazing(curve: Continuation, before: Point, after: Point, is_after: bool) -
     apart, touching = (before, after) if is_after else (after, before)
     fewer = apart.pattern
     inner, outer = (1.0, 0.0) if is_after else (0.0, 1.0)  # shares with and without the crossings
-    samples = [(inner, *_softest_touch(touching, fewer))]
+    samples = [(inner, *softest_touch(touching, fewer))]
     limit, expected = 0.5, np.inf
     for _ in range(_TOUCHES):
         near = samples[-3:]
@@ -170,8 +174,9 @@ def _grazing(curve: Continuation, before: Point, after: Point, is_after: bool) -
             outer, expected = share, np.inf
         else:
             inner = share
-            samples.append((share, *_softest_touch(point, fewer)))
-    return Event(GRAZING, curve.between(before, after, limit), samples[-1][2])
+            samples.append((share, *softest_touch(point, fewer)))
+    touch = samples[-1][2]
+    return Event(GRAZING, curve.between(before, after, limit), touch.watch, touch=touch)
 
 
 def _extrapolated(velocities: list[float], shares: list[float], outer: float) -> float:
@@ -187,18 +192,22 @@ def _extrapolated(velocities: list[float], shares: list[float], outer: float) ->
         return 0.5 * (shares[-1] + outer)
 
 
-def _softest_touch(point: Point, fewer: Pattern) -> tuple[float, int]:
-    """Velocity and clearance of the two crossings without which a motion has the pattern of fewer."""
+def softest_touch(point: Point, fewer: Pattern) -> tuple[float, Touch]:
+    """Return velocity and touch of the two crossings without which a motion has the pattern of fewer."""
     crossings = point.motion.crossings
     order = list(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True))
     touches = []
     for i in range(len(order)):
         j = (i + 1) % len(order)
         if _without(tuple(order), i) == fewer:
-            touches.append((0.5 * abs(crossings.velocity[i] - crossings.velocity[j]), order[i][0]))
+            motion = point.motion
+            lasts = (crossings.time[j] - crossings.time[i]) % (motion.cycles * motion.period)
+            time = (crossings.time[i] + 0.5 * lasts) / motion.period
+            speed = 0.5 * abs(crossings.velocity[i] - crossings.velocity[j])
+            touches.append((speed, Touch(order[i][0], order[i][1], time)))
     if not touches:
         raise ConvergenceError("the pattern of crossings changes more than once")
-    return min(touches)
+    return min(touches, key=lambda touch: touch[0])
 
 
 def _swapped(one: Pattern, other: Pattern) -> int | None:
@@ -249,7 +258,8 @@ def _breaking(point: Point) -> float:
     return _determinant(np.eye(len(point.scale)) - point.gradient, point.free)
 
 
-_TESTS: dict[str, Callable[[Point], float]] = {FOLD: _fold, DOUBLING: _doubling, BREAKING: _breaking}
+TESTS: dict[str, Callable[[Point], float]] = {FOLD: _fold, DOUBLING: _doubling, BREAKING: _breaking}
+"""Functions that are smooth along a branch, and zero at an event of a kind."""
 
 
 def _pairs_outside(point: Point) -> int:

@@ -140,5 +140,6 @@ class CompiledFamily(Family):
             return self._general.follow(state, parameter)
         behind, ahead, end = batch.out.end.copy()
         turned, gradient = batch.out.turned[-1].copy(), batch.out.gradient[-1].copy()
-        motion = Pass(state, State(end), gradient, turned, batch.passages())
+        period = float(numbers.period[-1, 0])
+        motion = Pass(state, State(end), gradient, turned, batch.passages(), period, self.cycles)
         return motion, (ahead - behind) / (2.0 * step)

@@ -64,6 +64,10 @@ class Pass:
         (R,) how far the reference inertia of every free train has turned [rad].
     crossings
         all of them, in their order.
+    period
+        T [s].
+    cycles
+        n.
     """
 
     start: State
@@ -71,6 +75,8 @@ class Pass:
     gradient: Array
     turned: Array
     crossings: Passages
+    period: float
+    cycles: int
 
     @property
     def gap(self) -> Array:
@@ -139,26 +145,31 @@ class PeriodMap:
         ConvergenceError
             the motion could not be followed.
         """
-        march = self._marched(state)
-        crossings = passages_of(self.flow, march.logged())
+        march = self.marched(state)
+        crossings = self.passages(march)
         initial = [0] * (len(self.system.laws) + len(self.system.auxiliaries))
         for k, piece in zip(self.system.places, march.initial, strict=True):
             initial[k] = int(piece)
         gradient = variation(self.flow, tuple(initial), crossings, end=self.length).gradient()
         n, references = self.flow.states, len(self.flow.coordinates.references)
         turned = march.samples.states[-1, n : n + references] - march.samples.states[0, n : n + references]
-        return Pass(state, self._end_of(march), gradient, turned, crossings)
+        return Pass(state, self._end_of(march), gradient, turned, crossings, self.system.inputs.period, self.cycles)
 
     def later(self, state: State, passes: int = 1) -> State:
         """Return the state that a state becomes after some passes, without the gradient. Errors as of a call."""
-        return self._end_of(self._marched(state, passes))
+        return self._end_of(self.marched(state, passes))
 
     def _end_of(self, march: ExactMarch) -> State:
         last, clearances = march.samples.states[-1], len(self.system.clearances)
         return State(last[: self.flow.states] / self.scale, march.samples.pieces[-1, clearances:].copy())
 
-    def _marched(self, state: State, passes: int = 1) -> ExactMarch:
-        march = ExactMarch(self.task(state, passes * self.cycles), self._slots)
+    def passages(self, march: ExactMarch) -> Passages:
+        """Return the crossings of a march that is done."""
+        return passages_of(self.flow, march.logged())
+
+    def marched(self, state: State, passes: int = 1, samples_per_cycle: int = 1) -> ExactMarch:
+        """Return the march from a state over some passes, done. Errors as of a call."""
+        march = ExactMarch(self.task(state, passes * self.cycles, samples_per_cycle), self._slots)
         while (outcome := march.advance()) is not Outcome.DONE:
             if outcome is not Outcome.SLICE_SPENT:
                 now = march.position().time

@@ -1,0 +1,99 @@
+"""How an event of a branch moves with a number of the driveline: its gradient, by implicit differentiation.
+
+An event is a point of the branch at which a test function vanishes (``events``). Let q be the number. In the plane
+through the event at right angles to the branch the motion moves by w_q, its parameter by p_q, its test function by
+tau_q; along the branch the test function has the slope tau_s. So the event moves along the branch by
+s_q = - tau_q / tau_s, and
+
+    dp / dq = p_q + T_p s_q,      T_p: the tangent's part along the parameter.
+
+At a fold T_p is zero, and this is - psi P_q / psi P_p, psi the left null vector of I - M. Differences are central; what
+is differenced - motions, determinants, the depth of a touch - is exact. Beyond a grazing the motions have a root of the
+depth in them, so all is done on its other side, at two distances, and extrapolated to none.
+
+Takes an event and the families on both sides of q; gives a derivative.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, TESTS, Event
+from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.touch import depth
+from gearrattle.errors import ConvergenceError
+
+KINDS = (FOLD, DOUBLING, NEIMARK_SACKER, GRAZING)
+"""Of events whose gradients are known."""
+_ALONG = 1e-5  # arclength to the motions on both sides of an event
+_APART = 1e-4  # the same to where gradients of a grazing are taken
+
+
+def gradient_of(event: Event, curve: Continuation, families: tuple[Family, Family], change: float) -> float:
+    """Return dp / dq of an event.
+
+    Parameters
+    ----------
+    event
+        of one of the ``KINDS``.
+    curve
+        that it lies on.
+    families
+        of the driveline with q smaller, and larger, by a change.
+    change
+        of q.
+
+    Raises
+    ------
+    ConvergenceError
+        the motion does not exist beside the event.
+    ValueError
+        the kind of event has no test function, or the gradient jumps there.
+    """
+    if event.kind not in KINDS or event.is_collision:
+        raise ValueError(f"the gradient of an event of the kind {event.kind} is not known")
+    if event.kind != GRAZING:
+        return _gradient_at(event, event.point, curve, families, change)
+    side = _apart(event, curve)
+    near, far = (
+        _gradient_at(event, curve.moved_along(event.point, times * side), curve, families, change)
+        for times in (1.0, 2.0)
+    )
+    return 2.0 * near - far
+
+
+def _gradient_at(
+    event: Event, point: Point, curve: Continuation, families: tuple[Family, Family], change: float
+) -> float:
+    """The derivative of the parameter at which the test function has the value that it has at a point."""
+    behind, ahead = (curve.moved_along(point, side * _ALONG) for side in (-1.0, 1.0))
+    slope = (_test(event, curve.family, ahead) - _test(event, curve.family, behind)) / (2.0 * _ALONG)
+    shifted = [curve.of(family).in_plane(point) for family in families]
+    tests = [_test(event, family, other) for family, other in zip(families, shifted, strict=True)]
+    test_slope = (tests[1] - tests[0]) / (2.0 * change)
+    shift = (shifted[1].parameter - shifted[0].parameter) / (2.0 * change)
+    return float(shift - point.tangent[-1] * curve.family.unit * test_slope / slope)
+
+
+def _apart(event: Event, curve: Continuation) -> float:
+    """A step along the branch to where nothing is touched."""
+    for step in (_APART, -_APART):
+        if _test(event, curve.family, curve.moved_along(event.point, step)) < 0.0:
+            return step
+    raise ConvergenceError("the motions on both sides of the grazing touch")
+
+
+def _test(event: Event, family: Family, point: Point) -> float:
+    """The test function of an event, at a point nearby."""
+    if event.kind == GRAZING:
+        assert event.touch is not None
+        return depth(family.map_at(point.parameter), point.motion.start, event.touch)
+    if event.kind == NEIMARK_SACKER:
+        values = point.multipliers
+        pair = values[np.abs(values.imag) > 0.0]
+        return float(np.abs(pair).max(initial=0.0)) - 1.0
+    test: Callable[[Point], float] = TESTS[event.kind]
+    return test(point)

@@ -1,0 +1,106 @@
+"""How near a motion comes to a corner that it touches, or does not: a smooth function of its state.
+
+In the region that the motion lies in before it touches, the deflection has an extremum there. How far that lies beyond
+the corner is the *depth* of the touch: zero at a grazing, negative without contact. The region is thought to go on
+beyond the corner, so the depth does not know the contact, and is smooth where the period map is not.
+
+Takes a PeriodMap, a state and an instant nearby; gives the depth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.errors import ConvergenceError
+
+Array = NDArray[np.float64]
+
+_SAMPLES = 512  # a period
+_NEAR = 1.0 / 64.0  # periods that the extremum may have moved
+_ITERATIONS = 30
+_SETTLED = 1e-15  # periods
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Which corner is touched, and about when.
+
+    Attributes
+    ----------
+    watch
+        the clearance.
+    upward
+        1: its deflection grows towards the corner.
+    time
+        of the extremum, in periods from the start of the motion.
+    """
+
+    watch: int
+    upward: int
+    time: float
+
+
+def depth(period_map: PeriodMap, state: State, touch: Touch) -> float:
+    """Return how far an extremum lies beyond a corner [SI].
+
+    Parameters
+    ----------
+    period_map
+        of the driveline.
+    state
+        of the motion at its start.
+    touch
+        the corner, and the instant near which the extremum lies.
+
+    Raises
+    ------
+    ConvergenceError
+        there is no extremum nearby.
+    """
+    flow, system = period_map.flow, period_map.system
+    z, pieces, start = _before(period_map, state, touch)
+    generator = flow.generator(pieces)
+    element = system.clearances[touch.watch]
+    rate, time = flow.rate[element], touch.time
+    for _ in range(_ITERATIONS):
+        now = expm(generator * (time - start)) @ z
+        change = -float(rate @ now) / float(rate @ generator @ now)
+        time += float(np.clip(change, -_NEAR, _NEAR))
+        if abs(change) < _SETTLED * max(1.0, time):
+            law, piece = system.laws[element], pieces[element]
+            deflection = float(flow.deflection[element] @ now)
+            if touch.upward:
+                return deflection - float(law.corners[piece])
+            return float(law.corners[piece - 1]) - deflection
+    raise ConvergenceError("the extremum at a corner is lost")
+
+
+def _before(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Array, tuple[int, ...], float]:
+    """The state z of a motion before it touches, in the region in which it then is; its pieces, its time in periods."""
+    flow, system = period_map.flow, period_map.system
+    march = period_map.marched(state, samples_per_cycle=_SAMPLES)
+    crossings = period_map.passages(march)
+    times = crossings.time / system.inputs.period
+    ours = np.flatnonzero(crossings.watch == touch.watch)
+    limit = touch.time
+    for i, j in pairwise(ours.tolist()):
+        if crossings.upward[i] == touch.upward and times[i] - _NEAR < touch.time < times[j] + _NEAR:
+            limit = min(limit, float(times[i]))
+    row = max(0, int(np.ceil(limit * _SAMPLES)) - 1)
+    cycle, fraction = divmod(row, _SAMPLES)
+    inputs = flow.inputs_at(np.array([float(cycle)]), np.array([fraction / _SAMPLES]))[0]
+    z = np.concatenate([march.samples.states[row, : flow.states], inputs])
+    all_pieces = [0] * (len(system.laws) + len(system.auxiliaries))
+    for k, piece in zip(system.places, march.samples.pieces[row], strict=True):
+        all_pieces[k] = int(piece)
+    pieces, time = tuple(all_pieces), row / _SAMPLES
+    for i in np.flatnonzero((times > time) & (times < limit)).tolist():
+        z = expm(flow.generator(pieces) * (times[i] - time)) @ z
+        pieces, time = system.beyond(pieces, int(crossings.watch[i]), int(crossings.upward[i])), float(times[i])
+    return z, pieces, time

@@ -1,0 +1,100 @@
+"""How the events of a branch move with every number of the model, and how they scatter under tolerances.
+
+Takes a Branch and an event; gives tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.drift import KINDS, gradient_of
+from gearrattle.engine.periodic.events import GRAZING, Event
+from gearrattle.errors import ConvergenceError, ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.model.path_values import in_si
+from gearrattle.model.paths import path_names, value_at
+from gearrattle.orbits.family import family_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_CHANGE = 1e-5  # of a number, to both sides
+_CHANGE_APART = 1e-7  # the same for grazings: nothing may touch
+_LEFT_OUT = ("simulation", "schema", "name", "units")
+
+
+def numbers_of(model: Model, path: str) -> Iterator[str]:
+    """Yield the paths of all numbers of a model that are not zero, but for one path and what only settles a run."""
+    tables = model.to_tables()
+    for other in path_names(tables):
+        value = value_at(tables, other)
+        is_number = isinstance(value, int | float) and not isinstance(value, bool) and value != 0.0
+        is_order = other.endswith(".order")
+        same = {other, path} <= {"excitation.speed", "excitation.frequency"}
+        if is_number and not is_order and not same and other != path and other.split(".")[0] not in _LEFT_OUT:
+            yield other
+
+
+def gradients_of(
+    model: Model, path: str, curve: Continuation, event: Event, paths: Sequence[str] | None
+) -> pd.DataFrame:
+    """Return how an event moves with the numbers of a model; those it does not move with are left out.
+
+    Parameters
+    ----------
+    model
+        the driveline.
+    path
+        of the value that the branch is followed over.
+    curve
+        that the event lies on.
+    event
+        the event.
+    paths
+        of the numbers; None: all of them.
+
+    Raises
+    ------
+    ModelError
+        the kind of event has no gradient.
+    """
+    import pandas as pd
+
+    family = curve.family
+    if event.kind not in KINDS or event.is_collision:
+        rule = f"gradients are known of {', '.join(KINDS)}, where the gradient of the map does not jump"
+        raise ModelError(Problem("event", event.kind, rule))
+    rows = []
+    for other in numbers_of(model, path) if paths is None else paths:
+        value = float(in_si(other, value_at(model.to_tables(), other), model))
+        change = (_CHANGE_APART if event.kind == GRAZING else _CHANGE) * abs(value)
+        try:
+            families = tuple(
+                family_of(model.with_({other: value + side}), path, event.point.parameter, family.cycles, family.unit)
+                for side in (-change, change)
+            )
+            slope = gradient_of(event, curve, (families[0], families[1]), change)
+        except (ConvergenceError, ModelError):
+            slope = np.nan
+        rows.append((other, value, slope, 0.1 * value * slope))
+    table = pd.DataFrame(rows, columns=["path", "value", "gradient", "per_10_percent"])
+    order = np.argsort(-np.abs(table["per_10_percent"].to_numpy()), kind="stable")
+    return table.iloc[order].reset_index(drop=True)
+
+
+def scatter_of(gradients: Mapping[Any, Any], tolerances: Mapping[str, float]) -> float:
+    """Return the standard deviation of an event [SI]: independent numbers, to first order.
+
+    Parameters
+    ----------
+    gradients
+        by path.
+    tolerances
+        standard deviations by path [SI].
+    """
+    parts: list[Any] = [gradients[path] * deviation for path, deviation in tolerances.items()]
+    return float(np.sqrt(np.sum(np.square(parts))))

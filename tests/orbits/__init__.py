@@ -1,0 +1,1 @@
+"""Tests of periodic motions and their branches."""

@@ -1,0 +1,140 @@
+"""Branches of the backlash oscillator and of Mason's: their points, their events, and what leaves them."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.orbits import Branch
+
+OSCILLATOR: dict[str, Any] = {
+    "schema": 1,
+    "units": "dimensionless",
+    "inertia": [{"name": "body", "J": 1.0}],
+    "coupling": [
+        {
+            "name": "gap",
+            "between": ["body", "ground"],
+            "stiffness": 1.0,
+            "clearance": 1.0,
+            "damping": 0.1,
+            "damping_ratio": 1.0,
+            "kinematic_error": [{"order": 1, "amplitude": 0.05, "phase": np.pi / 2}],
+        }
+    ],
+    "excitation": {"frequency": 0.3},
+    "torque": [{"on": "body", "mean": 0.1}],
+}
+"""x'' + 0.1 x' + f(x) = 0.1 + 0.05 W^2 cos(W t), half gap 1, x the deflection."""
+AMPLITUDE = "torque.0.harmonics.0.amplitude"
+
+
+def oscillator(**torque: float) -> gr.Model:
+    return gr.Model.from_tables({**OSCILLATOR, "torque": [{"on": "body", "mean": 0.1, **torque}]})
+
+
+@cache
+def over_frequency() -> Branch:
+    return gr.continuation(oscillator(), "excitation.frequency", (0.3, 1.6))
+
+
+@cache
+def over_amplitude() -> Branch:
+    return gr.continuation(gr.example("rattle_oscillator"), AMPLITUDE, (3.0, 6.7))
+
+
+def test_it_begins_and_ends_at_the_ends_of_the_range() -> None:
+    value = over_frequency().data["value"].values
+    assert value[0] == 0.3
+    assert value[-1] == 1.6
+    assert over_frequency().notes == ()
+
+
+def test_events_come_in_the_order_of_the_branch_and_point_to_the_point_before() -> None:
+    branch = over_frequency()
+    assert branch.events["kind"].tolist() == ["grazing", "fold", "fold", "grazing"]
+    assert branch.events["clearance"].tolist() == ["gap", "", "", "gap"]
+    value = branch.data["value"].values
+    for event in branch.events.itertuples():
+        if event.kind == "grazing":
+            ends = sorted((value[event.point], value[event.point + 1]))
+            assert ends[0] <= event.value <= ends[1]
+
+
+def test_the_motions_of_the_branch_are_those_of_a_simulation_where_they_are_stable() -> None:
+    branch = over_frequency()
+    for i in (5, len(branch.points) - 5):
+        orbit = branch.orbit(i)
+        run = gr.simulate(orbit.model, cycles=400, discard=399, samples_per_cycle=512, audit=False)
+        simulated = float(np.ptp(run.data["deflection"].values[-513:]))
+        assert simulated == pytest.approx(float(np.ptp(orbit.run.data["deflection"].values)), rel=1e-6)
+
+
+def test_data_holds_levels_between_the_samples() -> None:
+    """In contact delta = 1.1 + amplitude cos(...): its mean and its peak-to-peak value are known."""
+    data = over_frequency().data
+    w = data["value"].values[:5]
+    amplitude = 0.05 * w**2 / np.abs(1.0 - w**2 + 0.1j * w)
+    np.testing.assert_allclose(data["peak_to_peak"].values[:5, 0], 2.0 * amplitude, rtol=1e-9)
+    np.testing.assert_allclose(data["mean"].values[:5, 0], 1.1, rtol=1e-9)
+    assert data["stable"].values[:5].all()
+    assert data.sizes == {"point": len(over_frequency().points), "mode": 2, "clearance": 1}
+    assert float(data["error"].max()) < 1e-10
+
+
+@pytest.mark.parametrize("step_limit", [0.01, 0.5])
+def test_no_step_is_longer_than_the_limit_and_the_events_stay(step_limit: float) -> None:
+    branch = gr.continuation(oscillator(), "excitation.frequency", (0.3, 1.6), step_limit=step_limit)
+    values = [point.parameter for point in branch.points]
+    assert max(abs(later - sooner) for sooner, later in pairwise(values)) <= step_limit
+    np.testing.assert_allclose(branch.events["value"], over_frequency().events["value"], rtol=0, atol=1e-9)
+
+
+def test_backwards_it_meets_the_same_events() -> None:
+    branch = gr.continuation(oscillator(), "excitation.frequency", (1.6, 0.3))
+    np.testing.assert_allclose(branch.events["value"], over_frequency().events["value"][::-1], rtol=0, atol=1e-9)
+
+
+def test_contact_is_lost_where_it_is_known_and_the_period_doubles_into_a_branch_of_its_own() -> None:
+    """Mason et al. 2009: the flanks stay together up to the amplitude 4 pi d |200 - 4 pi^2 + 1.2 pi i| / 200."""
+    branch = over_amplitude()
+    contact = 4.0 * np.pi * 0.6 * abs(200.0 - 4.0 * np.pi**2 + 1.2j * np.pi) / 200.0
+    assert branch.events["value"][0] == pytest.approx(contact, rel=1e-9)
+    cycles = branch.data["cycles"].values
+    assert set(cycles[branch.data["branch"].values == 1]) == {2}
+    doublings = branch.events[branch.events["kind"] == "period doubling"]["value"].tolist()
+    first = branch.data.isel(point=branch.data["branch"].values == 1)["value"].values[0]
+    assert min(abs(first - value) for value in doublings) < 0.05
+    doubled = branch.orbit(int(np.flatnonzero(branch.data["branch"].values == 1)[0]))
+    assert doubled.cycles == 2
+    run = doubled.run.data["deflection"].values[:, 0]
+    assert np.abs(run[512] - run[0]) > 1e-4
+    assert run[-1] == pytest.approx(run[0], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [((0.3, 0.3), "two different values"), ((0.3,), "two values"), (("0.3 m", 1.0), "plain number")],
+)
+def test_a_range_without_sense_is_refused(values: Any, words: str) -> None:
+    with pytest.raises(gr.ModelError, match=words):
+        gr.continuation(oscillator(), "excitation.frequency", values)
+
+
+def test_a_path_that_leads_nowhere_is_refused() -> None:
+    with pytest.raises(gr.ModelError, match="no coupling is named gapp"):
+        gr.continuation(oscillator(), "coupling.gapp.clearance", (0.5, 1.0))
+    with pytest.raises(gr.ModelError, match="greater than zero"):
+        gr.continuation(oscillator(), "excitation.frequency", (0.3, 1.6), step_limit=0.0)
+
+
+def test_an_orbit_or_event_that_is_not_there_is_refused() -> None:
+    with pytest.raises(gr.ModelError, match="points"):
+        over_frequency().orbit(10_000)
+    with pytest.raises(gr.ModelError, match="4 events"):
+        over_frequency().gradients(4)

@@ -1,0 +1,87 @@
+"""Gradients of events: in closed form, and by locating the events of changed models."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from tests.orbits.test_branch import OSCILLATOR, over_amplitude, over_frequency
+
+PATHS = ("torque.0.mean", "coupling.gap.kinematic_error.0.amplitude", "coupling.gap.damping", "inertia.body.J")
+
+
+def amplitude(w: float) -> float:
+    return float(0.05 * w**2 / abs(1.0 - w**2 + 0.1j * w))
+
+
+@pytest.mark.parametrize("event", [0, 3])
+def test_a_grazing_moves_as_its_closed_form_does(event: int) -> None:
+    """Contact is lost where the amplitude of x = 1 + mean + amplitude cos is the mean: dW / d mean = 1 / amplitude'."""
+    branch = over_frequency()
+    w, h = float(branch.events["value"][event]), 1e-6
+    want = 2.0 * h / (amplitude(w + h) - amplitude(w - h))
+    table = branch.gradients(event, ["torque.0.mean", "coupling.gap.clearance"]).set_index("path")
+    assert table.loc["torque.0.mean", "gradient"] == pytest.approx(want, rel=1e-5)
+    assert abs(table.loc["coupling.gap.clearance", "gradient"]) < 1e-6  # the motion moves with its corner
+
+
+@pytest.mark.parametrize("event", [1, 2])
+def test_a_fold_moves_as_those_of_changed_models_do(event: int) -> None:
+    branch = over_frequency()
+    table = branch.gradients(event, PATHS).set_index("path")
+    for path in PATHS:
+        value = float(table.loc[path, "value"])
+        h = 1e-4 * value
+        moved = [
+            gr.continuation(branch.model.with_({path: value + side}), branch.path, branch.range).events["value"][event]
+            for side in (-h, h)
+        ]
+        assert table.loc[path, "gradient"] == pytest.approx((moved[1] - moved[0]) / (2.0 * h), rel=1e-5)
+
+
+def test_a_period_doubling_scales_with_the_torques() -> None:
+    """At a fixed phase the motion over the backlash's stiffness is linear in both torques together."""
+    branch = over_amplitude()
+    row = branch.events.index[branch.events["kind"] == "period doubling"][0]
+    table = branch.gradients(int(row), ["torque.0.mean", "coupling.flanks.clearance"]).set_index("path")
+    value = float(branch.events["value"][row])
+    assert table.loc["torque.0.mean", "per_10_percent"] == pytest.approx(0.1 * value, rel=1e-6)
+    assert abs(table.loc["coupling.flanks.clearance", "per_10_percent"]) < 1e-6 * value
+
+
+def test_what_moves_it_most_comes_first_and_the_value_itself_is_left_out() -> None:
+    table = over_frequency().gradients(1)
+    moves = np.abs(table["per_10_percent"].to_numpy())
+    assert np.all(np.diff(moves) <= 0.0)
+    assert not table["path"].str.startswith("excitation").any()
+    assert not table["path"].str.startswith("simulation").any()
+    assert set(PATHS) <= set(table["path"])
+
+
+def test_scatter_adds_variances() -> None:
+    branch = over_frequency()
+    deviations = {"torque.0.mean": 0.01, "coupling.gap.damping": 0.02}
+    table = branch.gradients(1, list(deviations)).set_index("path")
+    want = np.hypot(*(table.loc[path, "gradient"] * deviation for path, deviation in deviations.items()))
+    assert branch.scatter(1, deviations) == pytest.approx(float(want), rel=1e-12)
+
+
+def test_a_change_of_the_pattern_has_no_gradient() -> None:
+    """Two bodies in gaps of their own, pushed alike but for their mass: their crossings exchange order."""
+    gap = {**OSCILLATOR["coupling"][0]}
+    tables = {
+        **OSCILLATOR,
+        "inertia": [{"name": "a", "J": 1.0}, {"name": "b", "J": 1.2}],
+        "coupling": [
+            {**gap, "name": "one", "between": ["a", "ground"]},
+            {**gap, "name": "two", "between": ["b", "ground"]},
+        ],
+        "torque": [{"on": "a", "mean": 0.1}, {"on": "b", "mean": 0.1}],
+        "excitation": {"frequency": 1.3},
+    }
+    branch = gr.continuation(gr.Model.from_tables(tables), "inertia.b.J", (1.2, 0.8))
+    rows = branch.events.index[branch.events["kind"] == "pattern"]
+    assert len(rows) > 0
+    with pytest.raises(gr.ModelError, match="gradients are known of"):
+        branch.gradients(int(rows[0]))
