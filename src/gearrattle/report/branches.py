@@ -67,9 +67,9 @@ class BranchesPage(ModelPresentation[Branch]):
         stable = [self._span(*sorted((r.begin, r.end))) for r in self._ranges if r.stable]
         unstable = sum(not r.stable for r in self._ranges)
         if not stable:
-            return "no motion on them is stable"
+            return "no motion is stable"
         if not unstable:
-            return "all motions on them are stable"
+            return "all motions are stable"
         return f"stable motions {_some(stable)}, {counted(unstable, 'range')} of unstable ones"
 
     def _span(self, low: float, high: float) -> str:
