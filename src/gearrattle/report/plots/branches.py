@@ -25,7 +25,7 @@ from gearrattle.report.plots.numerals import prefixed
 from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.report.plots.unit_circle import outside_words, unit_circle
 from gearrattle.report.plots.view import scale
-from gearrattle.report.stable_ranges import nodes_of, slices_of, stability_of_steps
+from gearrattle.report.stable_ranges import CHANGES, nodes_of, slices_of, stability_of_steps
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
@@ -36,9 +36,10 @@ EVENTS = {
     NEIMARK_SACKER: Key(NEIMARK_SACKER, INK, "circle"),
     GRAZING: Key(GRAZING, INK, "cross"),
     PATTERN: Key(PATTERN, INK, "plus"),
+    "mean at corner": Key("mean at corner", INK, "inverted triangle"),
 }
 """How each kind of event is drawn."""
-_OTHER = Key("other event", INK, "inverted triangle")
+_OTHER = Key("other event", INK, "star")
 _STABLE, _UNSTABLE = Key("stable", INK, dash="solid"), Key("unstable", INK, dash="dashed")
 _MOST_PANELS, _MOST_NAMED = 6, 6
 _LOG_FROM = 10.0
@@ -249,7 +250,7 @@ def circle_chart(branch: Branch) -> Chart:
         )
     located = [(event.kind, event.point) for curve in branch.curves for event in curve.events]
     for kind in dict.fromkeys(kind for kind, _ in located):
-        if kind in (GRAZING, PATTERN):
+        if kind not in CHANGES:
             continue
         values = np.array([_crossing(point.multipliers, kind) for of, point in located if of == kind])
         key = EVENTS.get(kind, _OTHER)
@@ -258,7 +259,7 @@ def circle_chart(branch: Branch) -> Chart:
         "Floquet multipliers along the branches. They leave the unit circle at 1 in a fold or a symmetry breaking, at "
         f"-1 in a period doubling, as a pair in a Neimark-Sacker bifurcation.{outside_words(marks)}"
     )
-    legend = tuple(key for key in drawing.legend() if not key.dash and key.name not in (GRAZING, PATTERN))
+    legend = tuple(key for key in drawing.legend() if not key.dash and (not key.shape or key.name in CHANGES))
     return Chart(
         "circle", "Multipliers", caption, (unit_circle(marks, "multipliers"),), panel_height=360, legend=legend
     )
