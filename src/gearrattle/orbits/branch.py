@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
@@ -27,6 +28,7 @@ from gearrattle.orbits.family import family_of
 from gearrattle.orbits.find import periodic
 from gearrattle.orbits.further import branches_off, isolated_curves
 from gearrattle.orbits.gradients import gradients_of, scatter_of
+from gearrattle.orbits.means import mean_events
 from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
 from gearrattle.orbits.state import Start, check_repeats
 from gearrattle.result import Result
@@ -65,7 +67,7 @@ class Branch(Result):
     >>> model = gr.example("rattle_oscillator")
     >>> branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", (4.0, 7.0))
     >>> branch.data.sizes["point"] > 20, list(branch.data.data_vars)[:3]
-    (True, ['branch', 'value', 'stable'])
+    (True, ['branch', 'cycles', 'value'])
     """
 
     kind: ClassVar[str] = "branches"
@@ -96,7 +98,7 @@ class Branch(Result):
         multipliers = np.array([np.append(point.multipliers, np.ones(turning)) for point in points])
         order = np.argsort(-np.round(np.abs(multipliers), 12), axis=1, kind="stable")
         multipliers = np.take_along_axis(multipliers, order, axis=1)
-        low, high, mean = np.stack([levels_of(self.orbit(i)) for i in range(len(points))], axis=1)
+        low, high, mean = np.stack([one for levels in self._levels for one in levels], axis=1)
         unit = {"units": "1" if self.model.units != "SI" else "rad, or m for a mesh"}
         clearances = ("point", "clearance")
         variables = {
@@ -130,9 +132,9 @@ class Branch(Result):
 
         rows, first = [], 0
         names = watched_names(self.model)
-        for number, curve in enumerate(self.curves):
+        for number, (curve, events) in enumerate(zip(self.curves, self.events_of_curves, strict=True)):
             lengths = [point.length for point in curve.points]
-            for event in curve.events:
+            for event in events:
                 before = max(0, int(np.searchsorted(lengths, event.point.length, side="right")) - 1)
                 name = names[event.watch] if event.watch >= 0 else ""
                 rows.append((number, event.kind, event.point.parameter, first + before, name, event.is_collision))
@@ -170,10 +172,9 @@ class Branch(Result):
         """
         if not 0 <= event < len(self.events):
             raise ModelError(Problem("event", shown(event), f"there are {counted(len(self.events), 'event')}"))
-        chosen, cycles = [(e, c.cycles) for c in self.curves for e in c.events][event]
-        value = chosen.point.parameter
-        family = family_of(self.model, self.path, value, cycles, abs(self.range[1] - self.range[0]))
-        curve = Continuation(family, units=(chosen.point.scale, chosen.point.size))
+        located = zip(self.curves, self.events_of_curves, strict=True)
+        chosen, own = [(one, curve) for curve, events in located for one in events][event]
+        curve = self._follower(own)
         return gradients_of(self.model, self.path, curve, chosen, paths)
 
     def scatter(self, event: int, tolerances: Mapping[str, float | str]) -> float:
@@ -224,21 +225,39 @@ class Branch(Result):
     @cached_property
     def event_levels(self) -> Array:
         """(E, 3, K) lowest, highest and mean deflection of every clearance at every event, as ``events`` has them."""
-        motions = [self.orbit_at(event.point, curve.cycles) for curve in self.curves for event in curve.events]
         clearances = len(assemble(self.model).layout.clearance_names)
-        return np.array([levels_of(motion) for motion in motions]).reshape(len(motions), 3, clearances)
+        levels = [
+            self._follower(curve).family.map_at(event.point.parameter).levels(event.point.motion)
+            for curve, events in zip(self.curves, self.events_of_curves, strict=True)
+            for event in events
+        ]
+        return np.array(levels).reshape(len(levels), 3, clearances)
 
+    @cached_property
+    def _levels(self) -> tuple[tuple[Array, ...], ...]:
+        """(3, K) lowest, highest and mean deflection of every clearance at every point of every branch."""
+        followers = [(curve, self._follower(curve).family) for curve in self.curves]
+        return tuple(
+            tuple(family.map_at(point.parameter).levels(point.motion) for point in curve.points)
+            for curve, family in followers
+        )
 
-def levels_of(orbit: Orbit) -> Array:
-    """Return (3, K) lowest, highest and mean deflection of every clearance in a motion."""
-    run = orbit.run
-    names = run.trajectory.layout.clearance_names
-    assert run.trajectory.exact is not None
-    levels = run.trajectory.exact.statistics(run.trajectory, [("deflection", name) for name in names])
-    if levels is None:  # of very many samples: these must do
-        deflection = run.trajectory.deflection
-        return np.array([deflection.min(axis=0), deflection.max(axis=0), deflection.mean(axis=0)])
-    return np.array([levels.low, levels.high, levels.mean])
+    @cached_property
+    def events_of_curves(self) -> tuple[tuple[Event, ...], ...]:
+        """The events of every branch in order, those of the means included."""
+        corners = assemble(self.model).layout.corners
+        merged = []
+        for curve, levels in zip(self.curves, self._levels, strict=True):
+            means = mean_events(self._follower(curve), curve, levels, corners)
+            merged.append(tuple(sorted([*curve.events, *means], key=lambda event: event.point.length)))
+        return tuple(merged)
+
+    def _follower(self, curve: Curve) -> Continuation:
+        """What follows a branch, in the units of its points."""
+        first = curve.points[0]
+        span = abs(self.range[1] - self.range[0])
+        family = family_of(self.model, self.path, first.parameter, curve.cycles, span)
+        return Continuation(family, units=(first.scale, first.size))
 
 
 def watched_names(model: Model) -> tuple[str, ...]:
@@ -295,7 +314,7 @@ def continuation(
     --------
     >>> branch = gr.continuation(gr.example("rattle_oscillator"), "torque.0.harmonics.0.amplitude", (4.0, 7.0))
     >>> branch.events["kind"].tolist()
-    []
+    ['grazing', 'fold']
     """
     check_model(model)
     if problems := argument_problems({"cycles": (CYCLES, cycles)}):

@@ -26,6 +26,7 @@ from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.model.quantity import Count
 from gearrattle.orbits.family import family_of_excitation
+from gearrattle.orbits.freedom import Interval, intervals_of
 from gearrattle.orbits.state import initial_of, plan_of, state_of
 from gearrattle.quantities.criteria import criteria
 from gearrattle.result import Result
@@ -113,6 +114,15 @@ class Orbit(Result):
         return is_stable(shooting.multipliers_of(self.motion.gradient), self.free)
 
     @cached_property
+    def family(self) -> tuple[Interval, ...]:
+        """What is free where the motion is one of a family, and between which values; empty for an isolated motion.
+
+        A slider that never slips, a body that floats in its gap and a train without drag each give an interval: there
+        the neighbours of this motion repeat as well, with the same impacts.
+        """
+        return intervals_of(self.model, self.period_map, self.motion)
+
+    @cached_property
     def run(self) -> Run:
         """The motion over its period, no longer: what is unstable would leave it."""
         plan = plan_of(self.model, self.period_map, self.motion.start, SAMPLES_PER_CYCLE)
@@ -181,9 +191,8 @@ def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbi
     still = _without_drift(period_map, orbit)
     notes: tuple[str, ...] = ()
     if still.free.shape[1]:
-        notes = (
-            "The motion is one of a family: a part of the driveline may stand elsewhere, or turn at another speed.",
-        )
+        words = "a part of the driveline may stand elsewhere, or turn at another speed"
+        notes = (f"The motion is one of a family: {words}; orbit.family says what, and how far.",)
     return Orbit(model, period_map.cycles, still.motion, still.residual, still.free.shape[1], notes)
 
 

@@ -1,0 +1,99 @@
+"""Families of periodic motions at one and the same model: what is free, and how far.
+
+Where I - M is singular, motions that differ in a direction d repeat as well: y + s d. As long as the regions and their
+order stay the same the map is linear in s, so the family is an interval of s. Its ends are found by halving.
+
+Takes a periodic motion; gives Intervals.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble, free_names
+from gearrattle.engine.periodic import shooting
+from gearrattle.engine.periodic.continuation import pattern_of
+from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.errors import ConvergenceError
+from gearrattle.model import Model
+
+Array = NDArray[np.float64]
+
+_FARTHEST = 1e3  # times the largest corner, or the size of the state: beyond, a family has no end
+_REPEATS = 1e-9  # of the size of the state
+_HALVINGS = 50
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A state that is free at the start of the period, and between which values.
+
+    Attributes
+    ----------
+    name
+        "deflection.ELEMENT", "velocity.INERTIA" or "slider.NAME": the state that moves most along the family.
+    low, high
+        its ends [rad, m or rad/s]; infinite where there is none.
+    value
+        of the motion at hand.
+    """
+
+    name: str
+    low: float
+    high: float
+    value: float
+
+
+def state_names(model: Model) -> tuple[str, ...]:
+    """Return the names of the states of a driveline: deflections, velocities, stretches of sliders."""
+    driveline = assemble(model)
+    layout = driveline.layout
+    names = [f"deflection.{layout.element_names[k]}" for k in relative_coordinates(driveline.system).elements]
+    names += [f"velocity.{name}" for name in free_names(model)]
+    return (*names, *(f"slider.{layout.auxiliary_names[c]}" for c in driveline.system.memories))
+
+
+def intervals_of(model: Model, period_map: PeriodMap, motion: Pass) -> tuple[Interval, ...]:
+    """Return what is free in a periodic motion, one interval for every free direction."""
+    free, names, scale = shooting.newton_step(period_map, motion)[1], state_names(model), period_map.scale
+    intervals = []
+    for direction in free.T:
+        largest = int(np.argmax(np.abs(direction * scale)))
+        unit = direction / np.linalg.norm(direction * scale)
+        value, pace = float(motion.start.y[largest]), float(unit[largest])
+        ends = [value + side * pace * _reach(period_map, motion, side * unit) for side in (-1.0, 1.0)]
+        intervals.append(Interval(names[largest], min(ends), max(ends), value))
+    return tuple(intervals)
+
+
+def _reach(period_map: PeriodMap, motion: Pass, direction: Array) -> float:
+    """How far the family goes in a direction, in units of it; infinite if it does not end."""
+    size = max(period_map.size, float(np.linalg.norm(motion.start.y * period_map.scale)))
+    near, far = 0.0, _FARTHEST * size
+    if _repeats(period_map, motion, far * direction, size):
+        return np.inf
+    step = 1e-6 * size
+    while step < far and _repeats(period_map, motion, step * direction, size):
+        near, step = step, 2.0 * step
+    far = min(far, step)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (near + far)
+        if _repeats(period_map, motion, middle * direction, size):
+            near = middle
+        else:
+            far = middle
+    return near
+
+
+def _repeats(period_map: PeriodMap, motion: Pass, change: Array, size: float) -> bool:
+    """Whether a motion changed at its start repeats, with the same crossings in the same order."""
+    try:
+        other = period_map(State(motion.start.y + change, motion.end.auxiliary_pieces))
+    except ConvergenceError:
+        return False
+    gap = float(np.linalg.norm(other.gap * period_map.scale))
+    return gap < _REPEATS * size and pattern_of(other) == pattern_of(motion)
