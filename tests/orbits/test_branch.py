@@ -57,13 +57,20 @@ def test_it_begins_and_ends_at_the_ends_of_the_range() -> None:
 
 def test_events_come_in_the_order_of_the_branch_and_point_to_the_point_before() -> None:
     branch = over_frequency()
-    assert branch.events["kind"].tolist() == ["grazing", "fold", "fold", "grazing"]
-    assert branch.events["clearance"].tolist() == ["gap", "", "", "gap"]
+    mean = "mean at corner"
+    assert branch.events["kind"].tolist() == ["grazing", "fold", mean, "fold", mean, "grazing"]
+    assert branch.events["clearance"].tolist() == ["gap", "", "gap", "", "gap", "gap"]
     value = branch.data["value"].values
     for event in branch.events.itertuples():
         if event.kind == "grazing":
             ends = sorted((value[event.point], value[event.point + 1]))
             assert ends[0] <= event.value <= ends[1]
+
+
+def test_a_mean_at_a_corner_is_there_to_the_last_digits() -> None:
+    branch = over_frequency()
+    chosen = branch.events["kind"] == "mean at corner"
+    np.testing.assert_allclose(branch.event_levels[chosen, 2, 0], 1.0, rtol=0, atol=1e-10)
 
 
 def test_the_motions_of_the_branch_are_those_of_a_simulation_where_they_are_stable() -> None:
@@ -136,5 +143,5 @@ def test_a_path_that_leads_nowhere_is_refused() -> None:
 def test_an_orbit_or_event_that_is_not_there_is_refused() -> None:
     with pytest.raises(gr.ModelError, match="points"):
         over_frequency().orbit(10_000)
-    with pytest.raises(gr.ModelError, match="4 events"):
-        over_frequency().gradients(4)
+    with pytest.raises(gr.ModelError, match="6 events"):
+        over_frequency().gradients(6)

@@ -15,7 +15,7 @@ def amplitude(w: float) -> float:
     return float(0.05 * w**2 / abs(1.0 - w**2 + 0.1j * w))
 
 
-@pytest.mark.parametrize("event", [0, 3])
+@pytest.mark.parametrize("event", [0, 5])
 def test_a_grazing_moves_as_its_closed_form_does(event: int) -> None:
     """Contact is lost where the amplitude of x = 1 + mean + amplitude cos is the mean: dW / d mean = 1 / amplitude'."""
     branch = over_frequency()
@@ -26,7 +26,7 @@ def test_a_grazing_moves_as_its_closed_form_does(event: int) -> None:
     assert abs(table.loc["coupling.gap.clearance", "gradient"]) < 1e-6  # the motion moves with its corner
 
 
-@pytest.mark.parametrize("event", [1, 2])
+@pytest.mark.parametrize("event", [1, 3])
 def test_a_fold_moves_as_those_of_changed_models_do(event: int) -> None:
     branch = over_frequency()
     table = branch.gradients(event, PATHS).set_index("path")

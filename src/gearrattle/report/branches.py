@@ -195,7 +195,11 @@ class BranchesPage(ModelPresentation[Branch]):
         branch, shown = self.result, measure(self.result)
         first = slices_of(branch)[0]
         chosen = [(float(branch.points[i].parameter), "end", branch.orbit(i)) for i in (first.start, first.stop - 1)]
-        of_curves = ((event, curve.cycles) for curve in branch.curves for event in curve.events)
+        of_curves = [
+            (event, curve.cycles)
+            for curve, events in zip(branch.curves, branch.events_of_curves, strict=True)
+            for event in events
+        ]
         changing = [(event, cycles) for event, cycles in of_curves if event.kind in CHANGES]
         for event, cycles in changing[: _MOST_ORBITS - len(chosen)]:
             chosen.append((event.point.parameter, event.kind, branch.orbit_at(event.point, cycles)))

@@ -14,10 +14,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels.variants import Coefficients
+from gearrattle.engine.kernels.variants import Coefficients, picked
 from gearrattle.engine.periodic.compiled import PeriodBatch
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.engine.system.laid_out import system_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
@@ -123,7 +124,10 @@ class CompiledFamily(Family):
 
     def map_at(self, parameter: float) -> PeriodMap:
         """Return the map of one driveline."""
-        return self._general.map_at(parameter)
+        numbers, is_alike = self._coefficients_of(np.array([parameter]))
+        if not is_alike.all():
+            return self._general.map_at(parameter)
+        return PeriodMap(system_of(self._system, picked(numbers, 0)), self.cycles)
 
     def follow(self, state: State, parameter: float) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""

@@ -20,7 +20,10 @@ from numpy.typing import NDArray
 from gearrattle.engine.solvers.base import Task
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.solvers.handover import passages_of
-from gearrattle.engine.solvers.slots import slots_of
+from gearrattle.engine.solvers.slots import Slots, slots_of
+from gearrattle.engine.solvers.start import starting_pieces
+from gearrattle.engine.system.flow import flow_of
+from gearrattle.engine.system.levels import deflection_levels
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.variation import variation
@@ -105,8 +108,8 @@ class PeriodMap:
         if system.signals is not None or np.any(np.abs(wave - np.round(wave)) > _PERIODIC):
             raise ValueError("inputs that do not repeat")
         self.system, self.cycles = system, cycles
-        self._slots = slots_of(system)
-        self.flow = self._slots.flow
+        self.flow = flow_of(system)
+        self._slots: Slots | None = None
         scaling = self.flow.scaling
         self.scale: Array = np.concatenate([scaling.deflection, scaling.velocity, self.flow.memory])
         self._parts = np.cumsum([scaling.deflection.size, scaling.velocity.size])
@@ -155,6 +158,14 @@ class PeriodMap:
         turned = march.samples.states[-1, n : n + references] - march.samples.states[0, n : n + references]
         return Pass(state, self._end_of(march), gradient, turned, crossings, self.system.inputs.period, self.cycles)
 
+    def levels(self, motion: Pass) -> Array:
+        """Return (3, K) lowest, highest and mean deflection of every clearance along a motion [SI]."""
+        task = self.task(motion.start, 1)
+        y = motion.start.y * self.scale
+        z = np.concatenate([y, self.flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
+        pieces, _ = starting_pieces(self.flow, z, task.angle, task.auxiliary_pieces)
+        return deflection_levels(self.flow, pieces, y, motion.crossings, self.length)
+
     def later(self, state: State, passes: int = 1) -> State:
         """Return the state that a state becomes after some passes, without the gradient. Errors as of a call."""
         return self._end_of(self.marched(state, passes))
@@ -169,7 +180,8 @@ class PeriodMap:
 
     def marched(self, state: State, passes: int = 1, samples_per_cycle: int = 1) -> ExactMarch:
         """Return the march from a state over some passes, done. Errors as of a call."""
-        march = ExactMarch(self.task(state, passes * self.cycles, samples_per_cycle), self._slots)
+        slots = slots_of(self.system) if self._slots is None else self._slots
+        march = ExactMarch(self.task(state, passes * self.cycles, samples_per_cycle), slots)
         while (outcome := march.advance()) is not Outcome.DONE:
             if outcome is not Outcome.SLICE_SPENT:
                 now = march.position().time

@@ -6,6 +6,7 @@ Takes a ``PiecewiseSystem``; gives ``kernels.laws.Laws``, ``kernels.variants.Coe
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,25 @@ def coefficients_of(system: PiecewiseSystem) -> Coefficients:
         period=np.array([inputs.period], dtype=float),
         laws=laws_of(system.laws),
     )
+
+
+def system_of(pattern: PiecewiseSystem, numbers: Coefficients) -> PiecewiseSystem:
+    """Return the system that has the structure of a pattern and other numbers: the inverse of ``coefficients_of``."""
+    laws = []
+    for law, first, last in zip(pattern.laws, numbers.laws.first[:-1], numbers.laws.first[1:], strict=True):
+        own = slice(int(first), int(last))
+        arrays = (numbers.laws.stiffness[own], numbers.laws.damping[own], numbers.laws.offset[own])
+        laws.append(PiecewiseLaw(numbers.laws.lower[own][1:], *arrays, law.first_label))
+    inputs = replace(
+        pattern.inputs,
+        period=float(numbers.period[0]),
+        mean=numbers.mean,
+        torque_sine=numbers.torque_sine,
+        torque_cosine=numbers.torque_cosine,
+        error_sine=numbers.error_sine,
+        error_cosine=numbers.error_cosine,
+    )
+    return replace(pattern, inertia=numbers.inertia, drag=numbers.drag, laws=tuple(laws), inputs=inputs)
 
 
 def laws_of(laws: Sequence[PiecewiseLaw | Auxiliary]) -> Laws:

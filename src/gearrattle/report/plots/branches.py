@@ -200,7 +200,7 @@ def modulus_chart(branch: Branch) -> Chart:
     """Draw the largest modulus of a multiplier over the parameter."""
     drawing = _Drawing(branch)
     at_points = np.array([largest(point.multipliers, point.free) for point in branch.points])
-    located = [event.point for curve in branch.curves for event in curve.events]
+    located = [event.point for events in branch.events_of_curves for event in events]
     at_events = np.array([largest(point.multipliers, point.free) for point in located])
     sizes = np.concatenate([at_points, at_events])
     lines = [*drawing.lines(at_points, at_events), *drawing.marks(at_events)]
@@ -248,7 +248,7 @@ def circle_chart(branch: Branch) -> Chart:
                 3.4,
             )
         )
-    located = [(event.kind, event.point) for curve in branch.curves for event in curve.events]
+    located = [(event.kind, event.point) for events in branch.events_of_curves for event in events]
     for kind in dict.fromkeys(kind for kind, _ in located):
         if kind not in CHANGES:
             continue
