@@ -179,3 +179,11 @@ def test_files_of_branches_hold_multipliers_and_events(branch: Branch, tmp_path:
     numbers = table["multiplier.1.real"] + 1j * table["multiplier.1.imaginary"]
     assert numbers.to_numpy() == pytest.approx(branch.data["multiplier"].values[:, 0], rel=1e-12)
     assert table["highest.flanks [1]"].to_numpy() == pytest.approx(branch.data["highest"].values[:, 0], rel=1e-12)
+
+
+def test_what_one_clearance_touches_is_not_marked_at_another() -> None:
+    case = gr.continuation(gr.example("case1"), "excitation.speed", ("1430 rpm", "1427 rpm"), step_limit=0.2)
+    assert case.events["clearance"].tolist() == ["gear"]
+    clutch, gear = ([line.name for line in panel.lines] for panel in chart(case, "extremes").panels)
+    assert "grazing" not in clutch
+    assert "grazing" in gear

@@ -92,12 +92,15 @@ class _Drawing:
                     lines.append(Line(*part, f"{self.name(number)}, {word}", self.colour(number), width=1.7, dash=dash))
         return lines
 
-    def marks(self, at_events: Array) -> list[Line]:
-        """Draw the events, every kind in its shape."""
-        kinds = self.branch.events["kind"].to_numpy()
+    def marks(self, at_events: Array, clearance: str = "") -> list[Line]:
+        """Draw the events, every kind in its shape; of a clearance without those of other ones."""
+        kinds, names = self.branch.events["kind"].to_numpy(), self.branch.events["clearance"].to_numpy()
+        others = (names != "") & (names != clearance) if clearance else np.zeros(len(names), dtype=np.bool_)
         lines = []
         for kind in dict.fromkeys(kinds.tolist()):
-            here, key = kinds == kind, EVENTS.get(kind, _OTHER)
+            here, key = (kinds == kind) & ~others, EVENTS.get(kind, _OTHER)
+            if not here.any():
+                continue
             lines.append(Line(self.values[1][here], at_events[here], kind, key.colour, "points", 8.0, shape=key.shape))
         return lines
 
@@ -150,7 +153,7 @@ def branch_charts(branch: Branch) -> list[Chart]:
         drawn: list[Line] = []
         for values, at_events in ((low, levels[:, 0, k]), (high, levels[:, 1, k])):
             drawn += drawing.lines(values * in_unit.factor, at_events * in_unit.factor)
-        drawn += drawing.marks(_touched(branch, levels, k, corners[k]) * in_unit.factor)
+        drawn += drawing.marks(_touched(branch, levels, k, corners[k]) * in_unit.factor, layout.clearance_names[k])
         reach = (float(low.min()), float(high.max()))
         near = [c for c in corners[k].tolist() if reach[0] - np.ptp(reach) <= c <= reach[1] + np.ptp(reach)]
         rules = [Rule(c * in_unit.factor) for c in near]
@@ -160,7 +163,7 @@ def branch_charts(branch: Branch) -> list[Chart]:
         values, at_events = data["peak_to_peak"].values[:, k], levels[:, 1, k] - levels[:, 0, k]
         in_unit = scale(values, units_of(branch.model, layout, k)["deflection"])
         drawn = drawing.lines(values * in_unit.factor, at_events * in_unit.factor)
-        drawn += drawing.marks(at_events * in_unit.factor)
+        drawn += drawing.marks(at_events * in_unit.factor, layout.clearance_names[k])
         return drawing.frame(layout.clearance_names[k], in_unit.unit, drawn)
 
     words = f"of every clearance over {measure(branch).words}"
