@@ -23,11 +23,12 @@ from gearrattle.model.path_labels import path_label
 from gearrattle.model.path_values import in_si
 from gearrattle.model.quantity import argument_problems
 from gearrattle.model.table import shown
+from gearrattle.orbits.boundary import boundary_of
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.family import family_of
 from gearrattle.orbits.find import periodic
 from gearrattle.orbits.further import branches_off, isolated_curves
-from gearrattle.orbits.gradients import gradients_of, scatter_of
+from gearrattle.orbits.gradients import check_kind, gradients_of, scatter_of
 from gearrattle.orbits.means import mean_events
 from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
 from gearrattle.orbits.state import Start, check_repeats
@@ -165,17 +166,59 @@ class Branch(Result):
         Examples
         --------
         >>> model = gr.example("rattle_oscillator")
-        >>> branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", (5.9, 6.1))
+        >>> branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", (5.9, 6.1), start="linear")
         >>> table = branch.gradients(0, ["torque.0.mean"])  # contact is lost in proportion to the mean torque
         >>> round(float(table["per_10_percent"][0]) / float(branch.events["value"][0]), 6)
         0.1
         """
+        chosen, curve = self._located(event)
+        check_kind(chosen)
+        return gradients_of(self.model, self.path, curve, chosen, paths)
+
+    def boundary(self, event: int, second: str, range: tuple[float | str, float | str]) -> xr.Dataset:
+        """Follow an event over a second value of the model: a curve that parts where motions exist from where not.
+
+        Parameters
+        ----------
+        event
+            its row in ``events``; a fold, period doubling, Neimark-Sacker or grazing.
+        second
+            path of the other value.
+        range
+            its ends, numbers in SI or strings with a unit; the model's own value lies between them.
+
+        Returns
+        -------
+        xr.Dataset
+            Over "point", the second value ascending: second, value of the event, error of its state [SI]. ``notes``
+            in the attributes say where it ends inside the range: there a fold has met another one in a cusp, or the
+            motion that grazes is gone.
+
+        Raises
+        ------
+        ModelError
+            no such event, one of another kind, a path that leads nowhere, a range without sense.
+
+        Examples
+        --------
+        >>> model = gr.example("rattle_oscillator")
+        >>> branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", (5.9, 6.1), start="linear")
+        >>> curve = branch.boundary(0, "torque.0.mean", (7.0, 8.0))  # contact is lost in proportion to the mean torque
+        >>> bool(np.ptp(curve["value"] / curve["second"]) < 1e-9)
+        True
+        """
+        chosen, curve = self._located(event)
+        low, high = sorted(ends_of(self.model, second, range))
+        check_kind(chosen)
+        return boundary_of(self.model, self.path, curve, chosen, second=second, ends=(low, high))
+
+    def _located(self, event: int) -> tuple[Event, Continuation]:
+        """An event by its row, and what follows its branch."""
         if not 0 <= event < len(self.events):
             raise ModelError(Problem("event", shown(event), f"there are {counted(len(self.events), 'event')}"))
         located = zip(self.curves, self.events_of_curves, strict=True)
         chosen, own = [(one, curve) for curve, events in located for one in events][event]
-        curve = self._follower(own)
-        return gradients_of(self.model, self.path, curve, chosen, paths)
+        return chosen, self._follower(own)
 
     def scatter(self, event: int, tolerances: Mapping[str, float | str]) -> float:
         """Return the standard deviation of an event under tolerances: independent numbers, to first order [SI].

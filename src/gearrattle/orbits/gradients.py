@@ -39,6 +39,19 @@ def numbers_of(model: Model, path: str) -> Iterator[str]:
             yield other
 
 
+def check_kind(event: Event) -> None:
+    """Refuse an event without a test function that is smooth along the branch.
+
+    Raises
+    ------
+    ModelError
+        naming the kinds that have one.
+    """
+    if event.kind not in KINDS or event.is_collision:
+        rule = f"this is known of {', '.join(KINDS)}, where the gradient of the map does not jump"
+        raise ModelError(Problem("event", event.kind, rule))
+
+
 def gradients_of(
     model: Model, path: str, curve: Continuation, event: Event, paths: Sequence[str] | None
 ) -> pd.DataFrame:
@@ -65,9 +78,6 @@ def gradients_of(
     import pandas as pd
 
     family = curve.family
-    if event.kind not in KINDS or event.is_collision:
-        rule = f"gradients are known of {', '.join(KINDS)}, where the gradient of the map does not jump"
-        raise ModelError(Problem("event", event.kind, rule))
     rows = []
     for other in numbers_of(model, path) if paths is None else paths:
         value = float(in_si(other, value_at(model.to_tables(), other), model))

@@ -70,9 +70,9 @@ def _gradient_at(
 ) -> float:
     """The derivative of the parameter at which the test function has the value that it has at a point."""
     behind, ahead = (curve.moved_along(point, side * _ALONG) for side in (-1.0, 1.0))
-    slope = (_test(event, curve.family, ahead) - _test(event, curve.family, behind)) / (2.0 * _ALONG)
+    slope = (test_of(event, curve.family, ahead) - test_of(event, curve.family, behind)) / (2.0 * _ALONG)
     shifted = [curve.of(family).in_plane(point) for family in families]
-    tests = [_test(event, family, other) for family, other in zip(families, shifted, strict=True)]
+    tests = [test_of(event, family, other) for family, other in zip(families, shifted, strict=True)]
     test_slope = (tests[1] - tests[0]) / (2.0 * change)
     shift = (shifted[1].parameter - shifted[0].parameter) / (2.0 * change)
     return float(shift - point.tangent[-1] * curve.family.unit * test_slope / slope)
@@ -81,13 +81,13 @@ def _gradient_at(
 def _apart(event: Event, curve: Continuation) -> float:
     """A step along the branch to where nothing is touched."""
     for step in (_APART, -_APART):
-        if _test(event, curve.family, curve.moved_along(event.point, step)) < 0.0:
+        if test_of(event, curve.family, curve.moved_along(event.point, step)) < 0.0:
             return step
     raise ConvergenceError("the motions on both sides of the grazing touch")
 
 
-def _test(event: Event, family: Family, point: Point) -> float:
-    """The test function of an event, at a point nearby."""
+def test_of(event: Event, family: Family, point: Point) -> float:
+    """Return the test function of an event, at a point nearby."""
     if event.kind == GRAZING:
         assert event.touch is not None
         return depth(family.map_at(point.parameter), point.motion.start, event.touch)

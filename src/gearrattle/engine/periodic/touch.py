@@ -21,7 +21,7 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-_SAMPLES = 512  # a period
+_SAMPLES = 64  # a period
 _NEAR = 1.0 / 64.0  # periods that the extremum may have moved
 _ITERATIONS = 30
 _SETTLED = 1e-15  # periods

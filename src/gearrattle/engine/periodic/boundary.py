@@ -1,0 +1,67 @@
+"""Events of a branch located again in a driveline that has changed a little.
+
+An event is a point w of the branch at which a test function tau vanishes. In the changed driveline Newton's method
+gives a motion in the plane at right angles to the branch; from there the secant method goes along the new branch to
+where tau vanishes.
+
+Takes an event and what follows the changed driveline; gives the event there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.periodic.continuation import Continuation, Point, turned_around
+from gearrattle.engine.periodic.drift import test_of
+from gearrattle.engine.periodic.events import Event
+from gearrattle.errors import ConvergenceError
+
+Array = NDArray[np.float64]
+
+_SECANTS = 25
+_LOCATED = 1e-11  # arclength
+_FIRST = 1e-4  # arclength of the first step along the branch
+
+
+def relocated(event: Event, curve: Continuation, change: Array, farthest: float) -> Event:
+    """Return an event where it is now.
+
+    Parameters
+    ----------
+    event
+        where it was, of one of ``drift.KINDS``.
+    curve
+        follows the changed driveline, in the units of the event's point.
+    change
+        (N + 1,) about how far it has moved, in these units.
+    farthest
+        that it may have moved along the branch from there.
+
+    Raises
+    ------
+    ConvergenceError
+        it is not near.
+    """
+    point = curve.in_plane(replace(event.point, w=event.point.w + change))
+    test, along = test_of(event, curve.family, point), 0.0
+    step = _FIRST
+    for _ in range(_SECANTS):
+        following = curve.moved_along(point, step)
+        value = test_of(event, curve.family, following)
+        along += step
+        if abs(along) > farthest or value == test:
+            break
+        next_step = -value * step / (value - test)
+        point, test = following, value
+        if abs(next_step) < _LOCATED:
+            return replace(event, point=_oriented(curve.moved_along(point, next_step), event.point))
+        step = float(np.clip(next_step, -farthest, farthest))
+    raise ConvergenceError("the event is not near")
+
+
+def _oriented(point: Point, like: Point) -> Point:
+    """A point whose branch is gone through the same way as that of another."""
+    return point if float(point.tangent @ like.tangent) >= 0.0 else turned_around(point)
