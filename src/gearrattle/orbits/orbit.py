@@ -22,17 +22,20 @@ from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.system.coordinates import relative_coordinates
-from gearrattle.errors import ConvergenceError
+from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model
-from gearrattle.model.quantity import Count
+from gearrattle.model.quantity import Count, argument_problems
 from gearrattle.orbits.family import family_of_excitation
 from gearrattle.orbits.freedom import Interval, intervals_of
 from gearrattle.orbits.state import initial_of, plan_of, state_of
+from gearrattle.orbits.tipping import tipping_table
 from gearrattle.quantities.criteria import criteria
 from gearrattle.result import Result
 from gearrattle.simulation.integrate import integrate
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from gearrattle.quantities import Verdict
     from gearrattle.results import Run
 
@@ -121,6 +124,38 @@ class Orbit(Result):
         the neighbours of this motion repeat as well, with the same impacts.
         """
         return intervals_of(self.model, self.period_map, self.motion)
+
+    def tipping(self, on: str, instants: int = 8) -> pd.DataFrame:
+        """Return the smallest pulses of torque that tip the motion over into another one.
+
+        Parameters
+        ----------
+        on
+            the inertia on which the pulses act.
+        instants
+            how many, evenly over the period of the motion.
+
+        Returns
+        -------
+        pandas.DataFrame
+            share of the period and time [s] at which the pulse acts, its impulse forward and backward [N m s]: the
+            smallest that tips the motion over, NaN where none does.
+
+        Raises
+        ------
+        ModelError
+            no such inertia, a motion that is not stable, or stiffness that alternates by the clock.
+
+        Examples
+        --------
+        >>> orbit = gr.periodic(gr.example("rattle_oscillator"), start="linear")
+        >>> pulses = orbit.tipping("gear", instants=1)
+        >>> bool(pulses["forward"][0] > 0.0 > pulses["backward"][0])
+        True
+        """
+        if problems := argument_problems({"instants": (Count(1, 512), instants)}):
+            raise ModelError(problems)
+        return tipping_table(self, on, instants)
 
     @cached_property
     def run(self) -> Run:

@@ -1,0 +1,65 @@
+"""The smallest pulse that tips a motion over: on both sides of it, and along the saddle between."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.engine.periodic.period_map import State
+from gearrattle.orbits import Orbit
+from tests.orbits.test_branch import oscillator
+
+AT = {"excitation.frequency": 0.75}
+"""Three motions repeat after one period here: a small one, a large one, and the saddle between."""
+
+
+@cache
+def quiet() -> Orbit:
+    return gr.periodic(oscillator().with_(AT), start="linear")
+
+
+def swing_after(speed: float) -> float:
+    """Peak-to-peak deflection long after the body has been given a speed at t = 0."""
+    orbit = quiet()
+    state = {"angle": orbit.state["angle"], "velocity": [orbit.state["velocity"][0] + speed]}
+    run = gr.simulate(orbit.model, cycles=120, discard=110, samples_per_cycle=64, initial=state, audit=False)
+    return float(np.ptp(run.data["deflection"].values[-65:]))
+
+
+@pytest.mark.parametrize("way", ["forward", "backward"])
+def test_a_smaller_pulse_dies_out_and_a_larger_one_does_not(way: str) -> None:
+    pulse = float(quiet().tipping("body", instants=1)[way][0])  # the inertia is one
+    own = float(np.ptp(quiet().run.data["deflection"].values))
+    assert swing_after(0.99 * pulse) == pytest.approx(own, rel=1e-3)
+    assert swing_after(1.01 * pulse) > 2.0 * own
+
+
+def test_on_the_border_the_motion_comes_near_the_saddle() -> None:
+    pulse = float(quiet().tipping("body", instants=1)["forward"][0])
+    saddle = next(orbit for orbit in gr.periodic(quiet().model, every=True) if not orbit.stable)
+    period_map = quiet().period_map
+    state = State(quiet().motion.start.y + np.array([0.0, pulse]))
+    nearest = np.inf
+    for _ in range(40):
+        state = period_map.later(state)
+        nearest = min(nearest, float(np.linalg.norm(state.y - saddle.motion.start.y)))
+    assert nearest < 1e-3
+
+
+def test_the_instant_is_that_of_the_motion() -> None:
+    """At half a period later the pulse acts on the motion shifted by as much: harmonics and state go together."""
+    pulses = quiet().tipping("body", instants=2)
+    half = quiet().model.with_({"coupling.gap.kinematic_error.0.phase": np.pi / 2 + np.pi})
+    shifted = gr.periodic(half, start="linear").tipping("body", instants=1)
+    assert pulses["forward"][1] == pytest.approx(shifted["forward"][0], rel=1e-5)
+
+
+def test_what_is_not_stable_or_not_there_is_refused() -> None:
+    with pytest.raises(gr.ModelError, match="no such inertia"):
+        quiet().tipping("bodi")
+    saddle = next(orbit for orbit in gr.periodic(quiet().model, every=True) if not orbit.stable)
+    with pytest.raises(gr.ModelError, match="is not stable"):
+        saddle.tipping("body")
