@@ -25,7 +25,7 @@ def continue_(
     path: str,
     over: Annotated[str, Parameter(name="--range")],
     cycles: Whole = 1,
-    start: Literal["static", "zero"] | None = None,
+    start: Literal["static", "zero", "linear"] | None = None,
     step_limit: str | None = None,
     isolated: Annotated[bool, Parameter(negative="")] = False,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
@@ -46,7 +46,7 @@ def continue_(
     cycles
         Periods T of all orders after which the motions repeat.
     start
-        Where the search for the first motion begins. Default: where a simulation has settled.
+        Where the search for the first motion begins, as of periodic. Default: where a simulation has settled.
     step_limit
         Largest change of the value between two points, e.g. "10 rpm".
     isolated

@@ -21,7 +21,7 @@ def periodic(
     /,
     *,
     cycles: Whole = 1,
-    start: Literal["static", "zero"] | None = None,
+    start: Literal["static", "zero", "linear"] | None = None,
     every: Annotated[bool, Parameter(negative="")] = False,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     json: Json = False,
@@ -37,7 +37,8 @@ def periodic(
     cycles
         Periods T of all orders after which the motion repeats.
     start
-        Where Newton's method begins. Default: where a simulation has settled.
+        Where Newton's method begins; linear: at the motion that grows out of the rest as all harmonics grow. Default:
+        where a simulation has settled.
     every
         Look for all motions that repeat after so many periods, unstable ones too, and list them.
     output
