@@ -12,7 +12,8 @@ from scipy.interpolate import CubicSpline
 import gearrattle as gr
 from gearrattle.assembly.signals import signals_of
 from gearrattle.engine.system.phase import Ramp
-from gearrattle.engine.system.specified import NotKept, checked, turns
+from gearrattle.engine.system.run_up import Tone
+from gearrattle.engine.system.specified import NotKept, Swept, checked, turns
 from tests.architecture.places import EXAMPLES
 
 TOML = """
@@ -99,6 +100,19 @@ def test_fractions_of_a_turn_in_double_doubles() -> None:
             angle = rising if t <= ramp.over else (begin + end) * over / 2 + end * (at - over)
             off = 187 * angle / (2 * mpmath.pi) - mpmath.mpf(turn)
             assert abs(off - mpmath.nint(off)) < 1e-16
+
+
+def test_two_derivatives_along_a_ramp() -> None:
+    """Of an amplitude that is a square of the speed, while that rises and later: against differences of the value."""
+    amplitudes = np.array([[0.3, 2e-3, -1e-5]])
+    swept_tone = Tone(1.5, 0.4, np.array([50.0, 200.0]), amplitudes)
+    specified = Swept(Ramp(60.0, 180.0, 1.0), (swept_tone,), smooth=True)
+    step = 1e-5
+    for time in (np.linspace(0.1, 0.9, 33), np.linspace(1.1, 1.9, 33)):
+        for derivative in (1, 2):
+            lower, upper = (specified.at(time + side * step, derivative=derivative - 1) for side in (-1.0, 1.0))
+            actual = specified.at(time, derivative=derivative)
+            assert np.abs(actual - (upper - lower) / (2.0 * step)).max() < 1e-5 * np.abs(actual).max()
 
 
 @pytest.mark.parametrize("name", ["run_up", "measured_flywheel"])

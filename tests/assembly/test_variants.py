@@ -81,7 +81,7 @@ def model() -> gr.Model:
     return gr.loads(STAGED, "staged.toml")
 
 
-def _check(base: gr.Model, values: Mapping[str, np.ndarray]) -> None:
+def check(base: gr.Model, values: Mapping[str, np.ndarray]) -> None:
     count = len(next(iter(values.values())))
     many, good = coefficients(base, values, count)
     assert good.all()
@@ -98,13 +98,13 @@ def _check(base: gr.Model, values: Mapping[str, np.ndarray]) -> None:
 @pytest.mark.parametrize("path", PATHS)
 def test_one_path_gives_the_same_bits(path: str) -> None:
     low, high = PATHS[path]
-    _check(model(), {path: np.random.default_rng(1).uniform(low, high, 7)})
+    check(model(), {path: np.random.default_rng(1).uniform(low, high, 7)})
 
 
 def test_all_paths_together_give_the_same_bits() -> None:
     rng = np.random.default_rng(2)
     chosen = {path: rng.uniform(*ends, 25) for path, ends in PATHS.items() if path != "excitation.frequency"}
-    _check(model(), chosen)
+    check(model(), chosen)
 
 
 def test_couplings_in_their_clearance_form_give_the_same_bits() -> None:
@@ -120,11 +120,11 @@ def test_couplings_in_their_clearance_form_give_the_same_bits() -> None:
             ("damping_ratio", 0.0, 1.3),
         )
     }
-    _check(base, paths)
+    check(base, paths)
 
 
 def test_tables_over_speed_are_read_at_their_points_and_between() -> None:
-    _check(model(), {"excitation.speed": np.array([50.0, 99.9, 150.0, np.nextafter(150.0, 200.0), 300.0])})
+    check(model(), {"excitation.speed": np.array([50.0, 99.9, 150.0, np.nextafter(150.0, 200.0), 300.0])})
 
 
 @pytest.mark.parametrize(

@@ -63,8 +63,8 @@ def test_a_wrong_ratio_is_refused(word: str, capsys: pytest.CaptureFixture[str])
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("measured_flywheel", "a torque over time, a prescribed motion or a sweep needs exact"),
-        ("run_up", "a torque over time, a prescribed motion or a sweep needs exact"),
+        ("measured_flywheel", "a torque or a motion over time, or a sweep, needs exact"),
+        ("run_up", "a torque or a motion over time, or a sweep, needs exact"),
         ("clutch_friction", "friction, clipped contact damping and alternation need exact; the model has damper"),
     ],
 )

@@ -119,6 +119,12 @@ def _moved(*bodies: str) -> dict[str, Any]:
     return {"torque": torques, "motion": [{"on": name, "speed": RECORD} for name in bodies], **drags}
 
 
+def _sines(body: str) -> dict[str, Any]:
+    """Changes that prescribe the angle of a body by harmonics."""
+    sines = [{"order": 1, "amplitude": 0.05}, {"order": 2, "amplitude": 0.01, "phase": 0.4}]
+    return {**_moved(body), "motion": [{"on": body, "harmonics": sines}]}
+
+
 def _released() -> gr.Model:
     initial = {"angle": [0.0, 0.0, 0.0], "velocity": [2.0, 0.0, 0.0]}
     return base(
@@ -199,6 +205,8 @@ KINDS: Mapping[str, Kind] = {
     "prescribed motion": Kind("the first body moves as prescribed", lambda: base(_moved("engine"))),
     "prescribed middle": Kind("a body in the middle moves as prescribed", lambda: base(_moved("hub"))),
     "two prescribed": Kind("both ends move as prescribed", lambda: base(_moved("engine", "wheel"))),
+    "harmonic motion": Kind("the angle of the first body is a sum of harmonics", lambda: base(_sines("engine"))),
+    "harmonic middle": Kind("the angle of a body in the middle is such a sum", lambda: base(_sines("hub"))),
     "friction": Kind("a coupling with hysteresis", lambda: base(FRICTION)),
     "clipped damping": Kind("contact that cannot pull", lambda: base({"mesh.gear.contact_damping": "clipped"})),
     "alternation": Kind("a mesh stiffness that alternates", lambda: base(ALTERNATION)),

@@ -223,7 +223,7 @@ def test_transmissibility_refers_to_the_prescribed_motion() -> None:
     ("motion", "words"),
     [
         ({"on": "engin", "speed": {}}, "engin"),
-        ({"on": "engine"}, "either a speed or an angle"),
+        ({"on": "engine"}, "needs one of speed, angle and harmonics"),
         ({"on": "ground", "speed": {"time": [0, 1, 2, 3], "value": [1, 1, 1, 1]}}, "no inertia has this name"),
     ],
 )

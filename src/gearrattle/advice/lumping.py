@@ -26,6 +26,9 @@ def lumping_line(
 ) -> Line:
     """Try the lumping for a band, by default that of the torques' orders, and run_pilot the smaller model too."""
     layout = pilot.run.trajectory.layout
+    if model.motions:
+        reason = f"lumping needs every inertia free, and the motion of {model.motions[0].on} is prescribed"
+        return Line(TOPIC, "Keep every body: a driveline with a prescribed motion is not lumped.", (reason,))
     why, end = _band(model, layout.omega) if up_to is None else ((f"the band asked for: {up_to}",), up_to)
     band_end(model, end)
     try:

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
-from gearrattle.analysis.statics import Modes, modes, torque_source
+from gearrattle.analysis.statics import Modes, modes, motion_source, torque_source
 from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import Json
 from gearrattle.model import Harmonic, Model, check_model, units
@@ -250,6 +250,7 @@ def _orders(model: Model) -> tuple[OrderLine, ...]:
     """Orders of all harmonics that are not zero, each with what turns with it."""
     sources: dict[float, list[str]] = {}
     pairs: list[tuple[str, tuple[Harmonic, ...]]] = [(torque_source(t.on), t.harmonics) for t in model.torques]
+    pairs += [(motion_source(motion.on), motion.harmonics) for motion in model.motions]
     pairs += [(element.error_words, element.errors) for element in model.elements]
     for source, harmonics in pairs:
         for harmonic in harmonics:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gearrattle.analysis.contact_ratios import ROUTES
 from gearrattle.analysis.contact_ratios.forecast import forecast
 from gearrattle.analysis.statics import named_equilibrium
-from gearrattle.assembly import assemble, left_out, refuse_motions, steady, unsteady
+from gearrattle.assembly import assemble, left_out, refuse_recorded_motions, steady, unsteady
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.result import KIND
@@ -83,7 +83,7 @@ def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> pd.S
     """Contact ratios forecast by equivalent linearisation, as of ``contact_ratio``; from two starts if not thorough."""
     if method not in _LINEARISED:
         raise ModelError(Problem("method", f'"{method}"', "needs a motion, not a model", "simulate it first"))
-    refuse_motions(model, "a forecast")
+    refuse_recorded_motions(model, "a forecast")
     left, model = unsteady(model), steady(model)
     driveline = assemble(model)
     named_equilibrium(driveline)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gearrattle.analysis.linear import modes as modal
 from gearrattle.analysis.trains import train_notes
-from gearrattle.assembly import Driveline, assemble, free_names, left_out, whole
+from gearrattle.assembly import Driveline, assemble, free_names, left_out, places, whole
 from gearrattle.engine.system import equilibrium as statics
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
@@ -90,10 +90,12 @@ class Modes(Result):
         inertia by a unit torque on it (Ewins, Modal Testing, 2nd ed. 2000, sec. 2.4); a row adds up to 1 / J_i
         [1/(kg m^2)].
     sources
-        (p,) what shakes the driveline: inertias with torque harmonics, meshes with transmission errors.
+        (p,) what shakes the driveline: inertias with torque harmonics, inertias whose motion is prescribed by
+        harmonics, meshes with transmission errors.
     excitation
         (p, n modes) the share of a source's energy that goes into each mode: the row of
-        ``kinetic_energy`` or ``strain_energy``, 0 for a transmission error in rigid motion.
+        ``kinetic_energy`` or ``strain_energy``, 0 for a transmission error in rigid motion; of a prescribed motion the
+        share of the energy that a sudden step of its angle puts into the elements at the inertia.
     notes
         what the modes leave out: friction and the clipping of contact damping.
 
@@ -261,8 +263,9 @@ def modes(
     """
     check_model(model)
     driveline = assemble(model)
-    data = modal.modes(driveline.system, *slopes(driveline, contact_ratio, region, with_damping=with_damping))
-    sources, excitation = _excitation(model, data)
+    stiffness, damping = slopes(driveline, contact_ratio, region, with_damping=with_damping)
+    data = modal.modes(driveline.system, stiffness, damping)
+    sources, excitation = _excitation(driveline, data, stiffness)
     return Modes(
         model=model,
         frequencies=data.frequencies,
@@ -285,14 +288,37 @@ def torque_source(name: str) -> str:
     return f"torque on {name}"
 
 
-def _excitation(model: Model, data: modal.ModalData) -> tuple[tuple[str, ...], Array]:
-    """Sources in file order, and the share of each one's energy by mode."""
+def motion_source(name: str) -> str:
+    """What a prescribed motion of this inertia is called among the sources."""
+    return f"motion of {name}"
+
+
+def _excitation(driveline: Driveline, data: modal.ModalData, stiffness: Array) -> tuple[tuple[str, ...], Array]:
+    """Sources in file order, and the share of each one's energy by mode; the slopes (m,) are those of the modes."""
+    model = driveline.model
     loaded = {t.on for t in model.torques if t.signal is not None or any(h.amplitude for h in t.harmonics)}
     shares = {torque_source(name): data.kinetic_energy[i] for i, name in enumerate(free_names(model)) if name in loaded}
+    for motion, inertia in zip(model.motions, places(model).tolist(), strict=True):
+        if any(h.amplitude for h in motion.harmonics):
+            shares[motion_source(motion.on)] = _shares_of_motion(driveline, data, stiffness, inertia)
     for k, element in enumerate(model.elements):
         if any(h.amplitude for h in element.errors):
             shares[element.error_words] = np.nan_to_num(data.strain_energy[k])
     return tuple(shares), np.array(list(shares.values())).reshape(-1, len(free_names(model)))
+
+
+def _shares_of_motion(driveline: Driveline, data: modal.ModalData, stiffness: Array, inertia: int) -> Array:
+    """(n modes,) shares of the energy that a step of a prescribed angle puts into the elements: as for an error of one.
+
+    (sum_k K_k w_ka w_k phi)^2 / (omega^2 phi^T J phi), over sum_k K_k w_ka^2.
+    """
+    arm = driveline.layout.rows[:, inertia]
+    pull, whole_energy = (stiffness * arm) @ driveline.system.rows @ data.shapes, float(stiffness @ arm**2)
+    elastic, shares = data.frequencies > 0.0, np.zeros(data.frequencies.size)
+    if whole_energy > 0.0:
+        stored = data.frequencies[elastic] ** 2 * data.modal_inertia[elastic]
+        shares[elastic] = pull[elastic] ** 2 / stored / whole_energy
+    return shares
 
 
 def slopes(

@@ -6,15 +6,26 @@ from gearrattle.assembly.elements import component_notes, inertia_of, rows_of
 from gearrattle.assembly.friction import left_out
 from gearrattle.assembly.lumped import lumped_model, must_keep_bodies, must_stay_level
 from gearrattle.assembly.period import CommonPeriod, common_period, period_of
-from gearrattle.assembly.prescribed import free_names, free_of, moved, places, whole, whole_trajectory
-from gearrattle.assembly.signals import check_length, default_cycles, ramp_of, signals_of
-from gearrattle.assembly.steady import refuse_motions, refuse_unsteady, steady, unsteady
+from gearrattle.assembly.prescribed import (
+    carried_along,
+    free_names,
+    free_of,
+    motion_amplitudes,
+    moved,
+    places,
+    whole,
+    whole_trajectory,
+)
+from gearrattle.assembly.signals import check_length, default_cycles, signals_of
+from gearrattle.assembly.sines import ramp_of
+from gearrattle.assembly.steady import refuse_motions, refuse_recorded_motions, refuse_unsteady, steady, unsteady
 from gearrattle.assembly.system import Driveline, assemble
 
 __all__ = [
     "CommonPeriod",
     "Driveline",
     "assemble",
+    "carried_along",
     "check_length",
     "common_period",
     "component_notes",
@@ -27,6 +38,7 @@ __all__ = [
     "inertia_of",
     "left_out",
     "lumped_model",
+    "motion_amplitudes",
     "moved",
     "must_keep_bodies",
     "must_stay_level",
@@ -34,6 +46,7 @@ __all__ = [
     "places",
     "ramp_of",
     "refuse_motions",
+    "refuse_recorded_motions",
     "refuse_unsteady",
     "rows_of",
     "signals_of",

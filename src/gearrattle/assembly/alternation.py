@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly.friction import WORDS, Named
 from gearrattle.assembly.period import CommonPeriod, period_of
-from gearrattle.assembly.signals import ramp_of, signals_of
+from gearrattle.assembly.signals import signals_of
+from gearrattle.assembly.sines import ramp_of
 from gearrattle.engine.system.auxiliary import alternation
 from gearrattle.engine.system.clock import Clock
 from gearrattle.engine.system.law import PiecewiseLaw

@@ -58,8 +58,9 @@ def common_period(omega: float, orders: list[float]) -> CommonPeriod:
 
 @kept
 def period_of(model: Model) -> CommonPeriod:
-    """The common period of torques, errors of elements and alternating meshes; in a sweep that of its first speed."""
+    """The common period of torques, motions, errors and alternating meshes; in a sweep that of its first speed."""
     orders = [h.order for t in model.torques for h in t.harmonics]
+    orders += [h.order for m in model.motions for h in m.harmonics]
     orders += [h.order for element in model.elements for h in element.errors]
     orders += [element.alternation.order for element in model.elements if element.alternation is not None]
     return common_period(model.excitation.omega, orders)

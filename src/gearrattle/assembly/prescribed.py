@@ -1,29 +1,36 @@
 """Prescribed motions: inertias that are no degrees of freedom, and stand among the others in what comes out.
 
-The angle theta_a(t) of such an inertia is a spline through a record, or the integral of one. Its column leaves W, and
-an element at it sees it as a transmission error, e_k = -w_ka theta_a(t). After a run its angle, speed and acceleration,
-exact from the spline, are put back in their place, so that everything that judges a motion finds all inertias.
+The angle theta_a(t) of such an inertia is a sum of harmonics, a spline through a record, or the integral of one. Its
+column leaves W, and an element at it sees it as a transmission error, e_k = -w_ka theta_a(t). After a run its angle,
+speed and acceleration, exact from the sines or the spline, are put back in their place, so that everything that judges
+a motion finds all inertias.
 
-Angles count from the start of the run, and from the uniform rotation ``about``.
+Angles of a record count from the start of the run, and from the uniform rotation ``about``.
 
-Takes a Model; gives indices, channels and whole trajectories.
+Takes a Model; gives indices, harmonics, channels and whole trajectories.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.assembly.elements import rows_of
+from gearrattle.assembly.period import period_of
+from gearrattle.assembly.sines import sines
 from gearrattle.assembly.splines import Recorded, mean, spline
 from gearrattle.engine.system.channels import Channel
-from gearrattle.model import Model, Motion
+from gearrattle.model import Harmonic, Model, Motion, Signal
 from gearrattle.remember import kept
 from gearrattle.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+_T = TypeVar("_T", np.float64, np.complex128)
 
 
 def free_of(model: Model) -> IntArray:
@@ -37,10 +44,47 @@ def free_names(model: Model) -> tuple[str, ...]:
     return tuple(model.inertias[i].name for i in free_of(model))
 
 
+class MotionError(NamedTuple):
+    """One harmonic of a motion, as an element at the inertia sees it: factor times the harmonic is its error.
+
+    Attributes
+    ----------
+    element
+        its index.
+    factor
+        -w_ka, of the element's row [m or 1].
+    harmonic
+        of the angle theta_a [rad].
+    path
+        of the harmonic in the model file.
+    """
+
+    element: int
+    factor: float
+    harmonic: Harmonic
+    path: str
+
+
+def motion_errors(model: Model) -> Iterator[MotionError]:
+    """Yield the harmonics of all motions as errors of the elements that they move, element by element."""
+    rows, columns = rows_of(model), places(model)
+    for k in range(len(rows)):
+        for i, (motion, column) in enumerate(zip(model.motions, columns.tolist(), strict=True)):
+            if rows[k, column] != 0.0:
+                for j, harmonic in enumerate(motion.harmonics):
+                    yield MotionError(k, -float(rows[k, column]), harmonic, f"motion.{i}.harmonics.{j}")
+
+
+def _record(motion: Motion) -> Signal:
+    """The record of a motion that has one."""
+    assert motion.signal is not None
+    return motion.signal
+
+
 @kept
 def angle_of(motion: Motion) -> Channel:
-    """The angle over the time of the run, from zero on [rad]."""
-    record = spline(motion.signal)
+    """The angle of a record over the time of the run, from zero on [rad]."""
+    record = spline(_record(motion))
     if motion.speed is not None:
         about = mean(record) if motion.about is None else motion.about
         return record.plus(-about).integral()
@@ -55,18 +99,45 @@ def angle_of(motion: Motion) -> Channel:
 @kept
 def specified_angle(motion: Motion) -> Recorded:
     """The same angle as it is specified."""
-    record, about = spline(motion.signal), motion.about
+    signal = _record(motion)
+    record, about = spline(signal), motion.about
     if motion.speed is not None:
-        return Recorded(motion.signal, is_rate=True, slope=-(mean(record) if about is None else about))
+        return Recorded(signal, is_rate=True, slope=-(mean(record) if about is None else about))
     first, last = record.at(record.knots[[0, -1]])
     about = float(last - first) / float(record.knots[-1]) if about is None else about
-    return Recorded(motion.signal, offset=-float(first), slope=-about)
+    return Recorded(signal, offset=-float(first), slope=-about)
 
 
 def moved(model: Model, time: Array, derivative: int = 0) -> Array:
     """(t, P) angles of the inertias with a motion, or their derivatives, in file order of the motions."""
-    columns = [angle_of(motion).at(time, derivative) for motion in model.motions]
+    columns = [
+        sines(model, motion.harmonics, time, derivative)
+        if motion.signal is None
+        else angle_of(motion).at(time, derivative)
+        for motion in model.motions
+    ]
     return np.column_stack(columns) if columns else np.zeros((len(time), 0))
+
+
+def motion_amplitudes(model: Model) -> NDArray[np.complex128]:
+    """(P, H) complex amplitudes of the prescribed angles at all orders: they are the real part of sum a exp(i w t)."""
+    orders = period_of(model).orders.tolist()
+    amplitudes = np.zeros((len(model.motions), len(orders)), dtype=np.complex128)
+    for row, motion in zip(amplitudes, model.motions, strict=True):
+        for harmonic in motion.harmonics:
+            row[orders.index(harmonic.order)] += -1j * harmonic.amplitude * np.exp(1j * harmonic.phase)
+    return amplitudes
+
+
+def carried_along(model: Model, prescribed: Array) -> Array:
+    """(n,) angles or velocities of the free inertias that turn along with the others (P,), no element deflecting.
+
+    Where elements must deflect, as those to ground, the sum of squares of their relative deflections is least.
+    """
+    rows = rows_of(model)
+    size = np.linalg.norm(rows, axis=1)[:, None]
+    forced = rows[:, places(model)] @ prescribed
+    return np.asarray(np.linalg.lstsq(rows[:, free_of(model)] / size, -forced / size[:, 0], rcond=None)[0])
 
 
 def places(model: Model) -> IntArray:
@@ -75,9 +146,9 @@ def places(model: Model) -> IntArray:
     return np.array([names.index(motion.on) for motion in model.motions], dtype=np.int64)
 
 
-def whole(model: Model, free: Array, prescribed: Array) -> Array:
+def whole(model: Model, free: NDArray[_T], prescribed: NDArray[_T]) -> NDArray[_T]:
     """(..., n) values of all inertias from those of the free ones and of those with a motion."""
-    out = np.empty((*free.shape[:-1], len(model.inertias)))
+    out = np.empty((*free.shape[:-1], len(model.inertias)), dtype=free.dtype)
     out[..., free_of(model)], out[..., places(model)] = free, prescribed
     return out
 

@@ -33,6 +33,7 @@ KINDS: dict[str, Any] = {
     "motion": {
         "speed": {"time": "time", "value": "velocity", "start": "time"},
         "angle": {"time": "time", "value": "angle", "start": "time"},
+        "harmonics": {"amplitude": "angle"},
         "about": "velocity",
     },
     "simulation": {"step": "time", "initial": {"angle": "angle", "velocity": "velocity"}},

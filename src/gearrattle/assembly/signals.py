@@ -1,8 +1,8 @@
-"""Inputs of a model that are no harmonics of one speed, as ``Signals``: records, motions, all harmonics along a sweep.
+"""Inputs of a model that are no harmonics of one speed, as ``Signals``: records, and all harmonics along a sweep.
 
-A record's torque is parted into the mean that the static start sees and the rest. A prescribed motion moves the
-elements at its inertia. Along a sweep of the speed every driven inertia and every mesh has one channel: its harmonics
-follow the angle, their amplitudes, means and drag torques their tables.
+A record's torque is parted into the mean that the static start sees and the rest. A recorded motion moves the elements
+at its inertia. Along a sweep of the speed every driven inertia, every mesh and every motion by harmonics has one
+channel: its harmonics follow the angle, their amplitudes, means and drag torques their tables.
 
 Takes a Model; gives Signals, or None where all inputs are harmonics.
 """
@@ -22,27 +22,20 @@ from gearrattle.assembly.means import mean_torque
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import angle_of, free_of, places, specified_angle
 from gearrattle.assembly.ripple import load_ripples
+from gearrattle.assembly.sines import ramp_of, speeds_of, tone, tones_of
 from gearrattle.assembly.splines import Recorded, spline
 from gearrattle.engine.system.channels import Channel, joined
-from gearrattle.engine.system.phase import Ramp
 from gearrattle.engine.system.run_up import Sound, Tone, TooLong, channels
 from gearrattle.engine.system.signals import Signals, Specified
 from gearrattle.engine.system.specified import NotKept, Swept, checked
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import DEFAULTS, Harmonic, Model
-from gearrattle.model.engine import SquareOfSpeed
 from gearrattle.model.over_speed import AtSpeed
 from gearrattle.remember import kept
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 _MOST_NUMBERS = 200_000_000
-
-
-def ramp_of(model: Model) -> Ramp | None:
-    """How the reference speed changes; None if it does not."""
-    sweep = model.excitation.sweep
-    return None if sweep is None else Ramp(sweep.begin, sweep.end, sweep.over)
 
 
 def default_cycles(model: Model) -> int:
@@ -113,7 +106,8 @@ def _records(model: Model) -> Iterator[_Part]:
 def _motions(model: Model) -> Iterator[_Part]:
     rows = rows_of(model)
     for motion, column in zip(model.motions, places(model), strict=True):
-        yield _Part(angle_of(motion), specified_angle(motion), _unit(len(model.inertias)), -rows[:, column])
+        if motion.signal is not None:
+            yield _Part(angle_of(motion), specified_angle(motion), _unit(len(model.inertias)), -rows[:, column])
 
 
 def check_length(model: Model, end: float) -> None:
@@ -132,7 +126,7 @@ def check_length(model: Model, end: float) -> None:
         naming every record that is too short.
     """
     records = [(f"torque.{i}.signal", "torque", t.signal) for i, t in enumerate(model.torques) if t.signal is not None]
-    records += [(f"motion.{i}", "motion", m.signal) for i, m in enumerate(model.motions)]
+    records += [(f"motion.{i}", "motion", m.signal) for i, m in enumerate(model.motions) if m.signal is not None]
     problems = []
     for path, kind, signal in records:
         last = float(signal.time[-1]) - signal.start
@@ -152,7 +146,7 @@ def _swept(model: Model) -> Iterator[_Part]:
         return
     cycles = model.simulation.cycles or default_cycles(model)
     until = cycles * period_of(model).period * (1.0 + 1e-9)
-    range_ = _speeds(ramp)
+    range_ = speeds_of(ramp)
     bodies, count = len(model.inertias), len(model.elements)
     driven: list[tuple[Array, Array]] = []
     sounds: list[Sound] = []
@@ -167,10 +161,9 @@ def _swept(model: Model) -> Iterator[_Part]:
         if tones:
             driven.append((_unit(bodies, i), _unit(count)))
             sounds.append(Sound(tuple(tones), smooth=False))
-    for k, element in enumerate(model.elements):
-        if element.errors:
-            driven.append((_unit(bodies), _unit(count, k)))
-            sounds.append(Sound(tones_of(element.errors, ramp), smooth=True))
+    for harmonics, error_of in _error_harmonics(model):
+        driven.append((_unit(bodies), error_of))
+        sounds.append(Sound(tones_of(harmonics, ramp), smooth=True))
     if not sounds:
         return
     try:
@@ -181,27 +174,18 @@ def _swept(model: Model) -> Iterator[_Part]:
         yield _Part(channel, Swept(ramp, sound.tones, sound.smooth), torque_on, error_of)
 
 
-def tones_of(harmonics: Sequence[Harmonic], ramp: Ramp) -> tuple[Tone, ...]:
-    """The harmonics along a ramp of the speed."""
-    return tuple(_tone(h.order, h.phase, h.amplitude, _speeds(ramp)) for h in harmonics)
-
-
-def _speeds(ramp: Ramp) -> tuple[float, float]:
-    return min(ramp.begin, ramp.end), max(ramp.begin, ramp.end)
-
-
-def _tone(order: float, phase: float, amplitude: float, speeds: tuple[float, float], less: float = 0.0) -> Tone:
-    """A harmonic whose amplitude may be a table over speed; ``less`` is taken off the amplitude."""
-    if isinstance(amplitude, SquareOfSpeed):
-        low, factor = speeds[0], amplitude.per_square
-        return Tone(order, phase, np.array(speeds), factor * np.array([[low**2, 2.0 * low, 1.0]]))
-    if not isinstance(amplitude, AtSpeed):
-        return Tone(order, phase, np.array(speeds), np.array([[amplitude - less]]))
-    corners, values = np.array(amplitude.speeds), np.array(amplitude.values) - less
-    return Tone(order, phase, corners, np.column_stack([values[:-1], np.diff(values) / np.diff(corners)]))
+def _error_harmonics(model: Model) -> Iterator[tuple[Sequence[Harmonic], Array]]:
+    """Harmonics of an error or a prescribed angle, and the errors (m,) of all elements that a unit of them is."""
+    for k, element in enumerate(model.elements):
+        if element.errors:
+            yield element.errors, _unit(len(model.elements), k)
+    rows = rows_of(model)
+    for motion, column in zip(model.motions, places(model), strict=True):
+        if motion.harmonics:
+            yield motion.harmonics, -rows[:, column]
 
 
 def _changing(value: float, sign: float, speeds: tuple[float, float]) -> Iterator[Tone]:
     """What a mean of a table adds to that of the first speed."""
     if isinstance(value, AtSpeed):
-        yield _tone(0.0, sign * pi / 2.0, value, speeds, float(value))
+        yield tone(0.0, sign * pi / 2.0, value, speeds, float(value))

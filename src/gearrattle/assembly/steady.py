@@ -1,6 +1,7 @@
 """A model without what is no harmonic of one speed: what linear tools and forecasts look at.
 
-A sweep is taken at its first speed, a record as its mean. ``unsteady`` says so in words.
+A sweep is taken at its first speed, a torque's record as its mean; an inertia whose motion is a record is held fast.
+``unsteady`` says so in words. Harmonics of a prescribed motion stay: they are errors of the elements at the inertia.
 
 Takes a Model; gives a Model, and words.
 """
@@ -18,7 +19,7 @@ from gearrattle.remember import kept
 def unsteady(model: Model) -> tuple[str, ...]:
     """What ``steady`` takes out, one phrase each; empty for a model under harmonics of one speed."""
     notes = [f"the torque record on {torque.on} counts as its mean" for torque in model.torques if torque.signal]
-    notes += [f"{motion.on} is held fast" for motion in model.motions]
+    notes += [f"{motion.on} is held fast" for motion in model.motions if motion.signal is not None]
     if model.excitation.sweep is not None:
         notes.append("the sweep counts as its first speed")
     return tuple(notes)
@@ -49,6 +50,23 @@ def refuse_motions(model: Model, what: str) -> None:
         raise ModelError(
             Problem("motion.0", f"a prescribed motion of {model.motions[0].on}", rule, "remove [[motion]]")
         )
+
+
+def refuse_recorded_motions(model: Model, what: str) -> None:
+    """Refuse a model in which the motion of an inertia is a record.
+
+    Raises
+    ------
+    ModelError
+        naming what needs harmonics.
+    """
+    recorded = [(i, motion) for i, motion in enumerate(model.motions) if motion.signal is not None]
+    for i, motion in recorded:
+        rule, remedy = (
+            f"{what} needs every inertia free, or its motion by harmonics",
+            "remove [[motion]], or give harmonics",
+        )
+        raise ModelError(Problem(f"motion.{i}", f"a record of the motion of {motion.on}", rule, remedy))
 
 
 def refuse_unsteady(model: Model, what: str) -> None:

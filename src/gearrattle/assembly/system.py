@@ -1,8 +1,9 @@
 """A model in words becomes a ``Driveline``: its piecewise system, and the names by which motions are read.
 
-Elements stand in the order of ``Model.elements``; an inertia of prescribed motion has no column. A drag torque
-is a mean torque of the opposite sign; a harmonic a sin(order Omega t + phase) becomes its sine and cosine parts. Along
-a sweep of the speed there are no harmonics: all of them are signals.
+Elements stand in the order of ``Model.elements``; an inertia of prescribed motion has no column, and harmonics of its
+angle are errors of the elements at it. A drag torque is a mean torque of the opposite sign; a harmonic
+a sin(order Omega t + phase) becomes its sine and cosine parts. Along a sweep of the speed there are no harmonics: all
+of them are signals.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from gearrattle.assembly.elements import inertia_of, law_of, rows_of
 from gearrattle.assembly.friction import Named, auxiliaries_of
 from gearrattle.assembly.means import mean_torques
 from gearrattle.assembly.period import period_of
-from gearrattle.assembly.prescribed import free_of
+from gearrattle.assembly.prescribed import free_of, motion_errors
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.signals import signals_of
 from gearrattle.engine.system.clock import Clock
@@ -81,6 +82,8 @@ def _system(model: Model) -> PiecewiseSystem:
     for k, element in enumerate(elements):
         for harmonic in () if swept else element.errors:
             _add(error[:, k, column[harmonic.order]], harmonic)
+    for k, factor, harmonic, _ in () if swept else motion_errors(model):
+        _add(error[:, k, column[harmonic.order]], harmonic, factor)
     torque = np.zeros((2, size, len(column)))
     sources = [(table.on, table.harmonics) for table in model.torques]
     for on, harmonics in () if swept else (*sources, *load_ripples(model).items()):
@@ -99,8 +102,9 @@ def _system(model: Model) -> PiecewiseSystem:
     )
 
 
-def _add(sine_cosine: np.ndarray[tuple[int], np.dtype[np.float64]], harmonic: Harmonic) -> None:
-    sine_cosine += (harmonic.amplitude * cos(harmonic.phase), harmonic.amplitude * sin(harmonic.phase))
+def _add(sine_cosine: np.ndarray[tuple[int], np.dtype[np.float64]], harmonic: Harmonic, factor: float = 1.0) -> None:
+    sine, cosine = harmonic.amplitude * cos(harmonic.phase), harmonic.amplitude * sin(harmonic.phase)
+    sine_cosine += (factor * sine, factor * cosine)
 
 
 def _layout(model: Model, system: PiecewiseSystem) -> Layout:

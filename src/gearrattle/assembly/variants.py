@@ -23,12 +23,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly.period import period_of
+from gearrattle.assembly.prescribed import carried_along, free_names, free_of, motion_errors
 from gearrattle.assembly.ripple import load_ripples
+from gearrattle.assembly.sines import sum_of
 from gearrattle.assembly.system import assemble
 from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.variants import Coefficients
 from gearrattle.engine.system.laid_out import coefficients_of
-from gearrattle.model import Element, Model
+from gearrattle.model import Element, Harmonic, Model
 from gearrattle.model.components.base import PieceColumns
 from gearrattle.model.over_speed import AtSpeed
 
@@ -83,8 +85,9 @@ def bound_of(model: Model, path: str) -> str | None:
 
 def _owner(model: Model, kind: str, name: str) -> Any:
     """The table that a path begins with; None for none."""
-    if kind == "torque":
-        return model.torques[int(name)] if name.isdecimal() and int(name) < len(model.torques) else None
+    if kind in ("torque", "motion"):
+        tables = {"torque": model.torques, "motion": model.motions}[kind]
+        return tables[int(name)] if name.isdecimal() and int(name) < len(tables) else None
     if kind == "inertia":
         return next((inertia for inertia in model.inertias if inertia.name == name), None)
     return model.components.get(f"{kind}.{name}")
@@ -202,7 +205,8 @@ def repeated(base: Coefficients, count: int) -> Coefficients:
 
 def _write_inertias(columns: Columns, out: Coefficients) -> None:
     added = {b: m for c in columns.model.components.values() for b, m in c.added_inertia().items()}
-    for i, body in enumerate(columns.model.inertias):
+    for i, at_file in enumerate(free_of(columns.model).tolist()):
+        body = columns.model.inertias[at_file]
         at = f"inertia.{body.name}"
         out.inertia[:, i] = columns.of(f"{at}.J", body.J) + added.get(body.name, 0.0)
         out.drag[:, i] = columns.of(f"{at}.drag", body.drag)
@@ -210,9 +214,9 @@ def _write_inertias(columns: Columns, out: Coefficients) -> None:
 
 
 def _write_inputs(columns: Columns, out: Coefficients, column: Mapping[float, int]) -> None:
-    """Mean torques, torque harmonics and transmission errors."""
+    """Mean torques, torque harmonics, transmission errors, and harmonics of prescribed motions."""
     model = columns.model
-    names = [body.name for body in model.inertias]
+    names = list(free_names(model))
     for array in (out.torque_sine, out.torque_cosine, out.error_sine, out.error_cosine):
         array[:] = 0.0
     for t, table in enumerate(model.torques):
@@ -227,6 +231,49 @@ def _write_inputs(columns: Columns, out: Coefficients, column: Mapping[float, in
             sine, cosine = _wave(columns, f"{element.path}.{element.error_key}.{i}", error)
             out.error_sine[:, k, column[error.order]] += sine
             out.error_cosine[:, k, column[error.order]] += cosine
+    for k, factor, moving, path in motion_errors(model):
+        sine, cosine = _wave(columns, path, moving)
+        out.error_sine[:, k, column[moving.order]] += factor * sine
+        out.error_cosine[:, k, column[moving.order]] += factor * cosine
+
+
+def static_velocities(model: Model, varied: Mapping[str, Array], count: int) -> tuple[Array, NDArray[np.bool_]]:
+    """Velocities of a static start: the free inertias turn with those of prescribed motion.
+
+    Parameters
+    ----------
+    model, varied, count
+        as in ``coefficients``.
+
+    Returns
+    -------
+    tuple[Array, NDArray[np.bool_]]
+        (V, n) velocities [rad/s], and (V,) whether the angles are those of the equilibrium: no prescribed angle
+        begins elsewhere than at zero.
+    """
+    velocity, level = np.zeros((count, len(free_of(model)))), np.ones(count, dtype=np.bool_)
+    if not model.motions:
+        return velocity, level
+    columns = Columns(model, varied, count)
+    waves = [
+        [_sine_terms(columns, f"motion.{i}.harmonics.{j}", harmonic) for j, harmonic in enumerate(motion.harmonics)]
+        for i, motion in enumerate(model.motions)
+    ]
+    for v in range(count):
+        terms = [[wave[v] for wave in of_motion] for of_motion in waves]
+        angle, rate = (np.array([sum_of(sines, np.zeros(1), d)[0] for sines in terms]) for d in (0, 1))
+        level[v] = not angle.any()
+        velocity[v] = carried_along(model, rate)
+    return velocity, level
+
+
+def _sine_terms(columns: Columns, at: str, harmonic: Harmonic) -> list[tuple[float, float, float]]:
+    """(V,) rate, amplitude and phase of a harmonic."""
+    amplitude, phase = columns.of(f"{at}.amplitude", harmonic.amplitude), columns.of(f"{at}.phase", harmonic.phase)
+    leaves = (
+        np.broadcast_to(leaf, columns.count).tolist() for leaf in (harmonic.order * columns.omega, amplitude, phase)
+    )
+    return list(zip(*leaves, strict=True))
 
 
 def _wave(columns: Columns, at: str, harmonic: Any) -> tuple[Number, Number]:

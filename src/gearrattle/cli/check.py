@@ -71,7 +71,8 @@ def _content(model: Model) -> dict[str, Any]:
 
 def _records(model: Model) -> list[str]:
     """Say how many points the records have, and how long a run they last."""
-    signals = [torque.signal for torque in model.torques if torque.signal] + [motion.signal for motion in model.motions]
+    records = [torque.signal for torque in model.torques] + [motion.signal for motion in model.motions]
+    signals = [record for record in records if record is not None]
     return [f"{counted(s.time.size, 'point')}, {s.time[-1] - s.start:.6g} s" for s in signals]
 
 

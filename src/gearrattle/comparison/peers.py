@@ -50,12 +50,19 @@ def nearby(motion: Trajectory, distance: float, direction: Array | None = None) 
     if direction is None:
         direction = np.zeros(angle.size)
         if elements.size:
-            direction[layout.between[elements[int(np.argmax(size))]].max()] = 1.0  # -1 is ground
+            direction[_free_end(layout, int(elements[int(np.argmax(size))]))] = 1.0
+    direction = np.where(np.isin(np.arange(angle.size), layout.prescribed), 0.0, direction)  # no start moves these
     moved = np.abs(_deflections(layout, direction)[elements])
     largest = np.max(np.divide(moved, size, out=np.zeros_like(moved), where=size > 0.0), initial=0.0)
     if largest > 0.0:
         angle += direction * distance / largest
     return {"angle": angle.tolist(), "velocity": motion.velocity[0].tolist()}
+
+
+def _free_end(layout: Layout, element: int) -> int:
+    """The last inertia between which an element lies, of those whose motion is not prescribed."""
+    free = [i for i in np.flatnonzero(layout.rows[element]).tolist() if i not in layout.prescribed]
+    return max([i for i in layout.between[element].tolist() if i in free] or free)
 
 
 def _deflections(layout: Layout, angle: Array) -> Array:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from gearrattle.assembly import assemble
+from gearrattle.assembly import assemble, free_of
 from gearrattle.comparison.contest import Contender
 from gearrattle.engine.solvers import SOLVERS, Task
 from gearrattle.engine.solvers.one_step import FixedStep
@@ -57,8 +57,9 @@ def fixed_step_of(model: Model, algorithm: str, truth: Run, asked: float | str |
     solver, t = SOLVERS[algorithm], truth.trajectory
     if not isinstance(solver, FixedStep):
         return None
-    used = settled(model, {"step": asked})
-    return solver.step_of(Task(assemble(model).system, t.angle[0], t.velocity[0], 1, 1, None, used.simulation.step))
+    used, free = settled(model, {"step": asked}), free_of(model)
+    start = t.angle[0, free], t.velocity[0, free]
+    return solver.step_of(Task(assemble(model).system, *start, 1, 1, None, used.simulation.step))
 
 
 def growths_of(model: Model, contender: Contender, settings: Mapping[str, Any], truth: Run) -> dict[str, float]:

@@ -35,8 +35,10 @@ class Harmonic(Table):
 
 
 class AngularHarmonic(Harmonic):
-    """One sine of a kinematic error; its amplitude is an angle."""
+    """One sine of a kinematic error or of a prescribed motion; its amplitude is an angle."""
 
+    order: Annotated[float, Plain("positive", "a constant angle is no harmonic: leave it out")]
+    """Multiple of the reference speed, above 0; need not be whole."""
     amplitude: Annotated[float, Quantity(units.ANGLE)]
     """Amplitude [rad]."""
 
@@ -95,7 +97,10 @@ class Torque(Table):
 
 
 class Motion(Table):
-    """A prescribed motion of one inertia, such as a measured flywheel speed; exactly one of ``speed`` and ``angle``."""
+    """A prescribed motion of one inertia, such as a measured flywheel speed.
+
+    Exactly one of ``speed``, ``angle`` and ``harmonics``.
+    """
 
     on: Name
     """Name of the inertia that moves so."""
@@ -103,23 +108,31 @@ class Motion(Table):
     """Its speed over time [rad/s]."""
     angle: Annotated[Signal, OverTime(units.ANGLE)] | None = None
     """Its angle over time [rad]."""
+    harmonics: tuple[AngularHarmonic, ...] = ()
+    """The sines of its angle: sum of amplitude sin(order Omega t + phase) [rad]."""
     about: Annotated[float, Quantity(units.ANGULAR_VELOCITY)] | None = None
     """The uniform speed about which the model's angles fluctuate [rad/s]; None: the mean of the record."""
 
     @property
-    def signal(self) -> Signal:
-        """The record, of the speed or of the angle."""
-        signal = self.angle if self.speed is None else self.speed
-        assert signal is not None
-        return signal
+    def signal(self) -> Signal | None:
+        """The record, of the speed or of the angle; None for harmonics."""
+        return self.angle if self.speed is None else self.speed
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: both or none of speed and angle."""
-        keys_set = [key for key in ("speed", "angle") if table.get(key) is not None]
+        """Yield breaches: not exactly one of speed, angle and harmonics; no harmonic; a mean speed of harmonics."""
+        keys_set = [key for key in ("speed", "angle", "harmonics") if table.get(key) is not None]
         if len(keys_set) != 1:
-            value = table[keys_set[1]] if keys_set else ...
-            yield Breach(tuple(keys_set[1:]), value, "a motion needs either a speed or an angle", "give one of them")
+            value, rule = table[keys_set[-1]] if keys_set else ..., "a motion needs one of speed, angle and harmonics"
+            beyond_one = f", not {' and '.join(keys_set)}" if keys_set else ""
+            yield Breach(tuple(keys_set[-1:]), value, f"{rule}{beyond_one}", "give exactly one of them")
+        elif keys_set == ["harmonics"]:
+            if table["harmonics"] in ([], ()):
+                remedy = 'such as { order = 2, amplitude = "0.5 deg" }; an element to "ground" holds a body fast'
+                yield Breach(("harmonics",), table["harmonics"], "needs at least one harmonic", remedy)
+            if table.get("about") is not None:
+                rule = "is the mean speed of a record; harmonics have none"
+                yield Breach(("about",), table["about"], rule, "remove it")
 
 
 class Sweep(Table):

@@ -162,7 +162,7 @@ def _of_drive(section: str, parts: Sequence[str], tables: Mapping[str, Any]) -> 
     if key == "mean" and not rest:
         return f"mean torque on {owner}"
     if key == "harmonics" and len(rest) > 1:
-        return f"torque {_sine(rest, table.get(key, ()), owner, 'on')}"
+        return f"{section} {_sine(rest, table.get(key, ()), owner, 'on' if section == 'torque' else 'of')}"
     if key == "engine" and rest:
         return _of_part(rest, f"the engine on {owner}", {})
     if key in _SIGNAL and rest:

@@ -56,7 +56,8 @@ def add_chunks(
 
 
 def orders_of(model: Model, orders: Sequence[float] | None = None) -> Array:
-    """Return the orders of the engine's torque, ascending: these, or those of harmonics that are not zero."""
+    """Return the engine's orders, ascending: these, or those of torques and prescribed motions that are not zero."""
     if orders is None:
-        orders = [h.order for t in model.torques for h in t.harmonics if h.amplitude and h.order]
+        harmonics = [h for t in model.torques for h in t.harmonics] + [h for m in model.motions for h in m.harmonics]
+        orders = [h.order for h in harmonics if h.amplitude and h.order]
     return np.unique(np.asarray(orders, dtype=np.float64))

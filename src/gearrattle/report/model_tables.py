@@ -96,10 +96,18 @@ def _excitation(findings: Findings) -> Table:
             length = engineering(float(signal.time[-1] - signal.time[0]), unit("s"))
             rows.append(("", f"a record of {counted(signal.time.size, 'point')} over {length}", signal.source))
     for motion in model.motions:
-        kind = "speed" if motion.angle is None else "angle"
-        rows.append(
-            (f"motion of {motion.on}", f"a record of its {kind}, {counted(motion.signal.time.size, 'point')}", "")
-        )
+        if motion.signal is not None:
+            kind = "speed" if motion.angle is None else "angle"
+            points = counted(motion.signal.time.size, "point")
+            rows.append((f"motion of {motion.on}", f"a record of its {kind}, {points}", ""))
+        rows += [
+            (
+                f"motion of {motion.on}",
+                f"order {numeral(term.order)}: {engineering(term.amplitude, unit('rad'))}",
+                _phase(term.phase),
+            )
+            for term in motion.harmonics
+        ]
     for element in model.elements:
         length = unit("m" if element.along_line else "rad")
         rows += [

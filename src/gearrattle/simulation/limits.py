@@ -54,9 +54,13 @@ def _too_high(model: Model, period: float) -> list[Problem]:
     """Orders whose phase would be lost to rounding within a period."""
     most = FASTEST / (model.excitation.omega * period)
     orders = [
-        (f"torque.{i}.harmonics.{j}.order", harmonic.order)
-        for i, torque in enumerate(model.torques)
-        for j, harmonic in enumerate(torque.harmonics)
+        (f"{kind}.{i}.harmonics.{j}.order", harmonic.order)
+        for kind, sines in (
+            ("torque", [t.harmonics for t in model.torques]),
+            ("motion", [m.harmonics for m in model.motions]),
+        )
+        for i, harmonics in enumerate(sines)
+        for j, harmonic in enumerate(harmonics)
     ]
     orders += [(f"{element.path}: order", error.order) for element in model.elements for error in element.errors]
     rule = f"would turn by more than {FASTEST:g} rad in a period of {period:.3g} s, and its phase be lost to rounding"

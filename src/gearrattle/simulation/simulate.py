@@ -13,12 +13,12 @@ from gearrattle.analysis.statics import named_equilibrium
 from gearrattle.assembly import (
     Driveline,
     assemble,
+    carried_along,
     check_length,
     component_notes,
     free_of,
     moved,
     period_of,
-    places,
     whole_trajectory,
 )
 from gearrattle.engine.solvers import Task
@@ -189,7 +189,7 @@ def needs_exact(driveline: Driveline) -> str:
     if driveline.system.auxiliaries:
         name = driveline.layout.auxiliary_names[0]
         return f"friction, clipped contact damping and alternation need exact; the model has {name}"
-    return "" if driveline.system.signals is None else "a torque over time, a prescribed motion or a sweep needs exact"
+    return "" if driveline.system.signals is None else "a torque or a motion over time, or a sweep, needs exact"
 
 
 def _sweep_notes(model: Model) -> tuple[str, ...]:
@@ -210,15 +210,7 @@ def _start(initial: str | Initial | None, driveline: Driveline) -> tuple[Array, 
     if initial == "zero":
         return np.zeros(system.size), np.zeros(system.size), ()
     named, rest = named_equilibrium(driveline)
-    return rest.angle, _carried_along(driveline), named.notes
-
-
-def _carried_along(driveline: Driveline) -> Array:
-    """Velocities with which everything turns with the inertias of prescribed motion, no element deflecting."""
-    model, system = driveline.model, driveline.system
-    if not model.motions:
-        return np.zeros(system.size)
-    rows = driveline.layout.rows
-    size = np.linalg.norm(rows, axis=1)[:, None]
-    forced = rows[:, places(model)] @ moved(model, np.zeros(1), 1)[0]
-    return np.asarray(np.linalg.lstsq(system.rows / size, -forced / size[:, 0], rcond=None)[0])
+    if not driveline.model.motions:
+        return rest.angle, np.zeros(system.size), named.notes
+    angle, velocity = (carried_along(driveline.model, moved(driveline.model, np.zeros(1), d)[0]) for d in (0, 1))
+    return rest.angle + angle, velocity, named.notes

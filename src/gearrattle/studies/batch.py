@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble
-from gearrattle.assembly.variants import coefficients
+from gearrattle.assembly import assemble, free_of
+from gearrattle.assembly.variants import coefficients, static_velocities
 from gearrattle.engine.kernels.variants import Tallies, picked
 from gearrattle.engine.solvers.many import Pattern, has_loop, march_variants
 from gearrattle.errors import GearRattleError
@@ -141,10 +141,15 @@ class _Alike:
         columns, is_number = _floats(varied, count)
         numbers, good = coefficients(model, columns, count)
         good &= is_number
-        numbers, period = picked(numbers, good), numbers.period[good, 0]
-        angle, velocity = np.zeros((2, good.sum(), system.size))
+        angle, velocity = np.zeros((2, count, system.size))
         if isinstance(settings.initial, Initial):
-            angle[:], velocity[:] = settings.initial.angle, settings.initial.velocity
+            free = free_of(model)
+            angle[:], velocity[:] = np.array(settings.initial.angle)[free], np.array(settings.initial.velocity)[free]
+        elif settings.initial == "static":
+            fitting = {path: column[good] for path, column in columns.items()}
+            velocity[good], level = static_velocities(model, fitting, int(good.sum()))
+            good[good] = level
+        numbers, period, angle, velocity = picked(numbers, good), numbers.period[good, 0], angle[good], velocity[good]
         samples = settings.cycles * settings.samples_per_cycle
         end = np.maximum(samples * (period / settings.samples_per_cycle), settings.cycles * period)
         window = np.stack([settings.discard * period, end, period], axis=1)
@@ -181,7 +186,9 @@ def _keep(
     tally = picked(tallies, judged)
     at = chosen[judged]
     duration = (alike.window[:, 1] - alike.window[:, 0])[judged]
-    mass = reduced_inertias(alike.layout, alike.layout.clearance.tolist(), alike.numbers.inertia[judged])
+    inertia = np.repeat(alike.layout.inertia[None], judged.sum(), axis=0)
+    inertia[:, free_of(alike.model)] = alike.numbers.inertia[judged]
+    mass = reduced_inertias(alike.layout, alike.layout.clearance.tolist(), inertia)
     sums, gaps = {**tally._asdict(), "mass": mass}, gap_names(alike.layout)
     by_criterion: dict[str, Mapping[tuple[str, str], Array]] = {}
     for output in outputs.chosen:

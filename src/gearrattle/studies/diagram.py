@@ -162,7 +162,7 @@ def prepare(
     check_names(outputs, structures)
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(outputs, run, others=structures)
-    states = len(relative_coordinates(assemble(base).system).elements) + len(base.inertias)
+    states = len(relative_coordinates(assemble(base).system).elements) + assemble(base).system.size
     units = tuple(unit_of(name, base) for name in chosen.names)
     ends = tuple(inertia.name for inertia in base.inertias)
     chosen_outputs = along_all(kept_outputs.chosen, run, ends)

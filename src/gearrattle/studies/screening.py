@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from gearrattle.analysis.linear.response import steady_angles, steady_deflections, steady_extremes, turning_rates
 from gearrattle.analysis.statics import named_equilibrium
-from gearrattle.assembly import assemble, refuse_motions, refuse_unsteady
+from gearrattle.assembly import assemble, motion_amplitudes, refuse_recorded_motions, refuse_unsteady, whole
 from gearrattle.engine.system.equilibrium import Equilibrium
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
@@ -90,7 +90,7 @@ def screen(
     Raises
     ------
     ModelError
-        no loose gear, a value or path that is none, motions or records instead of harmonics.
+        no loose gear, a value or path that is none, records instead of harmonics.
     ConvergenceError
         not even one case could be simulated.
 
@@ -103,7 +103,7 @@ def screen(
     check_model(model)
     import xarray as xr
 
-    refuse_motions(model, "a screening")
+    refuse_recorded_motions(model, "a screening")
     by_path = isinstance(loads, Mapping)
     speed, load, factors = _axes(model, speeds, loads)
     base = model.with_(speed.at(0))
@@ -196,11 +196,13 @@ def _threshold(model: Model, gears: Sequence[LooseGear]) -> tuple[Array, Array, 
         for name in ("stiffness", "damping")
     )
     rates, angles = turning_rates(system), steady_angles(system, slope, damping)
+    angles = whole(model, angles.T, motion_amplitudes(model).T).T  # (inertias, orders)
     orders = rates / model.excitation.omega
     engine = np.isclose(orders[:, None], orders_of(model), rtol=1e-9, atol=0.0).any(axis=1)
     swings = steady_extremes(system, np.where(engine, -(rates**2) * angles, 0.0))
     reach = steady_extremes(system, steady_deflections(system, slope, damping))
-    peak = np.maximum(*(np.abs(rest.acceleration + swing) for swing in swings))
+    acceleration = whole(model, rest.acceleration, np.zeros(len(model.motions)))
+    peak = np.maximum(*(np.abs(acceleration + swing) for swing in swings))
     ratio = [torque_ratio(driveline.layout, gear, float(peak[gear.driver])) for gear in gears]
     lift = [_lift(system, rest, reach, g.mesh) for g in gears]
     return np.array(ratio), np.array(lift), _inside(system, rest, reach)

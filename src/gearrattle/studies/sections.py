@@ -7,7 +7,8 @@ A *section* is taken at t = (k + phase) T, T the common period of all orders. It
 
 by default the deflection and rate of every clearance. Whether the motion repeats is asked of all clearances, whatever
 was chosen, in units of half the clearance b (of the largest corner) and of b 2 pi / T; those of a law whose corners are
-all at zero in units of the sum of all loads over its largest slope.
+all at zero in units of the sum of all loads over its largest slope, or without loads of the amplitudes of prescribed
+angles.
 
 What a motion is called:
 
@@ -33,7 +34,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, period_of
+from gearrattle.assembly import assemble, free_names, free_of, period_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
@@ -159,6 +160,7 @@ def _wrong_phase(phase: Any) -> Problem | None:
 def _scales(model: Model, system: PiecewiseSystem) -> dict[str, float]:
     """Unit of every quantity: half the clearance, and that times 2 pi / T; for inertias the smallest about them."""
     load = sum(abs(t.mean) + sum(abs(h.amplitude) for h in t.harmonics) for t in model.torques)
+    swing = sum(abs(h.amplitude) for motion in model.motions for h in motion.harmonics)
     rate = 2.0 * np.pi / period_of(model).period
     scales: dict[str, float] = {}
     angles = np.full(system.size, np.inf)
@@ -167,11 +169,14 @@ def _scales(model: Model, system: PiecewiseSystem) -> dict[str, float]:
         corner = float(np.abs(law.corners).max(initial=0.0))
         arms = np.abs(system.rows[k])
         slope = float(law.stiffness.max()) * float(arms.max())
-        size = corner or (load / slope if load > 0.0 and slope > 0.0 else 1.0)
+        size = corner or (load / slope if load > 0.0 and slope > 0.0 else swing * float(arms.max()) or 1.0)
         scales[f"deflection.{element.name}"], scales[f"rate.{element.name}"] = size, size * rate
         angles[arms > 0.0] = np.minimum(angles[arms > 0.0], size / arms[arms > 0.0])
-    for inertia, angle in zip(model.inertias, np.where(np.isfinite(angles), angles, 1.0).tolist(), strict=True):
-        scales[f"angle.{inertia.name}"], scales[f"velocity.{inertia.name}"] = angle, angle * rate
+    for name, angle in zip(free_names(model), np.where(np.isfinite(angles), angles, 1.0).tolist(), strict=True):
+        scales[f"angle.{name}"], scales[f"velocity.{name}"] = angle, angle * rate
+    for motion in model.motions:
+        angle = swing or 1.0
+        scales[f"angle.{motion.on}"], scales[f"velocity.{motion.on}"] = angle, angle * rate
     return scales
 
 
@@ -185,10 +190,10 @@ def _quantity(name: str, run: Run, system: PiecewiseSystem, phase: float, stops:
     sine, cosine = inputs.error_sine[k], inputs.error_cosine[k]
     if kind == "deflection":
         error = float(sine @ np.sin(turn * phase) + cosine @ np.cos(turn * phase))
-        return np.asarray(t.angle[stops] @ system.rows[k] - error)
+        return np.asarray(t.angle[stops][:, free_of(run.model)] @ system.rows[k] - error)
     swift = turn / inputs.period
     error = float((sine * swift) @ np.cos(turn * phase) - (cosine * swift) @ np.sin(turn * phase))
-    return np.asarray(t.velocity[stops] @ system.rows[k] - error)
+    return np.asarray(t.velocity[stops][:, free_of(run.model)] @ system.rows[k] - error)
 
 
 def own_units(model: Model) -> tuple[str, str, str]:
@@ -295,7 +300,7 @@ def is_isolated(run: Run, cycles: int) -> bool:
     """
     total = _gradient(run, cycles)
     values, vectors = np.linalg.eig(total)
-    deflections = len(values) - len(run.trajectory.layout.inertia_names)
+    deflections = len(values) - len(free_names(run.model))
     moves = np.linalg.norm(vectors[:deflections], axis=0) > _STILL
     return not bool(np.any((np.abs(values) > 1.0 - _STILL) & moves))
 

@@ -7,14 +7,15 @@ the angles q are those with C q = c for which the change, weighted by the inerti
 
 rows of C being W_k for a deflection (c then is delta + e(0)) and a unit row for an angle; likewise the velocities with
 rates and e'(0). So a rate is set by an impulse between the two bodies of an element, which leaves their angular
-momentum (with a mesh, that of the train) as it was, and an angle moves one inertia alone.
+momentum (with a mesh, that of the train) as it was, and an angle moves one inertia alone. Inertias of prescribed motion
+have no initial value: in a state they stand as the motion has them.
 
 Takes a Model and names; gives a map from values to states as ``simulate`` takes them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any
@@ -22,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble
+from gearrattle.assembly import assemble, free_names, moved, whole
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
@@ -97,11 +98,11 @@ def starts_of(model: Model, names: Sequence[str]) -> Starts:
     ModelError
         a name there is not, or coordinates that follow from each other; all of them.
     """
-    parts, inertias = [e.name for e in model.elements], [inertia.name for inertia in model.inertias]
+    parts, inertias = [e.name for e in model.elements], free_names(model)
     known = [f"{kind}.{name}" for name in parts for kind in ("deflection", "rate")]
     known += [f"{kind}.{name}" for name in inertias for kind in ("angle", "velocity")]
-    rule = "there is no such initial value; there are deflection and rate of elements, angle and velocity of inertias"
-    problems = [Problem("over", f'"{name}"', rule, did_you_mean(name, known)) for name in names if name not in known]
+    moving = {motion.on for motion in model.motions}
+    problems = [_unknown(name, known, moving) for name in names if name not in known]
     if not names:
         problems.append(Problem("over", "", "needs an initial value at least", f'for example "{known[0]}"'))
     if problems:
@@ -115,9 +116,19 @@ def starts_of(model: Model, names: Sequence[str]) -> Starts:
     return Starts(*halves)
 
 
+def _unknown(name: str, known: Sequence[str], moving: Set[str]) -> Problem:
+    """What is wrong with a name that is none of an initial value."""
+    kind, _, subject = name.partition(".")
+    if kind in ("angle", "velocity") and subject in moving:
+        rule = "the motion of this inertia is prescribed: it has no initial value"
+        return Problem("over", f'"{name}"', rule, "deflections and rates of the elements at it have one")
+    rule = "there is no such initial value; there are deflection and rate of elements, angle and velocity of inertias"
+    return Problem("over", f'"{name}"', rule, did_you_mean(name, known))
+
+
 def _half(model: Model, names: list[str], base: Array, level: int) -> Half:
     system = assemble(model).system
-    parts, inertias = [e.name for e in model.elements], [inertia.name for inertia in model.inertias]
+    parts, inertias = [e.name for e in model.elements], free_names(model)
     rows, error = np.zeros((len(names), system.size)), np.zeros(len(names))
     for i, name in enumerate(names):
         kind, _, subject = name.partition(".")
@@ -135,7 +146,9 @@ def _half(model: Model, names: list[str], base: Array, level: int) -> Half:
     gain = np.zeros((system.size, len(names)))
     if names:
         gain[:] = np.linalg.solve(matrix, weighted.T).T
-    return Half(tuple(names), base, gain, rows @ base - error)
+    zero = rows @ base - error
+    base = whole(model, base, moved(model, np.zeros(1), level)[0])
+    return Half(tuple(names), base, whole(model, gain.T, np.zeros(len(model.motions))).T, zero)
 
 
 def _error(system: PiecewiseSystem, k: int, level: int) -> float:

@@ -55,7 +55,7 @@ class Swept:
         return (sum(largest), sum(slopes)) if self.smooth else (sum(largest),)
 
     def at(self, time: Array, rest: Array | float = 0.0, derivative: int = 0) -> Array:
-        """(t,) values or their first derivatives at times (t,) [s]."""
+        """(t,) values, or a derivative up to the second, at times (t,) [s]."""
         ramp, out = self.ramp, np.zeros(np.shape(time))
         speed = ramp.speed(time)
         rate = np.where(time < ramp.over, ramp.rate, 0.0)
@@ -64,11 +64,16 @@ class Swept:
             size = tone.at(speed)
             if tone.order not in turned:
                 turned[tone.order] = 2.0 * np.pi * turns(ramp, tone.order, time, rest)
-            angle = turned[tone.order] + tone.phase
+            angle, turning = turned[tone.order] + tone.phase, tone.order * speed
             if derivative == 0:
                 out += size * np.sin(angle)
-            else:
-                out += tone.at(speed, 1) * rate * np.sin(angle) + size * tone.order * speed * np.cos(angle)
+                continue
+            slope = tone.at(speed, 1) * rate
+            if derivative == 1:
+                out += slope * np.sin(angle) + size * turning * np.cos(angle)
+                continue
+            out += (tone.at(speed, 2) * rate**2 - size * turning**2) * np.sin(angle)
+            out += (2.0 * slope * turning + size * tone.order * rate) * np.cos(angle)
         return out
 
     def rounding(self, time: Array, derivative: int = 0) -> Array:
