@@ -1,8 +1,8 @@
 """Inputs of a model that are no harmonics of one speed, as ``Signals``: records, and all harmonics along a sweep.
 
-A record's torque is parted into the mean that the static start sees and the rest. A recorded motion moves the elements
+A record's torque is split into the mean that the static start sees and the rest. A recorded motion moves the elements
 at its inertia. Along a sweep of the speed every driven inertia, every mesh and every motion by harmonics has one
-channel: its harmonics follow the angle, their amplitudes, means and drag torques their tables.
+channel. Its harmonics follow the angle; amplitudes, means and drag torques follow their tables over the speed.
 
 Takes a Model; gives Signals, or None where all inputs are harmonics.
 """
@@ -186,6 +186,6 @@ def _error_harmonics(model: Model) -> Iterator[tuple[Sequence[Harmonic], Array]]
 
 
 def _changing(value: float, sign: float, speeds: tuple[float, float]) -> Iterator[Tone]:
-    """What a mean of a table adds to that of the first speed."""
+    """What a mean that is a table over speed adds to its value at the first speed."""
     if isinstance(value, AtSpeed):
         yield tone(0.0, sign * pi / 2.0, value, speeds, float(value))

@@ -107,7 +107,7 @@ def _outliving(folder: Storage) -> Storage:
 
 
 def _divided(scheduler: str | None) -> str:
-    """What an estimate says of a cluster, whose workers are not counted before it is asked."""
+    """Words that an estimate adds for a cluster: its workers are not counted before it is asked."""
     return f"; divide by the number of threads of {scheduler}" if "://" in (scheduler or "") else ""
 
 

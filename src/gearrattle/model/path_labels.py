@@ -76,7 +76,8 @@ def path_label(path: str, model: Model) -> PathLabel:
     Parameters
     ----------
     path
-        such as ``"mesh.gear.backlash"`` or ``"initial.deflection.gear"``; one of nothing known is its own label.
+        such as ``"mesh.gear.backlash"`` or ``"initial.deflection.gear"``; an unknown path gets its own keys as
+        words, and no unit.
     model
         whose path it is; names, orders and units are taken from it.
 
@@ -131,7 +132,7 @@ def _words(parts: Sequence[str], tables: Mapping[str, Any]) -> str:
 
 
 def _of_part(keys: Sequence[str], owner: str, table: Mapping[str, Any]) -> str:
-    """Words of a key of a part; what lies deeper is named from the inside out."""
+    """Words of a key of a part; the innermost key is named first, then what contains it."""
     key, rest = keys[0], list(keys[1:])
     of = f" of {owner}" if owner else ""
     if key in ("stages", "coast_stages") and len(rest) > 1:
@@ -213,7 +214,7 @@ def _unit_at(parts: Sequence[str]) -> str:
     last = ""  # the key of a table over speed or time, if the path ends in one
     for part in parts:
         inner = [child for node in annotations for child in _below(node, part)]
-        annotations, last = inner or annotations, "" if inner else part  # not found: a name, an index, such a key
+        annotations, last = inner or annotations, "" if inner else part  # not found: a name, an index, that key
     readers = [reader for node in annotations for reader in _walk(node)]
     quantity = next((reader for reader in readers if isinstance(reader, Quantity)), None)
     record = next((reader for reader in readers if isinstance(reader, OverTime)), None)

@@ -1,7 +1,7 @@
-"""An event of a branch followed over a second value of the model: where motions begin and end to exist, as a curve.
+"""An event of a branch followed over a second value of the model: the border of where motions exist, as a curve.
 
-The second value is changed step by step; the event is expected where its last two places lead to, and located there.
-A fold that meets another one in a cusp is no longer there beyond it: the curve ends.
+The second value is changed step by step. Each event is predicted by a straight line through the last two, then located
+exactly. Two folds meet in a cusp, and neither exists beyond it: the curve ends there.
 
 Takes a Branch and an event; gives a Dataset.
 """
@@ -32,14 +32,14 @@ Array = NDArray[np.float64]
 
 _STEPS = 40.0  # over the range, at least
 _SHORTEST = 1e-4  # of the first step
-_FARTHEST = 0.2  # arclength that an event moves in a step
-_EASY = 0.05  # the same, after which a step may grow
+_FARTHEST = 0.2  # largest distance that an event may move in a step, in units of w
+_EASY = 0.05  # a smaller distance than this: the step may grow
 
 
 def boundary_of(
     model: Model, path: str, curve: Continuation, event: Event, *, second: str, ends: tuple[float, float]
 ) -> xr.Dataset:
-    """Return an event over a second value of the model, both ways from the model's own; see ``Branch.boundary``.
+    """Follow an event from the model's own second value to both ends of its range; see ``Branch.boundary``.
 
     Raises
     ------
@@ -78,16 +78,16 @@ def boundary_of(
 
 
 def _one_way(
-    follower: Callable[[float], Continuation], event: Event, begin: float, end: float
+    follower: Callable[[float], Continuation], event: Event, start: float, end: float
 ) -> list[tuple[float, Event]]:
-    """The event from a value on to an end, as far as it is there: values and events."""
-    located = [(begin, event)]
-    whole = (end - begin) / _STEPS
-    step = whole
-    while located[-1][0] != end and abs(step) >= _SHORTEST * abs(whole):
+    """The event from a start value to an end value, as far as it exists: pairs of second value and event."""
+    located = [(start, event)]
+    first_step = (end - start) / _STEPS
+    step = first_step
+    while located[-1][0] != end and abs(step) >= _SHORTEST * abs(first_step):
         value, now = located[-1]
         following = value + step
-        if (end - following) * (end - begin) <= 0.0:
+        if (end - following) * (end - start) <= 0.0:
             following = end
         change = np.zeros_like(now.point.w)
         if len(located) > 1:
@@ -103,5 +103,5 @@ def _one_way(
             step *= 0.5
             continue
         located.append((following, moved))
-        step = float(np.clip(1.5 * step, -2.0 * abs(whole), 2.0 * abs(whole))) if distance < _EASY else step
+        step = float(np.clip(1.5 * step, -2.0 * abs(first_step), 2.0 * abs(first_step))) if distance < _EASY else step
     return located

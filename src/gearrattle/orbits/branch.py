@@ -59,7 +59,7 @@ class Branch(Result):
     cycles
         periods T after which the motions repeat.
     curves
-        the branches as the engine has them; the first goes through the motion at the begin of the range.
+        the branches as the engine has them; the first starts at the first end of the range.
     notes
         what the user must know.
 
@@ -88,9 +88,9 @@ class Branch(Result):
     def data(self) -> xr.Dataset:
         """A Dataset over "point".
 
-        branch (0: the one through the motion at the begin of the range), value [SI], stable, multiplier (point, mode),
-        peak_to_peak, mean, lowest and highest deflection (point, clearance) [rad or m], impacts (point), error of the
-        state over its size.
+        branch (0: the one that starts at the first end of the range), cycles (periods of its motions), value [SI],
+        stable, multiplier (point, mode), peak_to_peak, mean, lowest and highest deflection (point, clearance) [rad or
+        m], crossings (how many), error of the state over its size.
         """
         import xarray as xr
 
@@ -124,9 +124,9 @@ class Branch(Result):
 
     @cached_property
     def events(self) -> pd.DataFrame:
-        """What happens along the branches, in the order in which each passes it.
+        """The events of all branches, in the order of each branch.
 
-        branch, kind, value [SI], point (the one before it), clearance (what grazes or crosses; empty for none),
+        branch, kind, value [SI], point (the last one before it), clearance (what grazes or crosses; empty for none),
         collision (whether the gradient jumps there).
         """
         import pandas as pd
@@ -176,7 +176,7 @@ class Branch(Result):
         return gradients_of(self.model, self.path, curve, chosen, paths)
 
     def boundary(self, event: int, second: str, range: tuple[float | str, float | str]) -> xr.Dataset:
-        """Follow an event over a second value of the model: a curve that parts where motions exist from where not.
+        """Follow an event over a second value of the model: a border curve in the plane of both values.
 
         Parameters
         ----------
@@ -213,7 +213,7 @@ class Branch(Result):
         return boundary_of(self.model, self.path, curve, chosen, second=second, ends=(low, high))
 
     def _located(self, event: int) -> tuple[Event, Continuation]:
-        """An event by its row, and what follows its branch."""
+        """An event by its row, and the Continuation of its branch."""
         if not 0 <= event < len(self.events):
             raise ModelError(Problem("event", shown(event), f"there are {counted(len(self.events), 'event')}"))
         located = zip(self.curves, self.events_of_curves, strict=True)
@@ -267,7 +267,7 @@ class Branch(Result):
 
     @cached_property
     def event_levels(self) -> Array:
-        """(E, 3, K) lowest, highest and mean deflection of every clearance at every event, as ``events`` has them."""
+        """(E, 3, K) lowest, highest and mean deflection of the K clearances at the E events of ``events``."""
         clearances = len(assemble(self.model).layout.clearance_names)
         levels = [
             self._follower(curve).family.map_at(event.point.parameter).levels(event.point.motion)
@@ -278,7 +278,7 @@ class Branch(Result):
 
     @cached_property
     def _levels(self) -> tuple[tuple[Array, ...], ...]:
-        """(3, K) lowest, highest and mean deflection of every clearance at every point of every branch."""
+        """For every branch and each of its points: (3, K) lowest, highest and mean deflection of the K clearances."""
         followers = [(curve, self._follower(curve).family) for curve in self.curves]
         return tuple(
             tuple(family.map_at(point.parameter).levels(point.motion) for point in curve.points)
@@ -296,7 +296,7 @@ class Branch(Result):
         return tuple(merged)
 
     def _follower(self, curve: Curve) -> Continuation:
-        """What follows a branch, in the units of its points."""
+        """The Continuation of a branch, in the units of its points."""
         first = curve.points[0]
         span = abs(self.range[1] - self.range[0])
         family = family_of(self.model, self.path, first.parameter, curve.cycles, span)
@@ -304,7 +304,7 @@ class Branch(Result):
 
 
 def watched_names(model: Model) -> tuple[str, ...]:
-    """Return the names of what may leave its piece: clearances, then auxiliary elements."""
+    """Return the names that ``Event.watch`` counts: clearances, then auxiliary elements."""
     layout = assemble(model).layout
     return (*layout.clearance_names, *layout.auxiliary_names)
 
@@ -337,9 +337,9 @@ def continuation(
     step_limit
         largest change of the value between points [SI]; None: as the branch allows.
     isolated
-        whether branches are sought that do not hang together with the first.
+        whether branches are sought that are not connected to the first.
     progress
-        called now and then with the finished share; what it raises ends the work.
+        called with the finished share of the first branch; an exception from it ends the work.
 
     Returns
     -------
@@ -367,11 +367,11 @@ def continuation(
     check_repeats(base)
     if step_limit is not None and not (isinstance(step_limit, int | float) and 0.0 < step_limit < np.inf):
         raise ModelError(Problem("step_limit", shown(step_limit), "must be a number greater than zero"))
-    begin = periodic(base, cycles, start)
+    first_orbit = periodic(base, cycles, start)
     unit = abs(last - first)
     family = family_of(model, path, first, cycles, unit)
     curve = Continuation(family, longest=1.0 / _POINTS, step_limit=step_limit)
-    start_point = curve.begin(begin.motion.start, first, upward=last > first)
+    start_point = curve.begin(first_orbit.motion.start, first, upward=last > first)
     ascending = min(first, last), max(first, last)
     curves = [followed(curve, start_point, ascending, progress=progress)]
     if isolated:

@@ -41,7 +41,7 @@ class Curve:
     note: str = ""
 
     def steps(self) -> Iterator[tuple[Point, Point]]:
-        """Return the pairs of points that follow one another."""
+        """Yield the pairs of consecutive points."""
         return pairwise(self.points)
 
 
@@ -58,14 +58,14 @@ def followed(
     Parameters
     ----------
     curve
-        follows it.
+        the Continuation that follows it.
     begin
         its first point.
     ends
         of the range, ascending.
     home
-        of a branch that left another where its period doubled: follows motions of half its periods. It ends where
-        both halves of its motions are the same again.
+        for a branch of doubled period: the Continuation of motions with half as many periods. The branch ends where
+        both halves of its motions are the same again. None: any other branch.
     progress
         called with how far the parameter has come, as a share of the range.
     """

@@ -2,9 +2,10 @@
 
 Newton's method from a grid of starts misses motions: on piecewise-linear maps it goes round in circles. So
 
-1. states from all over the reach of the driveline are followed until they have settled: what attracts is met,
-2. Newton's method begins from all of them as well: of what does not attract it meets some,
-3. every motion is followed over the speed, both ways, through folds: its branch meets the speed again in others,
+1. states spread over the reach of the driveline are followed until they settle: this finds attracting motions,
+2. Newton's method begins from all of them as well: this finds some motions that do not attract,
+3. every motion is followed over the speed, up and down, through folds: where its branch comes back to the speed of the
+   model, it gives other motions,
 4. the fixed points of the n-period map are counted. If all motions end in a bounded set and none is free,
    the sum of the signs of det(I - M) over them is 1 (Brouwer's degree): a sum that differs says that one is missing.
    Then Newton's method goes on from further starts, repelled by what is known.
@@ -29,7 +30,7 @@ from gearrattle.orbits.orbit import Orbit, settled_state
 from gearrattle.orbits.search import Known, deflated, free_directions, search, starts_of
 
 _STARTS = 32
-_FURTHER = 64  # starts with known motions deflated
+_FURTHER = 64  # starts of the deflated Newton method
 _PATH = "excitation.speed"
 _SPAN = 0.6  # of the speed, to both sides
 _STEP = 0.05
@@ -37,7 +38,7 @@ _POINTS = 600  # of a branch over the speed
 
 
 def every_orbit(model: Model, cycles: int) -> list[Orbit]:
-    """Return all motions that repeat after so many periods, by the size of their swings.
+    """Return all motions that repeat after ``cycles`` periods, those with the largest swings last.
 
     ``cycles`` of an orbit are the fewest periods after which it repeats. A note on each says where the count of fixed
     points shows that a motion is missing, or that it cannot show it.
@@ -60,7 +61,7 @@ def every_orbit(model: Model, cycles: int) -> list[Orbit]:
 
 
 def _follow_all(model: Model, known: Known, first: int) -> None:
-    """Follow motions over the speed, and keep what their branches meet at the speed of the model."""
+    """Follow the motions from index ``first`` on over the speed; keep what their branches give at the model's speed."""
     speed = model.excitation.omega
     curve = Continuation(family_of(model, _PATH, speed, known.period_map.cycles, speed * _SPAN), longest=_STEP)
     for motion in known.passes[first:]:  # what is added lies on the branch of one of these
@@ -71,7 +72,7 @@ def _follow_all(model: Model, known: Known, first: int) -> None:
 
 
 def _met_again(curve: Continuation, motion: Pass, value: float, upward: bool) -> Iterator[Pass]:
-    """Yield the motions in which the branch of a motion meets its parameter again."""
+    """Yield the further motions of a branch at the parameter value of the first one."""
     span = _SPAN * value
     try:
         points = [curve.begin(motion.start, value, upward=upward)]

@@ -1,4 +1,4 @@
-"""The period map of a model with one of its values free.
+"""The period map of a model as a function of one of its values.
 
 Takes a Model and a path; gives a Family of the engine.
 """
@@ -33,13 +33,13 @@ def family_of(model: Model, path: str, first: float, cycles: int, unit: float) -
     model
         the driveline.
     path
-        of the value that is free.
+        of the value that varies.
     first
         one of its values [SI].
     cycles
         periods that a motion lasts.
     unit
-        of the value: a change that counts as much as a state that changes by the largest corner.
+        scale of the value [SI]: a change by one unit counts as much as a change of the state by the largest corner.
     """
 
     def system_of(value: float) -> PiecewiseSystem:

@@ -46,10 +46,11 @@ def periodic(
     cycles
         periods T of all orders after which the motion repeats.
     start
-        near it: "static", "zero", {"angle": [...], "velocity": [...]} of all inertias [rad, rad/s], a run (its end) or
-        an orbit; "linear": the motion that grows out of the rest as all harmonics grow from nothing to what they are.
-        None: the model's own start is followed until it has settled, so that the motion is one that a simulation
-        shows; where it does not settle, "linear", unless friction or alternation would make that take minutes.
+        a state near the motion: "static", "zero", {"angle": [...], "velocity": [...]} of all inertias [rad, rad/s],
+        a run (its end) or an orbit. "linear": the motion that grows out of the rest as all harmonics grow from zero to
+        their full size. None: the model's own start is followed until it has settled, so that the motion is
+        one that a simulation shows; where it does not settle, "linear", unless friction or alternation would make that
+        take minutes.
     every
         whether all motions that repeat after ``cycles`` periods are sought.
 
@@ -90,7 +91,7 @@ def periodic(
 
 
 def _settled(model: Model, period_map: PeriodMap) -> shooting.Orbit:
-    """The motion that the model's own start settles to; where it settles to none, that which grows out of the rest."""
+    """The motion to which the model's own start settles; where it does not settle, the one that "linear" gives."""
     try:
         return shooting.shoot(period_map, settled_state(model, period_map), settle=ATTEMPTS)
     except ConvergenceError as error:

@@ -1,7 +1,7 @@
-"""Families of periodic motions at one and the same model: what is free, and how far.
+"""Families of periodic motions of one model: which states are free, and between which values.
 
-Where I - M is singular, motions that differ in a direction d repeat as well: y + s d. As long as the regions and their
-order stay the same the map is linear in s, so the family is an interval of s. Its ends are found by halving.
+Where I - M is singular with null vector d, the motions from y + s d repeat as well. As long as the regions and their
+order stay the same the map is linear in s, so the family is an interval of s. Its ends are found by bisection.
 
 Takes a periodic motion; gives Intervals.
 """
@@ -23,14 +23,14 @@ from gearrattle.model import Model
 
 Array = NDArray[np.float64]
 
-_FARTHEST = 1e3  # times the largest corner, or the size of the state: beyond, a family has no end
+_FARTHEST = 1e3  # of the size of the state: a family that reaches so far counts as endless
 _REPEATS = 1e-9  # of the size of the state
 _HALVINGS = 50
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A state that is free at the start of the period, and between which values.
+    """A state that is free at the start of the period, and the values that it may take.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Interval:
     low, high
         its ends [rad, m or rad/s]; infinite where there is none.
     value
-        of the motion at hand.
+        of that state in the given motion.
     """
 
     name: str
@@ -58,7 +58,7 @@ def state_names(model: Model) -> tuple[str, ...]:
 
 
 def intervals_of(model: Model, period_map: PeriodMap, motion: Pass) -> tuple[Interval, ...]:
-    """Return what is free in a periodic motion, one interval for every free direction."""
+    """Return the free states of a periodic motion, one interval for every free direction."""
     free, names, scale = shooting.newton_step(period_map, motion)[1], state_names(model), period_map.scale
     intervals = []
     for direction in free.T:
@@ -71,7 +71,7 @@ def intervals_of(model: Model, period_map: PeriodMap, motion: Pass) -> tuple[Int
 
 
 def _reach(period_map: PeriodMap, motion: Pass, direction: Array) -> float:
-    """How far the family goes in a direction, in units of it; infinite if it does not end."""
+    """Largest s for which the motion from y + s direction (N,) [SI] repeats; infinite if there is no end."""
     size = max(period_map.size, float(np.linalg.norm(motion.start.y * period_map.scale)))
     near, far = 0.0, _FARTHEST * size
     if _repeats(period_map, motion, far * direction, size):
@@ -90,7 +90,7 @@ def _reach(period_map: PeriodMap, motion: Pass, direction: Array) -> float:
 
 
 def _repeats(period_map: PeriodMap, motion: Pass, change: Array, size: float) -> bool:
-    """Whether a motion changed at its start repeats, with the same crossings in the same order."""
+    """Whether a motion with a changed start (N,) [SI] repeats, with the same crossings in the same order."""
     try:
         other = period_map(State(motion.start.y + change, motion.end.auxiliary_pieces))
     except ConvergenceError:

@@ -1,4 +1,4 @@
-"""Branches that hang together with no other, and those that leave a branch where it loses its stability.
+"""Isolated branches, and branches that leave another one where it loses its stability.
 
 Takes a Continuation and the branches known so far; gives further ones.
 """
@@ -21,18 +21,18 @@ from gearrattle.orbits.search import Known, search, starts_of
 Array = NDArray[np.float64]
 
 _VALUES = 7
-"""Of the parameter, between the ends of the range, at which isolated branches are sought."""
+"""Number of parameter values inside the range at which isolated branches are sought."""
 _STARTS = 24
-_DISTANCES = (0.02, 0.005, 0.001)  # from the branch that is left
+_DISTANCES = (0.02, 0.005, 0.001)  # of the first point from the branch that is left, in units of w
 
 
 def isolated_curves(curve: Continuation, ends: tuple[float, float], curves: Sequence[Curve]) -> list[Curve]:
-    """Return branches that hang together with none of those known.
+    """Return branches that are connected to none of the known ones.
 
     Parameters
     ----------
     curve
-        follows them.
+        the Continuation that follows them.
     ends
         of the range, ascending.
     curves
@@ -48,9 +48,9 @@ def isolated_curves(curve: Continuation, ends: tuple[float, float], curves: Sequ
             search(known, state)
         for motion in known.passes:
             if not on_branches.holds(motion.start):
-                both = _both_ways(curve, motion.start, float(value), ends)
-                further.append(both)
-                for point in _points_at(curve, [both], float(value)):
+                isolated = _both_ways(curve, motion.start, float(value), ends)
+                further.append(isolated)
+                for point in _points_at(curve, [isolated], float(value)):
                     on_branches.add(point.motion)
                 on_branches.add(motion)
     return further
@@ -67,9 +67,9 @@ def _points_at(curve: Continuation, curves: Sequence[Curve], value: float) -> li
 
 
 def _both_ways(curve: Continuation, state: State, value: float, ends: tuple[float, float]) -> Curve:
-    """The branch through a motion, from end to end."""
-    begin = curve.begin(state, value)
-    ahead = followed(curve, begin, ends)
+    """The branch through a motion, followed upward and downward and put together."""
+    first = curve.begin(state, value)
+    ahead = followed(curve, first, ends)
     if len(ahead.points) > 2 and ahead.points[-1].parameter == value:  # closed
         return ahead
     behind = followed(curve, curve.begin(state, value, upward=False), ends)
@@ -82,7 +82,7 @@ def _both_ways(curve: Continuation, state: State, value: float, ends: tuple[floa
 
 
 def _reversed(point: Point, length: float) -> Point:
-    """A point of a branch that is gone through backwards and is so long."""
+    """A point of a branch of a length, as seen when the branch is passed backwards."""
     return replace(turned_around(point), length=length - point.length)
 
 
@@ -92,7 +92,7 @@ def branches_off(curve: Continuation, doubled: Continuation, known: Curve, ends:
     Parameters
     ----------
     curve, doubled
-        follow motions of n and of 2 n periods.
+        the Continuations of motions of n and of 2 n periods.
     known
         the branch that is left.
     ends
@@ -110,8 +110,8 @@ def branches_off(curve: Continuation, doubled: Continuation, known: Curve, ends:
         else:
             continue
         follower = doubled if event.kind == DOUBLING else curve
-        for begin in leaving:
-            branch = followed(follower, begin, ends, home=curve if event.kind == DOUBLING else None)
+        for first in leaving:
+            branch = followed(follower, first, ends, home=curve if event.kind == DOUBLING else None)
             further.append(branch)
             if branch.events and branch.events[-1].kind == DOUBLING:
                 reached.append(branch.events[-1].point.parameter)
@@ -119,7 +119,7 @@ def branches_off(curve: Continuation, doubled: Continuation, known: Curve, ends:
 
 
 def _leaving(curve: Continuation, event: Event, multiplier: float, signs: Sequence[float]) -> list[Point]:
-    """Points beside an event along the eigenvector of a multiplier, both signs where these are two branches."""
+    """First points of the branches that leave at an event, along the eigenvector of a multiplier, one for each sign."""
     values, vectors = np.linalg.eig(event.point.gradient)
     vector = vectors[:, np.argmin(np.abs(values - multiplier))].real
     points = []

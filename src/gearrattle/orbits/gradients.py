@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _CHANGE = 1e-5  # of a number, to both sides
-_CHANGE_APART = 1e-7  # the same for grazings: nothing may touch
+_CHANGE_APART = 1e-7  # the same for grazings: the changed motions must not touch
 _LEFT_OUT = ("simulation", "schema", "name", "units")
 
 
 def numbers_of(model: Model, path: str) -> Iterator[str]:
-    """Yield the paths of all numbers of a model that are not zero, but for one path and what only settles a run."""
+    """Yield the paths of all numbers of a model that are not zero, without ``path`` and simulation settings."""
     tables = model.to_tables()
     for other in path_names(tables):
         value = value_at(tables, other)
@@ -55,7 +55,7 @@ def check_kind(event: Event) -> None:
 def gradients_of(
     model: Model, path: str, curve: Continuation, event: Event, paths: Sequence[str] | None
 ) -> pd.DataFrame:
-    """Return how an event moves with the numbers of a model; those it does not move with are left out.
+    """Return how an event moves with the numbers of a model, as a table; see ``Branch.gradients``.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def gradients_of(
     path
         of the value that the branch is followed over.
     curve
-        that the event lies on.
+        the Continuation of the branch that the event lies on.
     event
         the event.
     paths

@@ -1,6 +1,6 @@
 """Where the mean deflection of a clearance passes one of its corners along a branch.
 
-Nothing happens to the motion there; but describing functions and the regime by the mean change their case.
+The motion itself does not change there; but describing functions and the regime by the mean change their case.
 
 Takes a Curve and the levels at its points; gives events.
 """
@@ -24,18 +24,18 @@ _LOCATED = 1e-12  # of the way between two points
 
 
 def mean_events(curve: Continuation, known: Curve, levels: Sequence[Array], corners: Sequence[Array]) -> list[Event]:
-    """Return the events of one branch.
+    """Return where means pass corners along one branch.
 
     Parameters
     ----------
     curve
-        follows it.
+        the Continuation of the branch.
     known
         the branch.
     levels
-        (3, K) at every point, the mean last.
+        of every point: (3, K) lowest, highest and mean deflections of the K clearances.
     corners
-        of every clearance.
+        of every clearance (any number) [rad or m].
     """
     return [
         event

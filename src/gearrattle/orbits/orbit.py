@@ -1,6 +1,6 @@
 """A motion of a model that repeats, stable or not.
 
-A motion of n periods T is a zero of P(y) - y, P the map of a state to that n T later, which ``exact`` gives with its
+A motion of n periods T is a zero of P(y) - y, P the map of a state to the state n T later. ``exact`` gives P and its
 gradient M (``engine.periodic``). The eigenvalues of M are the Floquet multipliers: a small disturbance is multiplied by
 them every n T.
 
@@ -47,7 +47,7 @@ ATTEMPTS = 5
 """Searches from a settled motion, each after twice as long."""
 _SMALLEST = 0.01  # of all harmonics, to begin with
 _MOST_POINTS = 400
-_STABLE = 1e-9  # a multiplier larger than one by less is rounding
+_STABLE = 1e-9  # a modulus that exceeds one by less than this is rounding
 CYCLES = Count(1, 64)
 """Periods after which a motion may repeat."""
 
@@ -65,10 +65,10 @@ class Orbit(Result):
     motion
         as the engine has it.
     residual
-        how far the end of the motion is from its begin, over the largest corner or the size of the state.
+        distance between end and start of the motion, over the largest corner or the size of the state.
     free
-        directions in which the neighbours of this motion repeat as well, without the turning of free trains; 0 for a
-        motion that is isolated.
+        number of directions in which neighbouring motions repeat as well, the turning of free trains not counted; 0
+        for an isolated motion.
     notes
         what the user must know about it.
 
@@ -118,10 +118,10 @@ class Orbit(Result):
 
     @cached_property
     def family(self) -> tuple[Interval, ...]:
-        """What is free where the motion is one of a family, and between which values; empty for an isolated motion.
+        """The free states of a motion that is one of a family, with their ranges; empty for an isolated motion.
 
-        A slider that never slips, a body that floats in its gap and a train without drag each give an interval: there
-        the neighbours of this motion repeat as well, with the same impacts.
+        A slider that never slips, a body that floats in its gap and a train without drag each give an interval: inside
+        it neighbouring motions repeat as well, with the same impacts.
         """
         return intervals_of(self.model, self.period_map, self.motion)
 
@@ -133,13 +133,13 @@ class Orbit(Result):
         on
             the inertia on which the pulses act.
         instants
-            how many, evenly over the period of the motion.
+            number of instants, evenly spaced over the n T of the motion.
 
         Returns
         -------
         pandas.DataFrame
-            share of the period and time [s] at which the pulse acts, its impulse forward and backward [N m s]: the
-            smallest that tips the motion over, NaN where none does.
+            share (of n T) and time [s] at which the pulse acts; forward and backward, the smallest impulse that tips
+            the motion over [N m s], backward ones negative, NaN where none does.
 
         Raises
         ------
@@ -159,13 +159,13 @@ class Orbit(Result):
 
     @cached_property
     def run(self) -> Run:
-        """The motion over its period, no longer: what is unstable would leave it."""
+        """The motion over its n T, no longer: a simulation would leave an unstable motion."""
         plan = plan_of(self.model, self.period_map, self.motion.start, SAMPLES_PER_CYCLE)
         return plan.run(integrate(plan.task, plan.layout, "exact"))
 
     @cached_property
     def verdict(self) -> Verdict:
-        """What the criteria say of it."""
+        """The verdict of the criteria on the motion."""
         return criteria(self.run)
 
     @cached_property
@@ -191,12 +191,12 @@ def is_stable(multipliers: NDArray[np.complex128], free: int) -> bool:
 
 
 def settled_state(model: Model, period_map: PeriodMap) -> State:
-    """Return the state of the model's own start some periods later."""
+    """Return the state that the model's own start has reached after 32 periods or a little more."""
     return period_map.later(state_of(model, period_map, None), -(-_SETTLING // period_map.cycles))
 
 
 def linear_state(period_map: PeriodMap, rest: State) -> State:
-    """Return the motion that grows out of the rest as all harmonics grow from nothing to what they are.
+    """Return the start of the motion that grows out of the rest as all harmonics grow from zero to their full size.
 
     Parameters
     ----------
@@ -232,7 +232,7 @@ def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbi
 
 
 def _without_drift(period_map: PeriodMap, orbit: shooting.Orbit) -> shooting.Orbit:
-    """The same motion of trains without drag at the speed zero on average."""
+    """The same motion, with trains without drag at an average speed of zero."""
     system = period_map.system
     motion = relative_coordinates(system).angle_from_reference
     is_free = (np.abs(motion.T) @ system.drag) == 0.0

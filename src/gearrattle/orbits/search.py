@@ -1,11 +1,11 @@
 """Periodic motions of one driveline that are known, and the search for others.
 
-States from all over the reach of the driveline are followed until they have settled, and Newton's method begins there
-and where they began. Deflated, it is repelled by what is known.
+States spread over the reach of the driveline are followed until they settle. Newton's method begins from the settled
+states and from the first ones. With deflation it is repelled by the known motions.
 
 P. E. Farrell, A. Birkisson, S. W. Funke, SIAM J. Sci. Comput. 37 (2015), A2026-A2045, for the deflation.
 
-Takes a PeriodMap; gives Passages of motions that repeat.
+Takes a PeriodMap; gives Passes of motions that repeat.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Known:
     passes
         the motions.
     shifts
-        of each the states (N,) at the begin of every period, balanced.
+        of each motion its states (N,) at the start of every period, in balanced coordinates.
     """
 
     period_map: PeriodMap
@@ -58,13 +58,13 @@ class Known:
         return True
 
     def holds(self, state: State) -> bool:
-        """Return whether a state is that of a known motion at the begin of one of its periods."""
+        """Return whether a state is that of a known motion at the start of one of its periods."""
         start = state.y * self.period_map.scale
         size = max(self.period_map.size, float(np.linalg.norm(start)))
         return any(bool(np.linalg.norm(start - other) < _SAME * size) for known in self.shifts for other in known)
 
     def _shifted(self, motion: Pass) -> list[Array]:
-        """The states at the begin of every period, those of a shorter period once."""
+        """(N,) balanced states at the start of every period; where the motion repeats sooner, each state once."""
         once, scale = PeriodMap(self.period_map.system, 1), self.period_map.scale
         states, state = [motion.start.y * scale], motion.start
         for _ in range(self.period_map.cycles - 1):
@@ -85,7 +85,7 @@ class Known:
 
 
 def starts_of(period_map: PeriodMap, count: int, seed: int = 0) -> Iterator[State]:
-    """Yield states all over the reach of a driveline: some corners wide, as fast as once through it in a period.
+    """Yield states spread over the reach of a driveline: up to 4 times the largest corner in balanced coordinates.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def starts_of(period_map: PeriodMap, count: int, seed: int = 0) -> Iterator[Stat
 
 
 def search(known: Known, state: State) -> None:
-    """Look for a motion near where a state leads to, and near the state."""
+    """Search for a motion from where a state settles, and from the state itself; keep what is found."""
     period_map = known.period_map
     with contextlib.suppress(ConvergenceError):
         later = period_map.later(state, -(-_SETTLING // period_map.cycles))
@@ -116,12 +116,12 @@ def search(known: Known, state: State) -> None:
 
 
 def free_directions(period_map: PeriodMap, motion: Pass) -> int:
-    """Return how many directions there are in which the neighbours of a motion repeat as well."""
+    """Return the number of directions in which neighbouring motions repeat as well."""
     return int(shooting.newton_step(period_map, motion)[1].shape[1])
 
 
 def deflated(known: Known, state: State) -> Pass | None:
-    """Return what Newton's method, repelled by what is known, meets from a state; None if it meets nothing."""
+    """Return the motion that the deflated Newton method finds from a state; None if it finds none."""
     period_map = known.period_map
     scale, size = period_map.scale, period_map.size
     try:

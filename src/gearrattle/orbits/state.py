@@ -1,4 +1,4 @@
-"""States of a model at the begin of a period, as users write them and as the period map takes them.
+"""States of a model at the start of a period, as users write them and as the period map takes them.
 
 Takes a Model, and a start in any of its forms; gives states of ``engine.periodic``, and back.
 """
@@ -56,7 +56,7 @@ def state_of(model: Model, period_map: PeriodMap, start: Start | None) -> State:
     Raises
     ------
     ModelError
-        it is none, or the model has no static equilibrium.
+        the start is not valid, or the model has no static equilibrium.
     """
     if isinstance(start, Run):
         return _end_of(model, period_map, start)
@@ -84,9 +84,9 @@ def _end_of(model: Model, period_map: PeriodMap, run: Run) -> State:
 def initial_of(model: Model, period_map: PeriodMap, state: State) -> dict[str, list[float]]:
     """Return a state as ``simulate`` takes it: angles and velocities of all inertias, references at zero."""
     task = period_map.task(state, 1)
-    begin = np.zeros(1)
+    time = np.zeros(1)
     angle, velocity = (
-        whole(model, values[None], moved(model, begin, order))[0]
+        whole(model, values[None], moved(model, time, order))[0]
         for order, values in enumerate((task.angle, task.velocity))
     )
     return {"angle": angle.tolist(), "velocity": velocity.tolist()}

@@ -1,10 +1,10 @@
-"""What tips a stable motion over into another: the smallest pulse of torque, and the instant at which it acts best.
+"""The smallest pulse of torque that tips a stable motion over into another one, at several instants of the period.
 
-A pulse of the impulse I on an inertia J changes its speed by I / J at once. Small ones die out; the smallest that does
-not leads to the border of the basin, along which the motion goes to an unstable one, the saddle between both.
+An impulse I on an inertia J changes its speed by I / J at once. The effect of a small one dies out. The smallest one
+that does not die out leads to the border of the basin; along the border the motion goes to an unstable one, the saddle.
 
-Pulses are made larger step by step until the motion no longer comes back, and the border between is halved. Where the
-basin has several borders along the way, the first one that the steps meet is found.
+Pulses are made larger step by step until the motion no longer comes back; the border is then found by bisection. Where
+the basin has several borders along the way, the first one that the steps meet is found.
 
 Takes an Orbit; gives a table.
 """
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _GROWTH = 1.25  # of pulses, from one to the next
-_SMALLEST, _LARGEST = 1e-3, 1e2  # speeds of pulses, in largest corners a radian of the period
+_SMALLEST, _LARGEST = 1e-3, 1e2  # changes of speed; 1 is as much as the largest corner, in balanced coordinates
 _HALVINGS = 24
-_CHUNK = 8  # passes between two looks at whether the motion has come back
+_CHUNK = 8  # passes between two checks whether the motion has come back
 _MOST_CHUNKS = 60
-_BACK = 1e-4  # of the largest corner: a motion so near has come back
+_BACK = 1e-4  # of the largest corner: a motion nearer than this has come back
 
 
 def tipping_table(orbit: Orbit, on: str, instants: int) -> pd.DataFrame:
@@ -71,7 +71,7 @@ class _Border:
         self._unit = self._map.size / self._map.scale[self._at]
 
     def smallest(self, sign: float) -> float:
-        """Return the smallest impulse that tips the motion over [N m s]; NaN where none does."""
+        """Return the smallest impulse of a sign (1 or -1) that tips the motion over [N m s]; NaN where none does."""
         speed, before = _SMALLEST, 0.0
         while self._comes_back(sign * speed):
             before, speed = speed, _GROWTH * speed
@@ -86,7 +86,7 @@ class _Border:
         return float(sign * speed * self._unit * self._moment)
 
     def _comes_back(self, speed: float) -> bool:
-        """Whether the motion is the same again after a pulse of a speed."""
+        """Whether the motion comes back after a pulse; ``speed`` is the change of speed in units of ``_unit``."""
         y = self._state.y.copy()
         y[self._at] += speed * self._unit
         state = State(y, self._state.auxiliary_pieces)
@@ -101,7 +101,7 @@ class _Border:
 
 
 def _later(system: PiecewiseSystem, periods: float) -> PiecewiseSystem:
-    """A driveline whose inputs are so many periods ahead."""
+    """The driveline with its inputs shifted ahead by a number of periods, whole or not."""
     inputs = system.inputs
     angle = 2.0 * np.pi * np.remainder(inputs.cycles * periods, 1.0)
     turned = {}
@@ -114,7 +114,7 @@ def _later(system: PiecewiseSystem, periods: float) -> PiecewiseSystem:
 
 
 def _state_at(orbit: Orbit, share: float) -> State:
-    """The state of a motion at a share of its period."""
+    """The state of a motion at a share of its n T."""
     if share == 0.0:
         return orbit.motion.start
     period_map = orbit.period_map

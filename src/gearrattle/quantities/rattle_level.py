@@ -3,7 +3,7 @@
     L = 10 log10( 10^(0.1 L_0) + kappa I )  [dB]
 
 L_0 is the level of the gearbox that does not rattle, I the mean intensity of the impacts of its meshes [N] (see
-``intensity``), kappa [1/N] what a gearbox and a room make of it. Both constants must be measured; no model gives them.
+``intensity``), kappa [1/N] the factor of gearbox and room. Both constants must be measured; no model gives them.
 Uncalibrated (L_0 = 0 dB, kappa = 1/N) only differences of a gearbox from itself mean anything.
 
 Takes inputs; gives one value a mesh with backlash, and one for all of them.

@@ -1,8 +1,9 @@
 """Make the inputs of metrics, of a simulated motion, of its chunks, or of a recording.
 
-Of a simulated motion it is the steady part [discard T, end]. Of a recording with a known speed it is its last whole
-periods; without one, all of it. Both bounds are included: for a motion that repeats itself they are the same phase. A
-motion in chunks is known by its sums (``signals.chunks``, ``signals.crossing_sums``); no chunk is kept.
+Of a simulated motion the steady part [discard T, end] is taken. Of a recording with a known speed its last whole
+periods are taken; without a known speed, all of it. Both bounds are included: for a motion that repeats itself they
+are the same phase. A motion in chunks is described by its sums (``signals.chunks``,
+``signals.crossing_sums``); no chunk is kept.
 
 Takes a Trajectory, sums over chunks of one, or a Recording; gives Inputs.
 """
@@ -112,7 +113,7 @@ class ChunkInputs(Inputs):
 
     @property
     def has_log(self) -> bool:
-        """Whether there is an exact log of crossings: there was."""
+        """Whether there is an exact log of crossings: there was one, and its sums are kept."""
         return True
 
     @cached_property
@@ -123,13 +124,13 @@ class ChunkInputs(Inputs):
 
     @property
     def work(self) -> tuple[Array, float, float] | None:
-        """(m,) work that elements took [J], over which time [s], and the share of it before the window; or None."""
+        """(m,) work done on the elements [J], the time of that [s], and the share of it before the window; or None."""
         state: SignalSums = self._states["signals"]
         share = state.discarded / (state.discarded + state.cycles)
         return None if state.loss is None else (state.loss, state.time, share)
 
     def amplitudes(self, samples: Signal, trend: int) -> NDArray[np.complex128]:
-        """Return (o,) complex amplitudes of a signal at ``orders``, beside a polynomial of time."""
+        """Return (o,) complex amplitudes of a signal at ``orders``, fitted with a polynomial of time."""
         assert isinstance(samples, Summary)
         state: SignalSums = self._states["signals"]
         return state.amplitudes(state.products[:, samples.column], trend)

@@ -2,8 +2,8 @@
 
 TR_rms,i = rms(theta_i'') / rms(theta_r'') and TR_peak,i = pp(theta_i'') / pp(theta_r'') over the last eight cycles,
 r being the inertia that carries the first torque (Padmanabhan et al. 1995, eqs. (23)-(25)); the accelerations are
-taken as they are, mean included. Of an exact motion extremes and means are taken between its samples; those of samples,
-the rms integral by the trapezoidal rule over whole periods, carry an estimate of their error.
+taken as they are, mean included. Of an exact motion extremes and means are taken between its samples. Of a sampled
+motion they come from the samples, the rms by the trapezoidal rule over whole periods, with an estimate of the error.
 
 Transmissibility by order: what of an order's motion at the reference body reaches each other one.
 
@@ -86,8 +86,8 @@ class OrderTransmissibility(Quantity[Inputs]):
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return the transmissibility of every body but the reference, order by order."""
         movers = inputs.movers()
-        plate = inputs.layout
-        reference = movers[0] if plate is None else plate.inertia_names[plate.reference]
+        layout = inputs.layout
+        reference = movers[0] if layout is None else layout.inertia_names[layout.reference]
         base = inputs.velocities_at(reference)
         if base is None:
             return [

@@ -77,7 +77,7 @@ class Groups:
     label
         (M,) group of every orbit, the largest group first; -1 where there was none.
     first
-        of every group, the place of the orbit that stands for it.
+        of every group, the index of the orbit that stands for it.
     within
         the largest distance of an orbit from the one that stands for its group.
     """

@@ -18,7 +18,7 @@ from gearrattle.simulation.simulate import needs_exact, prepare
 
 @dataclass(frozen=True)
 class StepLimit:
-    """What a fixed-step algorithm's step makes of the fastest mode.
+    """The step of a fixed-step algorithm, and how it treats the modes of all regions.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class StepLimit:
     growth
         largest factor by which a step multiplies a mode; above 1 the run invents motion.
     labels
-        region of that mode.
+        region of the mode with the largest growth.
     largest_step
         largest step that makes no mode grow in any region [s].
     """

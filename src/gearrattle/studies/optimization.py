@@ -1,8 +1,8 @@
 """``optimize``: values of a driveline found within ranges, so that outputs are small or large and others keep limits.
 
 Designs are computed a generation at a time, each generation a study of its own in ``generations/``, by any scheduler.
-Who goes on after an interruption tells the optimiser again what is kept, and it asks for the same designs: so nothing
-of its own state is ever stored. In the end all designs stand in one Dataset, with the front (``fronts``).
+After an interruption the optimiser is told the results that are kept, and asks for the same designs again: its own
+state is never stored. In the end all designs stand in one Dataset, with the front (``fronts``).
 
 Takes a Model, ranges, objectives and constraints; gives an xarray Dataset.
 """
@@ -71,15 +71,15 @@ class Optimization:
     goals
         objectives and constraints.
     outputs
-        that are kept.
+        the outputs that are kept of every design.
     size
         designs of a generation, and generations.
     seed
-        of everything drawn.
+        of all random numbers.
     seconds
-        that one design takes among others of its generation.
+        time that one design takes, computed with the others of its generation [s].
     alone
-        that a run of its own takes, audited.
+        time that a single audited run takes [s].
     """
 
     model: Model
@@ -312,7 +312,8 @@ def optimize(
     variables
         by path a pair (low, high), or ``{"from": ..., "to": ..., "spacing": "linear" | "log"}``.
     objectives
-        by output "min" or "max"; one of several parts as "gear: largest impact energy".
+        by output "min" or "max"; an output with a value for every part is named with its part, such as
+        "gear: largest impact energy".
     constraints
         by output ``{"below": ..., "above": ...}``, SI, one of them or both; with ``"of"``, a function of
         the Model, under a name of one's own.
@@ -321,7 +322,7 @@ def optimize(
     population, generations
         designs of a generation, and how many; more generations go on with what is kept.
     seed
-        of everything drawn.
+        of all random numbers.
     fixed, function, output, resume, workers, scheduler, progress
         as in ``study``.
 

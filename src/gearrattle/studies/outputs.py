@@ -57,9 +57,9 @@ RUN_OUTPUTS: Mapping[str, tuple[Callable[[Run], float], str]] = {
 class Output:
     """One output.
 
-    A case that failed has ``nothing``, and so has every case for the subjects it does not apply to. A case that ran has
-    ``absent`` where its motion lacks the quantity: a motion without impacts has 0 for the largest impact energy, which
-    is that of no impacts, and NaN for the mean.
+    A case that failed has the value ``nothing``; so has every case for subjects that the output does not apply to. A
+    case that ran has the value ``absent`` where its motion lacks the quantity: of a motion without impacts the largest
+    impact energy is 0, and the mean one NaN.
 
     Attributes
     ----------
@@ -168,9 +168,9 @@ class Outputs:
         values: dict[str, NDArray[Any]] = {}
         needed = {output.criterion for output in self.chosen}
         quantities = {output.quantity for output in self.chosen}
-        criteria = [criterion for criterion in CRITERIA if criterion.name in needed]
-        sums = add(run.trajectory, None, criteria)
-        rows = [row for criterion in criteria for row in criterion.rows(sums)]
+        needed_criteria = [criterion for criterion in CRITERIA if criterion.name in needed]
+        sums = add(run.trajectory, None, needed_criteria)
+        rows = [row for criterion in needed_criteria for row in criterion.rows(sums)]
         rows += _measured(run, [metric for metric in METRICS if metric.name in needed], quantities)
         for output in self.chosen:
             if output.name in RUN_OUTPUTS:
@@ -306,8 +306,8 @@ def _refuse_unknown(names: Sequence[str], known: Sequence[str], runs: Sequence[R
 def check_names(names: Sequence[str], models: Sequence[Model], function: Function | None = None) -> None:
     """Refuse outputs that no motion of a driveline has, before any case is simulated.
 
-    What there is does not depend on a motion: it is what one period, which takes milliseconds, has for each structure,
-    and what only some motions have (``Quantity.occasional``).
+    The known outputs do not depend on a motion: they are those of one period of each structure, simulated in
+    milliseconds, and those that only some motions have (``Quantity.occasional``).
 
     Parameters
     ----------
@@ -364,7 +364,7 @@ def outputs_of(
     Parameters
     ----------
     names
-        of outputs; of ``DEFAULT`` itself those that the driveline has.
+        of outputs; for ``DEFAULT`` itself, those of it that the driveline has.
     run
         any run of the driveline.
     function

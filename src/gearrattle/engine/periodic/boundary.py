@@ -1,4 +1,4 @@
-"""Events of a branch located again in a driveline that has changed a little.
+"""Events of a branch, located again after a small change of the driveline.
 
 An event is a point w of the branch at which a test function tau vanishes. In the changed driveline Newton's method
 gives a motion in the plane at right angles to the branch; from there the secant method goes along the new branch to
@@ -27,18 +27,18 @@ _FIRST = 1e-4  # arclength of the first step along the branch
 
 
 def relocated(event: Event, curve: Continuation, change: Array, farthest: float) -> Event:
-    """Return an event where it is now.
+    """Return the event at its place in the changed driveline.
 
     Parameters
     ----------
     event
         where it was, of one of ``drift.KINDS``.
     curve
-        follows the changed driveline, in the units of the event's point.
+        the Continuation of the changed driveline, in the units of the event's point.
     change
-        (N + 1,) about how far it has moved, in these units.
+        (N + 1,) predicted change of w, in these units.
     farthest
-        that it may have moved along the branch from there.
+        largest arclength along the branch from the predicted point to the event.
 
     Raises
     ------
@@ -63,5 +63,5 @@ def relocated(event: Event, curve: Continuation, change: Array, farthest: float)
 
 
 def _oriented(point: Point, like: Point) -> Point:
-    """A point whose branch is gone through the same way as that of another."""
+    """A point with its tangent turned to the side of the tangent of another."""
     return point if float(point.tangent @ like.tangent) >= 0.0 else turned_around(point)

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 class PeriodBatch(Batch):
-    """The loop for a few variants, again and again: buffers and compiled code are made once.
+    """The loop for V variants, used many times: buffers and compiled code are made once.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class PeriodBatch(Batch):
     cycles
         how many periods a motion lasts.
     numbers
-        V variants, of which only the shapes count.
+        of V variants; only their shapes matter here.
     """
 
     def __init__(self, system: PiecewiseSystem, cycles: int, numbers: Coefficients) -> None:

@@ -1,14 +1,14 @@
 """Continuation: periodic motions followed over a parameter, through folds, by pseudo-arclength.
 
-A branch is a curve in w = (u, p / unit): u the state at the begin of a period over its size, p the parameter.
+A branch is a curve in w = (u, p / unit): u the balanced state at the start of a period over the size, p the parameter.
 
     F(w) = P(u; p) - u = 0,      t . (w - w_predicted) = 0,      [dF/du, dF/dp] t = 0,  |t| = 1
 
 dF/du = M - I is exact, dF/dp a central difference of the exact map (``family``). Newton's method solves both equations.
 A step is taken if Newton's method converges, the tangent turns little, and the chord between both points is the mean of
-their tangents: another branch that lies near has another direction. The two legs of a sharp fold have the same; but
-along a branch the determinant of [dF/du, dF/dp; t] keeps its sign until another branch crosses, where it passes zero.
-A step on which it changes its sign in a jump is not taken.
+their tangents: a nearby branch has another direction. The two legs of a sharp fold have the same direction. So the
+determinant of [dF/du, dF/dp; t] is watched too: along a branch it keeps its sign until another branch crosses, where it
+passes zero. A step on which it jumps from one sign to the other is not taken.
 
 Takes a Family and an orbit; gives Points, in the order of the branch.
 
@@ -34,19 +34,19 @@ IntArray = NDArray[np.int64]
 Pattern = tuple[tuple[int, int], ...]
 
 _TOLERANCE = 1e-12  # of the residual, over the size of the state
-_ROUNDING = 1e-14  # the same, a unit of the gradient's norm
+_ROUNDING = 1e-14  # the same, for each unit of the gradient's norm
 _ITERATIONS = 8
-_EASY = 3  # iterations
+_EASY = 3  # iterations: a step that needs no more may grow
 _TURN = 0.9  # least cosine between the tangents at both ends of a step
 _DEFECT = 0.08  # largest difference between a chord and the mean of both tangents
-_BISECTIONS, _LEFT = 7, 0.1  # after so many, a determinant that passes zero is so small on both sides of it
-_KINK = 1e-6  # a step so short may turn as far as it likes: the branch has a corner there
+_BISECTIONS, _LEFT = 7, 0.1  # a determinant that passes zero falls below this share after so many bisections
+_KINK = 1e-6  # a step shorter than this may turn by any angle: the branch has a corner there
 _SHORTEST = 1e-10  # step
 _AHEAD = tuple(10.0**power for power in range(-9, -3))  # beyond a corner of the branch
 _NEAR_CORNER = 10.0  # steps: a point farther from a corner lies elsewhere
 _GROWTH = 1.6  # of a step after one that was easy
 _FIRST = 0.1  # of the longest step
-_CLOSED = 1e-3  # of the longest step: a point so near to the first one closes the branch
+_CLOSED = 1e-3  # of the longest step: a branch that passes its first point nearer than this is closed
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ class Point:
     motion
         over n periods.
     slope
-        (N,) d end / d p with the start held [SI].
+        (N,) d end / d p for a fixed start [SI].
     scale
-        (N,) balanced coordinates over SI.
+        (N,) factors: balanced = scale * SI.
     size
         norm of balanced coordinates that counts as one.
     w
@@ -70,11 +70,11 @@ class Point:
     tangent
         (N + 1,) direction of the branch, of length one.
     free
-        how many directions there are in which its neighbours repeat as well, at the same parameter.
+        number of directions in which neighbouring motions repeat as well, at the same parameter.
     orientation
         det [dF/du, dF/dp; t]; 0 where there are free directions.
     error
-        how far the state may be from the motion that repeats, over its size.
+        estimated error of the state, over its size.
     length
         arclength from the start of the branch.
     """
@@ -93,7 +93,7 @@ class Point:
 
     @property
     def state(self) -> Array:
-        """(N,) deflections of the basis, velocities, memories at the begin of the period [SI]."""
+        """(N,) deflections of the basis, velocities, memories at the start of the period [SI]."""
         return self.motion.start.y
 
     @cached_property
@@ -113,13 +113,13 @@ class Point:
 
 
 def pattern_of(motion: Pass) -> Pattern:
-    """Return what crosses its bounds along a motion, and which bound, in order of time; see ``rotated``."""
+    """Return the crossings of a motion in order of time, as pairs (watch, 1 for the upper bound); see ``rotated``."""
     crossings = motion.crossings
     return rotated(list(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True)))
 
 
 def rotated(order: list[tuple[int, int]]) -> Pattern:
-    """Return the smallest rotation: where a period begins plays no part in a pattern."""
+    """Return the smallest rotation: a pattern does not depend on where a period begins."""
     return tuple(min((order[i:] + order[:i] for i in range(len(order))), default=[]))
 
 
@@ -131,11 +131,11 @@ class Continuation:
     family
         the period map with its parameter.
     longest
-        step, in units of w.
+        longest step, in units of w.
     step_limit
-        largest change of the parameter in a step; None: none but that of ``longest``.
+        largest change of the parameter in a step [its own unit]; None: only ``longest`` limits steps.
     units
-        scale and size of the states, those of a Point; None: those of the family.
+        scale (N,) and size of the states, as in a Point; None: those of the family.
     """
 
     def __init__(
@@ -173,7 +173,7 @@ class Continuation:
         Raises
         ------
         ConvergenceError
-            it cannot be followed on.
+            the branch cannot be followed any further.
         """
         earlier, point, step = begin, begin, _FIRST * self._longest
         while True:
@@ -205,7 +205,7 @@ class Continuation:
         return replace(point, length=before.length + share * (after.length - before.length))
 
     def moved_along(self, point: Point, step: float) -> Point:
-        """Return the point a short step on along the branch, backwards if it is negative.
+        """Return the point a short step along the branch [arclength], backwards if it is negative.
 
         Raises
         ------
@@ -216,11 +216,11 @@ class Continuation:
         return self._corrected(predicted, point.tangent, point.tangent, point.motion.end.auxiliary_pieces)
 
     def of(self, family: Family) -> Continuation:
-        """Return what follows the branches of another driveline in the units of this one."""
+        """Return a Continuation of another family, in the units of this one."""
         return Continuation(family, longest=self._longest, units=self._units)
 
     def in_plane(self, point: Point) -> Point:
-        """Return the motion in the plane through a point, of another driveline perhaps, at right angles to its branch.
+        """Return the motion in the plane through a point (also of another driveline) at right angles to its tangent.
 
         Raises
         ------
@@ -230,7 +230,7 @@ class Continuation:
         return self._corrected(point.w, point.tangent, point.tangent, point.motion.end.auxiliary_pieces)
 
     def beside(self, point: Point, direction: Array, distance: float) -> Point:
-        """Return the first point of another branch through a point, in a direction (N,) of its states, balanced.
+        """Return a point of another branch through a point, in a direction (N,) of balanced states, at a distance [w].
 
         Raises
         ------
@@ -257,7 +257,7 @@ class Continuation:
         return replace(point, parameter=parameter, length=before.length + share * (after.length - before.length))
 
     def _next(self, earlier: Point, point: Point, step: float) -> tuple[Point, float]:
-        """The point after two points, and the step to try after it."""
+        """The point that follows two consecutive points, and the step to try next."""
         slope = abs(float(point.tangent[-1]))
         step = min(step, self._longest, 0.95 * self._step_limit / max(slope, 1e-300))
         while step > _SHORTEST:
@@ -282,7 +282,7 @@ class Continuation:
         return self._around_corner(point)
 
     def _around_corner(self, point: Point) -> tuple[Point, float]:
-        """The point beyond a corner of the branch, where its motions begin to touch something; and the step after it.
+        """The point beyond a corner of the branch, where its motions begin to touch something; and the next step.
 
         The tangent beyond is that of a motion a little ahead, which touches; the determinant keeps its sign.
         """
@@ -308,7 +308,7 @@ class Continuation:
         raise ConvergenceError(message, remedy="another start, or another range")
 
     def _followed(self, w: Array, pieces: IntArray | None) -> tuple[Pass, Array]:
-        """The motion from w, and its slope."""
+        """The motion from w (N + 1,), and its slope (N,) [SI]."""
         return self.family.follow(State(w[:-1] / self._scale, pieces), float(w[-1] * self.family.unit))
 
     def _matrix(self, motion: Pass, slope: Array) -> Array:
@@ -317,7 +317,7 @@ class Continuation:
         return np.column_stack([gradient - np.eye(len(gradient)), self._scale * slope * self.family.unit])
 
     def _keeps_way(self, point: Point, following: Point) -> bool:
-        """Whether two points lie on one branch, gone through the same way: see the top of this file."""
+        """Whether two points lie on one branch, passed in the same direction: see the top of this file."""
         if point.orientation * following.orientation >= 0.0:
             return True
         length = float(np.linalg.norm(following.w - point.w))
@@ -346,7 +346,10 @@ class Continuation:
         return self._newton(predicted, normal, direction, pieces)[0]
 
     def _newton(self, predicted: Array, normal: Array, direction: Array, pieces: IntArray | None) -> tuple[Point, int]:
-        """The point of the branch in the plane through a prediction with a normal, and how many iterations it took."""
+        """The point of the branch in the plane through a prediction at right angles to ``normal``, and the iterations.
+
+        ``predicted``, ``normal`` and ``direction`` are (N + 1,); the tangent points to the side of ``direction``.
+        """
         w, last = predicted.copy(), np.inf
         for iteration in range(_ITERATIONS):
             parameter = float(w[-1] * self.family.unit)
@@ -371,12 +374,12 @@ class Continuation:
 
 
 def turned_around(point: Point) -> Point:
-    """Return a point of the same branch gone through the other way."""
+    """Return the point of the same branch passed in the other direction."""
     return replace(point, tangent=-point.tangent, orientation=-point.orientation)
 
 
 def _predicted(earlier: Point, point: Point, step: float) -> Array:
-    """A step on from a point: along its tangent, bent as the cubic through the last two points is."""
+    """(N + 1,) a step from a point: along its tangent, curved like the cubic through the last two points."""
     last = point.length - earlier.length
     along = point.w + step * point.tangent
     if last <= 0.0 or step > 2.0 * last:
@@ -388,7 +391,7 @@ def _predicted(earlier: Point, point: Point, step: float) -> Array:
 
 
 def _interpolated(before: Point, after: Point, share: float) -> Array:
-    """The cubic through two points that has their tangents."""
+    """(N + 1,) value at a share of the cubic through two points that has their tangents."""
     chord = after.w - before.w
     length = np.linalg.norm(chord)
     s, rest = share, 1.0 - share
@@ -397,7 +400,7 @@ def _interpolated(before: Point, after: Point, share: float) -> Array:
 
 
 def _least_change(matrix: Array, right: Array) -> Array:
-    """The shortest solution of linear equations; directions without effect are left alone."""
+    """The shortest solution of linear equations; singular directions get no change."""
     left, values, rows = np.linalg.svd(matrix)
     regular = values > FREE + FREE_OF_LARGEST * values[0]
     weights = np.divide(left.T @ right, values, out=np.zeros_like(values), where=regular)

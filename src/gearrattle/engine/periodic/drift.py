@@ -7,9 +7,10 @@ s_q = - tau_q / tau_s, and
 
     dp / dq = p_q + T_p s_q,      T_p: the tangent's part along the parameter.
 
-At a fold T_p is zero, and this is - psi P_q / psi P_p, psi the left null vector of I - M. Differences are central; what
-is differenced - motions, determinants, the depth of a touch - is exact. Beyond a grazing the motions have a root of the
-depth in them, so all is done on its other side, at two distances, and extrapolated to none.
+At a fold T_p is zero, and this is - psi P_q / psi P_p, psi the left null vector of I - M. Differences are central;
+the quantities differenced (motions, determinants, the depth of a touch) are exact. On the touching side of a grazing
+the motions vary with the square root of the depth. So the gradient is taken on the other side, at two distances, and
+extrapolated to distance zero.
 
 Takes an event and the families on both sides of q; gives a derivative.
 """
@@ -27,9 +28,9 @@ from gearrattle.engine.periodic.touch import depth
 from gearrattle.errors import ConvergenceError
 
 KINDS = (FOLD, DOUBLING, NEIMARK_SACKER, GRAZING)
-"""Of events whose gradients are known."""
-_ALONG = 1e-5  # arclength to the motions on both sides of an event
-_APART = 1e-4  # the same to where gradients of a grazing are taken
+"""Kinds of events that have a gradient."""
+_ALONG = 1e-5  # arclength from an event to the points of the central difference along the branch
+_APART = 1e-4  # arclength from a grazing to where its gradient is taken
 
 
 def gradient_of(event: Event, curve: Continuation, families: tuple[Family, Family], change: float) -> float:
@@ -40,16 +41,16 @@ def gradient_of(event: Event, curve: Continuation, families: tuple[Family, Famil
     event
         of one of the ``KINDS``.
     curve
-        that it lies on.
+        the Continuation of its branch.
     families
-        of the driveline with q smaller, and larger, by a change.
+        of the driveline with q smaller, and with q larger, by ``change``.
     change
-        of q.
+        of q [SI], greater than zero.
 
     Raises
     ------
     ConvergenceError
-        the motion does not exist beside the event.
+        there is no motion near the event.
     ValueError
         the kind of event has no test function, or the gradient jumps there.
     """
@@ -79,7 +80,7 @@ def _gradient_at(
 
 
 def _apart(event: Event, curve: Continuation) -> float:
-    """A step along the branch to where nothing is touched."""
+    """A step along the branch [arclength, with sign] to the side without contact."""
     for step in (_APART, -_APART):
         if test_of(event, curve.family, curve.moved_along(event.point, step)) < 0.0:
             return step

@@ -1,4 +1,4 @@
-"""Events of a branch: where motions begin and end to exist, gain or lose stability, or change what they touch.
+"""Events of a branch: where motions appear or vanish, gain or lose stability, or touch other corners.
 
 Between two points of a branch a test function changes its sign (T_p: the tangent's part along the parameter, M: the
 gradient of the period map):
@@ -6,10 +6,10 @@ gradient of the period map):
     fold               T_p
     period doubling    det(I + M)
     symmetry breaking  det(I - M), where T_p keeps its sign: another branch crosses
-    Neimark-Sacker     how many complex multipliers lie outside the unit circle
-    grazing            two crossings more or less of one corner; they meet with the velocity zero, so the square of
-                       their velocity is a test function on the side where they are
-    pattern            the same crossings come in another order; the time between two of them is the test function
+    Neimark-Sacker     number of complex multipliers outside the unit circle
+    grazing            two crossings of one corner appear or vanish; they meet at velocity zero, so the square of
+                       their velocity is a test function on the side where they exist
+    pattern            the same crossings in another order; the time between two of them is the test function
 
 A crossing with clipped damping, or at an instant of alternation, makes the gradient jump: then a determinant may change
 its sign without being zero, and the motion folds or doubles in a corner (*border collision*).
@@ -41,11 +41,11 @@ FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, GRAZING, PATTERN = (
     "pattern",
 )
 _LOCATED = 1e-13  # of the way between two points
-_JUMP = 1e-3  # a test function this far from zero on both sides of its change of sign does not pass zero
+_JUMP = 1e-3  # a test function that stays farther from zero than this on both sides jumps over zero
 _REAL = 1e-9  # a multiplier's imaginary part below this is rounding
 _DEEPEST = 12  # halvings of a step that holds more than one change of the pattern
-_TOUCHES = 40  # motions in search of a grazing
-_NEARER = 0.02  # of the way to where a grazing is expected, which the next motion leaves
+_TOUCHES = 40  # most motions followed to locate a grazing
+_NEARER = 0.02  # share of the way to the expected grazing that the next motion leaves
 
 
 @dataclass(frozen=True)
@@ -57,9 +57,9 @@ class Event:
     kind
         of event.
     point
-        of the branch, the event located to rounding.
+        of the branch at the event, located to rounding.
     watch
-        what touches or crosses its bound: a clearance or, behind them, an auxiliary element; -1: none.
+        index of what touches or crosses its bound: clearances first, then auxiliary elements; -1: none.
     is_collision
         whether the gradient jumps there.
     touch
@@ -137,14 +137,14 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point) -> Ite
 
 
 def _touch(fewer: Pattern, more: Pattern) -> int | None:
-    """What touches a corner if one pattern is the other with two crossings more of that corner; None if it is not."""
+    """Index of what touches, if ``more`` is ``fewer`` with two more crossings of one corner; else None."""
     if len(more) != len(fewer) + 2:
         return None
     return next((more[i][0] for i in range(len(more)) if _without(more, i) == fewer), None)
 
 
 def _without(pattern: Pattern, i: int) -> Pattern | None:
-    """A pattern without the crossings i and i + 1, if these are a touch: there and back."""
+    """The pattern without crossings i and i + 1, if these cross one corner out and back; else None."""
     j = (i + 1) % len(pattern)
     if pattern[i][0] != pattern[j][0] or pattern[i][1] == pattern[j][1]:
         return None
@@ -152,9 +152,9 @@ def _without(pattern: Pattern, i: int) -> Pattern | None:
 
 
 def _grazing(curve: Continuation, before: Point, after: Point, is_after: bool) -> Event:
-    """Where two crossings meet: their velocity v at a distance s from there is about the root of s.
+    """The grazing, where two crossings meet: near it their velocity v grows with the square root of the distance s.
 
-    Motions that cross are followed ever nearer to where v^2, as a function of s, reaches zero.
+    Motions that cross are followed nearer and nearer to the point where v^2, as a function of s, reaches zero.
     """
     apart, touching = (before, after) if is_after else (after, before)
     fewer = apart.pattern
@@ -193,7 +193,7 @@ def _extrapolated(velocities: list[float], shares: list[float], outer: float) ->
 
 
 def softest_touch(point: Point, fewer: Pattern) -> tuple[float, Touch]:
-    """Return velocity and touch of the two crossings without which a motion has the pattern of fewer."""
+    """Return velocity [SI] and Touch of the slowest two crossings without which the pattern is ``fewer``."""
     crossings = point.motion.crossings
     order = list(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True))
     touches = []
@@ -211,7 +211,7 @@ def softest_touch(point: Point, fewer: Pattern) -> tuple[float, Touch]:
 
 
 def _swapped(one: Pattern, other: Pattern) -> int | None:
-    """What crosses earlier if one pattern is the other with two neighbours exchanged; None if it is not."""
+    """Index of what crosses first, if one pattern is the other with two neighbours exchanged; else None."""
     if sorted(one) != sorted(other):
         return None
     return next((one[i][0] for i in range(len(one)) if _exchanged(one, i) == other), None)
@@ -224,7 +224,7 @@ def _exchanged(pattern: Pattern, i: int) -> Pattern:
 
 
 def _time_between(point: Point, other: Pattern) -> float:
-    """The shortest time between two crossings whose exchange gives another pattern."""
+    """The shortest time between two crossings whose exchange gives the other pattern [s]; 0 if there are none."""
     crossings = point.motion.crossings
     order = tuple(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True))
     gaps = [
@@ -244,7 +244,7 @@ def _fold(point: Point) -> float:
 
 
 def _determinant(matrix: np.ndarray, free: int) -> float:
-    """Of a matrix without its factors nearest to zero, one for every free direction."""
+    """Determinant of a matrix without its ``free`` eigenvalues nearest to zero."""
     values = np.linalg.eigvals(matrix)
     kept = values[np.argsort(np.abs(values))[free:]]
     return float(np.prod(kept).real)
@@ -259,7 +259,7 @@ def _breaking(point: Point) -> float:
 
 
 TESTS: dict[str, Callable[[Point], float]] = {FOLD: _fold, DOUBLING: _doubling, BREAKING: _breaking}
-"""Functions that are smooth along a branch, and zero at an event of a kind."""
+"""By kind of event, a test function that is smooth along a branch and zero at the event."""
 
 
 def _pairs_outside(point: Point) -> int:
@@ -268,6 +268,6 @@ def _pairs_outside(point: Point) -> int:
 
 
 def _are_complex(before: Point, after: Point) -> bool:
-    """Whether a pair goes through the unit circle as one: as many complex multipliers on both sides."""
+    """Whether a complex pair crosses the unit circle: both points have equally many complex multipliers."""
     counts = [int(np.sum(np.abs(point.multipliers.imag) > _REAL)) for point in (before, after)]
     return counts[0] == counts[1]

@@ -1,9 +1,10 @@
-"""The period map of a driveline with a free parameter: where a state is n periods later, and how that moves with both.
+"""The period map of a driveline with a parameter: the state n periods later, its gradient and slope.
 
-A Family of any driveline makes a system of every parameter. One of laws and harmonics alone makes columns of
-coefficients instead, and follows the motions in one compiled loop (``compiled``): the same bits in a tenth of the time.
+A GeneralFamily makes a system for every parameter value, of any driveline. A CompiledFamily, for drivelines of laws and
+harmonics alone, makes columns of coefficients instead and follows the motions in one compiled loop (``compiled``): the
+same bits in a tenth of the time.
 
-Takes functions of the parameter, or of several values of it; gives Passages of motions and slopes.
+Takes functions of the parameter, or of several values of it; gives Passes and slopes.
 """
 
 from __future__ import annotations
@@ -24,25 +25,25 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 Array = NDArray[np.float64]
 
 DIFFERENCE = 1e-6
-"""Step of the central difference over the parameter, in its unit: what it leaves out is about as large as rounding."""
+"""Step of the central difference over the parameter, in its unit: truncation and rounding errors are about equal."""
 
 SystemOf = Callable[[float], PiecewiseSystem]
 CoefficientsOf = Callable[[Array], tuple[Coefficients, NDArray[np.bool_]]]
 
 
 class Family(ABC):
-    """Base of both.
+    """Base of ``GeneralFamily`` and ``CompiledFamily``.
 
     Attributes
     ----------
     scale
-        (N,) of states, for norms: balanced = scale * SI.
+        (N,) factors of states, for norms: balanced = scale * SI.
     size
-        norm that counts as one: the largest corner.
+        norm of balanced states that counts as one: the largest corner.
     cycles
         n, periods that a motion lasts.
     unit
-        of the parameter.
+        scale of the parameter: a change by it counts as one.
     """
 
     scale: Array
@@ -61,7 +62,7 @@ class Family(ABC):
         Returns
         -------
         tuple[Pass, Array]
-            The motion over n periods, and (N,) d end / d parameter with the state held [SI].
+            The motion over n periods, and (N,) d end / d parameter for a fixed state [SI].
 
         Raises
         ------
@@ -76,13 +77,13 @@ class GeneralFamily(Family):
     Parameters
     ----------
     system_of
-        the driveline of a parameter.
+        gives the driveline for a parameter value.
     first
-        a parameter, whose driveline sets the scales.
+        a parameter value; its driveline sets the scales.
     cycles
-        n.
+        n, periods that a motion lasts.
     unit
-        of the parameter.
+        scale of the parameter.
     """
 
     def __init__(self, system_of: SystemOf, first: float, cycles: int = 1, unit: float = 1.0) -> None:
@@ -111,7 +112,8 @@ class CompiledFamily(Family):
     system
         one of the drivelines.
     coefficients_of
-        coefficients of (V,) parameters with a leading axis, and which of them share the structure.
+        gives, for (V,) parameter values, the coefficients with a leading axis V, and (V,) which of them have the
+        structure of ``system``.
     """
 
     def __init__(self, general: GeneralFamily, system: PiecewiseSystem, coefficients_of: CoefficientsOf) -> None:

@@ -1,13 +1,13 @@
-"""The period map: where a state is n periods later, and the gradient of that with respect to the state.
+"""The period map: the state n periods later as a function of the state, and its gradient.
 
-The state is what the future follows from at t = 0: y = (x, v, e), independent deflections, velocities and the memories
-of auxiliaries, and the pieces of the auxiliaries. The angles by which a free train turns as a whole play no part; how
-far they turn is kept apart. Vectors and matrices are in SI; norms are taken of scale * y, the engine's balanced
+The state at t = 0 decides the whole motion: y = (x, v, e), independent deflections, velocities and the memories of
+auxiliaries, and the pieces of the auxiliaries. The angles by which a free train turns as a whole are not in it; how far
+they turn is kept apart. Vectors and matrices are in SI; norms are taken of scale * y, the engine's balanced
 coordinates (``system.scaling``), and are roots of energies.
 
 The map is ``exact``'s: crossings certified, its gradient by exponentials and saltations (``system.variation``).
 
-Takes a PiecewiseSystem; gives Passages of states.
+Takes a PiecewiseSystem; gives Passes.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ _PERIODIC = 1e-9
 
 @dataclass(frozen=True)
 class State:
-    """What the future follows from at the begin of a period.
+    """A state at the start of a period, which decides the motion from there.
 
     Attributes
     ----------
     y
         (N,) deflections of the basis, velocities, memories of auxiliaries [SI].
     auxiliary_pieces
-        (C,) pieces of the auxiliaries; None for those that deflections and rates decide, no memory loaded.
+        (C,) pieces of the auxiliaries; None: deflections and rates decide them, with no memory loaded.
     """
 
     y: Array
@@ -66,7 +66,7 @@ class Pass:
     turned
         (R,) how far the reference inertia of every free train has turned [rad].
     crossings
-        all of them, in their order.
+        all of them, in order of time.
     period
         T [s].
     cycles
@@ -121,7 +121,7 @@ class PeriodMap:
 
     @property
     def size(self) -> float:
-        """The largest corner of all clearances as a norm of y: what counts as one."""
+        """The largest corner of the basis elements in balanced coordinates, the unit of norms; 1 without corners."""
         corners = [float(np.abs(law.corners).max(initial=0.0)) for law in self.system.laws]
         basis = self.flow.coordinates.elements
         sizes = [corners[k] * scale for k, scale in zip(basis, self.flow.scaling.deflection, strict=True)]
@@ -134,7 +134,7 @@ class PeriodMap:
         return State(np.concatenate([deflection, velocity, memory]))
 
     def task(self, state: State, cycles: int, samples_per_cycle: int = 1) -> Task:
-        """Return what ``exact`` has to do from a state, reference inertias at zero."""
+        """Return the task of ``exact`` from a state, reference inertias at zero."""
         deflection, velocity, memory = np.split(state.y, self._parts)
         angle = self.flow.coordinates.angle_from_basis @ deflection
         kept = memory, state.auxiliary_pieces
@@ -167,7 +167,7 @@ class PeriodMap:
         return deflection_levels(self.flow, pieces, y, motion.crossings, self.length)
 
     def later(self, state: State, passes: int = 1) -> State:
-        """Return the state that a state becomes after some passes, without the gradient. Errors as of a call."""
+        """Return the state after some passes of n periods, without the gradient. Errors as in a call."""
         return self._end_of(self.marched(state, passes))
 
     def _end_of(self, march: ExactMarch) -> State:
@@ -175,11 +175,11 @@ class PeriodMap:
         return State(last[: self.flow.states] / self.scale, march.samples.pieces[-1, clearances:].copy())
 
     def passages(self, march: ExactMarch) -> Passages:
-        """Return the crossings of a march that is done."""
+        """Return the crossings of a finished march."""
         return passages_of(self.flow, march.logged())
 
     def marched(self, state: State, passes: int = 1, samples_per_cycle: int = 1) -> ExactMarch:
-        """Return the march from a state over some passes, done. Errors as of a call."""
+        """Return the finished march from a state over some passes of n periods. Errors as in a call."""
         slots = slots_of(self.system) if self._slots is None else self._slots
         march = ExactMarch(self.task(state, passes * self.cycles, samples_per_cycle), slots)
         while (outcome := march.advance()) is not Outcome.DONE:

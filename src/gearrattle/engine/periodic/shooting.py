@@ -2,9 +2,9 @@
 
     (I - M) d = P(y) - y,      M = dP/dy exact,
 
-solved by singular values. Where I - M is singular the motion is one of a family: a free train without drag has every
-speed, a slider that never slips every offset, a body that floats in its gap every place. Then d is the shortest step,
-so a family is met near the start, and its directions are told.
+solved by singular values. Where I - M is singular the motion is one of a family: a free train without drag may have any
+speed, a slider that never slips any offset, a body that floats in its gap any place. Then d is the shortest step, so
+the motion found lies near the start; the directions of the family are given with it.
 
 Takes a PeriodMap and a state; gives an Orbit.
 
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 TOLERANCE = 1e-12
 """Largest residual of an orbit, in units of the largest corner or of the state, whichever is larger."""
-_ROUNDING = 1e-10  # what rounding may leave of a residual where a motion's own sensitivity magnifies it
+_ROUNDING = 1e-10  # largest residual accepted where a sensitive motion magnifies rounding
 FREE, FREE_OF_LARGEST = 1e-9, 1e-13
 """A singular value of I - M below the first, and this share of the largest, is zero."""
 _MOST_PASSES = 60  # of one attempt
@@ -45,9 +45,9 @@ class Orbit:
     residual
         |P(y) - y|, in units of the largest corner or of the state.
     free
-        (N, F) directions in which its neighbours repeat as well [SI]; none for an isolated motion.
+        (N, F) directions in which neighbouring motions repeat as well [SI]; F = 0 for an isolated motion.
     passes
-        of the period map that it took.
+        how many times the period map was applied.
     """
 
     motion: Pass
@@ -75,19 +75,20 @@ def sorted_by_modulus(eigenvalues: NDArray[np.generic]) -> NDArray[np.complex128
 def shoot(period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, settle: int = 0) -> Orbit:
     """Find the periodic motion that Newton's method leads to from a state.
 
-    Through corners Newton's method may come to a halt, or go round in circles. Then the motion is followed for some
-    passes, and it begins again from there.
+    Because of corners Newton's method may stop short, or go round in circles. Then the motion is followed for some
+    passes, and Newton's method begins again from there.
 
     Parameters
     ----------
     period_map
-        over the periods after which it shall repeat.
+        over the n periods after which the motion is to repeat.
     state
-        to begin with.
+        from which the search starts.
     tolerance
         of the residual.
     settle
-        how often it may begin again, each time after twice as many passes; what it then finds is most likely stable.
+        how often Newton's method may begin again, each time after twice as many passes; a motion found then is most
+        likely stable.
 
     Raises
     ------
@@ -109,7 +110,7 @@ def shoot(period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, 
 
 
 def _newton(period_map: PeriodMap, motion: Pass, tolerance: float) -> tuple[Pass, float, int]:
-    """Newton's method as far as it leads: motion, residual, passes."""
+    """Newton's method until the residual is small or does not fall: the motion, its residual, the passes used."""
     residual, passes = _residual(period_map, motion), 1
     while residual > tolerance and passes < _MOST_PASSES:
         trial, taken, tried = _shortened(period_map, motion, residual, newton_step(period_map, motion)[0])
@@ -135,7 +136,10 @@ def newton_step(period_map: PeriodMap, motion: Pass) -> tuple[Array, Array]:
 
 
 def _shortened(period_map: PeriodMap, motion: Pass, residual: float, step: Array) -> tuple[Pass | None, float, int]:
-    """The motion after a step, or half of it, ...: the first with a smaller residual. None: there is none."""
+    """The motion after a step, half of it, a quarter, ...: the first with a smaller residual, or None.
+
+    Also returns its residual, and how many steps were tried.
+    """
     for halvings in range(_HALVINGS + 1):
         state = State(motion.start.y + 0.5**halvings * step, motion.end.auxiliary_pieces)
         try:

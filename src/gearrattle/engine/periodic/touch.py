@@ -1,8 +1,8 @@
-"""How near a motion comes to a corner that it touches, or does not: a smooth function of its state.
+"""How near a motion comes to a corner, with contact or without: a smooth function of its state.
 
 In the region that the motion lies in before it touches, the deflection has an extremum there. How far that lies beyond
-the corner is the *depth* of the touch: zero at a grazing, negative without contact. The region is thought to go on
-beyond the corner, so the depth does not know the contact, and is smooth where the period map is not.
+the corner is the *depth* of the touch: zero at a grazing, negative without contact. The region is extended beyond the
+corner, so the contact has no effect on the depth: it is smooth where the period map is not.
 
 Takes a PeriodMap, a state and an instant nearby; gives the depth.
 """
@@ -82,7 +82,7 @@ def depth(period_map: PeriodMap, state: State, touch: Touch) -> float:
 
 
 def _before(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Array, tuple[int, ...], float]:
-    """The state z of a motion before it touches, in the region in which it then is; its pieces, its time in periods."""
+    """A state z = (balanced y, inputs) shortly before the touch, the pieces of its region, and its time in periods."""
     flow, system = period_map.flow, period_map.system
     march = period_map.marched(state, samples_per_cycle=_SAMPLES)
     crossings = period_map.passages(march)

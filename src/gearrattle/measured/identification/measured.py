@@ -1,7 +1,7 @@
 """What was measured, in SI: modes and frequency responses, each in the state the driveline was in.
 
-A *state* says which slope every element has (contact ratios, regions) and which elements counted as rigid: published
-frequencies of a lumped model are data of the full one with some elements rigid.
+A *state* says which slope applies to every element (contact ratios, regions) and which elements are taken as rigid.
+Natural frequencies published for a lumped model are data of the full model with some elements rigid.
 
 Takes and gives plain values; ``data_file`` reads them, ``problem`` compares them with a model.
 """
@@ -29,7 +29,7 @@ class State:
     contact_ratio
         factor on the slope of the last drive stage, by element.
     region
-        region by element; elements in neither are in their last drive stage.
+        region by element; an element named in neither is in its last drive stage.
     rigid
         elements that may not deflect.
     """

@@ -1,4 +1,4 @@
-"""What is wanted of a validation, and what may be wrong with that by itself.
+"""The arguments of a validation, and the checks of them that need no data.
 
 Takes arguments; gives a frozen record.
 """
@@ -37,7 +37,7 @@ class Wanted:
 
 
 def problems_of(wanted: Wanted) -> list[Problem]:
-    """Return what is wrong with the arguments by themselves."""
+    """Return the problems of the arguments that show without any data."""
     problems = []
     if wanted.trend not in TRENDS:
         problems.append(Problem("trend", shown(wanted.trend), f"must be one of {listed(TRENDS)}"))

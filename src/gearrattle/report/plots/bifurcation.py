@@ -1,7 +1,7 @@
-"""Bifurcation diagrams: points of the section over the swept value, going up and going down, with what is told of them.
+"""Bifurcation diagrams: points of the section over the swept value, going up and going down.
 
-Below the points stand the largest Lyapunov exponent and a strip of regimes a direction; where both directions end in
-different motions the panels are shaded.
+Below the points stand the largest Lyapunov exponent and one strip of regimes per direction; where both directions end
+in different motions the panels are shaded.
 
 Takes the Dataset of ``bifurcation``; gives Charts.
 """
@@ -79,7 +79,7 @@ def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart
 
 
 def _points(data: xr.Dataset, name: str, x: Array, factor: float) -> tuple[Line, ...]:
-    """The points of one quantity times a factor, each orbit once; those of the way up below."""
+    """The points of one quantity times a factor, each orbit once; the upward sweep is drawn first, below."""
     lines = []
     for i, way in enumerate(data["direction"].values):
         one = data.isel(direction=i)
@@ -119,7 +119,7 @@ def _bands(data: xr.Dataset, x: Array, log: bool) -> tuple[Band, ...]:
 
 
 def _strip(data: xr.Dataset, frame: Panel, x: Array, log: bool) -> tuple[list[Panel], tuple[str, ...]]:
-    """A row of regimes a direction, and the words that occur; no panel without verdicts."""
+    """One row of regimes per direction, and the words that occur; no panel without verdicts."""
     if "verdict" not in data:
         return [], ()
     words, edges = words_of(data["verdict"]), edges_of(x, log)

@@ -34,7 +34,7 @@ def validation_charts(validation: Validation) -> list[Chart]:
 
 
 def sigma_chart(validation: Validation) -> Chart:
-    """Draw sigma of every channel and level with its interval, before what the error budget allows."""
+    """Draw sigma of every channel and level with its interval; behind it, what the error budget allows."""
     rows = [(f"{pair.name}, {level.measure}", level) for pair in validation.pairs for level in pair.levels][::-1]
     at = np.arange(len(rows), dtype=np.float64)
     sigma, low, high = (np.array([getattr(level, key) for _, level in rows]) for key in ("sigma", "low", "high"))
@@ -121,7 +121,7 @@ def _value(value: float) -> str:
 
 
 def _remaining(level: Level) -> float:
-    """What sorts levels: the remainder, then sigma."""
+    """Sort key of a level: the remainder, then sigma."""
     return abs(level.remainder) + 1e-6 * abs(level.sigma) if np.isfinite(level.sigma) else -1.0
 
 
@@ -195,15 +195,15 @@ def _cycle(_found: Validation, pair: Pair) -> Panel:
 def _orders(_found: Validation, pair: Pair) -> Panel:
     if not pair.orders:
         return Panel(pair.name)
-    order = np.array([validation.order for validation in pair.orders])
-    largest = max(max(validation.measured, validation.simulated) for validation in pair.orders)
+    order = np.array([entry.order for entry in pair.orders])
+    largest = max(max(entry.measured, entry.simulated) for entry in pair.orders)
     factor, unit = prefixed(largest, pair.unit)
     away = 0.012 * max(float(order[-1]), 1.0)
     floor = 1e-4 * largest
     lines = []
     for name, colour, side in (("measured", MEASURED, 0.0), ("simulated", SIMULATED, 1.0)):
-        size = np.array([getattr(validation, name) for validation in pair.orders])
-        far = 1.96 * np.array([getattr(validation, f"{name}_error") for validation in pair.orders])
+        size = np.array([getattr(entry, name) for entry in pair.orders])
+        far = 1.96 * np.array([getattr(entry, f"{name}_error") for entry in pair.orders])
         at = order + side * away
         low, high = (factor * np.maximum(size + s * far, floor) for s in (-1.0, 1.0))
         lines.append(_vertical(low, high, at, colour))
