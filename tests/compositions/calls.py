@@ -41,6 +41,12 @@ class Kit:
         uniform = {"distribution": "uniform", "from": 0.9 * inertia, "to": 1.1 * inertia}
         return {"inertia.engine.J": uniform, "inertia.engine.drag": {**uniform, "from": 0.1, "to": 0.2}}
 
+    @property
+    def span(self) -> tuple[float, float]:
+        """A short range of a value that every kind of model has."""
+        inertia = self.model.inertias[0].J
+        return inertia, 1.002 * inertia
+
     def axis(self, count: int) -> dict[str, list[float]]:
         """An axis of a study that every kind of model has."""
         return {"inertia.engine.J": (self.model.inertias[0].J * np.linspace(1.0, 1.1, count)).tolist()}
@@ -134,6 +140,8 @@ CALLS: Mapping[str, Call] = {
     "open_run": lambda kit: gr.open_run(kit.run_file),
     "stream": lambda kit: kit.stream_folder,
     "open_stream": lambda kit: gr.criteria(gr.open_stream(kit.stream_folder)),
+    "periodic": lambda kit: gr.periodic(kit.model),
+    "continuation": lambda kit: gr.continuation(kit.model, "inertia.engine.J", kit.span),
     "compare": lambda kit: gr.compare(kit.model, ["rk4"], budget=2.0),
     "write": lambda kit: kit.recording_file,
     "read": lambda kit: gr.read(kit.recording_file),
