@@ -80,6 +80,8 @@ class ConvergenceError(GearRattleError):
 
     Attributes
     ----------
+    message
+        what failed, without the remedy.
     time
         model time of the failure [s]; NaN where time plays no part.
     state
@@ -96,6 +98,7 @@ class ConvergenceError(GearRattleError):
     def __init__(
         self, message: str, *, time: float = float("nan"), state: dict[str, float] | None = None, remedy: str = ""
     ):
+        self.message = message
         self.time = time
         self.state = dict(state or {})
         self.remedy = remedy

@@ -145,3 +145,10 @@ def test_an_orbit_or_event_that_is_not_there_is_refused() -> None:
         over_frequency().orbit(10_000)
     with pytest.raises(gr.ModelError, match="6 events"):
         over_frequency().gradients(6)
+
+
+def test_a_range_may_end_where_the_model_does() -> None:
+    """A clearance may close: there the difference over it is one-sided."""
+    branch = gr.continuation(gr.example("rattle_oscillator"), "coupling.flanks.clearance", (0.6, 0.0), start="linear")
+    assert branch.data["value"].values[-1] == 0.0
+    assert branch.notes == ()

@@ -85,3 +85,12 @@ def test_a_change_of_the_pattern_has_no_gradient() -> None:
     assert len(rows) > 0
     with pytest.raises(gr.ModelError, match="this is known of"):
         branch.gradients(int(rows[0]))
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [("excitation.frequency", "followed over"), ("torque.0.on", "to a number"), ("mesh.gear.backlash", "mesh")],
+)
+def test_numbers_that_cannot_move_an_event_are_refused(path: str, words: str) -> None:
+    with pytest.raises(gr.ModelError, match=words):
+        over_frequency().gradients(1, [path])

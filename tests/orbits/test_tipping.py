@@ -61,5 +61,18 @@ def test_what_is_not_stable_or_not_there_is_refused() -> None:
     with pytest.raises(gr.ModelError, match="no such inertia"):
         quiet().tipping("bodi")
     saddle = next(orbit for orbit in gr.periodic(quiet().model, every=True) if not orbit.stable)
-    with pytest.raises(gr.ModelError, match="is not stable"):
+    with pytest.raises(gr.ModelError, match="for a stable motion"):
         saddle.tipping("body")
+
+
+def test_instants_need_not_divide_a_power_of_two() -> None:
+    """At thirds of the period pulses are as large as elsewhere: the state is that of the motion there."""
+    pulses = quiet().tipping("body", instants=3)
+    assert np.all(pulses["forward"] > 0.01)
+    assert np.all(pulses["backward"] < -0.01)
+
+
+def test_what_dies_out_too_slowly_is_refused() -> None:
+    slow = quiet().model.with_({"coupling.gap.damping": 1e-5})
+    with pytest.raises(gr.ModelError, match="dies out too slowly"):
+        gr.periodic(slow, start="linear").tipping("body")

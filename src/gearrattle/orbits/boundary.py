@@ -20,10 +20,9 @@ from gearrattle.engine.periodic.events import Event
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
-from gearrattle.model.path_values import in_si
-from gearrattle.model.paths import value_at
 from gearrattle.model.table import shown
 from gearrattle.orbits.family import family_of
+from gearrattle.orbits.gradients import number_at
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,7 +47,7 @@ def boundary_of(
     """
     import xarray as xr
 
-    own = float(in_si(second, value_at(model.to_tables(), second), model))
+    own = number_at(model, path, second)
     if not ends[0] <= own <= ends[1]:
         rule = f"must contain the model's own value, {own:.6g}"
         raise ModelError(Problem("range", shown(list(ends)), rule))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.continuation import Continuation, Point
 from gearrattle.engine.periodic.events import Event
+from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
@@ -270,7 +271,7 @@ class Branch(Result):
         """(E, 3, K) lowest, highest and mean deflection of the K clearances at the E events of ``events``."""
         clearances = len(assemble(self.model).layout.clearance_names)
         levels = [
-            self._follower(curve).family.map_at(event.point.parameter).levels(event.point.motion)
+            self._levels_of(self._follower(curve).family, event.point)
             for curve, events in zip(self.curves, self.events_of_curves, strict=True)
             for event in events
         ]
@@ -281,9 +282,15 @@ class Branch(Result):
         """For every branch and each of its points: (3, K) lowest, highest and mean deflection of the K clearances."""
         followers = [(curve, self._follower(curve).family) for curve in self.curves]
         return tuple(
-            tuple(family.map_at(point.parameter).levels(point.motion) for point in curve.points)
+            tuple(self._levels_of(family, point) for point in curve.points)
             for curve, family in followers
         )
+
+    def _levels_of(self, family: Family, point: Point) -> Array:
+        """(3, K) levels of a motion; NaN where a clearance has closed, so that there is none of that name."""
+        levels = family.map_at(point.parameter).levels(point.motion)
+        count = len(assemble(self.model).layout.clearance_names)
+        return levels if levels.shape[1] == count else np.full((3, count), np.nan)
 
     @cached_property
     def events_of_curves(self) -> tuple[tuple[Event, ...], ...]:

@@ -88,7 +88,7 @@ def followed(
                 note = f"A branch was left after {_MOST_POINTS} points."
                 break
     except ConvergenceError as error:
-        note = f"A branch ends inside the range: {error}."
+        note = f"A branch ends inside the range: {error.message}."
     return Curve(curve.family.cycles, tuple(points), tuple(events), note)
 
 

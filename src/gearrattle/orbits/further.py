@@ -6,6 +6,7 @@ Takes a Continuation and the branches known so far; gives further ones.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -48,7 +49,10 @@ def isolated_curves(curve: Continuation, ends: tuple[float, float], curves: Sequ
             search(known, state)
         for motion in known.passes:
             if not on_branches.holds(motion.start):
-                isolated = _both_ways(curve, motion.start, float(value), ends)
+                try:
+                    isolated = _both_ways(curve, motion.start, float(value), ends)
+                except ConvergenceError:
+                    continue
                 further.append(isolated)
                 for point in _points_at(curve, [isolated], float(value)):
                     on_branches.add(point.motion)
@@ -58,19 +62,20 @@ def isolated_curves(curve: Continuation, ends: tuple[float, float], curves: Sequ
 
 def _points_at(curve: Continuation, curves: Sequence[Curve], value: float) -> list[Point]:
     """The points of branches at a value of the parameter."""
-    return [
-        curve.at_parameter(before, after, value)
-        for known in curves
-        for before, after in known.steps()
-        if (before.parameter - value) * (after.parameter - value) < 0.0
-    ]
+    points = []
+    for known in curves:
+        for before, after in known.steps():
+            if (before.parameter - value) * (after.parameter - value) < 0.0:
+                with suppress(ConvergenceError):  # a fold very near
+                    points.append(curve.at_parameter(before, after, value))
+    return points
 
 
 def _both_ways(curve: Continuation, state: State, value: float, ends: tuple[float, float]) -> Curve:
     """The branch through a motion, followed upward and downward and put together."""
     first = curve.begin(state, value)
     ahead = followed(curve, first, ends)
-    if len(ahead.points) > 2 and ahead.points[-1].parameter == value:  # closed
+    if len(ahead.points) > 2 and ahead.points[-1].w is first.w:  # closed
         return ahead
     behind = followed(curve, curve.begin(state, value, upward=False), ends)
     length = behind.points[-1].length

@@ -15,7 +15,6 @@ from gearrattle.engine.periodic.drift import KINDS, gradient_of
 from gearrattle.engine.periodic.events import GRAZING, Event
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.path_values import in_si
 from gearrattle.model.paths import path_names, value_at
 from gearrattle.orbits.family import family_of
 
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
 
 _CHANGE = 1e-5  # of a number, to both sides
 _CHANGE_APART = 1e-7  # the same for grazings: the changed motions must not touch
+_SAME = {"excitation.speed", "excitation.frequency"}
 _LEFT_OUT = ("simulation", "schema", "name", "units")
 
 
@@ -34,9 +34,27 @@ def numbers_of(model: Model, path: str) -> Iterator[str]:
         value = value_at(tables, other)
         is_number = isinstance(value, int | float) and not isinstance(value, bool) and value != 0.0
         is_order = other.endswith(".order")
-        same = {other, path} <= {"excitation.speed", "excitation.frequency"}
+        same = {other, path} <= _SAME
         if is_number and not is_order and not same and other != path and other.split(".")[0] not in _LEFT_OUT:
             yield other
+
+
+def number_at(model: Model, path: str, other: str) -> float:
+    """Return the number at a path by which an event may be moved.
+
+    Raises
+    ------
+    ModelError
+        the path leads to no number, to zero, or to what the branch is followed over.
+    """
+    value = value_at(model.to_tables(), other)
+    if other == path or {other, path} <= _SAME:
+        raise ModelError(Problem("paths", other, "is what the branch is followed over", "name another number"))
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ModelError(Problem("paths", other, "must lead to a number of the model"))
+    if value == 0.0:
+        raise ModelError(Problem("paths", other, "is zero, and is changed in proportion", "give it a small value"))
+    return float(value)
 
 
 def check_kind(event: Event) -> None:
@@ -80,7 +98,7 @@ def gradients_of(
     family = curve.family
     rows = []
     for other in numbers_of(model, path) if paths is None else paths:
-        value = float(in_si(other, value_at(model.to_tables(), other), model))
+        value = number_at(model, path, other)
         change = (_CHANGE_APART if event.kind == GRAZING else _CHANGE) * abs(value)
         try:
             families = tuple(

@@ -8,6 +8,7 @@ Takes a Curve and the levels at its points; gives events.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from scipy.optimize import brentq
 
 from gearrattle.engine.periodic.continuation import Continuation, Point
 from gearrattle.engine.periodic.events import Event
+from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.curve import Curve
 
 Array = NDArray[np.float64]
@@ -56,5 +58,6 @@ def _between(
     for watch, own in enumerate(corners):
         for corner in own.tolist():
             if (means[0][watch] - corner) * (means[1][watch] - corner) < 0.0:
-                share = float(brentq(distance, 0.0, 1.0, (watch, corner), xtol=_LOCATED))
-                yield Event(MEAN, curve.between(*ends, share), watch)
+                with suppress(ConvergenceError):  # a corner of the branch in between
+                    share = float(brentq(distance, 0.0, 1.0, (watch, corner), xtol=_LOCATED))
+                    yield Event(MEAN, curve.between(*ends, share), watch)

@@ -22,7 +22,7 @@ from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.system.coordinates import relative_coordinates
-from gearrattle.errors import ConvergenceError, ModelError
+from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.quantity import Count, argument_problems
 from gearrattle.orbits.family import family_of_excitation
@@ -77,8 +77,8 @@ class Orbit(Result):
     >>> orbit = gr.periodic(gr.example("rattle_oscillator"))
     >>> orbit.cycles, orbit.stable, orbit.residual < 1e-12
     (1, True, True)
-    >>> len(orbit.run.events)
-    4
+    >>> orbit.verdict.verdict, orbit.pattern
+    ('quiet', ())
     """
 
     kind: ClassVar[str] = "periodic motion"
@@ -155,7 +155,10 @@ class Orbit(Result):
         """
         if problems := argument_problems({"instants": (Count(1, 512), instants)}):
             raise ModelError(problems)
-        return tipping_table(self, on, instants)
+        if not self.stable or self.free:
+            rule = "pulses are for a stable motion that is isolated"
+            raise ModelError(Problem("orbit", repr(self), rule, "take another motion, of gr.periodic(..., every=True)"))
+        return tipping_table(self.model, self.period_map, self.motion, on, instants)
 
     @cached_property
     def run(self) -> Run:

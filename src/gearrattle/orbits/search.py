@@ -108,10 +108,10 @@ def starts_of(period_map: PeriodMap, count: int, seed: int = 0) -> Iterator[Stat
 def search(known: Known, state: State) -> None:
     """Search for a motion from where a state settles, and from the state itself; keep what is found."""
     period_map = known.period_map
-    with contextlib.suppress(ConvergenceError):
+    with contextlib.suppress(ConvergenceError, np.linalg.LinAlgError):
         later = period_map.later(state, -(-_SETTLING // period_map.cycles))
         known.add(shooting.shoot(period_map, later, settle=1).motion)
-    with contextlib.suppress(ConvergenceError):
+    with contextlib.suppress(ConvergenceError, np.linalg.LinAlgError):
         known.add(shooting.shoot(period_map, state).motion)
 
 

@@ -6,7 +6,7 @@ that does not die out leads to the border of the basin; along the border the mot
 Pulses are made larger step by step until the motion no longer comes back; the border is then found by bisection. Where
 the basin has several borders along the way, the first one that the steps meet is found.
 
-Takes an Orbit; gives a table.
+Takes a periodic motion of a model; gives a table.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, free_names
-from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.assembly import free_names
+from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.shooting import multipliers_of
 from gearrattle.engine.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.errors import ConvergenceError, ModelError, Problem
+from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from gearrattle.orbits.orbit import Orbit
 
 Array = NDArray[np.float64]
 
@@ -34,41 +34,59 @@ _GROWTH = 1.25  # of pulses, from one to the next
 _SMALLEST, _LARGEST = 1e-3, 1e2  # changes of speed; 1 is as much as the largest corner, in balanced coordinates
 _HALVINGS = 24
 _CHUNK = 8  # passes between two checks whether the motion has come back
-_MOST_CHUNKS = 60
 _BACK = 1e-4  # of the largest corner: a motion nearer than this has come back
+_MOST_PASSES = 5000
+_SAMPLES = 1024  # at least, in a period of the motion
 
 
-def tipping_table(orbit: Orbit, on: str, instants: int) -> pd.DataFrame:
-    """Return the smallest pulses that tip a motion over; see ``Orbit.tipping``."""
+def tipping_table(model: Model, period_map: PeriodMap, motion: Pass, on: str, instants: int) -> pd.DataFrame:
+    """Return the smallest pulses that tip a stable, isolated motion over; see ``Orbit.tipping``."""
     import pandas as pd
 
-    names = free_names(orbit.model)
+    names = free_names(model)
     if on not in names:
         rule = f"there is no such inertia that is free; there are {', '.join(names)}"
         raise ModelError(Problem("on", shown(on), rule, did_you_mean(on, names)))
-    if not orbit.stable:
-        raise ModelError(Problem("orbit", repr(orbit), "is not stable: it needs no pulse", "take a stable one"))
-    system = assemble(orbit.model).system
-    if system.clock is not None:
+    if period_map.system.clock is not None:
         rule = "pulses are not known where the stiffness of a mesh alternates"
-        raise ModelError(Problem("model", orbit.model.name, rule))
+        raise ModelError(Problem("model", model.name, rule))
+    passes = _passes_until_back(motion)
+    samples = instants * -(-_SAMPLES // instants)
+    march = period_map.marched(motion.start, samples_per_cycle=samples)
     rows = []
     for k in range(instants):
-        share = k / instants
-        border = _Border(orbit, system, names.index(on), share)
-        rows.append((share, share * orbit.period, *(border.smallest(sign) for sign in (1.0, -1.0))))
+        row, share = k * period_map.cycles * (samples // instants), k / instants
+        start = motion.start if k == 0 else period_map.sampled(march, row)
+        ahead = PeriodMap(_later(period_map.system, share * period_map.cycles), period_map.cycles)
+        border = _Border(ahead, start, names.index(on), passes)
+        rows.append((share, share * period_map.length, *(border.smallest(sign) for sign in (1.0, -1.0))))
     return pd.DataFrame(rows, columns=["share", "time", "forward", "backward"])
+
+
+def _passes_until_back(motion: Pass) -> int:
+    """After how many passes the largest pulse has died out, where the motion is about linear.
+
+    Raises
+    ------
+    ModelError
+        too many: what has not come back by then could not be told from what never does.
+    """
+    largest = float(np.abs(multipliers_of(motion.gradient)[0]))
+    passes = 2.0 * np.log(_LARGEST / _BACK) / -np.log(min(largest, 1.0 - 1e-12)) if largest > 0.0 else 1.0
+    if passes > _MOST_PASSES:
+        rule = f"dies out too slowly for pulses: its largest multiplier has the modulus {largest:.6g}"
+        raise ModelError(Problem("orbit", f"{motion.cycles} T", rule, "give the driveline more damping"))
+    return max(4 * _CHUNK, int(passes))
 
 
 class _Border:
     """The border of a motion's basin along pulses on one inertia at one instant."""
 
-    def __init__(self, orbit: Orbit, system: PiecewiseSystem, inertia: int, share: float) -> None:
-        self._map = PeriodMap(_later(system, share * orbit.cycles), orbit.cycles)
-        self._state = _state_at(orbit, share)
-        self._inertia, self._moment = inertia, float(system.inertia[inertia])
-        self._at = len(self._map.flow.coordinates.elements) + inertia
-        self._unit = self._map.size / self._map.scale[self._at]
+    def __init__(self, period_map: PeriodMap, start: State, inertia: int, passes: int) -> None:
+        self._map, self._state, self._passes = period_map, start, passes
+        self._moment = float(period_map.system.inertia[inertia])
+        self._at = len(period_map.flow.coordinates.elements) + inertia
+        self._unit = period_map.size / period_map.scale[self._at]
 
     def smallest(self, sign: float) -> float:
         """Return the smallest impulse of a sign (1 or -1) that tips the motion over [N m s]; NaN where none does."""
@@ -90,7 +108,7 @@ class _Border:
         y = self._state.y.copy()
         y[self._at] += speed * self._unit
         state = State(y, self._state.auxiliary_pieces)
-        for _ in range(_MOST_CHUNKS):
+        for _ in range(-(-self._passes // _CHUNK)):
             try:
                 state = self._map.later(state, _CHUNK)
             except ConvergenceError:
@@ -111,15 +129,3 @@ def _later(system: PiecewiseSystem, periods: float) -> PiecewiseSystem:
         turned[f"{kind}_cosine"] = sine * np.sin(angle) + cosine * np.cos(angle)
     ahead: Harmonics = replace(inputs, **turned)
     return replace(system, inputs=ahead)
-
-
-def _state_at(orbit: Orbit, share: float) -> State:
-    """The state of a motion at a share of its n T."""
-    if share == 0.0:
-        return orbit.motion.start
-    period_map = orbit.period_map
-    samples = 1 << 10
-    march = period_map.marched(orbit.motion.start, samples_per_cycle=samples)
-    row, clearances = round(share * orbit.cycles * samples), len(period_map.system.clearances)
-    states = march.samples.states[row, : period_map.flow.states] / period_map.scale
-    return State(states, march.samples.pieces[row, clearances:].copy())

@@ -100,7 +100,8 @@ def levels(generators, region, duration, known, z, rows, out):
         steps = int(duration[i] * norm_of_rows(generator) / _NORM) + 1
         h = duration[i] / steps
         for _ in range(steps if duration[i] > 0.0 else 0):
-            terms[0] = z
+            for a in range(size):
+                terms[0, a] = z[a]
             for m in range(1, _ORDER + 1):
                 for a in range(size):
                     total = 0.0

@@ -67,7 +67,9 @@ def multiplied(a, b, out):
 @kernel
 def add_series(generator, h, y, term, product):
     """Write y <- exp(A h) y for |A h| below ``_WIDEST``, by its Taylor series; ``term`` and ``product`` are room."""
-    term[:] = y
+    for i in range(y.shape[0]):
+        for p in range(y.shape[1]):
+            term[i, p] = y[i, p]
     for m in range(1, TERMS + 1):
         multiplied(generator, term, product)
         factor = h / m

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.continuation import Continuation, Point, turned_around
 from gearrattle.engine.periodic.drift import test_of
 from gearrattle.engine.periodic.events import Event
+from gearrattle.engine.periodic.touch import depth
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -57,7 +58,11 @@ def relocated(event: Event, curve: Continuation, change: Array, farthest: float)
         next_step = -value * step / (value - test)
         point, test = following, value
         if abs(next_step) < _LOCATED:
-            return replace(event, point=_oriented(curve.moved_along(point, next_step), event.point))
+            located = replace(event, point=_oriented(curve.moved_along(point, next_step), event.point))
+            if event.touch is None:
+                return located
+            motion = curve.family.map_at(located.point.parameter), located.point.motion.start
+            return replace(located, touch=depth(*motion, event.touch)[1])
         step = float(np.clip(next_step, -farthest, farthest))
     raise ConvergenceError("the event is not near")
 

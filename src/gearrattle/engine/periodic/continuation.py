@@ -177,6 +177,10 @@ class Continuation:
         """
         earlier, point, step = begin, begin, _FIRST * self._longest
         while True:
+            last = self._last(point, step, lowest, highest)
+            if last is not None:
+                yield last
+                return
             following, step = self._next(earlier, point, step)
             if not lowest <= following.parameter <= highest:
                 end = lowest if following.parameter < lowest else highest
@@ -268,18 +272,34 @@ class Continuation:
             except ConvergenceError:
                 step *= 0.4
                 continue
-            distance = following.w - point.w
-            cosine = float(following.tangent @ point.tangent)
-            length = float(np.linalg.norm(distance))
-            defect = float(np.linalg.norm(distance / length - 0.5 * (following.tangent + point.tangent)))
             is_short = step < _KINK
-            is_straight = (cosine > _TURN and defect < _DEFECT) or is_short
-            if is_straight and abs(distance[-1]) <= self._step_limit and self._keeps_way(point, following):
-                is_easy = iterations <= _EASY and cosine > 1.0 - 0.25 * (1.0 - _TURN)
+            if (_is_straight(point, following) or is_short) and self._is_allowed(point, following):
+                is_easy = iterations <= _EASY and point.tangent @ following.tangent > 1.0 - 0.25 * (1.0 - _TURN)
                 after = min(self._longest, _GROWTH * step if is_easy or is_short else step)
-                return replace(following, length=point.length + length), after
+                return _after(point, following), after
             step *= 0.5
         return self._around_corner(point)
+
+    def _last(self, point: Point, step: float, lowest: float, highest: float) -> Point | None:
+        """The point at an end of the range, if it is no more than a step ahead; None if it is not."""
+        end = (highest if point.tangent[-1] > 0.0 else lowest) / self.family.unit
+        ahead = end - point.w[-1]
+        if ahead == 0.0 or abs(ahead) > step * abs(point.tangent[-1]):
+            return None
+        predicted = point.w + ahead / point.tangent[-1] * point.tangent
+        predicted[-1] = end
+        normal = np.append(np.zeros(predicted.size - 1), 1.0)
+        try:
+            last = self._corrected(predicted, normal, point.tangent, point.motion.end.auxiliary_pieces)
+        except ConvergenceError:
+            return None
+        if not (_is_straight(point, last) and self._is_allowed(point, last)):
+            return None
+        return replace(_after(point, last), parameter=highest if point.tangent[-1] > 0.0 else lowest)
+
+    def _is_allowed(self, point: Point, following: Point) -> bool:
+        """Whether a step keeps its limit and its way."""
+        return abs(following.w[-1] - point.w[-1]) <= self._step_limit and self._keeps_way(point, following)
 
     def _around_corner(self, point: Point) -> tuple[Point, float]:
         """The point beyond a corner of the branch, where its motions begin to touch something; and the next step.
@@ -388,6 +408,19 @@ def _predicted(earlier: Point, point: Point, step: float) -> Array:
     cubic = _interpolated(earlier, point, share)
     bend = cubic - along
     return np.asarray(along + bend - (bend @ point.tangent) * point.tangent)
+
+
+def _is_straight(point: Point, following: Point) -> bool:
+    """Whether the tangent turns little between two points, and their chord is the mean of both tangents."""
+    distance = following.w - point.w
+    chord = distance / np.linalg.norm(distance)
+    defect = float(np.linalg.norm(chord - 0.5 * (following.tangent + point.tangent)))
+    return float(following.tangent @ point.tangent) > _TURN and defect < _DEFECT
+
+
+def _after(point: Point, following: Point) -> Point:
+    """A point with its length along the branch."""
+    return replace(following, length=point.length + float(np.linalg.norm(following.w - point.w)))
 
 
 def _interpolated(before: Point, after: Point, share: float) -> Array:

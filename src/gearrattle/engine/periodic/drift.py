@@ -22,7 +22,7 @@ from collections.abc import Callable
 import numpy as np
 
 from gearrattle.engine.periodic.continuation import Continuation, Point
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, TESTS, Event
+from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, REAL, TESTS, Event
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.touch import depth
 from gearrattle.errors import ConvergenceError
@@ -91,10 +91,9 @@ def test_of(event: Event, family: Family, point: Point) -> float:
     """Return the test function of an event, at a point nearby."""
     if event.kind == GRAZING:
         assert event.touch is not None
-        return depth(family.map_at(point.parameter), point.motion.start, event.touch)
+        return depth(family.map_at(point.parameter), point.motion.start, event.touch)[0]
     if event.kind == NEIMARK_SACKER:
-        values = point.multipliers
-        pair = values[np.abs(values.imag) > 0.0]
-        return float(np.abs(pair).max(initial=0.0)) - 1.0
+        outside = np.abs(point.multipliers[np.abs(point.multipliers.imag) > REAL]) - 1.0
+        return float(outside[np.argmin(np.abs(outside))]) if outside.size else -1.0
     test: Callable[[Point], float] = TESTS[event.kind]
     return test(point)

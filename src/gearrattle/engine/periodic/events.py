@@ -42,7 +42,8 @@ FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, GRAZING, PATTERN = (
 )
 _LOCATED = 1e-13  # of the way between two points
 _JUMP = 1e-3  # a test function that stays farther from zero than this on both sides jumps over zero
-_REAL = 1e-9  # a multiplier's imaginary part below this is rounding
+REAL = 1e-9
+"""A multiplier with a smaller imaginary part is real but for rounding."""
 _DEEPEST = 12  # halvings of a step that holds more than one change of the pattern
 _TOUCHES = 40  # most motions followed to locate a grazing
 _NEARER = 0.02  # share of the way to the expected grazing that the next motion leaves
@@ -81,13 +82,14 @@ def events_between(curve: Continuation, before: Point, after: Point, depth: int 
     ConvergenceError
         the branch cannot be followed in between.
     """
-    if before.pattern != after.pattern:
-        touches = _touch(before.pattern, after.pattern) or _touch(after.pattern, before.pattern)
-        is_one = touches is not None or _swapped(before.pattern, after.pattern) is not None
-        if not is_one and depth < _DEEPEST:
-            middle = curve.between(before, after, 0.5)
-            return [*events_between(curve, before, middle, depth + 1), *events_between(curve, middle, after, depth + 1)]
-    events = list(_changes_of_pattern(curve, before, after))
+    if not _is_one_change(before.pattern, after.pattern) and depth < _DEEPEST:
+        return _events_of_halves(curve, before, after, depth)
+    try:
+        events = list(_changes_of_pattern(curve, before, after))
+    except ConvergenceError:
+        if depth >= _DEEPEST:
+            raise
+        return _events_of_halves(curve, before, after, depth)
     kinds = [kind for kind, test in TESTS.items() if test(before) * test(after) < 0.0]
     if FOLD in kinds and BREAKING in kinds:  # at a fold det(I - M) is zero as well
         kinds.remove(BREAKING)
@@ -96,6 +98,18 @@ def events_between(curve: Continuation, before: Point, after: Point, depth: int 
         count = _pairs_outside(before)
         events.append(_located(curve, before, after, NEIMARK_SACKER, lambda p: _sign(_pairs_outside(p) == count)))
     return sorted(events, key=lambda event: event.point.length)
+
+
+def _events_of_halves(curve: Continuation, before: Point, after: Point, depth: int) -> list[Event]:
+    """The events of both halves of a step."""
+    middle = curve.between(before, after, 0.5)
+    return [*events_between(curve, before, middle, depth + 1), *events_between(curve, middle, after, depth + 1)]
+
+
+def _is_one_change(one: Pattern, other: Pattern) -> bool:
+    """Whether two patterns are the same, or differ by one touch or by one exchange."""
+    changes = (_touch(one, other), _touch(other, one), _swapped(one, other))
+    return one == other or any(change is not None for change in changes)
 
 
 def _located(curve: Continuation, before: Point, after: Point, kind: str, test: Callable[[Point], float]) -> Event:
@@ -227,12 +241,13 @@ def _time_between(point: Point, other: Pattern) -> float:
     """The shortest time between two crossings whose exchange gives the other pattern [s]; 0 if there are none."""
     crossings = point.motion.crossings
     order = tuple(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True))
+    lasts = point.motion.cycles * point.motion.period
     gaps = [
-        crossings.time[(i + 1) % len(order)] - crossings.time[i]
+        (crossings.time[(i + 1) % len(order)] - crossings.time[i]) % lasts
         for i in range(len(order))
         if _exchanged(order, i) == other
     ]
-    return float(min(map(abs, gaps), default=0.0))
+    return float(min(gaps, default=0.0))
 
 
 def _sign(holds: bool) -> float:
@@ -264,10 +279,10 @@ TESTS: dict[str, Callable[[Point], float]] = {FOLD: _fold, DOUBLING: _doubling, 
 
 def _pairs_outside(point: Point) -> int:
     values = point.multipliers
-    return int(np.sum((np.abs(values.imag) > _REAL) & (np.abs(values) > 1.0)))
+    return int(np.sum((np.abs(values.imag) > REAL) & (np.abs(values) > 1.0)))
 
 
 def _are_complex(before: Point, after: Point) -> bool:
     """Whether a complex pair crosses the unit circle: both points have equally many complex multipliers."""
-    counts = [int(np.sum(np.abs(point.multipliers.imag) > _REAL)) for point in (before, after)]
+    counts = [int(np.sum(np.abs(point.multipliers.imag) > REAL)) for point in (before, after)]
     return counts[0] == counts[1]

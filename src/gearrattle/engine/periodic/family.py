@@ -21,6 +21,7 @@ from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.laid_out import system_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
@@ -98,8 +99,16 @@ class GeneralFamily(Family):
     def follow(self, state: State, parameter: float) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""
         step = DIFFERENCE * self.unit
-        ahead, behind = (self.map_at(parameter + side).later(state).y for side in (step, -step))
-        return self.map_at(parameter)(state), (ahead - behind) / (2.0 * step)
+        motion, ends = self.map_at(parameter)(state), {}
+        for side in (-step, step):
+            try:
+                ends[side] = self.map_at(parameter + side).later(state).y
+            except ConvergenceError:  # beyond what the driveline may be: the difference is one-sided
+                ends[0.0] = motion.end.y
+        if len(ends) < 2:
+            raise ConvergenceError(f"there is no driveline on either side of the parameter {parameter:.9g}")
+        low, high = min(ends), max(ends)
+        return motion, (ends[high] - ends[low]) / (high - low)
 
 
 class CompiledFamily(Family):

@@ -156,7 +156,7 @@ class PeriodMap:
         gradient = variation(self.flow, tuple(initial), crossings, end=self.length).gradient()
         n, references = self.flow.states, len(self.flow.coordinates.references)
         turned = march.samples.states[-1, n : n + references] - march.samples.states[0, n : n + references]
-        return Pass(state, self._end_of(march), gradient, turned, crossings, self.system.inputs.period, self.cycles)
+        return Pass(state, self.sampled(march, -1), gradient, turned, crossings, self.system.inputs.period, self.cycles)
 
     def levels(self, motion: Pass) -> Array:
         """Return (3, K) lowest, highest and mean deflection of every clearance along a motion [SI]."""
@@ -168,11 +168,13 @@ class PeriodMap:
 
     def later(self, state: State, passes: int = 1) -> State:
         """Return the state after some passes of n periods, without the gradient. Errors as in a call."""
-        return self._end_of(self.marched(state, passes))
+        return self.sampled(self.marched(state, passes), -1)
 
-    def _end_of(self, march: ExactMarch) -> State:
-        last, clearances = march.samples.states[-1], len(self.system.clearances)
-        return State(last[: self.flow.states] / self.scale, march.samples.pieces[-1, clearances:].copy())
+    def sampled(self, march: ExactMarch, row: int) -> State:
+        """Return the state at a sample of a march that is done."""
+        clearances = len(self.system.clearances)
+        states = march.samples.states[row, : self.flow.states] / self.scale
+        return State(states, march.samples.pieces[row, clearances:].copy())
 
     def passages(self, march: ExactMarch) -> Passages:
         """Return the crossings of a finished march."""

@@ -102,7 +102,7 @@ def shoot(period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, 
         motion = period_map(period_map.later(motion.end, _SETTLING << attempt))
         motion, residual, taken = _newton(period_map, motion, tolerance)
         passes += taken + (_SETTLING << attempt)
-    if residual > _ROUNDING:
+    if not residual <= _ROUNDING:
         message = f"no motion that repeats after {counted(period_map.cycles, 'period')} was found from this start"
         remedy = "another start, for example the end of a simulation"
         raise ConvergenceError(f"{message} (residual {residual:.2g})", remedy=remedy)

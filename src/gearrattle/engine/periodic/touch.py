@@ -9,7 +9,7 @@ Takes a PeriodMap, a state and an instant nearby; gives the depth.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -46,8 +46,8 @@ class Touch:
     time: float
 
 
-def depth(period_map: PeriodMap, state: State, touch: Touch) -> float:
-    """Return how far an extremum lies beyond a corner [SI].
+def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Touch]:
+    """Return how far an extremum lies beyond a corner [SI], and the touch with the instant of the extremum.
 
     Parameters
     ----------
@@ -75,9 +75,8 @@ def depth(period_map: PeriodMap, state: State, touch: Touch) -> float:
         if abs(change) < _SETTLED * max(1.0, time):
             law, piece = system.laws[element], pieces[element]
             deflection = float(flow.deflection[element] @ now)
-            if touch.upward:
-                return deflection - float(law.corners[piece])
-            return float(law.corners[piece - 1]) - deflection
+            corner = float(law.corners[piece if touch.upward else piece - 1])
+            return (deflection - corner) * (1.0 if touch.upward else -1.0), replace(touch, time=time)
     raise ConvergenceError("the extremum at a corner is lost")
 
 
