@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_POINTS = 50.0  # steps at least along the range, unless the step is limited
+_POINTS = 60.0  # steps at least along the range, unless the step is limited
 
 
 @dataclass(frozen=True)
