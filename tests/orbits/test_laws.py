@@ -272,12 +272,13 @@ def test_from_a_start_that_leads_nowhere_the_remedy_is_named() -> None:
         gr.periodic(gr.example("clutch_friction"))
 
 
-@pytest.mark.xfail(reason="Newton's method is singular where symmetry breaks, and a branch ends with it", strict=True)
+@pytest.mark.long
 def test_a_branch_goes_on_beyond_a_symmetry_breaking() -> None:
     branch = gr.continuation(symmetric(0.6, 1.0), "excitation.frequency", (0.6, 0.2))
     assert branch.notes == ()
 
 
+@pytest.mark.long
 @pytest.mark.xfail(reason="a loop is followed from every doubling and breaking that it passes", strict=True)
 def test_a_loop_is_one_branch() -> None:
     """Both ways from one breaking, the loop passes the other one and comes home: one curve holds both twins."""
