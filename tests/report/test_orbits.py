@@ -16,6 +16,7 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.orbits import Branch, Orbit, PeriodicMotions
 from gearrattle.report.kinds import presentation_of
+from gearrattle.report.moving_table import moving_table
 from gearrattle.report.orbit_tables import impacts_of, lasting
 from gearrattle.report.plots.branches import EVENTS
 from gearrattle.report.stable_ranges import jumps_of, nodes_of, ranges_of, stability_of_steps
@@ -187,3 +188,15 @@ def test_what_one_clearance_touches_is_not_marked_at_another() -> None:
     clutch, gear = ([line.name for line in panel.lines] for panel in chart(case, "extremes").panels)
     assert "grazing" not in clutch
     assert "grazing" in gear
+
+
+def test_a_table_says_what_moves_the_jumps(branch: Branch) -> None:
+    """The first row is what moves the first fold most; without folds there is no table."""
+    table = moving_table(branch)
+    events = branch.events
+    folds = events.index[(events["kind"] == "fold") & (events["branch"] == 0)]
+    gradients = branch.gradients(int(folds[0]))
+    assert float(table.rows[0][0]) == pytest.approx(float(events["value"][folds[0]]), rel=1e-5)
+    assert float(table.rows[0][2]) == pytest.approx(float(gradients["per_10_percent"][0]), rel=1e-2)
+    quiet = gr.continuation(gr.example("rattle_oscillator"), branch.path, (3.0, 3.1), start="linear")
+    assert moving_table(quiet).rows == ()

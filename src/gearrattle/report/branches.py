@@ -14,6 +14,7 @@ import numpy as np
 
 from gearrattle.json_types import json_value
 from gearrattle.orbits import Branch, Orbit
+from gearrattle.report.moving_table import moving_table
 from gearrattle.report.numbers import write_csv
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.branches import branch_charts, circle_chart, measure, modulus_chart
@@ -63,6 +64,10 @@ class BranchesPage(ModelPresentation[Branch]):
                 parts.append(f"{way} the motion jumps at {_some(values)}.")
         return " ".join(parts)
 
+    @cached_property
+    def _moving(self) -> Table:
+        return moving_table(self.result)
+
     def _stable_words(self) -> str:
         stable = [self._span(*sorted((r.begin, r.end))) for r in self._ranges if r.stable]
         unstable = sum(not r.stable for r in self._ranges)
@@ -86,7 +91,9 @@ class BranchesPage(ModelPresentation[Branch]):
             Section("motions", "Phase planes", charts=tuple(self._orbit_charts())),
             *figure_sections([circle_chart(branch)]),
         ]
-        return first, *figures, events, *notes_section(self.notes)
+        moving = Section("moving", "What moves the jumps", tables=(self._moving,))
+        tables = (events, moving) if self._moving.rows else (events,)
+        return first, *figures, *tables, *notes_section(self.notes)
 
     def answer(self) -> tuple[Table, ...]:
         return shortened(self._range_table()), shortened(self._event_table())
