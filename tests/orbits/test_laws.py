@@ -279,7 +279,6 @@ def test_a_branch_goes_on_beyond_a_symmetry_breaking() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.xfail(reason="a loop is followed from every doubling and breaking that it passes", strict=True)
 def test_a_loop_is_one_branch() -> None:
     """Both ways from one breaking, the loop passes the other one and comes home: one curve holds both twins."""
     branch = gr.continuation(symmetric(0.6), "excitation.frequency", (0.6, 0.2082))
@@ -288,7 +287,6 @@ def test_a_loop_is_one_branch() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.xfail(reason="the first point off a doubling may lie on the branch that is left", strict=True)
 def test_a_branch_of_doubled_period_holds_no_motions_of_the_single_one() -> None:
     branch = gr.continuation(chain(), "torque.0.harmonics.0.amplitude", (12.0, 8.8))
     for curve in branch.curves[1:]:
@@ -307,13 +305,11 @@ def test_a_body_that_floats_ends_its_branch_where_it_touches(monkeypatch: pytest
 
 
 @pytest.mark.long
-@pytest.mark.xfail(reason="every member of a family counts as a motion of its own", strict=True)
 def test_a_family_is_one_motion_of_every() -> None:
     orbits = gr.periodic(symmetric(1.2), every=True)
     assert sum(orbit.free > 0 for orbit in orbits) == 1
 
 
-@pytest.mark.xfail(reason="Newton's method may lead from a motion under way to one that does not attract", strict=True)
 def test_what_a_start_of_its_own_leads_to_is_stable_or_says_so() -> None:
     orbit = gr.periodic(chain())
     assert orbit.stable or any("unstable" in note for note in orbit.notes)

@@ -206,13 +206,11 @@ def test_in_five_parallel_parts(couplings: tuple[dict[str, Any], ...]) -> None:
     check_events(branch, is_grazing_named=False)
 
 
-@pytest.mark.xfail(reason="what touches several corners at once is called a pattern", strict=True)
 def test_what_touches_two_corners_at_once_grazes() -> None:
     branch = gr.continuation(oscillator(LOWEST, *TWO), PATH, (LOWEST, 0.825))
     assert changes(branch)["kind"].tolist() == ["grazing"]
 
 
-@pytest.mark.xfail(reason="a motion of T gone through twice touches twice at once: called a pattern", strict=True)
 def test_over_two_periods_a_grazing_is_a_grazing() -> None:
     branch = gr.continuation(oscillator(LOWEST), PATH, (LOWEST, 0.825), cycles=2)
     assert changes(branch)["kind"].tolist() == ["grazing"]

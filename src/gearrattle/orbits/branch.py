@@ -281,10 +281,7 @@ class Branch(Result):
     def _levels(self) -> tuple[tuple[Array, ...], ...]:
         """For every branch and each of its points: (3, K) lowest, highest and mean deflection of the K clearances."""
         followers = [(curve, self._follower(curve).family) for curve in self.curves]
-        return tuple(
-            tuple(self._levels_of(family, point) for point in curve.points)
-            for curve, family in followers
-        )
+        return tuple(tuple(self._levels_of(family, point) for point in curve.points) for curve, family in followers)
 
     def _levels_of(self, family: Family, point: Point) -> Array:
         """(3, K) levels of a motion; NaN where a clearance has closed, so that there is none of that name."""

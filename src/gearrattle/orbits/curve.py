@@ -14,8 +14,10 @@ import numpy as np
 from gearrattle.engine.periodic.continuation import Continuation, Point
 from gearrattle.engine.periodic.events import DOUBLING, FOLD, Event, events_between
 from gearrattle.errors import ConvergenceError
+from gearrattle.wording import counted
 
 _MOST_POINTS = 20_000
+_CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they must pass
 _HALVES = 1e-5  # of the size of the state: halves of a motion that differ by less are the same
 
 
@@ -84,12 +86,17 @@ def followed(
             points.append(point)
             if progress is not None:
                 progress(min(1.0, abs(point.parameter - begin.parameter) / (ends[1] - ends[0])))
-            if len(points) >= _MOST_POINTS:
-                note = f"A branch was left after {_MOST_POINTS} points."
+            if len(points) >= _MOST_POINTS or _creeps(points):
+                note = f"A branch was left after {counted(len(points), 'point')}."
                 break
     except ConvergenceError as error:
         note = f"A branch ends inside the range: {error.message}."
     return Curve(curve.family.cycles, tuple(points), tuple(events), note)
+
+
+def _creeps(points: list[Point]) -> bool:
+    """Whether the last points have come nowhere."""
+    return len(points) > _CREEPING and points[-1].length - points[-1 - _CREEPING].length < _NOWHERE
 
 
 def _is_home(home: Continuation, event: Event) -> bool:

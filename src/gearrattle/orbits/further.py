@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 _VALUES = 7
 """Number of parameter values inside the range at which isolated branches are sought."""
 _STARTS = 24
+_SAME = 1e-6  # of the size of the state: motions nearer than this are the same
 _DISTANCES = (0.02, 0.005, 0.001)  # of the first point from the branch that is left, in units of w
 
 
@@ -116,11 +117,28 @@ def branches_off(curve: Continuation, doubled: Continuation, known: Curve, ends:
             continue
         follower = doubled if event.kind == DOUBLING else curve
         for first in leaving:
+            if _is_known(follower, first, curve, [known, *further]):
+                continue
             branch = followed(follower, first, ends, home=curve if event.kind == DOUBLING else None)
             further.append(branch)
             if branch.events and branch.events[-1].kind == DOUBLING:
                 reached.append(branch.events[-1].point.parameter)
     return further
+
+
+def _is_known(follower: Continuation, first: Point, single: Continuation, curves: Sequence[Curve]) -> bool:
+    """Whether a motion lies on a known branch, or repeats after half its periods already."""
+    scale = first.scale
+    size = max(first.size, float(np.linalg.norm(first.state * scale)))
+    states = [first.state]
+    if follower is not single:
+        later = single.family.map_at(first.parameter).later(first.motion.start).y
+        if np.linalg.norm((later - first.state) * scale) < _SAME * size:
+            return True
+        states.append(later)
+    alike = [curve for curve in curves if curve.cycles == follower.family.cycles]
+    points = _points_at(follower, alike, first.parameter)
+    return any(np.linalg.norm((p.state - state) * scale) < _SAME * size for p in points for state in states)
 
 
 def _leaving(curve: Continuation, event: Event, multiplier: float, signs: Sequence[float]) -> list[Point]:

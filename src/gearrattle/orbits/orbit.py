@@ -228,9 +228,11 @@ def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbi
     """Return an orbit of the engine with its model; a train without drag turns at no speed of its own."""
     still = _without_drift(period_map, orbit)
     notes: tuple[str, ...] = ()
+    if not is_stable(shooting.multipliers_of(still.motion.gradient), still.free.shape[1]):
+        notes = ("The motion is unstable: a simulation leaves it.",)
     if still.free.shape[1]:
         words = "a part of the driveline may stand elsewhere, or turn at another speed"
-        notes = (f"The motion is one of a family: {words}; orbit.family says what, and how far.",)
+        notes += (f"The motion is one of a family: {words}; orbit.family says what, and how far.",)
     return Orbit(model, period_map.cycles, still.motion, still.residual, still.free.shape[1], notes)
 
 

@@ -43,11 +43,15 @@ class Known:
         the motions.
     shifts
         of each motion its states (N,) at the start of every period, in balanced coordinates.
+    free
+        of each motion the directions (N, F) in which its neighbours repeat as well, balanced and orthonormal: these
+        count as the same motion.
     """
 
     period_map: PeriodMap
     passes: list[Pass] = field(default_factory=list)
     shifts: list[list[Array]] = field(default_factory=list)
+    free: list[Array] = field(default_factory=list)
 
     def add(self, motion: Pass) -> bool:
         """Keep a motion; False if it is known."""
@@ -55,13 +59,19 @@ class Known:
             return False
         self.passes.append(motion)
         self.shifts.append(self._shifted(motion))
+        directions = shooting.newton_step(self.period_map, motion)[1] * self.period_map.scale[:, None]
+        self.free.append(np.linalg.qr(directions)[0])
         return True
 
     def holds(self, state: State) -> bool:
         """Return whether a state is that of a known motion at the start of one of its periods."""
         start = state.y * self.period_map.scale
         size = max(self.period_map.size, float(np.linalg.norm(start)))
-        return any(bool(np.linalg.norm(start - other) < _SAME * size) for known in self.shifts for other in known)
+        return any(
+            bool(np.linalg.norm(_without(start - other, free)) < _SAME * size)
+            for known, free in zip(self.shifts, self.free, strict=True)
+            for other in known
+        )
 
     def _shifted(self, motion: Pass) -> list[Array]:
         """(N,) balanced states at the start of every period; where the motion repeats sooner, each state once."""
@@ -82,6 +92,11 @@ class Known:
             sign = np.sign(np.linalg.det(np.eye(len(motion.gap)) - motion.gradient))
             total += int(sign) * len(states)
         return total
+
+
+def _without(change: Array, free: Array) -> Array:
+    """The part of a change at right angles to free directions (N, F), which are orthonormal."""
+    return np.asarray(change - free @ (free.T @ change))
 
 
 def starts_of(period_map: PeriodMap, count: int, seed: int = 0) -> Iterator[State]:

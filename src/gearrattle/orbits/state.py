@@ -78,7 +78,7 @@ def _end_of(model: Model, period_map: PeriodMap, run: Run) -> State:
         return state
     memory = auxiliaries.memory[-1, list(period_map.system.memories)]
     y = np.concatenate([state.y[: state.y.size - memory.size], memory])
-    return State(y, np.asarray(auxiliaries.piece[-1], dtype=np.int64))
+    return State(y, period_map.kept_pieces(np.asarray(auxiliaries.piece[-1], dtype=np.int64)))
 
 
 def initial_of(model: Model, period_map: PeriodMap, state: State) -> dict[str, list[float]]:

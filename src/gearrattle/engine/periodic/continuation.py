@@ -163,7 +163,7 @@ class Continuation:
         direction = np.append(np.zeros(w.size - 1), 1.0 if upward else -1.0)
         point = self._corrected(w, direction, direction, state.auxiliary_pieces)
         is_backward = (point.tangent[-1] > 0.0) != upward
-        return turned_around(point) if is_backward else point
+        return replace(turned_around(point) if is_backward else point, parameter=parameter)
 
     def follow(self, begin: Point, lowest: float, highest: float) -> Iterator[Point]:
         """Yield the points of a branch after its first one, the last of them at an end of the range of the parameter.
@@ -253,6 +253,8 @@ class Continuation:
             Newton's method does not converge.
         """
         target = parameter / self.family.unit
+        if after.w[-1] == before.w[-1]:
+            raise ConvergenceError("the branch does not pass the parameter there")
         share = (target - before.w[-1]) / (after.w[-1] - before.w[-1])
         predicted = _interpolated(before, after, share)
         predicted[-1] = target

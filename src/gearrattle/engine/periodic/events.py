@@ -137,6 +137,9 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point) -> Ite
             yield _grazing(curve, before, after, touching is after)
             return
     watch = _swapped(before.pattern, after.pattern)
+    if watch is None and len(before.pattern) != len(after.pattern):  # several touch at once
+        yield _grazing(curve, before, after, len(after.pattern) > len(before.pattern))
+        return
     if watch is None:
         point = _located(curve, before, after, PATTERN, lambda p: _sign(p.pattern == before.pattern)).point
         yield Event(PATTERN, point)
@@ -210,18 +213,26 @@ def softest_touch(point: Point, fewer: Pattern) -> tuple[float, Touch]:
     """Return velocity [SI] and Touch of the slowest two crossings without which the pattern is ``fewer``."""
     crossings = point.motion.crossings
     order = list(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True))
-    touches = []
-    for i in range(len(order)):
-        j = (i + 1) % len(order)
-        if _without(tuple(order), i) == fewer:
-            motion = point.motion
-            lasts = (crossings.time[j] - crossings.time[i]) % (motion.cycles * motion.period)
-            time = (crossings.time[i] + 0.5 * lasts) / motion.period
-            speed = 0.5 * abs(crossings.velocity[i] - crossings.velocity[j])
-            touches.append((speed, Touch(order[i][0], order[i][1], time)))
+    count = len(order)
+    pairs = [(i, (i + 1) % count) for i in range(count) if _without(tuple(order), i) == fewer]
+    if not pairs:  # several touch at once
+        following = [_next_of_same(order, i) for i in range(count)]
+        pairs = [(i, j) for i, j in enumerate(following) if order[j] == (order[i][0], 1 - order[i][1])]
+    touches, motion = [], point.motion
+    for i, j in pairs:
+        lasts = (crossings.time[j] - crossings.time[i]) % (motion.cycles * motion.period)
+        time = (crossings.time[i] + 0.5 * lasts) / motion.period
+        speed = 0.5 * abs(crossings.velocity[i] - crossings.velocity[j])
+        touches.append((speed, Touch(order[i][0], order[i][1], time)))
     if not touches:
         raise ConvergenceError("the pattern of crossings changes more than once")
     return min(touches, key=lambda touch: touch[0])
+
+
+def _next_of_same(order: list[tuple[int, int]], i: int) -> int:
+    """Index of the next crossing of what crosses at i."""
+    count = len(order)
+    return next((i + k) % count for k in range(1, count + 1) if order[(i + k) % count][0] == order[i][0])
 
 
 def _swapped(one: Pattern, other: Pattern) -> int | None:

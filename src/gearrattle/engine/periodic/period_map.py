@@ -33,6 +33,9 @@ from gearrattle.outcome import Outcome
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+DECIDED = -1
+"""Piece of an auxiliary that follows from the rest of the state."""
+_AT_END = 1e-12  # of the motion: a tick of the clock so near to its end is the one with which the next period begins
 _PERIODIC = 1e-9
 """How far cycles of a period may be from whole numbers."""
 
@@ -46,7 +49,8 @@ class State:
     y
         (N,) deflections of the basis, velocities, memories of auxiliaries [SI].
     auxiliary_pieces
-        (C,) pieces of the auxiliaries; None: deflections and rates decide them, with no memory loaded.
+        (C,) pieces of the auxiliaries, ``DECIDED`` for those without a memory, which deflection, rate and clock
+        decide; None: deflections and rates decide them, with no memory loaded.
     """
 
     y: Array
@@ -174,11 +178,22 @@ class PeriodMap:
         """Return the state at a sample of a march that is done."""
         clearances = len(self.system.clearances)
         states = march.samples.states[row, : self.flow.states] / self.scale
-        return State(states, march.samples.pieces[row, clearances:].copy())
+        return State(states, self.kept_pieces(march.samples.pieces[row, clearances:]))
+
+    def kept_pieces(self, pieces: IntArray) -> IntArray:
+        """Return (C,) pieces of auxiliaries with ``DECIDED`` for those without a memory."""
+        remembers = np.array([auxiliary.remembers for auxiliary in self.system.auxiliaries], dtype=np.bool_)
+        return np.where(remembers, pieces, DECIDED).astype(np.int64)
 
     def passages(self, march: ExactMarch) -> Passages:
-        """Return the crossings of a finished march."""
-        return passages_of(self.flow, march.logged())
+        """Return the crossings of a finished march; what changes by the clock at its very end belongs to the next."""
+        path = passages_of(self.flow, march.logged())
+        clock = self.system.clock
+        if clock is None:
+            return path
+        by_clock = np.isin(path.watch - len(self.system.clearances), clock.auxiliary)
+        kept = ~by_clock | (path.time < march.task.cycles * self.system.inputs.period * (1.0 - _AT_END))
+        return Passages(path.time[kept], path.watch[kept], path.upward[kept], path.velocity[kept], path.memory[kept])
 
     def marched(self, state: State, passes: int = 1, samples_per_cycle: int = 1) -> ExactMarch:
         """Return the finished march from a state over some passes of n periods. Errors as in a call."""

@@ -27,7 +27,7 @@ def starting_pieces(
     """Pieces of all elements and auxiliaries at the state z (Z,), and of all watched the side of the piece they sit on.
 
     ``angle`` (n,) is what the deflections in z were computed from; it sets how much of them is rounding. Pieces of
-    auxiliaries (C,), where they are known, are taken as they are.
+    auxiliaries (C,), where they are known, are taken as they are; -1: deflection, rate and clock decide.
 
     Returns
     -------
@@ -61,16 +61,13 @@ def starting_pieces(
 
 def _accompanied(flow: Flow, pieces: Sequence[int], z: Array, known: IntArray | None) -> tuple[int, ...]:
     """The pieces of all elements, and those in which their auxiliaries start."""
-    if known is not None:
-        return (*pieces, *(int(piece) for piece in known))
-    auxiliary_pieces = [
-        auxiliary.start(
-            pieces[auxiliary.element],
-            float(flow.deflection[auxiliary.element] @ z),
-            float(flow.rate[auxiliary.element] @ z),
-        )
-        for auxiliary in flow.system.auxiliaries
-    ]
+    auxiliary_pieces = []
+    for c, auxiliary in enumerate(flow.system.auxiliaries):
+        if known is not None and known[c] >= 0:
+            auxiliary_pieces.append(int(known[c]))
+            continue
+        deflection, rate = float(flow.deflection[auxiliary.element] @ z), float(flow.rate[auxiliary.element] @ z)
+        auxiliary_pieces.append(auxiliary.start(pieces[auxiliary.element], deflection, rate))
     return (*pieces, *auxiliary_pieces)
 
 
