@@ -26,7 +26,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long coverage mutation lint docs same bench peers growth cost orders variants inputs loops advice forecast metrics horizon scaling compositions fuzz reliability images constraints wheel pythons lowest clean distclean
+.PHONY: help run test test-long coverage mutation lint docs same bench peers growth cost orders variants inputs loops advice forecast metrics horizon balance scaling compositions fuzz reliability images constraints wheel pythons lowest clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -95,6 +95,9 @@ metrics: $(VENV)/.package   ## what sampling rattle metrics need: writes docs/re
 
 horizon: $(VENV)/.test      ## what rounding comes to at the predictability horizon: writes docs/reference/horizon.md (minutes)
 	$(PY) -m benchmarks.horizon
+
+balance: $(VENV)/.package   ## harmonic balance against shooting: writes docs/reference/harmonic_balance.md
+	$(PY) -m benchmarks.harmonic_balance
 
 scaling: $(VENV)/.test      ## what schedulers of studies cost beside the cases: writes docs/reference/scaling.md (minutes)
 	$(PY) -m benchmarks.scaling
