@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gearrattle.engine.kernels import tallies
 from gearrattle.engine.kernels.variants import Crossings, Tallies, room_for
 from gearrattle.errors import GearRattleError
 from gearrattle.signals.bodies import reduced_inertias
@@ -44,7 +45,6 @@ def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | 
     GearRattleError
         if the log has a gap.
     """
-    from gearrattle.engine.kernels import tallies
 
     layout, log = trajectory.layout, trajectory.events
     judged = judged_of(layout)

@@ -16,7 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import packed
+from gearrattle.engine.kernels import building, laid_out, many, march, notes, packed, scaling, statics, tallies
+from gearrattle.engine.kernels._jit import address_of, compact, is_compiling, vectorised
+from gearrattle.engine.kernels._llvm import lapack_address
+from gearrattle.engine.kernels.many import Buffers
 from gearrattle.engine.kernels.variants import Coefficients, Frame, Judged, Scales, Statics, Tallies, picked, room_for
 from gearrattle.engine.solvers.choice import is_large
 from gearrattle.engine.solvers.exact import notes_for
@@ -77,7 +80,6 @@ def has_loop(system: PiecewiseSystem) -> bool:
     There is none for inputs over time, friction, clipped damping or alternation, for large systems, which the sweep
     suits better, and without a compiler.
     """
-    from gearrattle.engine.kernels._jit import is_compiling
 
     return is_compiling() and system.is_plain and not is_large(system)
 
@@ -120,9 +122,8 @@ class Batch:
     """Everything the loop works on; one thread's."""
 
     def __init__(self, pattern: Pattern, numbers: Coefficients, start: tuple[Array, Array], window: Array) -> None:
-        from gearrattle.engine.kernels import many
 
-        self._many, count = many, len(window)
+        count = len(window)
         flow = flow_of(pattern.system)
         size = Size.of(flow)
         longest = size.states + size.inputs
@@ -145,16 +146,16 @@ class Batch:
     @property
     def done(self) -> int:
         """Variants that are through."""
-        return int(self.cursor[self._many.AT])
+        return int(self.cursor[many.AT])
 
     @property
     def is_judged(self) -> NDArray[np.bool_]:
         """(V,)."""
-        return np.asarray(self.outcome == self._many.JUDGED)
+        return np.asarray(self.outcome == many.JUDGED)
 
     def go_on(self) -> bool:
         """Do a slice of work, make what room it asked for; whether there is more to do."""
-        many, counts = self._many, self.march.counts
+        counts = self.march.counts
         answer = self._loop(
             self.at,
             self.store.builder.words,
@@ -184,9 +185,6 @@ class Batch:
 
     def _entries(self) -> Any:
         """Where lies what the loop calls, compiled for arguments of these types, as for a single run."""
-        from gearrattle.engine.kernels import building, laid_out, march, notes, scaling, statics, tallies
-        from gearrattle.engine.kernels._jit import address_of, compact, vectorised
-        from gearrattle.engine.kernels._llvm import lapack_address
 
         cases = self.cases
         buffers = self.buffers
@@ -228,11 +226,10 @@ class Batch:
             name: address_of((vectorised if name in _VECTORISED else compact)(entry), *arguments)
             for name, (entry, arguments) in calls.items()
         }
-        return self._many.Entries(**addresses, zgees=zgees, stages=stages)
+        return many.Entries(**addresses, zgees=zgees, stages=stages)
 
 
 def _buffers(flow: Flow, cases: Any) -> Any:
-    from gearrattle.engine.kernels.many import Buffers
 
     deflections = len(flow.coordinates.elements)
     inertias = flow.system.size

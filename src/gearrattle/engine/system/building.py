@@ -10,6 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels import building
+from gearrattle.engine.kernels._jit import compact, is_compiling
+from gearrattle.engine.kernels._llvm import lapack_address
+from gearrattle.engine.kernels.laid_out import lay_out
 from gearrattle.engine.kernels.packed import DEEPEST, LONGEST, Regions, level_within
 from gearrattle.engine.kernels.variants import Scales
 from gearrattle.engine.kernels.workspace import (
@@ -49,10 +53,6 @@ class RegionBuilder:
     """
 
     def __init__(self, flow: Flow) -> None:
-        from gearrattle.engine.kernels import building
-        from gearrattle.engine.kernels._jit import compact, is_compiling
-        from gearrattle.engine.kernels._llvm import lapack_address
-        from gearrattle.engine.kernels.laid_out import lay_out
 
         self._stages, self._zgees = building.stages(), lapack_address("zgees")
         self._work_out, self._pack = compact(building.work_out), compact(building.pack)

@@ -20,7 +20,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.packed import ORDER, step_of
+from gearrattle.engine.kernels.quadrature import Powers, integrate_powers
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.engine.system.leaps import Leaps
@@ -190,8 +192,6 @@ class Auditor:
 
     def advance(self, products: float = SLICE) -> bool:
         """Work through the next intervals, of about so many products; whether that was the last of them."""
-        from gearrattle.engine.kernels._jit import vectorised
-        from gearrattle.engine.kernels.quadrature import integrate_powers
 
         spent = self._work[self.done - 1] if self.done else 0.0
         part = slice(self.done, max(self.done + 1, int(np.searchsorted(self._work, spent + products))))
@@ -315,7 +315,6 @@ def _powers(flow: Flow, regions: list[Pieces], short: Array, longest: float):  #
     longest
         the longest interval, in periods.
     """
-    from gearrattle.engine.kernels.quadrature import Powers
 
     rules = [np.polynomial.legendre.leggauss(count) for count in (NODES, LONG_NODES)]
     abscissas = np.concatenate([0.5 * (x + 1.0) for x, _ in rules])

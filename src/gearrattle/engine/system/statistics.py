@@ -19,17 +19,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels import extremes as compiled
 from gearrattle.engine.system.energy import _visited
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.series import Rows, Series
-
-if TYPE_CHECKING:
-    from gearrattle.engine.kernels import extremes as compiled
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -225,7 +222,6 @@ class Walk:
             The statistics, with a leading axis where there are several windows; None where they would take longer than
             some seconds (a contact that is stiff beyond all proportion to the window).
         """
-        from gearrattle.engine.kernels.extremes import extremes, moments
 
         chosen = {r: rows(self.regions[r]) for r in self.series}
         count = len(next(iter(chosen.values())))
@@ -238,10 +234,10 @@ class Walk:
         shape = (len(ends) - 1, count)
         low, high, powers = np.full(shape, np.inf), np.full(shape, -np.inf), np.zeros((4, *shape))
         for i, (first, last) in enumerate(pairwise(ends)):
-            extremes(self._compiled, packed, first, last, scratch, low[i], high[i])
+            compiled.extremes(self._compiled, packed, first, last, scratch, low[i], high[i])
             if wanted.size:
                 room, own = np.zeros((2, 4, count))
-                moments(self._compiled, packed, first, last, wanted, about, scratch, room, own)
+                compiled.moments(self._compiled, packed, first, last, wanted, about, scratch, room, own)
                 some = slice(first, last)
                 spent = np.bincount(self.parts.region[some], self.parts.duration[some], minlength=len(self.regions))
                 own += (spent @ ~packed.moving) * (-about) ** np.arange(1.0, 5.0)[:, None]
@@ -271,18 +267,17 @@ class Walk:
 
     def _level(self, packed: compiled.Rows, scratch: Array, channel: int, share: float) -> float:
         """What the modulus of one row exceeds for a share of the time, between bounds by those of all parts."""
-        from gearrattle.engine.kernels.extremes import reaches, time_above
 
         duration = self.parts.duration
         lower, upper = np.empty(duration.size), np.empty(duration.size)
-        reaches(self._compiled, packed, 0, duration.size, channel, scratch, lower, upper)
+        compiled.reaches(self._compiled, packed, 0, duration.size, channel, scratch, lower, upper)
         wanted, most = share * float(duration.sum()), np.maximum(upper, -lower)
         least = np.maximum(np.maximum(lower, -upper), 0.0)
         low, high = _exceeded_for(least, duration, wanted), _exceeded_for(most, duration, wanted)
 
         def excess(level: float) -> tuple[float, float]:
             which = np.flatnonzero((least <= level) & (most > level))
-            time, loss = time_above(self._compiled, packed, which, channel, level, scratch)
+            time, loss = compiled.time_above(self._compiled, packed, which, channel, level, scratch)
             return float(duration[least > level].sum()) + time - wanted, loss
 
         if low == 0.0 and excess(0.0)[0] <= 0.0:
@@ -314,9 +309,8 @@ class Walk:
     @cached_property
     def _compiled(self) -> compiled.Parts:
         """The same for compiled code."""
-        from gearrattle.engine.kernels.extremes import Parts
 
-        return Parts(
+        return compiled.Parts(
             self.parts.duration,
             self.parts.region,
             self.start,
@@ -328,8 +322,6 @@ class Walk:
 
     def _packed(self, chosen: dict[int, Array], *, with_nodes: bool) -> tuple[compiled.Rows, Array]:
         """Rows of every region for compiled code, and room to work in."""
-        from gearrattle.engine.kernels.extremes import FEW
-        from gearrattle.engine.kernels.extremes import Rows as Compiled
 
         count, regions = len(next(iter(chosen.values()))), len(self.regions)
         sizes, most = (
@@ -344,7 +336,7 @@ class Walk:
         begun = [0, 0, 0, 0]
         for r, series in self.series.items():
             coefficients, (x, weight) = series.expanded(chosen[r]), rules[r]
-            rest = np.abs(coefficients[:, :, FEW:]).sum(axis=2)
+            rest = np.abs(coefficients[:, :, compiled.FEW :]).sum(axis=2)
             both = np.concatenate([series.points, -series.points])
             looks = (both[:, None] ** series.powers) @ coefficients
             seen = (x[:, None] ** series.powers) @ coefficients if with_nodes else np.zeros(0)
@@ -357,7 +349,7 @@ class Walk:
         numbers, rests, seens, looked = (np.concatenate(arrays) for arrays in flat)
         blocks, terms, cells, nodes, points, *first = sizes
         room = np.zeros((2, max(self.path.samples.shape[1], most + 1)))
-        return Compiled(
+        return compiled.Rows(
             blocks=blocks,
             block=block,
             terms=terms,

@@ -30,7 +30,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import perturbed as kernel
+from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.packed import LONGEST, ORDER, step_of
+from gearrattle.engine.kernels.variation import gradient_segments
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.perturbed import Gradient, Perturbed, driveline_of, regions_of
@@ -257,8 +259,6 @@ def _run(
     segments: Array,
 ) -> None:
     """Pack the regions' free motions and let the kernel multiply."""
-    from gearrattle.engine.kernels._jit import vectorised
-    from gearrattle.engine.kernels.variation import gradient_segments
 
     n = segments.shape[1]
     levels = max(len(table) for _, table in free)
