@@ -28,6 +28,7 @@ CALLS: dict[str, Callable[..., Any]] = {
     "basins": lambda **settings: gr.basins(MODEL, START, **settings),
     "bifurcation": lambda **settings: gr.bifurcation(MODEL, "mesh.gear.backlash", [1e-4, 2e-4], **settings),
     "compare": lambda **settings: gr.compare(MODEL, **settings),
+    "continuation": lambda **settings: gr.continuation(MODEL, "excitation.speed", (150.0, 151.0), **settings),
     "identification.fit": lambda **settings: gr.identification.fit(
         MODEL, {"mode": [{"omega": 300.0}]}, ["coupling.clutch.stiffness"], **settings
     ),
@@ -36,6 +37,7 @@ CALLS: dict[str, Callable[..., Any]] = {
     "listen": lambda **settings: gr.listen(_run(), **settings),
     "optimize": lambda **settings: gr.optimize(MODEL, BACKLASH, {"hub: TR rms": "min"}, **settings),
     "spectral.order_map": lambda **settings: gr.spectral.order_map(_run(), "velocity.hub", **settings),
+    "periodic": lambda **settings: gr.periodic(MODEL, **settings),
     "run": lambda **settings: gr.run(MODEL, **settings),
     "screen": lambda **settings: gr.screen(MODEL, [100.0, 120.0], simulate=True, **settings),
     "simulate": lambda **settings: gr.simulate(MODEL, **settings),

@@ -125,7 +125,7 @@ def test_cases_that_fail_are_told_and_the_others_go_on(tmp_path: Path) -> None:
             r"10000000 cases \(10000 x 1000\), more than the 1000000 allowed; on one core .* (hours|days)",
         ),
         ({"axes": AXES, "outputs": ["regimes"]}, "did you mean"),
-        ({"axes": AXES, "outputs": []}, "one at least"),
+        ({"axes": AXES, "outputs": []}, "at least one"),
         ({}, "needs an axis"),
         ({"axes": AXES, "samples": 3}, "something that scatters"),
         ({"axes": AXES, "vary": SCATTER, "samples": 2}, "twice"),
