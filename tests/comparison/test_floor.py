@@ -48,9 +48,10 @@ def different(actual):
     return {(item.quantity, item.subject) for item in actual.items if item.verdict == "different"}
 
 
-@pytest.mark.parametrize("algorithm", ["dop853", "rkv", "rkv-events"])
-def test_an_accurate_motion_that_can_be_predicted_is_equal_in_every_statistic(exact, algorithm):
-    actual = judged(by_algorithm(algorithm), exact)
+@pytest.mark.parametrize(("algorithm", "tolerance"), [("dop853", 1e-8), ("rkv", None), ("rkv-events", None)])
+def test_an_accurate_motion_that_can_be_predicted_is_equal_in_every_statistic(exact, algorithm, tolerance):
+    """At its own tolerance dop853 is off by 1 % in a peak: on some processors just above what its error explains."""
+    actual = judged(by_algorithm(algorithm, tolerance=tolerance), exact)
     assert {item.verdict for item in actual.items} <= {"equal", "undecided"}
     assert actual.decided == 23
     assert actual.different_by_chance == 0.0
