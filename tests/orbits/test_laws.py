@@ -313,3 +313,12 @@ def test_a_family_is_one_motion_of_every() -> None:
 def test_what_a_start_of_its_own_leads_to_is_stable_or_says_so() -> None:
     orbit = gr.periodic(chain())
     assert orbit.stable or any("unstable" in note for note in orbit.notes)
+
+
+def test_every_motion_of_a_symmetric_driveline_has_its_mirror_image() -> None:
+    """At W = 0.4 the symmetric motion is unstable, two stable ones are mirror images: the signs sum to one."""
+    orbits = gr.periodic(symmetric(0.4), every=True)
+    assert sum(orbit.symmetric for orbit in orbits) == 1
+    assert all(orbit.notes == () for orbit in orbits)
+    means = sorted(float(np.mean(orbit.run.data["deflection"].values[:-1])) for orbit in orbits)
+    np.testing.assert_allclose(means, -np.array(means[::-1]), rtol=0, atol=1e-9)

@@ -4,9 +4,11 @@ Newton's method from a grid of starts misses motions: on piecewise-linear maps i
 
 1. states spread over the reach of the driveline are followed until they settle: this finds attracting motions,
 2. Newton's method begins from all of them as well: this finds some motions that do not attract,
-3. every motion is followed over the speed, up and down, through folds: where its branch comes back to the speed of the
+3. of a symmetric driveline the symmetric motions are sought by the half-period map, and every other motion has a mirror
+   image,
+4. every motion is followed over the speed, up and down, through folds: where its branch comes back to the speed of the
    model, it gives other motions,
-4. the fixed points of the n-period map are counted. If all motions end in a bounded set and none is free,
+5. the fixed points of the n-period map are counted. If all motions end in a bounded set and none is free,
    the sum of the signs of det(I - M) over them is 1 (Brouwer's degree): a sum that differs says that one is missing.
    Then Newton's method goes on from further starts, repelled by what is known.
 
@@ -23,11 +25,12 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap
+from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.orbits.family import family_of
 from gearrattle.orbits.orbit import Orbit, settled_state
-from gearrattle.orbits.search import Known, deflated, free_directions, search, starts_of
+from gearrattle.orbits.search import Known, deflated, free_directions, search, search_symmetric, starts_of
 
 _STARTS = 32
 _FURTHER = 64  # starts of the deflated Newton method
@@ -47,6 +50,8 @@ def every_orbit(model: Model, cycles: int) -> list[Orbit]:
     known = Known(period_map)
     for state in (settled_state(model, period_map), *starts_of(period_map, _STARTS)):
         search(known, state)
+    if cycles % 2 == 1 and is_symmetric(period_map.system):
+        search_symmetric(known, HalfPeriodMap(period_map.system, cycles), starts_of(period_map, _STARTS))
     _follow_all(model, known, 0)
     is_free = any(free_directions(period_map, motion) for motion in known.passes)
     for state in () if is_free else starts_of(period_map, _FURTHER, seed=1):

@@ -21,6 +21,7 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
@@ -48,6 +49,8 @@ ATTEMPTS = 5
 _SMALLEST = 0.01  # of all harmonics, to begin with
 _MOST_POINTS = 400
 _STABLE = 1e-9  # a modulus that exceeds one by less than this is rounding
+_LOST = 1e10  # growth of disturbances over a motion, from which rounding shows in its run
+_MIRRORED = 1e-6  # of the size of the state: a motion that differs by less from its mirror image is symmetric
 CYCLES = Count(1, 64)
 """Periods after which a motion may repeat."""
 
@@ -110,6 +113,27 @@ class Orbit(Result):
         turning = len(relative_coordinates(assemble(self.model).system).references)
         values = shooting.multipliers_of(self.motion.gradient)
         return shooting.sorted_by_modulus(np.concatenate([values, np.ones(turning)]))
+
+    @cached_property
+    def half_period_multipliers(self) -> NDArray[np.complex128]:
+        """Multipliers over half of the n T of a motion that then is its own mirror image; empty for any other motion.
+
+        Their squares are the Floquet multipliers without those of free trains that turn as a whole. At 1 the motion
+        folds; at -1 it loses its symmetry, and two motions leave that are mirror images of each other.
+        """
+        none = np.zeros(0, np.complex128)
+        system = self.period_map.system
+        if self.cycles % 2 == 0 or not is_symmetric(system):
+            return none
+        half = HalfPeriodMap(system, self.cycles)(self.motion.start)
+        size = max(self.period_map.size, float(np.linalg.norm(self.motion.start.y * self.period_map.scale)))
+        is_mirrored = float(np.linalg.norm(half.gap * self.period_map.scale)) < _MIRRORED * size
+        return shooting.multipliers_of(half.gradient) if is_mirrored else none
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether half of the n T later the motion is its own mirror image, all angles and torques reversed."""
+        return self.half_period_multipliers.size > 0
 
     @cached_property
     def stable(self) -> bool:
@@ -230,6 +254,9 @@ def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbi
     notes: tuple[str, ...] = ()
     if not is_stable(shooting.multipliers_of(still.motion.gradient), still.free.shape[1]):
         notes = ("The motion is unstable: a simulation leaves it.",)
+    grown = float(np.abs(shooting.multipliers_of(still.motion.gradient)[0]))
+    if grown > _LOST:
+        notes += (f"Disturbances grow {grown:.1g} times over the motion: its run leaves it before the end.",)
     if still.free.shape[1]:
         words = "a part of the driveline may stand elsewhere, or turn at another speed"
         notes += (f"The motion is one of a family: {words}; orbit.family says what, and how far.",)

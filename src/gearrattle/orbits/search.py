@@ -11,7 +11,7 @@ Takes a PeriodMap; gives Passes of motions that repeat.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,6 +20,7 @@ from scipy.stats import qmc
 
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.symmetry import HalfPeriodMap
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -128,6 +129,16 @@ def search(known: Known, state: State) -> None:
         known.add(shooting.shoot(period_map, later, settle=1).motion)
     with contextlib.suppress(ConvergenceError, np.linalg.LinAlgError):
         known.add(shooting.shoot(period_map, state).motion)
+
+
+def search_symmetric(known: Known, half: HalfPeriodMap, states: Iterable[State]) -> None:
+    """Search for symmetric motions from some states, and for the mirror images of all known motions; keep them."""
+    for state in states:
+        with contextlib.suppress(ConvergenceError, np.linalg.LinAlgError):
+            known.add(shooting.shoot(known.period_map, shooting.shoot(half, state).motion.start).motion)
+    for motion in tuple(known.passes):
+        with contextlib.suppress(ConvergenceError, np.linalg.LinAlgError):
+            known.add(shooting.shoot(known.period_map, half(motion.start).end).motion)
 
 
 def free_directions(period_map: PeriodMap, motion: Pass) -> int:

@@ -24,9 +24,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.periodic.equations import shortest_solution
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.period_map import Pass, State
-from gearrattle.engine.periodic.shooting import FREE, FREE_OF_LARGEST, multipliers_of
+from gearrattle.engine.periodic.shooting import multipliers_of
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -383,7 +384,7 @@ class Continuation:
             least = _TOLERANCE * max(1.0, float(np.linalg.norm(w[:-1]))) + _ROUNDING * float(np.linalg.norm(matrix))
             if not np.isfinite(norm) or not np.all(np.isfinite(matrix)):
                 break
-            change = _least_change(np.vstack([matrix, normal]), np.append(-residual, -plane))
+            change, _ = shortest_solution(np.vstack([matrix, normal]), np.append(-residual, -plane))
             is_settled = norm <= least or (norm <= 100.0 * least and norm > 0.5 * last)
             if is_settled and abs(plane) < 1e-12:
                 tangent, free = _tangent(matrix, direction)
@@ -434,21 +435,11 @@ def _interpolated(before: Point, after: Point, share: float) -> Array:
     return np.asarray(before.w + s * chord + s * rest * bend)
 
 
-def _least_change(matrix: Array, right: Array) -> Array:
-    """The shortest solution of linear equations; singular directions get no change."""
-    left, values, rows = np.linalg.svd(matrix)
-    regular = values > FREE + FREE_OF_LARGEST * values[0]
-    weights = np.divide(left.T @ right, values, out=np.zeros_like(values), where=regular)
-    return np.asarray(rows.T @ weights)
-
-
 def _tangent(matrix: Array, direction: Array) -> tuple[Array, int]:
     """The null vector of (N, N + 1) equations nearest to a direction, and how many others there are."""
-    _, values, rows = np.linalg.svd(matrix)
-    rank = int(np.count_nonzero(values > FREE + FREE_OF_LARGEST * values[0]))
-    null = rows[rank:]
-    tangent = null.T @ (null @ direction)
+    _, null = shortest_solution(matrix, np.zeros(len(matrix)))
+    tangent = null @ (direction @ null)
     norm = float(np.linalg.norm(tangent))
     if norm < 1e-12:  # at right angles to it: any of them
-        tangent, norm = null[0], 1.0
-    return np.asarray(tangent / norm), len(null) - 1
+        tangent, norm = null[:, 0], 1.0
+    return np.asarray(tangent / norm), null.shape[1] - 1

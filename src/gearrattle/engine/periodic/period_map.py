@@ -154,13 +154,20 @@ class PeriodMap:
         """
         march = self.marched(state)
         crossings = self.passages(march)
+        gradient, turned = self.gradient_along(march, crossings), self.turned(march, -1)
+        return Pass(state, self.sampled(march, -1), gradient, turned, crossings, self.system.inputs.period, self.cycles)
+
+    def gradient_along(self, march: ExactMarch, crossings: Passages) -> Array:
+        """Return the gradient (N, N) [SI] of a march that is done, over the length of the map, from its crossings."""
         initial = [0] * (len(self.system.laws) + len(self.system.auxiliaries))
         for k, piece in zip(self.system.places, march.initial, strict=True):
             initial[k] = int(piece)
-        gradient = variation(self.flow, tuple(initial), crossings, end=self.length).gradient()
-        n, references = self.flow.states, len(self.flow.coordinates.references)
-        turned = march.samples.states[-1, n : n + references] - march.samples.states[0, n : n + references]
-        return Pass(state, self.sampled(march, -1), gradient, turned, crossings, self.system.inputs.period, self.cycles)
+        return variation(self.flow, tuple(initial), crossings, end=self.length).gradient()
+
+    def turned(self, march: ExactMarch, row: int) -> Array:
+        """Return how far the reference inertia of every free train has turned (R,) [rad], up to a sample of a march."""
+        angles = slice(self.flow.states, self.flow.states + len(self.flow.coordinates.references))
+        return np.asarray(march.samples.states[row, angles] - march.samples.states[0, angles])
 
     def levels(self, motion: Pass) -> Array:
         """Return (3, K) lowest, highest and mean deflection of every clearance along a motion [SI]."""
@@ -192,8 +199,7 @@ class PeriodMap:
         if clock is None:
             return path
         by_clock = np.isin(path.watch - len(self.system.clearances), clock.auxiliary)
-        kept = ~by_clock | (path.time < march.task.cycles * self.system.inputs.period * (1.0 - _AT_END))
-        return Passages(path.time[kept], path.watch[kept], path.upward[kept], path.velocity[kept], path.memory[kept])
+        return path.where(~by_clock | (path.time < march.task.cycles * self.system.inputs.period * (1.0 - _AT_END)))
 
     def marched(self, state: State, passes: int = 1, samples_per_cycle: int = 1) -> ExactMarch:
         """Return the finished march from a state over some passes of n periods. Errors as in a call."""

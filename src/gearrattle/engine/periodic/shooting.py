@@ -4,7 +4,8 @@
 
 solved by singular values. Where I - M is singular the motion is one of a family: a free train without drag may have any
 speed, a slider that never slips any offset, a body that floats in its gap any place. Then d is the shortest step, so
-the motion found lies near the start; the directions of the family are given with it.
+the motion found lies near the start; the directions of the family are given with it. Where M is large over several
+periods, the states at the start of every period are sought together (``multiple``).
 
 Takes a PeriodMap and a state; gives an Orbit.
 
@@ -18,6 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.periodic.equations import shortest_solution
+from gearrattle.engine.periodic.multiple import LARGEST_SYSTEM, shoot_in_parts
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.errors import ConvergenceError
 from gearrattle.wording import counted
@@ -27,8 +30,7 @@ Array = NDArray[np.float64]
 TOLERANCE = 1e-12
 """Largest residual of an orbit, in units of the largest corner or of the state, whichever is larger."""
 _ROUNDING = 1e-10  # largest residual accepted where a sensitive motion magnifies rounding
-FREE, FREE_OF_LARGEST = 1e-9, 1e-13
-"""A singular value of I - M below the first, and this share of the largest, is zero."""
+_LARGE = 1e4  # norm of M, balanced, from which several periods are followed one by one
 _MOST_PASSES = 60  # of one attempt
 _SETTLING = 8  # passes, the first time
 _HALVINGS = 6
@@ -43,7 +45,7 @@ class Orbit:
     motion
         over n periods.
     residual
-        |P(y) - y|, in units of the largest corner or of the state.
+        |P(y) - y|, in units of the largest corner or of the state; of multiple shooting, the largest of all periods.
     free
         (N, F) directions in which neighbouring motions repeat as well [SI]; F = 0 for an isolated motion.
     passes
@@ -76,7 +78,7 @@ def shoot(period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, 
     """Find the periodic motion that Newton's method leads to from a state.
 
     Because of corners Newton's method may stop short, or go round in circles. Then the motion is followed for some
-    passes, and Newton's method begins again from there.
+    passes, and Newton's method begins again from where it came nearest to repeating itself.
 
     Parameters
     ----------
@@ -99,7 +101,7 @@ def shoot(period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, 
     for attempt in range(settle):
         if residual <= _ROUNDING:
             break
-        motion = period_map(period_map.later(motion.end, _SETTLING << attempt))
+        motion = period_map(_nearest_return(period_map, motion.end, _SETTLING << attempt))
         motion, residual, taken = _newton(period_map, motion, tolerance)
         passes += taken + (_SETTLING << attempt)
     if not residual <= _ROUNDING:
@@ -109,8 +111,19 @@ def shoot(period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, 
     return Orbit(motion, residual, newton_step(period_map, motion)[1], passes)
 
 
+def _nearest_return(period_map: PeriodMap, state: State, passes: int) -> State:
+    """The state at the start of a period, within so many passes, that comes nearest to itself one pass later."""
+    march = period_map.marched(state, passes + 1)
+    states = [period_map.sampled(march, row) for row in range((passes + 1) * period_map.cycles + 1)]
+    y = np.array([state.y for state in states]) * period_map.scale
+    distances = np.linalg.norm(y[period_map.cycles :] - y[: -period_map.cycles], axis=1)
+    return states[int(np.argmin(distances))]
+
+
 def _newton(period_map: PeriodMap, motion: Pass, tolerance: float) -> tuple[Pass, float, int]:
     """Newton's method until the residual is small or does not fall: the motion, its residual, the passes used."""
+    if _is_sensitive(period_map, motion):
+        return shoot_in_parts(period_map, motion.start, tolerance)
     residual, passes = _residual(period_map, motion), 1
     while residual > tolerance and passes < _MOST_PASSES:
         trial, taken, tried = _shortened(period_map, motion, residual, newton_step(period_map, motion)[0])
@@ -121,6 +134,12 @@ def _newton(period_map: PeriodMap, motion: Pass, tolerance: float) -> tuple[Pass
     return motion, residual, passes
 
 
+def _is_sensitive(period_map: PeriodMap, motion: Pass) -> bool:
+    """Whether disturbances grow so much over several periods that these are better followed one by one."""
+    grown = float(np.linalg.norm(period_map.scale[:, None] * motion.gradient / period_map.scale))
+    return period_map.cycles > 1 and grown > _LARGE and period_map.cycles * len(motion.gap) <= LARGEST_SYSTEM
+
+
 def _residual(period_map: PeriodMap, motion: Pass) -> float:
     size = max(period_map.size, float(np.linalg.norm(motion.start.y * period_map.scale)))
     return float(np.linalg.norm(motion.gap * period_map.scale)) / size
@@ -129,10 +148,9 @@ def _residual(period_map: PeriodMap, motion: Pass) -> float:
 def newton_step(period_map: PeriodMap, motion: Pass) -> tuple[Array, Array]:
     """Return the shortest d with (I - M) d = P(y) - y, and (N, F) the free directions [SI]."""
     scale = period_map.scale
-    left, values, right = np.linalg.svd(np.eye(len(scale)) - scale[:, None] * motion.gradient / scale)
-    regular = values > FREE + FREE_OF_LARGEST * values[0]
-    weights = np.divide(left.T @ (motion.gap * scale), values, out=np.zeros_like(values), where=regular)
-    return right.T @ weights / scale, right[~regular].T / scale[:, None]
+    balanced = scale[:, None] * motion.gradient / scale
+    step, free = shortest_solution(np.eye(len(scale)) - balanced, motion.gap * scale)
+    return step / scale, free / scale[:, None]
 
 
 def _shortened(period_map: PeriodMap, motion: Pass, residual: float, step: Array) -> tuple[Pass | None, float, int]:

@@ -36,6 +36,10 @@ class Passages:
     velocity: Array
     memory: Array
 
+    def where(self, kept: NDArray[np.bool_]) -> Passages:
+        """Return the crossings that are to be kept, by (E,) truth values."""
+        return Passages(self.time[kept], self.watch[kept], self.upward[kept], self.velocity[kept], self.memory[kept])
+
 
 @dataclass(frozen=True)
 class Auxiliaries:

@@ -1,0 +1,70 @@
+"""Multiple shooting: motions over so many periods that one state at the start cannot hold them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.multiple import joined, shoot_in_parts
+from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.shooting import shoot
+from tests.engine.periodic.test_shooting import oscillator
+from tests.orbits.test_laws import symmetric
+
+
+def saddle() -> tuple[PeriodMap, State, np.ndarray]:
+    """The unstable motion of period T at W = 0.75, and its multipliers."""
+    once = oscillator(0.75)
+    model = gr.example("backlash_oscillator")
+    unstable = next(orbit for orbit in gr.periodic(model, every=True) if not orbit.stable)
+    orbit = shoot(once, State(unstable.motion.start.y))
+    return once, orbit.motion.start, orbit.multipliers
+
+
+def test_a_motion_that_grows_disturbances_by_more_than_the_rounding() -> None:
+    once, state, multipliers = saddle()
+    cycles = int(np.ceil(np.log(1e17) / np.log(abs(multipliers[0]))))
+    many = PeriodMap(once.system, cycles)
+    motion, residual, _ = shoot_in_parts(many, state, 1e-12)
+    assert residual < 1e-12
+    np.testing.assert_allclose(motion.start.y, state.y, rtol=0, atol=1e-12)
+    assert motion.cycles == cycles
+    assert np.linalg.norm(many(state).gap) > 1e-3  # followed from its start alone it is lost
+    orbit = shoot(many, state)
+    assert orbit.residual < 1e-12
+    assert abs(abs(orbit.multipliers[0]) / abs(multipliers[0]) ** cycles - 1.0) < 1e-6
+
+
+def test_parts_joined_are_the_whole() -> None:
+    once = oscillator(0.75)
+    many = PeriodMap(once.system, 3)
+    start = State(np.array([0.4, 0.2]))
+    parts = [once(start)]
+    for _ in range(2):
+        parts.append(once(parts[-1].end))
+    whole, together = many(start), joined(parts)
+    np.testing.assert_allclose(together.end.y, whole.end.y, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(together.gradient, whole.gradient, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(together.crossings.time, whole.crossings.time, rtol=0, atol=1e-10)
+    assert np.array_equal(together.crossings.watch, whole.crossings.watch)
+
+
+@pytest.mark.parametrize("cycles", [12, 24])
+def test_motions_that_lie_in_a_chaotic_one(cycles: int) -> None:
+    """From near returns of a chaotic motion; from its start alone Newton's method finds none of these."""
+    system = assemble(symmetric(0.25).with_({"torque.0.mean": 0.05})).system
+    once, many = PeriodMap(system), PeriodMap(system, cycles)
+    march = once.marched(State(np.array([0.3, 0.1])), 400)
+    states = [once.sampled(march, k) for k in range(100, 401)]
+    y = np.array([state.y for state in states])
+    returns = np.linalg.norm(y[cycles:] - y[:-cycles], axis=1)
+    for k in np.argsort(returns)[:3]:
+        orbit = shoot(many, states[k])
+        assert orbit.residual < 1e-12
+        assert abs(orbit.multipliers[0]) > 1e5
+        state = orbit.motion.start
+        for _ in range(cycles // 2):  # half way it is still near what it was found from
+            state = once.later(state)
+        assert np.linalg.norm(state.y - y[k + cycles // 2]) < 0.1

@@ -1,0 +1,121 @@
+"""The half-period map: its square is the period map, its fixed points are symmetric, its multiplier -1 breaks that."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.shooting import multipliers_of, shoot
+from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from tests.orbits.test_laws import symmetric
+
+FRICTION = {
+    "schema": 1,
+    "inertia": [{"name": "hub", "J": 0.3, "drag": 0.05}, {"name": "wheel", "J": 0.1}],
+    "coupling": [
+        {"name": "clutch", "between": ["hub", "wheel"], "stiffness": 800.0, "damping": 0.4, "hysteresis": 3.0},
+        {"name": "gap", "between": ["wheel", "ground"], "stiffness": 900.0, "damping": 0.3, "clearance": 0.005},
+    ],
+    "excitation": {"speed": 60.0},
+    "torque": [{"on": "hub", "harmonics": [{"order": 1, "amplitude": 9.0}, {"order": 3, "amplitude": 2.0}]}],
+}
+
+
+def system_of(tables: object) -> PiecewiseSystem:
+    model = tables if isinstance(tables, gr.Model) else gr.Model.from_tables(tables)
+    return assemble(model).system
+
+
+@pytest.mark.parametrize("n", [4, 32])
+@pytest.mark.parametrize("cycles", [1, 3])
+def test_twice_the_half_map_is_the_period_map(n: int, cycles: int) -> None:
+    """From any state: H(H(y)) = P(y) and the product of both gradients is that of P."""
+    names = [f"body{i}" for i in range(n)]
+    tables = {
+        "schema": 1,
+        "inertia": [{"name": name, "J": 0.1 + 0.01 * i, "drag": 0.02} for i, name in enumerate(names)],
+        "coupling": [
+            {"name": f"gap{i}", "between": names[i : i + 2], "stiffness": 900.0 + 40.0 * i, "damping": 0.4}
+            | ({"clearance": 0.002} if i in (0, n // 2) else {})
+            for i in range(n - 1)
+        ],
+        "excitation": {"speed": 60.0},
+        "torque": [{"on": names[0], "harmonics": [{"order": 1, "amplitude": 9.0}, {"order": 3, "amplitude": 4.0}]}],
+    }
+    system = system_of(tables)
+    period_map, half = PeriodMap(system, cycles), HalfPeriodMap(system, cycles)
+    seed = np.random.default_rng(1).normal(size=len(period_map.scale))
+    start = State(0.7 * period_map.size * seed / period_map.scale)
+    whole, first = period_map(start), half(start)
+    second = half(first.end)
+    scale = period_map.scale
+    assert len(whole.crossings.time) == len(first.crossings.time) + len(second.crossings.time) > 2
+    np.testing.assert_allclose(second.end.y * scale, whole.end.y * scale, rtol=0, atol=1e-10 * period_map.size)
+    product = scale[:, None] * (second.gradient @ first.gradient - whole.gradient) / scale
+    assert np.abs(product).max() < 1e-9 * np.abs(scale[:, None] * whole.gradient / scale).max()
+    np.testing.assert_allclose(
+        half.later(start, 2).y * scale, whole.end.y * scale, rtol=0, atol=1e-10 * period_map.size
+    )
+
+
+def test_a_slider_is_mirrored_with_the_rest() -> None:
+    system = system_of(FRICTION)
+    period_map, half = PeriodMap(system), HalfPeriodMap(system)
+    start = period_map.later(State(np.zeros(len(period_map.scale))), 40)
+    whole, twice = period_map(start), half(half(start).end)
+    np.testing.assert_allclose(
+        twice.end.y * period_map.scale, whole.end.y * period_map.scale, rtol=0, atol=1e-10 * period_map.size
+    )
+    assert np.array_equal(np.asarray(twice.end.auxiliary_pieces), np.asarray(whole.end.auxiliary_pieces))
+
+
+def test_shooting_with_the_half_map_gives_symmetric_motions_alone() -> None:
+    """Where the symmetric motion is unstable, settling leads to one without symmetry; the half map finds the saddle."""
+    system = system_of(symmetric(0.4))
+    settled = shoot(PeriodMap(system), PeriodMap(system).later(State(np.array([0.3, 0.1])), 400))
+    half = HalfPeriodMap(system)
+    assert np.linalg.norm(half(settled.motion.start).gap) > 1e-2
+    saddle = shoot(half, State(np.array([1.5, 0.0])))
+    again = PeriodMap(system)(saddle.motion.start)
+    assert np.linalg.norm(again.gap) < 1e-11
+    squares = multipliers_of(saddle.motion.gradient) ** 2
+    np.testing.assert_allclose(squares, multipliers_of(again.gradient), rtol=1e-9)
+    assert saddle.multipliers[0].real < -1.0
+
+
+def test_symmetry_ends_where_a_multiplier_of_the_half_map_is_minus_one() -> None:
+    branch = gr.continuation(symmetric(0.6), "excitation.frequency", (0.6, 0.3))
+    event = next(event for event in branch.curves[0].events if event.kind == "symmetry breaking")
+    orbit = branch.orbit_at(event.point, 1)
+    assert orbit.symmetric
+    assert np.abs(orbit.half_period_multipliers + 1.0).min() < 1e-6
+
+
+def test_at_a_fold_of_symmetric_motions_it_is_plus_one() -> None:
+    model = symmetric(0.4, 0.3).with_({"coupling.gap.stiffness_ratio": 0.1})
+    branch = gr.continuation(model, "excitation.frequency", (0.4, 1.3))
+    folds = [event for event in branch.curves[0].events if event.kind == "fold"]
+    assert len(folds) == 2
+    for fold in folds:
+        orbit = branch.orbit_at(fold.point, 1)
+        assert np.abs(orbit.half_period_multipliers - 1.0).min() < 1e-6
+
+
+def test_what_is_not_symmetric_is_refused() -> None:
+    system = system_of(symmetric(0.6))
+    assert is_symmetric(system)
+    with pytest.raises(ValueError, match="odd number"):
+        HalfPeriodMap(system, 2)
+    loaded = replace(system, inputs=replace(system.inputs, mean=np.array([0.1])))
+    second = system_of(symmetric(0.6).with_({"torque.0.harmonics.0.order": 2}))
+    both = replace(second, inputs=replace(second.inputs, cycles=np.array([2.0])))
+    for other in (loaded, both):
+        assert not is_symmetric(other)
+    with pytest.raises(ValueError, match="symmetric"):
+        HalfPeriodMap(loaded)
