@@ -175,3 +175,19 @@ def test_a_motion_comes_back_to_what_the_last_bits_of_its_parameters_leave(name:
         others.append(_apart(run, gr.simulate(Model.from_tables(changed), **settings)))
     for quantity in _QUANTITIES:
         assert back[quantity] <= 1e-14 + 10.0 * max(other[quantity] for other in others), quantity
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_model_without_dimensions_has_the_coefficients_of_its_original(path: Path) -> None:
+    """Each coefficient is a quotient of like quantities, so scaling again with scales of one changes none of them."""
+    model = gr.load(path)
+    if model.units != "SI" or model.motions:
+        pytest.skip("has no dimensions, or prescribed motions")
+    scaled = gr.nondimensionalize(model)
+    tables = {**scaled.model.to_tables(), "units": "SI"}
+    excitation = tables["excitation"]
+    tables["excitation"] = {"speed" if key == "frequency" else key: value for key, value in excitation.items()}
+    again = gr.nondimensionalize(Model.from_tables(tables), frequency=1.0, length=1.0, radius=1.0)
+    assert scaled.coefficients.keys() == again.coefficients.keys()
+    for name, value in scaled.coefficients.items():
+        assert again.coefficients[name] == pytest.approx(value, rel=1e-12), name

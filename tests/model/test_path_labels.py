@@ -103,3 +103,19 @@ harmonics = [ { order = 1, amplitude = 1.0 }, { order = 1, amplitude = 2.0 } ]
     words = [path_label(path, model).words for path in model.path_names()]
     assert len(set(words)) == len(words)
     assert "mean torque on disc (2 of 2)" in words
+
+
+@pytest.mark.parametrize("file", MODELS, ids=lambda file: file.stem)
+def test_what_contains_a_path_has_a_label_too(file: Path) -> None:
+    """A list of sines, one of them, a side of a planetary set: a path may end at any of its keys."""
+    model = gr.load(file)
+    for path in model.path_names():
+        keys = path.split(".")
+        for length in range(2, len(keys)):
+            words = path_label(".".join(keys[:length]), model).words
+            assert words == words.strip() != ""
+
+
+def test_one_sine_is_called_by_its_order() -> None:
+    model = gr.example("planetary_set")
+    assert path_label("planetary.set.transmission_error.sun.0", model).words.startswith("transmission error of planetary")

@@ -139,10 +139,11 @@ def _of_part(keys: Sequence[str], owner: str, table: Mapping[str, Any]) -> str:
         side = "stage" if key == "stages" else "coast stage"
         return _of_part(rest[1:], f"{side} {_number(rest[0])}{of}", {})
     if key in ("transmission_error", "kinematic_error") and len(rest) > 1:
-        sides = isinstance(table.get(key), Mapping)  # of a planetary set, by sun and ring
-        sines = table.get(key, ()) if not sides else table[key].get(rest[0], ())
-        named = f"{owner}, {rest[0]}" if sides else owner
-        return f"{_key(key)} {_sine(rest[1:] if sides else rest, sines, named, 'of')}"
+        sines, named = table.get(key, ()), owner
+        if isinstance(sines, Mapping):  # of a planetary set, by sun and ring
+            side = rest.pop(0)
+            sines, named = sines.get(side, ()), f"{owner}, {side}"
+        return f"{_key(key)} {_sine(rest, sines, named, 'of')}"
     if key == "alternation" and rest:
         return f"{_ALTERNATION.get(rest[0], _key(rest[0]))} of the alternation{of}"
     if key == "radii" and rest:
@@ -175,15 +176,15 @@ def _of_drive(section: str, parts: Sequence[str], tables: Mapping[str, Any]) -> 
 
 
 def _sine(parts: Sequence[str], sines: Sequence[Mapping[str, Any]], owner: str, link: str) -> str:
-    """Words of a key of one sine: by its order, unless that varies or another sine has the same."""
-    key, deeper = parts[1], list(parts[2:])
+    """Words of one sine, or of a key of it: by its order, unless that varies or another sine has the same."""
+    key, deeper = parts[1] if len(parts) > 1 else "", list(parts[2:])
     after = f", {_entry(deeper)}" if deeper else ""
     index = int(parts[0]) if parts[0].isdigit() else -1
     orders = [sine.get("order") for sine in sines]
     known = 0 <= index < len(orders) and isinstance(orders[index], int | float)
     if key == "order" or not known or orders.count(orders[index]) > 1:
-        return f"{_key(key)} {link} {owner}, harmonic {_number(parts[0])}{after}"
-    return f"{_key(key)} {link} {owner}, order {orders[index]:g}{after}"
+        return f"{_key(key)} {link} {owner}, harmonic {_number(parts[0])}{after}".lstrip()
+    return f"{_key(key)} {link} {owner}, order {orders[index]:g}{after}".lstrip()
 
 
 def _row(tables: Mapping[str, Any], section: str, name: str) -> Mapping[str, Any]:

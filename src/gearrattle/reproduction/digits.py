@@ -18,11 +18,6 @@ def figure(value: float, digits: int = 3) -> str:
     return numeral(float(value), digits)
 
 
-def percent(share: float, digits: int = 2) -> str:
-    """A share in per cent, with a plus sign if it is positive."""
-    return f"{'+' if share > 0 else ''}{numeral(100.0 * share, digits)} %"
-
-
 def several(number: int, noun: str) -> str:
     """A count and its noun, in the plural unless the count is 1."""
     return f"{counted(number)} {noun}" if number == 1 else f"{counted(number)} {noun}s"

@@ -151,11 +151,12 @@ def coefficients(
         for k, i in np.argwhere(lever).tolist():
             named_values[_name(symbol, k, i)] = lever[k, i] * values[k] / unit
     named_values["Omega_e"] = omega / w
+    deflection = np.where(is_mesh, scales.length, scales.angle)
     for k, law in enumerate(system.laws):
-        named_values |= _stages(k, law, scales.length if is_mesh[k] else scales.angle)
+        named_values |= _stages(k, law, float(deflection[k]))
     inputs, torque = system.inputs, inertia * w**2 * scales.angle
     amplitude = np.hypot(inputs.torque_sine, inputs.torque_cosine) / torque[:, None]
-    error = np.hypot(inputs.error_sine, inputs.error_cosine) / scales.length
+    error = np.hypot(inputs.error_sine, inputs.error_cosine) / deflection[:, None]
     named_values |= {f"T_m{i + 1}": mean / torque[i] for i, mean in enumerate(inputs.mean.tolist()) if mean}
     named_values |= {f"T_a{i + 1}_{orders[j]:g}": amplitude[i, j] for i, j in np.argwhere(amplitude).tolist()}
     named_values |= {f"epsilon_{k + 1}_{orders[j]:g}": error[k, j] for k, j in np.argwhere(error).tolist()}
