@@ -96,8 +96,8 @@ metrics: $(VENV)/.package   ## what sampling rattle metrics need: writes docs/re
 horizon: $(VENV)/.test      ## what rounding comes to at the predictability horizon: writes docs/reference/horizon.md (minutes)
 	$(PY) -m benchmarks.horizon
 
-balance: $(VENV)/.package   ## harmonic balance against shooting: writes docs/reference/harmonic_balance.md
-	$(PY) -m benchmarks.harmonic_balance
+balance: $(VENV)/.package $(VENV)/pyharm  ## harmonic balance against shooting: writes docs/reference/harmonic_balance.md
+	$(PY) -m benchmarks.harmonic_balance $(VENV)/pyharm/bin/python
 
 scaling: $(VENV)/.test      ## what schedulers of studies cost beside the cases: writes docs/reference/scaling.md (minutes)
 	$(PY) -m benchmarks.scaling
@@ -115,7 +115,11 @@ images: $(VENV)/.package    ## redraw the pictures in docs/images
 	$(PY) docs/images/draw.py
 	$(PY) docs/images/packages.py
 
-constraints: $(VENV)/.test $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers  ## rewrite constraints.txt from what .venv holds
+constraints: $(VENV)/pyharm: $(VENV)/.python
+	@echo "installing pyHarm in an environment of its own: it asks for older packages"
+	@$(PY) -m venv $@ && $@/bin/pip install -qq --disable-pip-version-check 'pyHarm-os>=1.2' || { rm -rf $@; exit 1; }
+
+$(VENV)/.test $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers  ## rewrite constraints.txt from what .venv holds
 	{ grep '^#' constraints.txt; $(PY) -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > $(VENV)/pins
 	mv $(VENV)/pins constraints.txt
 

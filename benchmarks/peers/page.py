@@ -15,6 +15,8 @@ Machine: {machine}. Versions: {versions}. One process, one thread.{missing}
 
 ## What is measured
 
+Simulations; branches of periodic motions against harmonic balance are in {{doc}}`harmonic_balance`.
+
 The paper's six cases ({{doc}}`../reproduction`) over 127 cycles, dimensionless time 798, from the static equilibrium.
 *Error*: the largest deviation of a clearance's deflection, in half gaps, at 226/71 cycles (20/150 s); at 113/142 cycles
 (5/150 s) in the rattling cases 2 and 3, which are chaotic. The truth is the independent event-driven solver in 50
