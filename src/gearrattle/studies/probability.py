@@ -2,14 +2,8 @@
 
 Only a gap can separate: a staged spring with stiffness in all its stages changes stage, and is left out.
 
-The interval is E. B. Wilson's (Probable inference, the law of succession, and statistical inference, Journal of the
-American Statistical Association 22, 1927, pp. 209-212): all p whose own scatter, sqrt(p (1 - p) / n), explains the
-share k/n that was seen,
-
-    (k + z^2/2  -+  z sqrt(k (n - k) / n + z^2/4)) / (n + z^2)
-
-It never leaves 0 to 1, and says something at k = 0. It holds for independent samples; Latin hypercubes and Sobol's
-sequence scatter less, so there it is wide rather than narrow.
+The interval is Wilson's (``signals.shares``). It holds for independent samples; Latin hypercubes and Sobol's sequence
+scatter less, so there it is wide rather than narrow.
 
 Takes counts, or the Dataset of a study; gives shares with limits.
 """
@@ -19,44 +13,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import shown
 from gearrattle.result import KIND
+from gearrattle.signals.shares import wilson
 from gearrattle.studies.layout import chosen_codes, gaps_of, independent, output_in, sampling_of, subject_of
 from gearrattle.studies.plan import SAMPLE
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-def wilson(count: ArrayLike, among: ArrayLike, level: float = 0.95) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return Wilson's interval of a probability.
-
-    Parameters
-    ----------
-    count
-        (...,) how often it happened.
-    among
-        (...,) of how many; NaN comes back where that is 0.
-    level
-        of confidence, between 0 and 1.
-
-    Returns
-    -------
-    tuple[NDArray[np.float64], NDArray[np.float64]]
-        Its lower and its upper limit, (...,) each.
-    """
-    from scipy.stats import norm
-
-    z2 = float(norm.ppf(0.5 + 0.5 * level)) ** 2
-    k, n = np.asarray(count, dtype=np.float64), np.asarray(among, dtype=np.float64)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        half = np.sqrt(z2 * (k * (n - k) / n + 0.25 * z2))
-        low, high = (k + 0.5 * z2 - half) / (n + z2), (k + 0.5 * z2 + half) / (n + z2)
-    low, high = np.where(k == 0.0, 0.0, low), np.where(k == n, 1.0, high)
-    return np.where(n > 0.0, low, np.nan), np.where(n > 0.0, high, np.nan)
 
 
 def samples_needed(half_width: float, probability: float = 0.5, level: float = 0.95) -> int:
