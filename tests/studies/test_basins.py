@@ -12,9 +12,13 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 import gearrattle as gr
+from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import Cancelled, ModelError
+from gearrattle.orbits.settled import Attractor, settled_orbit
+from gearrattle.signals.shares import wilson
 from gearrattle.studies.attractors import attractors_of, orbit_of, quiet_share
-from gearrattle.studies.probability import wilson
+from gearrattle.studies.outputs import REGIMES
 from gearrattle.studies.starts import starts_of
 from tests.studies.drivelines import model as two_bodies
 from tests.studies.oscillator import DRAG, EXAMPLES, GAP, MEAN, RESPONSE, STIFFNESS, model, quiet
@@ -36,7 +40,9 @@ def test_four_motions_compete_in_the_gap(attractors: xr.Dataset) -> None:
     assert attractors.attrs["within"] < 1e-6
     assert attractors.attrs["between"] > 1e-2
     assert float(attractors["share"].sum()) == 1.0
-    assert np.all(attractors["agreeing"] == 1.0)
+    assert np.all(attractors["verified"] == 1)
+    names = ["double-sided rattle, 1 T", "quiet, 1 T", "single-sided rattle, 1 T (1)", "single-sided rattle, 1 T (2)"]
+    assert sorted(attractors["attractor name"].values.tolist()) == names
 
 
 def test_what_the_closed_form_keeps_in_contact_becomes_quiet() -> None:
@@ -131,6 +137,45 @@ def test_chaos_is_a_class_of_its_own() -> None:
     assert attractors["basin"].values.tolist() == [0, 0, 0]
     assert attractors.sizes["attractor"] == 0
     assert quiet_share(attractors)["share"] == 0.0
+
+
+def test_motions_are_those_that_shooting_finds_with_their_multipliers(attractors: xr.Dataset) -> None:
+    """Those of ``gr.periodic``; drag alone damps the oscillator, so |mu_1 mu_2| = exp(-d T) in every one of them."""
+    stable = [orbit for orbit in gr.periodic(model(), every=True) if orbit.stable]
+    assert len(stable) == attractors.sizes["attractor"]
+    for n in attractors["attractor"].values.tolist():
+        at = [float(orbit_of(attractors, n, name)[0]) for name in (X, V)]
+        states = [[*orbit.state["angle"], *orbit.state["velocity"]] for orbit in stable]
+        orbit = stable[int(np.argmin(np.abs(np.array(states) - at).max(axis=1)))]
+        np.testing.assert_allclose([*orbit.state["angle"], *orbit.state["velocity"]], at, rtol=0, atol=1e-5)
+        assert REGIMES[int(attractors["attractor verdict"][n - 1])] == orbit.verdict.verdict
+        modulus = float(attractors["attractor multiplier"][n - 1])
+        assert modulus == pytest.approx(abs(orbit.multipliers[0]), rel=1e-9)
+        assert np.prod(np.abs(orbit.multipliers)) == pytest.approx(np.exp(-DRAG), rel=1e-9)
+
+
+def test_groups_that_shooting_leads_to_one_motion_are_one_attractor(attractors: xr.Dataset) -> None:
+    """A threshold of rounding parts cases of one motion; what they settle in is the same."""
+    oscillator = model()
+    period_map = PeriodMap(assemble(oscillator).system)
+
+    def settled(at: tuple[int, ...], cycles: int) -> Attractor | None:
+        end = period_map.state_of(attractors[X].values[(*at, [-1])], attractors[V].values[(*at, [-1])])
+        orbit = settled_orbit(oscillator, end, cycles)
+        return None if orbit is None else Attractor(orbit)
+
+    assert attractors_of(attractors, 1e-17).sizes["attractor"] > 8
+    again = attractors_of(attractors, 1e-17, settled)
+    np.testing.assert_array_equal(again["basin"], attractors["basin"])
+    assert again["attractor name"].values.tolist() == attractors["attractor name"].values.tolist()
+    np.testing.assert_allclose(again["attractor multiplier"], attractors["attractor multiplier"], rtol=1e-9)
+
+
+def test_without_a_motion_nearby_names_are_those_of_the_cases(attractors: xr.Dataset) -> None:
+    again = attractors_of(attractors, 1e-3)
+    assert np.all(again["verified"] == 0)
+    assert np.all(np.isnan(again["attractor multiplier"]))
+    assert again["attractor name"].values.tolist() == attractors["attractor name"].values.tolist()
 
 
 def test_the_threshold_is_free_within_the_empty_space(attractors: xr.Dataset) -> None:

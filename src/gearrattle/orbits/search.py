@@ -59,7 +59,7 @@ class Known:
         if self.holds(motion.start):
             return False
         self.passes.append(motion)
-        self.shifts.append(self._shifted(motion))
+        self.shifts.append(states_of_periods(self.period_map, motion))
         directions = shooting.newton_step(self.period_map, motion)[1] * self.period_map.scale[:, None]
         self.free.append(np.linalg.qr(directions)[0])
         return True
@@ -69,22 +69,10 @@ class Known:
         start = state.y * self.period_map.scale
         size = max(self.period_map.size, float(np.linalg.norm(start)))
         return any(
-            bool(np.linalg.norm(_without(start - other, free)) < _SAME * size)
+            bool(np.linalg.norm(without(start - other, free)) < _SAME * size)
             for known, free in zip(self.shifts, self.free, strict=True)
             for other in known
         )
-
-    def _shifted(self, motion: Pass) -> list[Array]:
-        """(N,) balanced states at the start of every period; where the motion repeats sooner, each state once."""
-        once, scale = PeriodMap(self.period_map.system, 1), self.period_map.scale
-        states, state = [motion.start.y * scale], motion.start
-        for _ in range(self.period_map.cycles - 1):
-            state = once.later(state)
-            y = state.y * scale
-            if np.linalg.norm(y - states[0]) < _SAME * max(self.period_map.size, float(np.linalg.norm(y))):
-                break
-            states.append(y)
-        return states
 
     def index(self) -> int:
         """Return the sum of the signs of det(I - M) over all fixed points."""
@@ -95,9 +83,25 @@ class Known:
         return total
 
 
-def _without(change: Array, free: Array) -> Array:
-    """The part of a change at right angles to free directions (N, F), which are orthonormal."""
+def without(change: Array, free: Array) -> Array:
+    """Return the part of a change (N,) at right angles to free directions (N, F), which are orthonormal."""
     return np.asarray(change - free @ (free.T @ change))
+
+
+def states_of_periods(period_map: PeriodMap, motion: Pass) -> list[Array]:
+    """Return the (N,) balanced states of a motion at the start of every period.
+
+    Where the motion repeats sooner than after all periods of the map, each state is given once.
+    """
+    once, scale = PeriodMap(period_map.system, 1), period_map.scale
+    states, state = [motion.start.y * scale], motion.start
+    for _ in range(period_map.cycles - 1):
+        state = once.later(state)
+        y = state.y * scale
+        if np.linalg.norm(y - states[0]) < _SAME * max(period_map.size, float(np.linalg.norm(y))):
+            break
+        states.append(y)
+    return states
 
 
 def starts_of(period_map: PeriodMap, count: int, seed: int = 0) -> Iterator[State]:

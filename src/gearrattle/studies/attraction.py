@@ -1,8 +1,9 @@
 """``basins``: which settled motion every initial state leads to, and how likely the quiet one is.
 
 Initial states lie on a grid, or are drawn from a box; each is simulated by the settings of the model and its motion
-seen once a period (``sections``). What repeats is told apart by its points (``attractors``). A case is one initial
-state, so that chunks, workers, clusters, killing and going on are those of every study.
+seen once a period (``sections``). What repeats is told apart by its points, and each of these motions is found to
+rounding by shooting (``attractors``). A case is one initial state, so that chunks, workers, clusters, killing and going
+on are those of every study.
 
 Takes a Model and ranges of initial values; gives an xarray Dataset.
 """
@@ -15,12 +16,15 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from gearrattle.assembly import refuse_unsteady
+from gearrattle.assembly import assemble, refuse_unsteady
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import INITIAL
 from gearrattle.model.quantity import SEED, Reader, argument_problems
 from gearrattle.model.table import shown
+from gearrattle.orbits.settled import Attractor, settled_orbit
+from gearrattle.orbits.state import check_repeats, state_of
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.attractors import attractors_of
@@ -32,7 +36,7 @@ from gearrattle.studies.outputs import check_names, outputs_of
 from gearrattle.studies.pace import seconds_alone
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size
-from gearrattle.studies.sections import NEARNESS, Sections, is_isolated, own_units, section_of, unit_of
+from gearrattle.studies.sections import NEARNESS, Sections, own_units, section_of, unit_of
 from gearrattle.studies.starts import Starts, read_value, starts_of
 from gearrattle.studies.store import Store
 from gearrattle.studies.study import CASES, MOST, first_run
@@ -88,12 +92,19 @@ class Basins(Prepared):
 
     def completed(self, store: Store) -> xr.Dataset:
         """Tell attractors apart, and keep that as well."""
-        store.add(attractors_of(store.dataset(), self.same, self._isolated))
+        store.add(attractors_of(store.dataset(), self.same, self._settled))
         return store.dataset()
 
-    def _isolated(self, at: tuple[int, ...], period: int) -> bool:
-        """Run a case again, for its Floquet multipliers."""
-        return is_isolated(simulate(self.plan.model.with_(self.plan.changes(at)), audit=False), period)
+    def _settled(self, at: tuple[int, ...], cycles: int) -> Attractor | None:
+        """The periodic motion in which a case has settled: it is run again, and found by shooting from its end."""
+        model = self.plan.model.with_(self.plan.changes(at))
+        try:
+            check_repeats(model)
+        except ModelError:  # a train that mean torques drive away: its deflections repeat, its state does not
+            return None
+        period_map = PeriodMap(assemble(model).system, cycles)
+        orbit = settled_orbit(model, state_of(model, period_map, simulate(model, audit=False)), cycles)
+        return None if orbit is None else Attractor(orbit)
 
 
 def prepare(
@@ -208,11 +219,11 @@ def basins(
     -------
     xr.Dataset
         A Dataset over the initial values, "initial.deflection.ELEMENT" and so on (or "sample"): ``basin``, the number
-        of the attractor each leads to, from 1; 0 chaotic, -1 undecided, -2 no result; along "attractor" its ``share``
-        of the states with Wilson's interval ``low``, ``high`` (of drawn states), its period and verdict. Attributes
-        ``within`` and ``between``: how far orbits of one attractor, and attractors, are apart; ``quiet_share``: how
-        likely a quiet one is, ``quiet_low`` to ``quiet_high``. Besides ``motion``, ``period``, the section, the
-        outputs.
+        of the attractor each leads to, from 1; 0 chaotic, -1 undecided, -2 no result; along "attractor" its name, such
+        as "single-sided rattle, 1 T", its ``share`` of the states with Wilson's interval ``low``, ``high`` (of drawn
+        states), its period, verdict and largest multiplier. Attributes ``within`` and ``between``: how far orbits of
+        one attractor, and attractors, are apart; ``quiet_share``: how likely a quiet one is, ``quiet_low`` to
+        ``quiet_high``. Besides ``motion``, ``period``, the section, the outputs.
 
     Raises
     ------

@@ -1,34 +1,46 @@
-"""Attractors of a basin study: which settled motion every initial state leads to, distinguished by their sections.
+"""Attractors of a basin study: which settled motion every initial state leads to, and what each motion is.
 
 Periodic motions are distinguished by their orbits (``signals.strobe``): if these are nearer than ``same``, it is one
-motion. Motions that are not periodic are not forced into classes: all chaotic motions are one class, because points
-cannot distinguish two of them, and undecided motions are reported as such. A body that floats within its gap may do so
-anywhere: such motions have neighbours that are settled as well (``sections.is_isolated``), and those of one period and
-verdict are one *family*, reported as one attractor.
+motion. Of each the motion that repeats is found by shooting from where one of its cases ends (``orbits.settled``): its
+period, verdict and multipliers are those of that motion, not of the cases, which only come near to it. Groups that
+shooting leads to one motion are one attractor. Where it leads to none that is stable and near, period and verdict are
+those of the cases, and the attractor is not ``verified``.
+
+Motions that are not periodic are not forced into classes: all chaotic motions are one class, because points cannot
+distinguish two of them, and undecided motions are reported as such. A body that floats within its gap may do so
+anywhere: such motions have neighbours that repeat as well, and those of one period and verdict are one *family*,
+reported as one attractor.
 
 The share of an attractor is that of all initial states whose case was computed, undecided ones among them. For drawn
-points Wilson's interval is given with it (``probability``); a grid is no sample and has none.
+points Wilson's interval is given with it (``signals.shares``); a grid is no sample and has none.
 
 Takes the Dataset of the cases; gives what is made of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.signals.strobe import grouped, room
+from gearrattle.engine.periodic.shooting import multipliers_of
+from gearrattle.orbits.settled import motion_names
+from gearrattle.signals.shares import wilson
+from gearrattle.signals.strobe import Groups, grouped, room
 from gearrattle.studies.cases import DONE
 from gearrattle.studies.layout import words_of
+from gearrattle.studies.outputs import REGIMES
 from gearrattle.studies.plan import SAMPLE
-from gearrattle.studies.probability import wilson
 from gearrattle.studies.sections import CHAOTIC, PERIODIC
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from gearrattle.orbits.settled import Attractor
 
 Array = NDArray[np.float64]
 
@@ -37,13 +49,41 @@ CHAOS = 0
 UNSETTLED = -1
 NOTHING = -2
 MOST = 300  # groups whose distances are looked at
+EXACT = 1e-6
+"""Motions found by shooting that are nearer than this, in units of their size, are one."""
 FAR = 1e300
 """``between`` where there is one attractor, or none."""
 _MEANING = "1, 2, ...: the attractor of that number; 0: chaotic; -1: undecided; -2: no result"
 
 
+@dataclass(frozen=True)
+class Motion:
+    """What a group of cases has settled in.
+
+    Attributes
+    ----------
+    verdict
+        code.
+    cycles
+        periods after which it repeats.
+    multiplier
+        largest modulus of a Floquet multiplier, the turning of whole trains left out; NaN where shooting led to no
+        such motion.
+    is_family
+        whether its neighbours repeat as well.
+    number
+        by which attractors are told apart; groups of one number are one attractor.
+    """
+
+    verdict: int
+    cycles: int
+    multiplier: float
+    is_family: bool
+    number: int
+
+
 def attractors_of(
-    data: xr.Dataset, same: float, isolated: Callable[[tuple[int, ...], int], bool] = lambda _at, _n: True
+    data: xr.Dataset, same: float, settled: Callable[[tuple[int, ...], int], Attractor | None] = lambda _at, _n: None
 ) -> xr.Dataset:
     """Tell attractors apart.
 
@@ -53,60 +93,92 @@ def attractors_of(
         of all cases: section, motion, period, verdict, outcome.
     same
         distance below which two orbits are one, in the units of the section.
-    isolated
-        whether the settled motion of the case at a place of the grid, of a period number, has none of its
-        like about it.
+    settled
+        gives the periodic motion in which the case at a place of the grid, of a period number, has settled; None where
+        there is none.
 
     Returns
     -------
     xr.Dataset
         ``basin`` over the grid: the number of the attractor, from 1, the largest share first; 0 chaotic, -1 undecided,
-        -2 no result. Along "attractor": ``cases``, ``share``, ``low``, ``high``, ``attractor period`` [T], ``attractor
-        verdict`` (codes), ``agreeing``, the share of its cases with that verdict, and ``family``, 1 for one. Attributes
-        ``within`` and ``between``: the largest distance inside an attractor, the smallest between two (``FAR`` for one
-        alone); ``quiet_share`` of all quiet ones, with ``quiet_low`` and ``quiet_high`` for drawn states.
+        -2 no result. Along "attractor": ``attractor name``, ``cases``, ``share``, ``low``, ``high``, ``attractor
+        period`` [T], ``attractor verdict`` (codes), ``attractor multiplier``, the largest modulus, ``verified``, 1
+        where shooting led to the motion, and ``family``, 1 for one. Attributes ``within`` and ``between``: the largest
+        distance inside an attractor, the smallest between two (``FAR`` for one alone); ``quiet_share`` of all quiet
+        ones, with ``quiet_low`` and ``quiet_high`` for drawn states.
     """
     import xarray as xr
 
     grid, orbits = data["outcome"], _orbits(data)
     groups = grouped(orbits, same)
     standing = [orbit for i in groups.first if (orbit := orbits[i]) is not None]
-    verdicts, outcome = data["verdict"].values.ravel().astype(np.int64), grid.values.ravel()
-    keys: list[tuple[int, ...]] = []
-    for g, (i, orbit) in enumerate(zip(groups.first, standing, strict=True)):
-        at = tuple(int(k) for k in np.unravel_index(i, grid.shape))
-        keys.append((g,) if isolated(at, len(orbit)) else (-1, len(orbit), int(verdicts[i])))
-    sizes = {key: sum(int(np.count_nonzero(groups.label == g)) for g, k in enumerate(keys) if k == key) for key in keys}
-    ordered = sorted(sizes, key=lambda key: -sizes[key])
-    family = [ordered.index(key) + 1 for key in keys]
-    basin = np.array([*family, UNSETTLED], dtype=np.int64)[groups.label]
+    motions = _motions(data, groups, settled)
+    sizes = Counter[int]()
+    for g, motion in enumerate(motions):
+        sizes[motion.number] += int(np.count_nonzero(groups.label == g))
+    ordered = sorted(sizes, key=lambda number: -sizes[number])
+    attractor = [ordered.index(motion.number) + 1 for motion in motions]
+    basin = np.array([*attractor, UNSETTLED], dtype=np.int64)[groups.label]
     basin[data["motion"].values.ravel() == CHAOTIC] = CHAOS
-    basin[outcome != DONE] = NOTHING
-    among, cases = int(np.count_nonzero(outcome == DONE)), np.array([sizes[key] for key in ordered], dtype=np.int64)
+    basin[grid.values.ravel() != DONE] = NOTHING
+    among, cases = int(np.count_nonzero(grid == DONE)), np.array([sizes[n] for n in ordered], dtype=np.int64)
     low, high = wilson(cases, np.full(len(cases), among)) if SAMPLE in grid.dims else (cases * np.nan, cases * np.nan)
-    codes = [np.bincount(verdicts[basin == n], minlength=3) for n in range(1, len(cases) + 1)]
-    flags = {key: data["verdict"].attrs[key] for key in ("flag_values", "flag_meanings")}
-    periods = [len(standing[family.index(n)]) for n in range(1, len(cases) + 1)]
-    columns: dict[str, tuple[str, Any, dict[str, Any]]] = {
-        "cases": (ATTRACTOR, cases, {"units": "1"}),
-        "share": (ATTRACTOR, cases / max(among, 1), {"units": "1"}),
-        "low": (ATTRACTOR, low, {"units": "1"}),
-        "high": (ATTRACTOR, high, {"units": "1"}),
-        "attractor period": (ATTRACTOR, np.array(periods, dtype=np.int64), {"units": "cycles"}),
-        "attractor verdict": (ATTRACTOR, np.array([int(code.argmax()) for code in codes], dtype=np.int8), flags),
-        "agreeing": (ATTRACTOR, np.array([code.max() / code.sum() for code in codes]), {"units": "1"}),
-        "family": (ATTRACTOR, np.array([key[0] < 0 for key in ordered], dtype=np.int8), {"units": "1"}),
-    }
+    shares = {"cases": cases, "share": cases / max(among, 1), "low": low, "high": high}
+    columns = {name: (ATTRACTOR, values, {"units": "1"}) for name, values in shares.items()}
+    columns |= _described(data, [motions[attractor.index(n)] for n in range(1, len(cases) + 1)])
     described = {"units": "1", "meaning": _MEANING}
     dataset = xr.Dataset(
         {"basin": (grid.dims, basin.reshape(grid.shape).astype(np.int16), described), **columns},
         {ATTRACTOR: np.arange(1, len(cases) + 1)},
-        {"same": float(same), "within": groups.within, "between": min(room(standing[:MOST], family[:MOST]), FAR)},
+        {"same": float(same), "within": groups.within, "between": min(room(standing[:MOST], attractor[:MOST]), FAR)},
     )
     quiet = quiet_share(dataset)
     return dataset.assign_attrs(
         {f"quiet_{key}": quiet[key] for key in ("share", "low", "high") if np.isfinite(quiet[key])}
     )
+
+
+def _motions(
+    data: xr.Dataset, groups: Groups, settled: Callable[[tuple[int, ...], int], Attractor | None]
+) -> list[Motion]:
+    """What every group has settled in."""
+    verdicts, shape = data["verdict"].values.ravel().astype(np.int64), data["outcome"].shape
+    period = np.nan_to_num(data["period"].values.ravel()).astype(np.int64)
+    known: list[tuple[Attractor, int]] = []
+    families = dict[tuple[int, int], int]()
+    motions = []
+    for g, i in enumerate(groups.first):
+        at, cycles = tuple(int(k) for k in np.unravel_index(i, shape)), int(period[i])
+        attractor = settled(at, cycles)
+        if attractor is None:
+            usual = int(np.bincount(verdicts[groups.label == g], minlength=3).argmax())
+            motions.append(Motion(usual, cycles, float("nan"), False, g))
+            continue
+        orbit = attractor.orbit
+        verdict = REGIMES.index(orbit.verdict.verdict)
+        if is_family := attractor.moves_deflections:
+            number = families.setdefault((verdict, orbit.cycles), g)
+        else:
+            number = next((n for other, n in known if other.is_near(orbit.motion.start, EXACT)), g)
+            known.append((attractor, number))
+        multiplier = float(np.abs(multipliers_of(orbit.motion.gradient)[0]))
+        motions.append(Motion(verdict, orbit.cycles, multiplier, is_family, number))
+    return motions
+
+
+def _described(data: xr.Dataset, motions: Sequence[Motion]) -> dict[str, tuple[str, Any, dict[str, Any]]]:
+    """What is told of every attractor besides its share."""
+    flags = {key: data["verdict"].attrs[key] for key in ("flag_values", "flag_meanings")}
+    kinds, families = [(REGIMES[m.verdict], m.cycles) for m in motions], [m.is_family for m in motions]
+    multiplier = np.array([m.multiplier for m in motions], dtype=np.float64)
+    return {
+        "attractor name": (ATTRACTOR, np.array(motion_names(kinds, families), dtype=np.str_), {}),
+        "attractor period": (ATTRACTOR, np.array([m.cycles for m in motions], dtype=np.int64), {"units": "cycles"}),
+        "attractor verdict": (ATTRACTOR, np.array([m.verdict for m in motions], dtype=np.int8), flags),
+        "attractor multiplier": (ATTRACTOR, multiplier, {"units": "1"}),
+        "verified": (ATTRACTOR, np.isfinite(multiplier).astype(np.int8), {"units": "1"}),
+        "family": (ATTRACTOR, np.array(families, dtype=np.int8), {"units": "1"}),
+    }
 
 
 def _orbits(data: xr.Dataset) -> list[Array | None]:

@@ -51,7 +51,6 @@ MOTIONS = ("periodic", "chaotic", "undecided")
 PERIODIC, CHAOTIC, UNDECIDED = range(3)
 GROWN = 1e3
 _FINEST = 360
-_STILL = 1e-6
 EXPONENT = "largest Lyapunov exponent"
 
 
@@ -282,27 +281,6 @@ def _gradient(run: Run, cycles: int) -> Array:
     variation, t = run.variation, run.trajectory
     begin = (t.cycles - cycles) * t.layout.period
     return variation.since(begin)
-
-
-def is_isolated(run: Run, cycles: int) -> bool:
-    """Return whether a periodic motion has none of its like about it.
-
-    A multiplier of one whose eigenvector moves a deflection means that neighbouring motions are periodic as well: a
-    body that floats within its gap may do so anywhere. A body that turns freely has such a multiplier too, but deflects
-    nothing.
-
-    Parameters
-    ----------
-    run
-        the motion, settled.
-    cycles
-        its period number.
-    """
-    total = _gradient(run, cycles)
-    values, vectors = np.linalg.eig(total)
-    deflections = len(values) - len(free_names(run.model))
-    moves = np.linalg.norm(vectors[:deflections], axis=0) > _STILL
-    return not bool(np.any((np.abs(values) > 1.0 - _STILL) & moves))
 
 
 def multipliers(run: Run, cycles: int) -> NDArray[np.complex128]:

@@ -35,11 +35,8 @@ _MARGIN = 0.03
 
 
 def name_of(data: xr.Dataset, number: int) -> str:
-    """Number, verdict and period of an attractor."""
-    one = data.isel({ATTRACTOR: number - 1})
-    verdict = words_of(data["attractor verdict"])[int(one["attractor verdict"])]
-    family = ", a family" if int(one["family"]) else ""
-    return f"{number}: {verdict}, {int(one['attractor period'])} T{family}"
+    """Return number and name of an attractor."""
+    return f"{number}: {data['attractor name'].values[number - 1]}"
 
 
 def keys_of(data: xr.Dataset) -> dict[int, Key]:

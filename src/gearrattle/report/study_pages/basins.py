@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 _MOST_SAID = 6
 _MOST_ROWS = 40
 _ROOM = 10.0
+_UNVERIFIED = "not verified"
 
 
 def charts(data: xr.Dataset) -> list[Chart]:
@@ -101,7 +102,7 @@ def counts_of(data: xr.Dataset) -> Table:
 
 
 def attractor_table(data: xr.Dataset) -> Table:
-    """The attractors: share, interval, and a point of each."""
+    """The attractors: share, interval, largest multiplier, and a point of each."""
     section = [str(name) for name in np.atleast_1d(data.attrs["section"])]
     measures, rows = [measure_of(data, name) for name in section], []
     for n in range(1, min(data.sizes[ATTRACTOR], _MOST_ROWS) + 1):
@@ -112,23 +113,19 @@ def attractor_table(data: xr.Dataset) -> Table:
             ", ".join(numeral(float(v) * measure.factor, 4) for v in orbit_of(data, n, name))
             for name, measure in zip(section, measures, strict=True)
         ]
+        modulus = numeral(float(one["attractor multiplier"]), 4) if int(one["verified"]) else _UNVERIFIED
         rows.append(
-            (
-                name_of(data, n),
-                f"{int(one['cases'])}",
-                _percent(float(one["share"])),
-                interval,
-                _percent(float(one["agreeing"])),
-                *points,
-            )
+            (name_of(data, n), f"{int(one['cases'])}", _percent(float(one["share"])), interval, modulus, *points)
         )
-    note = "Agreeing: the share of its cases whose verdict is the one named. " + (
+    note = (
         "Wilson's interval (1927), for independent samples; Latin hypercube and Sobol samples scatter less."
         if SAMPLE in data["basin"].dims
         else "Shares of a grid are shares of its points."
     )
+    if not np.all(data["verified"].values):
+        note += " Not verified: shooting led to no stable motion nearby, so verdict and period are those of the cases."
     return Table(
-        ("motion", "cases", "share", "95 % interval", "agreeing", *(measure.title for measure in measures)),
+        ("motion", "cases", "share", "95 % interval", "largest multiplier", *(measure.title for measure in measures)),
         tuple(rows),
         note=note,
     )
@@ -161,6 +158,7 @@ def content(data: xr.Dataset) -> dict[str, Any]:
             "number": n,
             "motion": name_of(data, n),
             "period": int(data["attractor period"].values[n - 1]),
+            "multiplier": json_value(data["attractor multiplier"].values[n - 1]),
             **{key: json_value(data[key].values[n - 1]) for key in ("cases", "share", "low", "high")},
         }
         for n in range(1, data.sizes[ATTRACTOR] + 1)
