@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from gearrattle.advice import advise
+from gearrattle.advice.advise import advice_on
 from gearrattle.analysis.statics import equilibrium, modes
 from gearrattle.assembly import unsteady
 from gearrattle.errors import ConvergenceError
@@ -80,8 +80,9 @@ class Findings(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Everything that is noted, by the run, the equilibrium and the criteria, once each."""
-        return tuple(dict.fromkeys([*self.motion.notes, *self.equilibrium.notes, *self.verdict.notes]))
+        """Everything that is noted, by the advice, the run, the equilibrium and the criteria, once each."""
+        advised = () if self.advice is None else self.advice.notes
+        return tuple(dict.fromkeys([*advised, *self.motion.notes, *self.equilibrium.notes, *self.verdict.notes]))
 
     @cached_property
     def metrics(self) -> tuple[Row, ...]:
@@ -179,6 +180,6 @@ def _advice(model: Model, settings: dict[str, Any], progress: Callable[[float], 
     if unsteady(model):
         return None
     try:
-        return advise(model, **settings, progress=progress)
+        return advice_on(model, settings, is_asked=False, progress=progress)
     except ConvergenceError:
         return None

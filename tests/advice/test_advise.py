@@ -27,6 +27,7 @@ TOPICS = [
     "algorithm",
     "cost",
     "predictability",
+    "other motions",
 ]
 
 

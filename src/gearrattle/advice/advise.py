@@ -8,6 +8,7 @@
     6. algorithm        which to use, and the step it may take                          (sec. 8)
     7. cost             of the planned run
     8. predictability   how long the motion is predictable point by point
+    9. other motions    that exist at this load, where that costs little
 
 In the paper the user closes the loop. Here the pilot run does: a lumped model is not recommended if it moves
 differently from the full one.
@@ -18,11 +19,13 @@ Takes a Model and the settings of the planned run; gives an Advice.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from gearrattle.advice.clearances import clearances_line, contact_ratios_line, linear_forecasts
 from gearrattle.advice.computing import algorithm_line, cost_line, predictability_line
 from gearrattle.advice.linear import excursions
 from gearrattle.advice.lumping import lumping_line
+from gearrattle.advice.others import others_of
 from gearrattle.advice.pilot import run_pilot
 from gearrattle.advice.record import Advice
 from gearrattle.advice.stiffness import scaling_line, stiffness_line
@@ -33,7 +36,7 @@ from gearrattle.model import Model, check_model
 from gearrattle.reductions.reduce import band_end
 from gearrattle.simulation.settings import settled
 
-_STAGES = 6
+_STAGES = 7
 
 
 def advise(
@@ -79,20 +82,44 @@ def advise(
     >>> print(gr.advise(gr.example("case3"), cycles=20).line("algorithm").words)
     Use exact: it has no step to choose; the alternative is rkv-events, which restarts at every corner.
     """
+    settings = {
+        "algorithm": algorithm,
+        "cycles": cycles,
+        "discard": discard,
+        "samples_per_cycle": samples_per_cycle,
+        "tolerance": tolerance,
+        "step": step,
+        "initial": initial,
+    }
+    return advice_on(model, settings, up_to=up_to, progress=progress)
+
+
+def advice_on(
+    model: Model,
+    settings: Mapping[str, Any],
+    *,
+    up_to: float | str | None = None,
+    is_asked: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> Advice:
+    """Return advice on a planned run; see ``advise``.
+
+    Parameters
+    ----------
+    model
+        the driveline.
+    settings
+        of the run.
+    up_to
+        end of the band for lumping.
+    is_asked
+        whether the user asked for it; a run looks for other motions only where that is nearly free.
+    progress
+        called with the finished share.
+    """
     check_model(model)
     _refuse_unsteady(model)
-    planned = settled(
-        model,
-        {
-            "algorithm": algorithm,
-            "cycles": cycles,
-            "discard": discard,
-            "samples_per_cycle": samples_per_cycle,
-            "tolerance": tolerance,
-            "step": step,
-            "initial": initial,
-        },
-    )
+    planned = settled(model, dict(settings))
 
     def stage(number: int) -> Callable[[float], None]:
         def share(done: float) -> None:
@@ -114,6 +141,7 @@ def advise(
     ratios = contact_ratios_line(model, pilot)
     pilot.treat_regions(stage(4))
     stage(5)(0.0)
+    others, notes = others_of(planned, pilot, is_asked=is_asked, progress=stage(6))
     lines = (
         lumping,
         scaling_line(model),
@@ -123,9 +151,10 @@ def advise(
         algorithm_line(planned, pilot, quiet=quiet),
         cost_line(pilot),
         predictability_line(pilot),
+        *others,
     )
-    stage(5)(1.0)
-    return Advice(model.name, lines, (*pilot.forecasts(), *linear_forecasts(layout, response)))
+    stage(6)(1.0)
+    return Advice(model.name, lines, (*pilot.forecasts(), *linear_forecasts(layout, response)), notes)
 
 
 def _refuse_unsteady(model: Model) -> None:

@@ -22,8 +22,8 @@ class Line:
     Attributes
     ----------
     topic
-        "lumping", "scaling", "stiffness", "clearances", "contact ratios", "algorithm", "cost" or
-        "predictability".
+        "lumping", "scaling", "stiffness", "clearances", "contact ratios", "algorithm", "cost", "predictability" or
+        "other motions".
     words
         what to do, in a sentence or two.
     evidence
@@ -47,6 +47,8 @@ class Advice(Result):
         in the order of the procedure.
     forecasts
         of what a run with the settings given will show.
+    notes
+        that another motion exists at this load.
 
     Examples
     --------
@@ -55,10 +57,10 @@ class Advice(Result):
     """
 
     kind: ClassVar[str] = "advice"
-    notes: ClassVar[tuple[str, ...]] = ()
     model: str
     lines: tuple[Line, ...]
     forecasts: tuple[Forecast, ...]
+    notes: tuple[str, ...] = ()
 
     def line(self, topic: str) -> Line:
         """The line on a topic."""

@@ -15,7 +15,7 @@ Takes a Model and states; gives Orbits.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -179,7 +179,9 @@ class Settled:
         return float(low), float(high)
 
 
-def settled_motions(model: Model, state: State, starts: int = STARTS) -> Settled:
+def settled_motions(
+    model: Model, state: State, starts: int = STARTS, progress: Callable[[float], None] | None = None
+) -> Settled:
     """Return the motions in which a driveline settles from states within its reach.
 
     Parameters
@@ -190,10 +192,15 @@ def settled_motions(model: Model, state: State, starts: int = STARTS) -> Settled
         of a motion of its own at the start of a period: trains turn as fast as in that one.
     starts
         how many states are drawn besides.
+    progress
+        called with the finished share; what it raises ends the work.
     """
     search = _Search(model)
-    own = search.settled_in(state)
-    counts = Counter(search.settled_in(search.turned_like(state, start)) for start in starts_of(search.map, starts))
+    own, counts = search.settled_in(state), Counter[int | None]()
+    for i, start in enumerate(starts_of(search.map, starts), 1):
+        counts[search.settled_in(search.turned_like(state, start))] += 1
+        if progress is not None:
+            progress(i / starts)
     known = list(range(len(search.attractors)))
     order = sorted(known, key=lambda i: -counts[i])
     orbits = tuple(search.attractors[i].orbit for i in order)

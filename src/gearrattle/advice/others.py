@@ -1,0 +1,120 @@
+"""Whether other motions exist at this load: where motions from many starts settle (``orbits.settled``).
+
+A simulation shows one motion. Under the same load there may be others, and it depends on the past which one the
+driveline takes. The question is asked where it costs little: a bound in function calls of the exact solution, predicted
+from the pilot, so that the answer does not depend on the machine. ``ADVISED`` calls take about a second, ``PASSING``
+ones some hundredths: those a run may spend unasked.
+
+Takes a pilot run; gives a line, and a note where another motion exists.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from gearrattle.advice.pilot import Pilot
+from gearrattle.advice.record import Line
+from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.period_map import PeriodMap
+from gearrattle.errors import ConvergenceError, ModelError
+from gearrattle.model import Model
+from gearrattle.orbits.settled import BLOCK, BLOCKS, STARTS, Settled, settled_motions
+from gearrattle.orbits.state import check_repeats, state_of
+from gearrattle.wording import counted
+
+TOPIC = "other motions"
+ADVISED, PASSING = 2_000_000, 100_000
+"""Function calls that advice may spend on the question, and those that a run may."""
+_SHARE = 0.1  # of the planned run's own function calls, which it may spend as well
+_REACH = "starts lie evenly within 4 times the largest clearance, trains turning as fast as in the pilot"
+
+
+def others_of(
+    model: Model, pilot: Pilot, *, is_asked: bool, progress: Callable[[float], None] | None = None
+) -> tuple[tuple[Line, ...], tuple[str, ...]]:
+    """Return what other motions exist at this load, as a line and a note.
+
+    Parameters
+    ----------
+    model
+        the driveline.
+    pilot
+        its exact run.
+    is_asked
+        whether the user asked for advice; a run says nothing where the question would cost too much.
+    progress
+        called with the finished share.
+
+    Returns
+    -------
+    tuple[tuple[Line, ...], tuple[str, ...]]
+        No line where the question has no sense: a driveline without clearances, or whose state cannot repeat. A note
+        where another motion exists.
+    """
+    try:
+        check_repeats(model)
+    except ModelError:
+        return (), ()
+    if not pilot.run.trajectory.layout.clearance_names:
+        return (), ()
+    calls, planned = calls_of(pilot), pilot.run.cost.function_calls * pilot.stretched
+    if calls > max(ADVISED if is_asked else PASSING, _SHARE * planned):
+        words = f"Not looked for: that would take up to {calls:.2g} function calls, more than {ADVISED:.0e}."
+        remedy = "gr.basins looks for motions that settle, gr.periodic(model, every=True) for all that repeat"
+        return ((Line(TOPIC, words, (remedy,)),) if is_asked else ()), ()
+    try:
+        start = state_of(model, PeriodMap(assemble(model).system), pilot.run)
+        settled = settled_motions(model, start, progress=progress)
+    except ConvergenceError:
+        return (), ()
+    words = words_of(settled)
+    return (Line(TOPIC, words, (_counts(settled), _REACH)),), (words,) if others_in(settled) else ()
+
+
+def calls_of(pilot: Pilot) -> float:
+    """Return the function calls that the question costs at most."""
+    return (1 + STARTS) * BLOCKS * BLOCK * pilot.run.cost.function_calls / pilot.run.trajectory.cycles
+
+
+def others_in(settled: Settled) -> list[int]:
+    """Return the motions that some start settles in, without that of the pilot."""
+    return [i for i, count in enumerate(settled.counts) if i != settled.own and count]
+
+
+def words_of(settled: Settled) -> str:
+    """Return which motions exist besides the one that the pilot settles in."""
+    others = others_in(settled)
+    basins = "; ".join(
+        f"{settled.names[i]}, basin about {_percent(settled.counts[i] / settled.starts)}" for i in others
+    )
+    if settled.own < 0:
+        if not others:
+            periods = BLOCK * BLOCKS
+            return (
+                f"None of {counted(settled.starts, 'start')} settled within {counted(periods, 'period')}: motions here "
+                "settle slowly or do not repeat."
+            )
+        return f"The pilot has not settled; from other starts the driveline settles at this load: {basins}."
+    if not others:
+        return (
+            f"None was found from {counted(settled.starts, 'start')} beside {settled.names[settled.own]}: that is no "
+            "proof that there is none."
+        )
+    first = "A second motion exists" if len(others) == 1 else f"{len(others)} other motions exist"
+    return f"{first} at this load: {basins}."
+
+
+def _counts(settled: Settled) -> str:
+    """How many starts settle in which motion, with intervals, and how many in none."""
+    parts = []
+    for i, name in enumerate(settled.names):
+        low, high = settled.interval(i)
+        own = " (the pilot's)" if i == settled.own else ""
+        parts.append(f"{name}{own} {settled.counts[i]}, 95 % interval {_percent(low)} to {_percent(high)}")
+    if settled.unsettled:
+        parts.append(f"not settled after {BLOCK * BLOCKS} periods {settled.unsettled}")
+    return f"of {counted(settled.starts, 'start')}: {'; '.join(parts)}"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g} %"

@@ -1,0 +1,78 @@
+"""Other motions at the load of a run: told with their share and its interval, or not told where that costs too much."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import pytest
+from scipy import stats
+
+import gearrattle as gr
+from gearrattle.advice.others import ADVISED, PASSING, TOPIC, calls_of, others_of
+from gearrattle.advice.pilot import run_pilot
+from gearrattle.report.summary import findings_content
+from tests.comparison.cases import case
+from tests.orbits.test_freedom import train
+
+
+def test_a_second_motion_is_told_with_its_basin() -> None:
+    """Between the folds of its resonance the oscillator has two stable motions; what runs show is the quiet one."""
+    advice = gr.advise(gr.example("backlash_oscillator"))
+    line = advice.line(TOPIC)
+    match = re.fullmatch(r"A second motion exists at this load: (.*), basin about (\d+) %\.", line.words)
+    assert match is not None
+    assert match[1] == "single-sided rattle, 1 T"
+    assert advice.notes == (line.words,)
+    shares = r"of (\d+) starts: single-sided rattle, 1 T (\d+), 95 % interval (\S+) % to (\S+) %"
+    counts = re.search(shares, line.evidence[0])
+    assert counts is not None
+    among, count = int(counts[1]), int(counts[2])
+    assert float(match[2]) == pytest.approx(100.0 * count / among, rel=0.05)
+    theirs = stats.binomtest(count, among).proportion_ci(0.95, method="wilson")
+    assert [float(counts[3]), float(counts[4])] == pytest.approx([100.0 * theirs.low, 100.0 * theirs.high], rel=0.05)
+    assert "(the pilot's)" in line.evidence[0]
+
+
+def test_none_is_said_not_to_be_proved() -> None:
+    """Above both folds one motion is left."""
+    advice = gr.advise(gr.example("backlash_oscillator").with_({"excitation.speed": 1.2}))
+    assert "no proof that there is none" in advice.line(TOPIC).words
+    assert advice.notes == ()
+
+
+def test_a_run_says_it_too_where_it_is_nearly_free() -> None:
+    findings = gr.run(gr.example("backlash_oscillator"))
+    assert findings.advice is not None
+    words = findings.advice.line(TOPIC).words
+    assert words in findings.notes
+    content = findings_content(findings)
+    assert words in [line["words"] for line in content["advice"]["lines"]]
+    assert words in findings.report
+
+
+def test_what_costs_more_than_the_bound_is_left_to_advice() -> None:
+    model = case("case3")
+    assert PASSING < calls_of(run_pilot(model, 200)) < ADVISED
+    findings = gr.run(model, cycles=40)
+    assert findings.advice is not None
+    assert TOPIC not in [line.topic for line in findings.advice.lines]
+
+
+def test_a_long_run_may_ask_for_a_tenth_of_its_own_work() -> None:
+    model = gr.example("case1")
+    pilot = run_pilot(model, 32)
+    assert others_of(model, pilot, is_asked=False) == ((), ())
+    lines, notes = others_of(model, replace(pilot, planned=50_000), is_asked=False)
+    assert "double-sided rattle, 1 T" in lines[0].words
+    assert notes == (lines[0].words,)
+
+
+def test_advice_says_where_it_did_not_look() -> None:
+    advice = gr.advise(gr.example("planetary_set"))
+    assert advice.line(TOPIC).words.startswith("Not looked for")
+
+
+def test_a_state_that_mean_torques_drive_away_has_no_such_line() -> None:
+    driven = train(drag=0.0, means=2.0).with_({"torque.1.mean": -1.9})
+    assert TOPIC not in [line.topic for line in gr.advise(driven).lines]
