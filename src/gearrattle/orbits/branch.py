@@ -6,7 +6,7 @@ Takes a Model, a path and a range; gives a Branch.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+_COLUMNS = ("branch", "kind", "value", "point", "clearance", "collision", "grazing", "root")
 _POINTS = 60.0  # steps at least along the range, unless the step is limited
 
 
@@ -128,20 +129,24 @@ class Branch(Result):
         """The events of all branches, in the order of each branch.
 
         branch, kind, value [SI], point (the last one before it), clearance (what grazes or crosses; empty for none),
-        collision (whether the gradient jumps there).
+        collision (whether the gradient jumps there), grazing (its kind: "compliant", "jump" or "rigid"; empty for other
+        events), root (of a grazing: change of the gradient's trace beyond it over the square root of that of the value,
+        in the limit; NaN where the gradient jumps, and for other events).
         """
         import pandas as pd
 
-        rows, first = [], 0
+        rows: list[tuple[object, ...]] = []
+        first = 0
         names = watched_names(self.model)
         for number, (curve, events) in enumerate(zip(self.curves, self.events_of_curves, strict=True)):
             lengths = [point.length for point in curve.points]
             for event in events:
                 before = max(0, int(np.searchsorted(lengths, event.point.length, side="right")) - 1)
                 name = names[event.watch] if event.watch >= 0 else ""
-                rows.append((number, event.kind, event.point.parameter, first + before, name, event.is_collision))
+                row = number, event.kind, event.point.parameter, first + before, name, event.is_collision
+                rows.append((*row, *(("", np.nan) if event.grazing is None else astuple(event.grazing))))
             first += len(curve.points)
-        return pd.DataFrame(rows, columns=["branch", "kind", "value", "point", "clearance", "collision"])
+        return pd.DataFrame(rows, columns=list(_COLUMNS))
 
     def gradients(self, event: int, paths: Sequence[str] | None = None) -> pd.DataFrame:
         """Return how an event moves with the numbers of the model.

@@ -133,7 +133,7 @@ class BranchesPage(ModelPresentation[Branch]):
         unit = {"units": data["value"].attrs["units"]}
         for name, column in branch.events.items():
             values = column.to_numpy()
-            if name in ("kind", "clearance"):
+            if name in ("kind", "clearance", "grazing"):
                 values = np.array([str(value) for value in values], dtype=np.str_)
             added[f"event_{name}"] = ("event", values, unit if name == "value" else {})
         return data.drop_vars(_MULTIPLIER).assign(added)
@@ -188,8 +188,8 @@ class BranchesPage(ModelPresentation[Branch]):
 
     def _event_table(self) -> Table:
         shown, rows = measure(self.result), []
-        for number, kind, value, _, name, collision in self.result.events.itertuples(index=False):
-            how = "gradient jumps" if collision else ""
+        for number, kind, value, _, name, collision, grazing, _ in self.result.events.itertuples(index=False):
+            how = "gradient jumps" if collision else grazing
             rows.append((f"{number}", kind, numeral(value * shown.factor, 8), name, how))
         head = ("branch", "event", f"{shown.words} [{shown.unit}]" if shown.unit else shown.words, "clearance", "")
         return Table(head, tuple(rows), frozenset({1, 3, 4}), "Events")

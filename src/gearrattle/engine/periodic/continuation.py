@@ -402,10 +402,13 @@ def turned_around(point: Point) -> Point:
 
 
 def _predicted(earlier: Point, point: Point, step: float) -> Array:
-    """(N + 1,) a step from a point: along its tangent, curved like the cubic through the last two points."""
+    """(N + 1,) a step from a point: along its tangent, curved like the cubic through the last two points.
+
+    Along free directions tangents are zero, and the cubic's extrapolation would enlarge every shift fivefold a step.
+    """
     last = point.length - earlier.length
     along = point.w + step * point.tangent
-    if last <= 0.0 or step > 2.0 * last:
+    if last <= 0.0 or step > 2.0 * last or point.free:
         return np.asarray(along)
     share = (last + step) / last
     cubic = _interpolated(earlier, point, share)

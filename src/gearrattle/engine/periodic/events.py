@@ -11,8 +11,9 @@ gradient of the period map):
                        their velocity is a test function on the side where they exist
     pattern            the same crossings in another order; the time between two of them is the test function
 
-A crossing with clipped damping, or at an instant of alternation, makes the gradient jump: then a determinant may change
-its sign without being zero, and the motion folds or doubles in a corner (*border collision*).
+Where a slider begins to slip the gradient jumps (``grazing``): then a determinant may change its sign without being
+zero, and the motion folds or doubles its period in a corner of the branch (*border collision*). Patterns are compared
+by the crossings of clearances first; where these are the same, by those of sliders and limiters as well.
 
 Takes a Continuation and two of its Points; gives Events, in the order of the branch.
 
@@ -26,11 +27,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from gearrattle.engine.periodic.continuation import Continuation, Pattern, Point, rotated
+from gearrattle.engine.periodic.grazing import JUMP, Grazing, grazing_of
 from gearrattle.engine.periodic.touch import Touch
 from gearrattle.errors import ConvergenceError
+
+Array = NDArray[np.float64]
 
 FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, GRAZING, PATTERN = (
     "fold",
@@ -46,7 +51,26 @@ REAL = 1e-9
 """A multiplier with a smaller imaginary part is real but for rounding."""
 _DEEPEST = 12  # halvings of a step that holds more than one change of the pattern
 _TOUCHES = 40  # most motions followed to locate a grazing
+_ASIDE = 1e-8  # arclength from a jump of the gradient to the points on either side
 _NEARER = 0.02  # share of the way to the expected grazing that the next motion leaves
+
+
+@dataclass(frozen=True)
+class View:
+    """The crossings that patterns are compared by: those of the first ``watches`` that may cross; None: of all."""
+
+    watches: int | None = None
+
+    def __call__(self, point: Point) -> Pattern:
+        """Return the pattern of a motion."""
+        return point.pattern if self.watches is None else rotated(self.crossings(point)[2])
+
+    def crossings(self, point: Point) -> tuple[Array, Array, list[tuple[int, int]]]:
+        """Return instants [s], velocities [SI], and what crosses which bound (1: the upper one)."""
+        crossings = point.motion.crossings
+        is_seen = crossings.watch < (np.inf if self.watches is None else self.watches)
+        watch, upward = crossings.watch[is_seen].tolist(), crossings.upward[is_seen].tolist()
+        return crossings.time[is_seen], crossings.velocity[is_seen], list(zip(watch, upward, strict=True))
 
 
 @dataclass(frozen=True)
@@ -65,6 +89,8 @@ class Event:
         whether the gradient jumps there.
     touch
         of a grazing: the corner and the instant.
+    grazing
+        of a grazing: what it does to the gradient.
     """
 
     kind: str
@@ -72,6 +98,7 @@ class Event:
     watch: int = -1
     is_collision: bool = False
     touch: Touch | None = None
+    grazing: Grazing | None = None
 
 
 def events_between(curve: Continuation, before: Point, after: Point, depth: int = 0) -> list[Event]:
@@ -82,28 +109,69 @@ def events_between(curve: Continuation, before: Point, after: Point, depth: int 
     ConvergenceError
         the branch cannot be followed in between.
     """
-    if not _is_one_change(before.pattern, after.pattern) and depth < _DEEPEST:
+    view = _view_of(curve, before, after)
+    if not _is_one_change(view(before), view(after)) and depth < _DEEPEST:
         return _events_of_halves(curve, before, after, depth)
     try:
-        events = list(_changes_of_pattern(curve, before, after))
+        changes = list(_changes_of_pattern(curve, before, after, view))
     except ConvergenceError:
         if depth >= _DEEPEST:
             raise
         return _events_of_halves(curve, before, after, depth)
-    kinds = [kind for kind, test in TESTS.items() if test(before) * test(after) < 0.0]
-    if FOLD in kinds and BREAKING in kinds:  # at a fold det(I - M) is zero as well
-        kinds.remove(BREAKING)
-    events += [_located(curve, before, after, kind, TESTS[kind]) for kind in kinds]
-    if _pairs_outside(before) != _pairs_outside(after) and _are_complex(before, after):
-        count = _pairs_outside(before)
-        events.append(_located(curve, before, after, NEIMARK_SACKER, lambda p: _sign(_pairs_outside(p) == count)))
-    return sorted(events, key=lambda event: event.point.length)
+    if len(changes) == 1 and changes[0].grazing is not None and changes[0].grazing.kind == JUMP:
+        left, right = _sides(curve, before, after, changes[0].point)
+        smooth = [*_losses(curve, before, left), *_losses(curve, right, after)]
+        changes += _collisions(left, right, changes[0])
+    else:
+        smooth = list(_losses(curve, before, after))
+    return sorted([*changes, *smooth], key=lambda event: event.point.length)
+
+
+def _view_of(curve: Continuation, before: Point, after: Point) -> View:
+    """What two patterns are compared by: crossings of clearances, or where these are the same all of them."""
+    if before.pattern == after.pattern:
+        return View()
+    corners = View(len(curve.family.map_at(before.parameter).system.clearances))
+    return View() if corners(before) == corners(after) else corners
 
 
 def _events_of_halves(curve: Continuation, before: Point, after: Point, depth: int) -> list[Event]:
     """The events of both halves of a step."""
     middle = curve.between(before, after, 0.5)
     return [*events_between(curve, before, middle, depth + 1), *events_between(curve, middle, after, depth + 1)]
+
+
+def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]:
+    """Yield the folds, doublings, breakings and Neimark-Sacker bifurcations between two points."""
+    for kind in _changed(before, after):
+        yield _located(curve, before, after, kind, TESTS[kind])
+    if _pairs_change(before, after):
+        count = _pairs_outside(before)
+        yield _located(curve, before, after, NEIMARK_SACKER, lambda p: _sign(_pairs_outside(p) == count))
+
+
+def _changed(before: Point, after: Point) -> list[str]:
+    """The kinds of events whose test functions have different signs at two points."""
+    kinds = [kind for kind, test in TESTS.items() if test(before) * test(after) < 0.0]
+    if FOLD in kinds and BREAKING in kinds:  # at a fold det(I - M) is zero as well
+        kinds.remove(BREAKING)
+    return kinds
+
+
+def _sides(curve: Continuation, before: Point, after: Point, jump: Point) -> tuple[Point, Point]:
+    """The points just before and just beyond a jump of the gradient between two points."""
+    step = after.length - before.length
+    share, aside = (jump.length - before.length) / step, min(_ASIDE / step, 1e-3)
+    left, right = (curve.between(before, after, share + side * aside) for side in (-1.0, 1.0))
+    return left, right
+
+
+def _collisions(left: Point, right: Point, grazing: Event) -> list[Event]:
+    """What happens to the motion in a jump of the gradient, by the signs of the test functions on either side."""
+    kinds = _changed(left, right)
+    if _pairs_change(left, right):
+        kinds.append(NEIMARK_SACKER)
+    return [Event(kind, grazing.point, is_collision=True) for kind in kinds]
 
 
 def _is_one_change(one: Pattern, other: Pattern) -> bool:
@@ -127,28 +195,21 @@ def _located(curve: Continuation, before: Point, after: Point, kind: str, test: 
     return Event(kind, points[share], is_collision=jumps)
 
 
-def _changes_of_pattern(curve: Continuation, before: Point, after: Point) -> Iterator[Event]:
-    """The grazing or the exchange of two crossings between two points whose patterns differ."""
-    if before.pattern == after.pattern:
+def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: View) -> Iterator[Event]:
+    """Yield the grazing or the exchange of two crossings between two points whose patterns differ."""
+    one, other = view(before), view(after)
+    if one == other:
         return
-    for touching, apart in ((after, before), (before, after)):
-        pair = _touch(apart.pattern, touching.pattern)
-        if pair is not None:
-            yield _grazing(curve, before, after, touching is after)
-            return
-    watch = _swapped(before.pattern, after.pattern)
-    if watch is None and len(before.pattern) != len(after.pattern):  # several touch at once
-        yield _grazing(curve, before, after, len(after.pattern) > len(before.pattern))
+    if len(one) != len(other):  # by more than two crossings: several touch at once
+        yield _grazing(curve, before, after, view)
         return
+    watch = _swapped(one, other)
     if watch is None:
-        point = _located(curve, before, after, PATTERN, lambda p: _sign(p.pattern == before.pattern)).point
-        yield Event(PATTERN, point)
+        yield Event(PATTERN, _located(curve, before, after, PATTERN, lambda p: _sign(view(p) == one)).point)
         return
 
     def apart_by(point: Point) -> float:
-        if point.pattern == before.pattern:
-            return _time_between(point, after.pattern)
-        return -_time_between(point, before.pattern)
+        return _time_between(point, other, view) if view(point) == one else -_time_between(point, one, view)
 
     yield replace(_located(curve, before, after, PATTERN, apart_by), watch=watch, is_collision=False)
 
@@ -168,15 +229,16 @@ def _without(pattern: Pattern, i: int) -> Pattern | None:
     return rotated([item for k, item in enumerate(pattern) if k not in (i, j)])
 
 
-def _grazing(curve: Continuation, before: Point, after: Point, is_after: bool) -> Event:
+def _grazing(curve: Continuation, before: Point, after: Point, view: View) -> Event:
     """The grazing, where two crossings meet: near it their velocity v grows with the square root of the distance s.
 
     Motions that cross are followed nearer and nearer to the point where v^2, as a function of s, reaches zero.
     """
+    is_after = len(view(after)) > len(view(before))
     apart, touching = (before, after) if is_after else (after, before)
-    fewer = apart.pattern
+    fewer = view(apart)
     inner, outer = (1.0, 0.0) if is_after else (0.0, 1.0)  # shares with and without the crossings
-    samples = [(inner, *softest_touch(touching, fewer))]
+    samples = [(inner, *softest_touch(touching, fewer, view))]
     limit, expected = 0.5, np.inf
     for _ in range(_TOUCHES):
         near = samples[-3:]
@@ -187,13 +249,14 @@ def _grazing(curve: Continuation, before: Point, after: Point, is_after: bool) -
             break
         share = limit + _NEARER * (inner - limit)
         point = curve.between(before, after, share)
-        if point.pattern == fewer:
+        if view(point) == fewer:
             outer, expected = share, np.inf
         else:
             inner = share
-            samples.append((share, *softest_touch(point, fewer)))
-    touch = samples[-1][2]
-    return Event(GRAZING, curve.between(before, after, limit), touch.watch, touch=touch)
+            samples.append((share, *softest_touch(point, fewer, view)))
+    touch, point = samples[-1][2], curve.between(before, after, limit)
+    grazing = grazing_of(curve, point, touch, 1.0 if is_after else -1.0)
+    return Event(GRAZING, point, touch.watch, touch=touch, grazing=grazing)
 
 
 def _extrapolated(velocities: list[float], shares: list[float], outer: float) -> float:
@@ -209,10 +272,9 @@ def _extrapolated(velocities: list[float], shares: list[float], outer: float) ->
         return 0.5 * (shares[-1] + outer)
 
 
-def softest_touch(point: Point, fewer: Pattern) -> tuple[float, Touch]:
+def softest_touch(point: Point, fewer: Pattern, view: View) -> tuple[float, Touch]:
     """Return velocity [SI] and Touch of the slowest two crossings without which the pattern is ``fewer``."""
-    crossings = point.motion.crossings
-    order = list(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True))
+    time, velocity, order = view.crossings(point)
     count = len(order)
     pairs = [(i, (i + 1) % count) for i in range(count) if _without(tuple(order), i) == fewer]
     if not pairs:  # several touch at once
@@ -220,10 +282,10 @@ def softest_touch(point: Point, fewer: Pattern) -> tuple[float, Touch]:
         pairs = [(i, j) for i, j in enumerate(following) if order[j] == (order[i][0], 1 - order[i][1])]
     touches, motion = [], point.motion
     for i, j in pairs:
-        lasts = (crossings.time[j] - crossings.time[i]) % (motion.cycles * motion.period)
-        time = (crossings.time[i] + 0.5 * lasts) / motion.period
-        speed = 0.5 * abs(crossings.velocity[i] - crossings.velocity[j])
-        touches.append((speed, Touch(order[i][0], order[i][1], time)))
+        lasts = (time[j] - time[i]) % (motion.cycles * motion.period)
+        middle = float((time[i] + 0.5 * lasts) / motion.period)
+        speed = 0.5 * abs(velocity[i] - velocity[j])
+        touches.append((speed, Touch(order[i][0], order[i][1], middle)))
     if not touches:
         raise ConvergenceError("the pattern of crossings changes more than once")
     return min(touches, key=lambda touch: touch[0])
@@ -248,15 +310,14 @@ def _exchanged(pattern: Pattern, i: int) -> Pattern:
     return rotated(order)
 
 
-def _time_between(point: Point, other: Pattern) -> float:
+def _time_between(point: Point, other: Pattern, view: View) -> float:
     """The shortest time between two crossings whose exchange gives the other pattern [s]; 0 if there are none."""
-    crossings = point.motion.crossings
-    order = tuple(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True))
+    time, _, order = view.crossings(point)
     lasts = point.motion.cycles * point.motion.period
     gaps = [
-        (crossings.time[(i + 1) % len(order)] - crossings.time[i]) % lasts
+        (time[(i + 1) % len(order)] - time[i]) % lasts
         for i in range(len(order))
-        if _exchanged(order, i) == other
+        if _exchanged(tuple(order), i) == other
     ]
     return float(min(gaps, default=0.0))
 
@@ -293,7 +354,7 @@ def _pairs_outside(point: Point) -> int:
     return int(np.sum((np.abs(values.imag) > REAL) & (np.abs(values) > 1.0)))
 
 
-def _are_complex(before: Point, after: Point) -> bool:
+def _pairs_change(before: Point, after: Point) -> bool:
     """Whether a complex pair crosses the unit circle: both points have equally many complex multipliers."""
     counts = [int(np.sum(np.abs(point.multipliers.imag) > REAL)) for point in (before, after)]
-    return counts[0] == counts[1]
+    return counts[0] == counts[1] and _pairs_outside(before) != _pairs_outside(after)

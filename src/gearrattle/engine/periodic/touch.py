@@ -64,7 +64,7 @@ def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Tou
         there is no extremum nearby.
     """
     flow, system = period_map.flow, period_map.system
-    z, pieces, start = _before(period_map, state, touch)
+    z, pieces, start = before_touch(period_map, state, touch)
     generator = flow.generator(pieces)
     element = system.clearances[touch.watch]
     rate, time = flow.rate[element], touch.time
@@ -80,8 +80,11 @@ def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Tou
     raise ConvergenceError("the extremum at a corner is lost")
 
 
-def _before(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Array, tuple[int, ...], float]:
-    """A state z = (balanced y, inputs) shortly before the touch, the pieces of its region, and its time in periods."""
+def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Array, tuple[int, ...], float]:
+    """Return a state z = (balanced y, inputs) before a touch, the pieces of its region, and its time in periods.
+
+    Between that time and the touch nothing is crossed. Parameters are those of ``depth``.
+    """
     flow, system = period_map.flow, period_map.system
     march = period_map.marched(state, samples_per_cycle=_SAMPLES)
     crossings = period_map.passages(march)
