@@ -15,11 +15,11 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.orbits import Branch, Orbit, PeriodicMotions
+from gearrattle.orbits.stable_ranges import jumps_of, nodes_of, ranges_of, stability_of_steps
 from gearrattle.report.kinds import presentation_of
 from gearrattle.report.moving_table import moving_table
 from gearrattle.report.orbit_tables import impacts_of, lasting
 from gearrattle.report.plots.branches import EVENTS
-from gearrattle.report.stable_ranges import jumps_of, nodes_of, ranges_of, stability_of_steps
 from tests.report.examples import result
 
 LIMIT = 6.053190

@@ -14,6 +14,7 @@ import numpy as np
 
 from gearrattle.json_types import json_value
 from gearrattle.orbits import Branch, Orbit
+from gearrattle.orbits.stable_ranges import CHANGES, Jump, Range, jumps_of, ranges_of, slices_of
 from gearrattle.report.moving_table import moving_table
 from gearrattle.report.numbers import write_csv
 from gearrattle.report.page import Section, figure_sections, notes_section
@@ -22,7 +23,6 @@ from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.orbits import selected_charts
 from gearrattle.report.presentation import ModelPresentation
-from gearrattle.report.stable_ranges import CHANGES, Jump, Range, jumps_of, ranges_of, slices_of
 from gearrattle.report.tables import Table, shortened
 from gearrattle.wording import counted, listed
 

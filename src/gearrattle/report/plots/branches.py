@@ -25,7 +25,7 @@ from gearrattle.report.plots.numerals import prefixed
 from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.report.plots.unit_circle import outside_words, unit_circle
 from gearrattle.report.plots.view import scale
-from gearrattle.report.stable_ranges import CHANGES, nodes_of, slices_of, stability_of_steps
+from gearrattle.orbits.stable_ranges import CHANGES, nodes_of, slices_of, stability_of_steps
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, NEIMARK_SACKER
-from gearrattle.orbits import Branch
+from gearrattle.orbits.followed import Followed
 
 CHANGES = frozenset({FOLD, DOUBLING, BREAKING, NEIMARK_SACKER})
 """Events at which the stability may change."""
@@ -66,13 +66,13 @@ class Jump:
     branch: int
 
 
-def slices_of(branch: Branch) -> list[slice]:
+def slices_of(branch: Followed) -> list[slice]:
     """Return the points of every branch."""
     ends = np.cumsum([0, *(len(curve.points) for curve in branch.curves)]).tolist()
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
-def ranges_of(branch: Branch) -> list[Range]:
+def ranges_of(branch: Followed) -> list[Range]:
     """Return ranges of one stability, branch by branch, in the order of each."""
     stable, values = branch.data["stable"].values, branch.data["value"].values
     ranges = []
@@ -88,7 +88,7 @@ def ranges_of(branch: Branch) -> list[Range]:
     return ranges
 
 
-def _change(branch: Branch, before: int) -> tuple[float, str]:
+def _change(branch: Followed, before: int) -> tuple[float, str]:
     """Where the stability changes after a point, and by what."""
     events = branch.events
     here = events[(events["point"] == before) & events["kind"].isin(CHANGES)]
@@ -101,11 +101,11 @@ def _change(branch: Branch, before: int) -> tuple[float, str]:
     return float(0.5 * (values[before] + values[before + 1])), "not located"
 
 
-def _end(branch: Branch, value: float) -> str:
+def _end(branch: Followed, value: float) -> str:
     return "end of the range" if value in branch.range else "end of the branch"
 
 
-def jumps_of(branch: Branch) -> list[Jump]:
+def jumps_of(branch: Followed) -> list[Jump]:
     """Return the folds at which stable motions end, by their values."""
     stable, values = branch.data["stable"].values, branch.data["value"].values
     jumps = []
@@ -116,7 +116,7 @@ def jumps_of(branch: Branch) -> list[Jump]:
     return sorted(jumps, key=lambda jump: jump.value)
 
 
-def nodes_of(branch: Branch, number: int) -> Iterator[tuple[int, int]]:
+def nodes_of(branch: Followed, number: int) -> Iterator[tuple[int, int]]:
     """Yield the points and events of one branch in its order: (point, -1) or (point before it, event)."""
     part, points = slices_of(branch)[number], branch.events["point"].to_numpy()
     of_branch = np.flatnonzero(branch.events["branch"].to_numpy() == number)
@@ -125,7 +125,7 @@ def nodes_of(branch: Branch, number: int) -> Iterator[tuple[int, int]]:
         yield from ((i, int(e)) for e in of_branch if points[e] == i)
 
 
-def stability_of_steps(branch: Branch, nodes: Sequence[tuple[int, int]]) -> list[bool]:
+def stability_of_steps(branch: Followed, nodes: Sequence[tuple[int, int]]) -> list[bool]:
     """Return whether motions are stable between each node and the next."""
     stable, kinds = branch.data["stable"].values, branch.events["kind"].tolist()
     steps = []
