@@ -19,7 +19,7 @@ from gearrattle.measured.identification.fitted import Fit
 from gearrattle.measured.identification.loop_result import LoopFit
 from gearrattle.measured.look import Contents
 from gearrattle.measured.validation import RunUp, Validation
-from gearrattle.orbits import Branch, Orbit, PeriodicMotions
+from gearrattle.orbits import Branch, MotionMap, Orbit, PeriodicMotions, RunUpJumps
 from gearrattle.pipeline import Findings
 from gearrattle.quantities import Verdict
 from gearrattle.reductions.condense import Condensed
@@ -42,6 +42,7 @@ __all__ = [
     "GasTorque",
     "LoopFit",
     "Modes",
+    "MotionMap",
     "Nondimensional",
     "Orbit",
     "PeriodicMotions",
@@ -49,6 +50,7 @@ __all__ = [
     "Reduction",
     "Result",
     "RunUp",
+    "RunUpJumps",
     "Sound",
     "Stiffness",
     "Stream",

@@ -67,6 +67,17 @@ def test_a_branch(capsys: pytest.CaptureFixture[str]) -> None:
     assert Path("branch.csv").read_text(encoding="utf-8").startswith("point,branch,cycles,value")
 
 
+def test_a_map_over_two_values(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["continue", "gear.toml", "--path", AMPLITUDE, "--range", "5.9:6.3", "--start", "linear"]
+    words += ["--second", "torque.0.mean", "--second-range", "7.4:7.6", "--across", "4", "--up", "1"]
+    assert main([*words, "--json", "-o", "map"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["result"] == "map of motions"
+    assert len(content["code"][0]) == 4
+    assert {border["kind"] for border in content["borders"]} == {"grazing", "fold"}
+    assert "Map of motions" in Path("map/report.html").read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize(
     ("text", "ends"),
     [
@@ -89,6 +100,7 @@ def test_ranges_are_read(text: str, ends: tuple[float | str, float | str]) -> No
         (["periodic", "gear.toml", "-o", "gear.toml"], "is read and would be lost"),
         (["continue", "gear.toml", "--path", AMPLITUDE, "--range", "6"], "must be two values"),
         (["continue", "gear.toml", "--path", AMPLITUDE, "--range", "6:6"], "two different values"),
+        (["continue", "gear.toml", "--path", AMPLITUDE, "--range", "6:7", "--second", "torque.0.mean"], "both or none"),
         (["continue", "gear.toml", "--path", "torque.3.mean", "--range", "6:7"], "torque.3"),
         (["continue", "gear.toml", "--path", AMPLITUDE, "--range", "6:7", "--step-limit", "x"], "x"),
         (["continue", "gear.toml", "--path", AMPLITUDE, "--range", "6:7", "--step-limit", "0"], "--step-limit"),

@@ -83,6 +83,12 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "periodic motions": lambda: PeriodicMotions(
         oscillator.model(), (orbit_from(0.62), orbit_from(0.55), orbit_from(-0.3, -3.9))
     ),
+    "map of motions": lambda: gr.continuation(oscillator.model(), oscillator.AMPLITUDE, (5.9, 6.3), start="linear").map(
+        "torque.0.mean", (7.4, 7.6), across=3, up=2
+    ),
+    "jumps of run-ups": lambda: gr.continuation(
+        gr.example("backlash_oscillator"), "excitation.speed", (0.6, 0.9)
+    ).run_up(1e-3),
     "branches": lambda: gr.continuation(oscillator.model(), oscillator.AMPLITUDE, (3.6, 6.3)),
 }
 """The cheapest example of every kind."""

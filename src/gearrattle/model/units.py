@@ -67,6 +67,7 @@ ANGLE = Dimension("angle", "rad", (0, 0, 0, 1), "5 deg")
 ANGULAR_VELOCITY = Dimension(
     "angular velocity", "rad/s", (0, 0, -1, 1), "1500 rpm", hint="Hz belongs to frequency; a speed is rpm or angle/time"
 )
+ANGULAR_ACCELERATION = Dimension("angular acceleration", "rad/s/s", (0, 0, -2, 1), "100 rpm/s")
 FREQUENCY = Dimension(
     "frequency",
     "Hz",

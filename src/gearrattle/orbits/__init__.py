@@ -2,7 +2,9 @@
 
 from gearrattle.orbits.branch import Branch, continuation
 from gearrattle.orbits.find import periodic
+from gearrattle.orbits.motion_map import MotionMap
 from gearrattle.orbits.motions import PeriodicMotions
 from gearrattle.orbits.orbit import Orbit
+from gearrattle.orbits.run_ups import RunUpJumps
 
-__all__ = ["Branch", "Orbit", "PeriodicMotions", "continuation", "periodic"]
+__all__ = ["Branch", "MotionMap", "Orbit", "PeriodicMotions", "RunUpJumps", "continuation", "periodic"]

@@ -31,7 +31,9 @@ from gearrattle.orbits.find import periodic
 from gearrattle.orbits.further import branches_off, isolated_curves
 from gearrattle.orbits.gradients import check_kind, gradients_of, scatter_of
 from gearrattle.orbits.means import mean_events
+from gearrattle.orbits.motion_map import MotionMap, map_of
 from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
+from gearrattle.orbits.run_ups import RunUpJumps, run_up_of
 from gearrattle.orbits.state import Start, check_repeats
 from gearrattle.result import Result
 from gearrattle.wording import counted
@@ -217,6 +219,83 @@ class Branch(Result):
         low, high = sorted(ends_of(self.model, second, range))
         check_kind(chosen)
         return boundary_of(self.model, self.path, curve, chosen, second=second, ends=(low, high))
+
+    def map(
+        self,
+        second: str,
+        range: tuple[float | str, float | str],
+        *,
+        across: int = 32,
+        up: int = 20,
+        isolated: bool = False,
+        progress: Callable[[float], None] | None = None,
+    ) -> MotionMap:
+        """Say over two values of the model where rattle must be, where it may be and where it is not.
+
+        The branches are followed at every second value, from those of the value before; nothing is simulated.
+
+        Parameters
+        ----------
+        second
+            path of the other value.
+        range
+            its ends, numbers in SI or strings with a unit; the model's own value lies between them.
+        across, up
+            numbers of cells over the value of the branch and over the second one.
+        isolated
+            whether in every row branches are sought as well that are not connected to those of the row before.
+        progress
+            called with the finished share; an exception from it ends the work.
+
+        Returns
+        -------
+        MotionMap
+            For every cell its motions and what they say; folds and grazings as curves.
+
+        Raises
+        ------
+        ModelError
+            a path that leads nowhere, a range without sense, too few or too many cells.
+
+        Examples
+        --------
+        >>> model = gr.example("rattle_oscillator")
+        >>> branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", (5.9, 6.3), start="linear")
+        >>> branch.map("torque.0.mean", (7.5, 7.6), across=4, up=1).data["signs"].values.tolist()
+        [[1, 1, 1, 1]]
+        """
+        low, high = sorted(ends_of(self.model, second, range))
+        return map_of(self, second, (low, high), (across, up), isolated=isolated, progress=progress)
+
+    def run_up(self, rate: float | str, *, progress: Callable[[float], None] | None = None) -> RunUpJumps:
+        """Simulate a run-up and a run-down over the range of a branch over the speed, and say where they jump.
+
+        Each begins on the stable motion at its end of the range.
+
+        Parameters
+        ----------
+        rate
+            by which the speed changes: a number in rad/s^2, or a string with a unit, such as "100 rpm/s".
+        progress
+            called with the finished share; an exception from it ends the work.
+
+        Returns
+        -------
+        RunUpJumps
+            Every fold that they pass, with the speed of the jump and its delay.
+
+        Raises
+        ------
+        ModelError
+            a branch over something else than the speed, a rate without sense.
+
+        Examples
+        --------
+        >>> branch = gr.continuation(gr.example("backlash_oscillator"), "excitation.speed", (0.6, 0.9))
+        >>> [jump.upward for jump in branch.run_up(1e-3).jumps]
+        [True, False]
+        """
+        return run_up_of(self, rate, progress)
 
     def _located(self, event: int) -> tuple[Event, Continuation]:
         """An event by its row, and the Continuation of its branch."""

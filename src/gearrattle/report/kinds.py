@@ -53,6 +53,8 @@ PRESENTATIONS: Mapping[str, str] = {
     "periodic motion": "gearrattle.report.orbits:PeriodicMotionPage",
     "periodic motions": "gearrattle.report.orbits:PeriodicMotionsPage",
     "branches": "gearrattle.report.branches:BranchesPage",
+    "map of motions": "gearrattle.report.motion_map:MotionMapPage",
+    "jumps of run-ups": "gearrattle.report.run_up_jumps:RunUpJumpsPage",
     "contact ratio": "gearrattle.report.contact_ratio:ContactRatioPage",
 }
 """Kind of result -> module and class."""

@@ -8,7 +8,7 @@ Takes a Branch; gives Charts.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, PATTERN
+from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Branch
+from gearrattle.orbits.stable_ranges import CHANGES, nodes_of, slices_of, stability_of_steps
 from gearrattle.report.plots.axis_names import Measure
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.corners import units_of
@@ -25,7 +27,6 @@ from gearrattle.report.plots.numerals import prefixed
 from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.report.plots.unit_circle import outside_words, unit_circle
 from gearrattle.report.plots.view import scale
-from gearrattle.orbits.stable_ranges import CHANGES, nodes_of, slices_of, stability_of_steps
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
@@ -48,10 +49,15 @@ _LOG_FROM = 10.0
 
 def measure(branch: Branch) -> Measure:
     """Return what the value is called, and the unit it is shown in."""
-    label = path_label(branch.path, branch.model)
-    if label.unit == "rad/s" and branch.path.startswith("excitation."):
+    return measure_over(branch.model, branch.path, branch.range)
+
+
+def measure_over(model: Model, path: str, ends: tuple[float, float]) -> Measure:
+    """Return what the value at a path is called, and the unit in which a range of it is shown."""
+    label = path_label(path, model)
+    if label.unit == "rad/s" and path.startswith("excitation."):
         return Measure(label.words, "rpm", 30.0 / np.pi)
-    factor, unit = prefixed(max(map(abs, branch.range)), label.unit)
+    factor, unit = prefixed(max(map(abs, ends)), label.unit)
     return Measure(label.words, unit, factor)
 
 
@@ -160,17 +166,40 @@ def branch_charts(branch: Branch) -> list[Chart]:
         return drawing.frame(layout.clearance_names[k], in_unit.unit, drawn, rules)
 
     def swings(k: int) -> Panel:
-        values, at_events = data["peak_to_peak"].values[:, k], levels[:, 1, k] - levels[:, 0, k]
-        in_unit = scale(values, units_of(branch.model, layout, k)["deflection"])
-        drawn = drawing.lines(values * in_unit.factor, at_events * in_unit.factor)
-        drawn += drawing.marks(at_events * in_unit.factor, layout.clearance_names[k])
-        return drawing.frame(layout.clearance_names[k], in_unit.unit, drawn)
+        return swing_panel(branch, k)
 
     words = f"of every clearance over {measure(branch).words}"
     return [
         _over(branch, "extremes", "Highest and lowest deflection", f"{words}; dotted: corners", extremes),
         _over(branch, "swings", "Peak-to-peak deflection", words, swings),
     ]
+
+
+def swing_panel(branch: Branch, k: int, others: Sequence[Line] = ()) -> Panel:
+    """Draw the peak-to-peak deflection of a clearance over the parameter.
+
+    Parameters
+    ----------
+    branch
+        of motions.
+    k
+        the clearance.
+    others
+        lines drawn under it, in the units of the Dataset.
+    """
+    drawing, layout, levels = _Drawing(branch), assemble(branch.model).layout, branch.event_levels
+    values, at_events = branch.data["peak_to_peak"].values[:, k], levels[:, 1, k] - levels[:, 0, k]
+    all_values = np.concatenate([values, *(line.y for line in others)])
+    in_unit, across = scale(all_values, units_of(branch.model, layout, k)["deflection"]), measure(branch).factor
+    drawn = [replace(line, x=line.x * across, y=line.y * in_unit.factor) for line in others]
+    drawn += drawing.lines(values * in_unit.factor, at_events * in_unit.factor)
+    drawn += drawing.marks(at_events * in_unit.factor, layout.clearance_names[k])
+    return drawing.frame(layout.clearance_names[k], in_unit.unit, drawn)
+
+
+def branch_legend(branch: Branch) -> tuple[Key, ...]:
+    """Return what lines and shapes of a branch mean."""
+    return _Drawing(branch).legend()
 
 
 def _over(branch: Branch, key: str, what: str, words: str, panel: Callable[[int], Panel]) -> Chart:

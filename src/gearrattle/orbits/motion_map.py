@@ -1,0 +1,317 @@
+"""A map of the motions that repeat over two values of a model: where rattle must be, where it may be, where it is not.
+
+In the middle of every cell all motions of the branches of its row are taken. Their stability is that of their
+multipliers, whether they rattle that of the criteria. The signs of det(I - M) over all of them add up to 1
+if the motions are bounded and none is missing (``every``); so a cell says as well whether one is missing.
+
+Takes a Branch and a second value; gives a MotionMap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.model.path_labels import path_label
+from gearrattle.model.quantity import Count, argument_problems
+from gearrattle.model.table import shown
+from gearrattle.orbits.borders import Border, Cusp, borders_of, cusps_of
+from gearrattle.orbits.curve import Curve
+from gearrattle.orbits.followed import Followed
+from gearrattle.orbits.gradients import number_at
+from gearrattle.orbits.orbit import Orbit, is_stable
+from gearrattle.orbits.rows import Plane, Row, motions_at, rows_of
+from gearrattle.orbits.search import Known
+from gearrattle.result import Result
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+QUIET, BESIDE, MUST, NOTHING_STABLE, MISSING, NOT_COUNTED = range(6)
+WORDS = {
+    QUIET: "none found, and the sum of signs agrees",
+    BESIDE: "rattle exists beside a quiet motion",
+    MUST: "rattle exists here and must",
+    NOTHING_STABLE: "no stable motion found, and the sum of signs agrees",
+    MISSING: "a motion is missing: the sum of signs differs from 1",
+    NOT_COUNTED: "none found, and nothing to count by",
+}
+"""What a cell's code means."""
+CELLS = Count(1, 512)
+"""Numbers of cells over a value."""
+
+
+class Cell(NamedTuple):
+    """The motions of one cell.
+
+    Attributes
+    ----------
+    quiet, rattling, unstable
+        how many motions are stable and quiet, stable and rattle, unstable.
+    signs
+        sum of the signs of det(I - M) over all fixed points of the map over n periods.
+    is_countable
+        whether no motion is one of a family, so that the sum must be 1.
+    """
+
+    quiet: int
+    rattling: int
+    unstable: int
+    signs: int
+    is_countable: bool
+
+    @property
+    def code(self) -> int:
+        """What the motions say, one of the keys of ``WORDS``."""
+        if self.quiet and self.rattling:
+            return BESIDE
+        if self.is_countable and self.signs != 1:
+            return MISSING
+        if self.rattling:
+            return MUST
+        if self.quiet:
+            return QUIET if self.is_countable else NOT_COUNTED
+        return NOTHING_STABLE
+
+
+@dataclass(frozen=True)
+class MotionMap(Result):
+    """The motions that repeat, over two values of a model.
+
+    Attributes
+    ----------
+    model
+        the driveline.
+    path, second
+        of the two values.
+    range, second_range
+        (2,) ascending ends of their ranges [SI].
+    cycles
+        n, periods T after which the motions repeat.
+    value, seconds
+        (A,) and (U,) middles of the cells [SI].
+    cells
+        U rows of A cells.
+    borders
+        folds and grazings of the branch at the model's own second value, as curves.
+    cusps
+        where two of its folds meet.
+    notes
+        what the user must know.
+
+    Examples
+    --------
+    >>> model = gr.example("rattle_oscillator")
+    >>> branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", (3.0, 6.6), start="linear")
+    >>> motions = branch.map("torque.0.mean", (7.0, 8.0), across=6, up=2)
+    >>> motions.data["code"].values[0].tolist()
+    [0, 1, 1, 1, 1, 2]
+    """
+
+    kind: ClassVar[str] = "map of motions"
+    model: Model = field(repr=False, compare=False)
+    path: str
+    second: str
+    range: tuple[float, float]
+    second_range: tuple[float, float]
+    cycles: int
+    value: Array = field(repr=False, compare=False)
+    seconds: Array = field(repr=False, compare=False)
+    cells: tuple[tuple[Cell, ...], ...] = field(repr=False, compare=False)
+    borders: tuple[Border, ...] = field(default=(), repr=False, compare=False)
+    cusps: tuple[Cusp, ...] = field(default=(), repr=False, compare=False)
+    notes: tuple[str, ...] = ()
+
+    @cached_property
+    def data(self) -> xr.Dataset:
+        """A Dataset over "second" and "value", the middles of the cells [SI].
+
+        code (its meaning in ``flag_meanings``), quiet, rattling, unstable (how many motions), signs (their sum), and
+        over "border_point" the curves: border_event (row in the events of the branch), border_kind, border_value,
+        border_second.
+        """
+        import xarray as xr
+
+        dims = ("second", "value")
+        names = Cell._fields[:-1]
+        counts = {
+            name: (dims, np.array([[getattr(cell, name) for cell in row] for row in self.cells])) for name in names
+        }
+        codes = np.array([[cell.code for cell in row] for row in self.cells], dtype=np.int8)
+        meanings = {"flag_values": list(WORDS), "flag_meanings": "; ".join(WORDS.values())}
+        unit = {name: {"units": path_label(name, self.model).unit or "1"} for name in (self.path, self.second)}
+        points = [(b, v, s) for b in self.borders for v, s in zip(b.value.tolist(), b.second.tolist(), strict=True)]
+        along = "border_point"
+        curves = {
+            "border_event": (along, np.array([b.event for b, _, _ in points], dtype=np.int64)),
+            "border_kind": (along, np.array([b.kind for b, _, _ in points], dtype=np.str_)),
+            "border_value": (along, np.array([v for _, v, _ in points], dtype=np.float64), unit[self.path]),
+            "border_second": (along, np.array([s for _, _, s in points], dtype=np.float64), unit[self.second]),
+        }
+        axes = {"value": ("value", self.value, unit[self.path]), "second": ("second", self.seconds, unit[self.second])}
+        attributes = {
+            "result": self.kind,
+            "path": self.path,
+            "second": self.second,
+            "cycles": self.cycles,
+            "title": self.model.name,
+        }
+        return xr.Dataset({"code": (dims, codes, meanings), **counts, **curves}, axes, attributes)
+
+    def __repr__(self) -> str:
+        up, across = len(self.seconds), len(self.value)
+        return f"<MotionMap of {self.model.name!r} over {self.path} and {self.second}: {up} x {across} cells>"
+
+
+def map_of(
+    branch: Followed,
+    second: str,
+    ends: tuple[float, float],
+    counts: tuple[int, int],
+    *,
+    isolated: bool,
+    progress: Callable[[float], None] | None,
+) -> MotionMap:
+    """Return the map of a branch over a second value; see ``Branch.map``.
+
+    Raises
+    ------
+    ModelError
+        the model's own second value lies outside the ends; too few or too many cells.
+    """
+    across, up = counts
+    if problems := argument_problems({"across": (CELLS, across), "up": (CELLS, up)}):
+        raise ModelError(problems)
+    own, (low, high) = number_at(branch.model, branch.path, second), ends
+    if not low <= own <= high:
+        raise ModelError(Problem("range", shown(list(ends)), f"must contain the model's own value, {own:.6g}"))
+    first, last = sorted(branch.range)
+    plane = Plane(branch.model, branch.path, second, (first, last), (low, high), branch.cycles)
+    values, seconds = middles(plane.ends, across), middles(plane.second_ends, up)
+
+    def part(begin: float, end: float) -> Callable[[float], None] | None:
+        return None if progress is None else lambda share: progress(begin + (end - begin) * share)
+
+    rows = rows_of(plane, Row(own, branch.curves), seconds.tolist(), isolated=isolated, progress=part(0.0, 0.5))
+    cells = cells_of(plane, rows, values, part(0.5, 0.7))
+    borders, notes = borders_of(branch.events, lambda event: branch.boundary(event, second, ends), ends, part(0.7, 1.0))
+    cusps = cusps_of(borders, (last - first, high - low))
+    notes += dict.fromkeys(curve.note for row in rows for curve in row.curves if curve.note)
+    if any(not cell.is_countable for row in cells for cell in row):
+        notes.append("Where a motion is one of a family the signs cannot be counted: others may be missing.")
+    return MotionMap(
+        branch.model,
+        branch.path,
+        second,
+        plane.ends,
+        plane.second_ends,
+        branch.cycles,
+        values,
+        seconds,
+        cells,
+        tuple(borders),
+        tuple(cusps),
+        tuple(notes),
+    )
+
+
+def middles(ends: tuple[float, float], count: int) -> Array:
+    """Return (count,) middles of equal cells between two ends."""
+    return ends[0] + (ends[1] - ends[0]) * (np.arange(count) + 0.5) / count
+
+
+def cells_of(
+    plane: Plane, rows: Sequence[Row], values: Array, progress: Callable[[float], None] | None
+) -> tuple[tuple[Cell, ...], ...]:
+    """Return the cells of some rows.
+
+    Parameters
+    ----------
+    plane
+        the two values.
+    rows
+        branches at second values.
+    values
+        (A,) first values [SI].
+    progress
+        called with the finished share; an exception from it ends the work.
+    """
+    cells = []
+    for done, row in enumerate(rows, 1):
+        judged = _JudgedRow(plane, row)
+        cells.append(tuple(judged.cell(float(value)) for value in values))
+        if progress is not None:
+            progress(done / len(rows))
+    return tuple(cells)
+
+
+class _JudgedRow:
+    """A row whose motions are judged, each stretch of a branch between two changes of its crossings once."""
+
+    def __init__(self, plane: Plane, row: Row) -> None:
+        self._model, self._path = plane.model.with_({plane.second: row.second}), plane.path
+        self._single = plane.follower(row.second, plane.cycles)
+        followers = {plane.cycles: self._single}
+        for curve in row.curves:
+            if curve.cycles not in followers:
+                followers[curve.cycles] = plane.follower(row.second, curve.cycles)
+        self._curves = [_JudgedCurve(self._model, self._path, followers[c.cycles], c) for c in row.curves]
+
+    def cell(self, value: float) -> Cell:
+        """The motions at a first value."""
+        known = Known(self._single.family.map_at(value))
+        stable_quiet = stable_rattling = unstable = 0
+        for curve in self._curves:
+            for index, point in curve.at(value):
+                if curve.known.cycles == known.period_map.cycles and not known.add(point.motion):
+                    continue
+                if not is_stable(point.multipliers, point.free):
+                    unstable += 1
+                elif curve.rattles(index, point):
+                    stable_rattling += 1
+                else:
+                    stable_quiet += 1
+        is_countable = not any(free.shape[1] for free in known.free)
+        return Cell(stable_quiet, stable_rattling, unstable, known.index(), is_countable)
+
+
+class _JudgedCurve:
+    """A branch whose motions are judged. Between two points with the same crossings nothing else is crossed either."""
+
+    def __init__(self, model: Model, path: str, follower: Continuation, known: Curve) -> None:
+        self._model, self._path, self._follower, self.known = model, path, follower, known
+        changes = [before.pattern != after.pattern for before, after in known.steps()]
+        self._stretch: IntArray = np.cumsum([False, *changes])
+        self._verdicts: dict[int, bool] = {}
+
+    def at(self, value: float) -> Iterator[tuple[int, Point]]:
+        """Yield its motions at a parameter value."""
+        return motions_at(self._follower, self.known, value)
+
+    def rattles(self, before: int, point: Point) -> bool:
+        """Return whether a motion rattles; ``before`` is the index of the point before it."""
+        neighbours = [i for i in (before, before + 1) if i < len(self.known.points)]
+        alike = next((i for i in neighbours if self.known.points[i].pattern == point.pattern), None)
+        if alike is None:
+            return self._judged(point)
+        stretch = int(self._stretch[alike])
+        if stretch not in self._verdicts:
+            self._verdicts[stretch] = self._judged(point)
+        return self._verdicts[stretch]
+
+    def _judged(self, point: Point) -> bool:
+        """Whether the criteria say that a motion rattles."""
+        model = self._model.with_({self._path: float(point.parameter)})
+        orbit = Orbit(model, self.known.cycles, point.motion, point.error, point.free)
+        return orbit.verdict.verdict != "quiet"

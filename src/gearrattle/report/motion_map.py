@@ -1,0 +1,157 @@
+"""The map of motions over two values as a result: where rattle must be, where it may be, where none is found.
+
+Takes a MotionMap; gives its presentation.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.orbits.borders import Border
+from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, QUIET, WORDS, MotionMap
+from gearrattle.report.numbers import write_csv
+from gearrattle.report.page import Section, figure_sections, notes_section
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.motion_map import map_chart, measures_of
+from gearrattle.report.plots.numerals import numeral
+from gearrattle.report.presentation import ModelPresentation
+from gearrattle.report.tables import Table, shortened
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_TRUST = (
+    "Rattle must be where only rattling motions are stable. A sum of signs that is right is no proof: motions may be "
+    "missing in pairs, a stable one with an unstable one. Such a pair begins in a fold; where isolated branches were "
+    "sought as well, it is less likely."
+)
+
+
+class MotionMapPage(ModelPresentation[MotionMap]):
+    """Motions over two values of a model."""
+
+    kind = "map of motions"
+    is_interactive = True
+
+    @property
+    def title(self) -> str:
+        return self.result.model.name or "Driveline"
+
+    @property
+    def sentence(self) -> str:
+        across, up = measures_of(self.result)
+        shares = {code: self._share(code) for code in (MUST, BESIDE, QUIET, MISSING)}
+        missing = f" In {shares[MISSING]} a motion is missing." if self._counts[MISSING] else ""
+        return (
+            f"Over {across.words} and {up.words} rattle exists and must in {shares[MUST]} of the plane, beside a quiet "
+            f"motion in {shares[BESIDE]}; in {shares[QUIET]} none was found, and the sum of signs agrees.{missing}"
+        )
+
+    @cached_property
+    def _counts(self) -> dict[int, int]:
+        codes = self.result.data["code"].values
+        return {code: int(np.count_nonzero(codes == code)) for code in WORDS}
+
+    def _share(self, code: int) -> str:
+        return f"{numeral(100.0 * self._counts[code] / self.result.data['code'].size, 3)} %"
+
+    def sections(self) -> tuple[Section, ...]:
+        summary = Section("summary", "Summary", self.sentence, (_TRUST,), tables=(self._count_table(),))
+        curves = Section("curves", "Curves", tables=(self._border_table(), self._cusp_table()))
+        return summary, *figure_sections(self.figures()), curves, *notes_section(self.notes)
+
+    def figures(self) -> tuple[Chart, ...]:
+        return (map_chart(self.result),)
+
+    def answer(self) -> tuple[Table, ...]:
+        return self._count_table(), shortened(self._border_table()), shortened(self._cusp_table())
+
+    def _count_table(self) -> Table:
+        rows = tuple((words, f"{self._counts[code]}", self._share(code)) for code, words in WORDS.items())
+        return Table(("motions", "cells", "share"), tuple(row for row in rows if row[1] != "0"), title="What cells say")
+
+    def _border_table(self) -> Table:
+        across, up = measures_of(self.result)
+        low, high = self.result.second_range
+
+        def ends(border: Border, index: int) -> tuple[str, str]:
+            return (
+                numeral(border.value[index] * across.factor, 6),
+                numeral(border.second[index] * up.factor, 6),
+            )
+
+        rows = []
+        for border in self.result.borders:
+            is_open = [
+                words
+                for words, ends_there in (("below", border.ends_below), ("above", border.ends_above))
+                if ends_there
+            ]
+            rows.append((border.kind, border.clearance, *ends(border, 0), *ends(border, -1), " and ".join(is_open)))
+        head = (
+            "curve",
+            "clearance",
+            *(f"{end}: {measure.title}" for end in ("from", "to") for measure in (across, up)),
+            "ends inside the range",
+        )
+        note = f"Followed from the model's own {up.words} to both ends of its range, {numeral(low * up.factor)} and "
+        note += f"{numeral(high * up.factor)}. A fold ends inside it in a cusp; a grazing, where its motion is gone."
+        return Table(head, tuple(rows), frozenset({0, 1, 6}), "Folds and grazings", note)
+
+    def _cusp_table(self) -> Table:
+        across, up = measures_of(self.result)
+        titles = across.title, up.title
+        rows = tuple(
+            (
+                numeral(cusp.value * across.factor, 7),
+                numeral(cusp.second * up.factor, 7),
+                numeral(cusp.apart[0] * across.factor, 2),
+                numeral(cusp.apart[1] * up.factor, 2),
+            )
+            for cusp in self.result.cusps
+        )
+        head = (*titles, *(f"apart in {title}" for title in titles))
+        note = "In the middle between the last points of two folds, which are so far apart."
+        return Table(head, rows, frozenset(), "Cusps: two folds meet and end", note)
+
+    def content(self) -> dict[str, Any]:
+        motions = self.result
+        return {
+            "model": motions.model.name,
+            "path": motions.path,
+            "second": motions.second,
+            "range": list(motions.range),
+            "second_range": list(motions.second_range),
+            "cycles": motions.cycles,
+            "value": motions.value.tolist(),
+            "seconds": motions.seconds.tolist(),
+            "code": motions.data["code"].values.tolist(),
+            "meanings": list(WORDS.values()),
+            "counts": {words: self._counts[code] for code, words in WORDS.items()},
+            "borders": [
+                {
+                    "event": border.event,
+                    "kind": border.kind,
+                    "clearance": border.clearance,
+                    "value": border.value.tolist(),
+                    "second": border.second.tolist(),
+                }
+                for border in motions.borders
+            ],
+            "cusps": [{"value": cusp.value, "second": cusp.second} for cusp in motions.cusps],
+        }
+
+    def numbers(self) -> xr.Dataset:
+        return self.result.data
+
+    def write(self, path: Path) -> None:
+        """Write a new file; as CSV a row for every cell."""
+        if path.suffix == ".csv":
+            data = self.result.data
+            write_csv(data.drop_vars([name for name in data.data_vars if str(name).startswith("border_")]), path)
+        else:
+            super().write(path)

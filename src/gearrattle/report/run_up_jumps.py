@@ -1,0 +1,110 @@
+"""Jumps of a run-up and a run-down beside the folds of the branches, as a result.
+
+Takes RunUpJumps; gives their presentation.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, cast
+
+from gearrattle.json_types import json_value
+from gearrattle.orbits import Branch, RunUpJumps
+from gearrattle.orbits.run_ups import Jump
+from gearrattle.report.plots.axis_names import Measure
+from gearrattle.report.plots.branches import measure
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.numerals import numeral, quantity
+from gearrattle.report.plots.run_up_jumps import run_up_chart
+from gearrattle.report.presentation import ModelPresentation
+from gearrattle.report.tables import Table
+from gearrattle.wording import listed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_NOTE = (
+    "A run jumps where the peak-to-peak deflection of a period passes the middle between that of the motion that has "
+    "ended, at its fold, and that of the stable motion that goes on. The slower the run, the nearer to the fold it "
+    "jumps: at a smooth fold the delay falls with the rate to the power 2/3."
+)
+
+
+class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
+    """Jumps of a run-up and a run-down."""
+
+    kind = "jumps of run-ups"
+    is_interactive = True
+
+    @property
+    def title(self) -> str:
+        return self.result.model.name or "Driveline"
+
+    @property
+    def sentence(self) -> str:
+        rate = quantity(self.result.rate, self._unit("rad/s²"))
+        seen = [jump for jump in self.result.jumps if not jump.words]
+        if not seen:
+            return f"No run at the rate {rate} jumps over a fold of the branches."
+        parts = [
+            f"{'up' if jump.upward else 'down'} at {self._shown.with_unit(jump.value, 6)}, "
+            f"{quantity(jump.delay, self._unit('rad/s'), 3)} or {numeral(jump.periods, 3)} T behind the fold"
+            for jump in seen
+        ]
+        return f"At the rate {rate} the motion jumps {listed(parts)}."
+
+    @property
+    def _shown(self) -> Measure:
+        return measure(cast(Branch, self.result.branch))
+
+    def _unit(self, unit: str) -> str:
+        return unit if self.result.model.units == "SI" else ""
+
+    def figures(self) -> tuple[Chart, ...]:
+        return (run_up_chart(self.result),) if self.result.envelopes else ()
+
+    def answer(self) -> tuple[Table, ...]:
+        speed, shown = self._unit("rad/s"), self._shown
+        unit = f" [{shown.unit}]" if shown.unit else ""
+        head = (
+            "going",
+            f"fold at{unit}",
+            f"jumps at{unit}",
+            f"delay{f' [{speed}]' if speed else ''}",
+            "delay [T]",
+            "decided by",
+            "",
+        )
+        rows = tuple(self._row(jump) for jump in self.result.jumps)
+        return (Table(head, rows, frozenset({0, 5, 6}), "Jumps beside folds", _NOTE),)
+
+    def _row(self, jump: Jump) -> tuple[str, ...]:
+        factor = self._shown.factor
+        return (
+            "up" if jump.upward else "down",
+            numeral(jump.fold * factor, 8),
+            numeral(jump.value * factor, 6),
+            numeral(jump.delay, 4),
+            numeral(jump.periods, 4),
+            jump.clearance,
+            jump.words,
+        )
+
+    def content(self) -> dict[str, Any]:
+        jumps = self.result
+        keys = {"fold": "fold", "value": "jump", "delay": "delay", "periods": "periods", "clearance": "clearance"}
+        return {
+            "model": jumps.model.name,
+            "path": jumps.branch.path,
+            "rate": jumps.rate,
+            "jumps": [
+                {
+                    "going": "up" if jump.upward else "down",
+                    **{key: json_value(getattr(jump, name)) for name, key in keys.items()},
+                    "why_none": jump.words,
+                }
+                for jump in jumps.jumps
+            ],
+        }
+
+    def numbers(self) -> xr.Dataset:
+        return self.result.data

@@ -1,0 +1,163 @@
+"""The map over two values: its cells against a search for all motions, its borders against the events' curves."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import gearrattle as gr
+from gearrattle.errors import Cancelled
+from gearrattle.orbits import MotionMap
+from gearrattle.orbits.borders import Border, cusps_of
+from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, Cell
+from gearrattle.report.kinds import presentation_of
+from tests.orbits.test_branch import over_frequency
+
+MEAN = "torque.0.mean"
+
+
+@cache
+def over_load() -> MotionMap:
+    """The backlash oscillator over frequency and load, its cusp at the load 0.4 inside."""
+    return over_frequency().map(MEAN, (0.06, 0.46), across=26, up=8)
+
+
+def test_cells_hold_what_a_search_for_all_motions_finds() -> None:
+    """Five random cells, and the one of most motions."""
+    motions = over_load()
+    counts = motions.data["quiet"] + motions.data["rattling"] + motions.data["unstable"]
+    most = np.unravel_index(int(np.argmax(counts.values)), counts.shape)
+    drawn = np.random.default_rng(5).integers((0, 0), counts.shape, (5, 2))
+    for j, i in [*drawn.tolist(), [int(k) for k in most]]:
+        values = {motions.path: float(motions.value[i]), MEAN: float(motions.seconds[j])}
+        orbits = gr.periodic(motions.model.with_(values), every=True)
+        stable = [orbit.verdict.verdict == "quiet" for orbit in orbits if orbit.stable]
+        assert motions.cells[j][i][:3] == (sum(stable), len(stable) - sum(stable), len(orbits) - len(stable)), values
+    assert int(counts.values[most]) == 3
+
+
+def test_codes_change_where_the_borders_run() -> None:
+    """Between both folds, which bound where three motions are, each row has unstable motions and elsewhere none."""
+    motions = over_load()
+    folds = [border for border in motions.borders if border.kind == "fold"]
+    assert len(folds) == 2
+    for j, second in enumerate(motions.seconds):
+        between = np.zeros(len(motions.value), dtype=bool)
+        if second < motions.cusps[0].second:
+            low, high = sorted(float(np.interp(second, fold.second, fold.value)) for fold in folds)
+            between = (motions.value > low) & (motions.value < high)
+        unstable = np.array([cell.unstable for cell in motions.cells[j]])
+        np.testing.assert_array_equal(unstable > 0, between)
+
+
+def test_rattle_must_be_between_the_grazings_of_the_closed_form() -> None:
+    """In contact the swing is 0.05 W^2 / |1 - W^2 + 0.1 i W|: a quiet motion is one that swings less than the load."""
+    motions = over_load()
+    w = motions.value
+    swing = 0.05 * w**2 / np.abs(1.0 - w**2 + 0.1j * w)
+    for j, second in enumerate(motions.seconds):
+        is_quiet = np.array([cell.quiet > 0 for cell in motions.cells[j]])
+        np.testing.assert_array_equal(is_quiet, swing < second)
+    assert set(np.unique(motions.data["code"].values)) == {QUIET, BESIDE, MUST}
+    assert np.all(motions.data["signs"].values == 1)
+
+
+def test_two_folds_end_in_a_cusp() -> None:
+    (cusp,) = over_load().cusps
+    ends = [
+        curve for border in over_load().borders if border.kind == "fold" for curve in [(border.value, border.second)]
+    ]
+    for value, second in ends:
+        assert (float(value[-1]), float(second[-1])) == pytest.approx((cusp.value, cusp.second), abs=1e-5)
+    assert max(cusp.apart) < 1e-5
+    inner = Border(0, "fold", "", np.array([0.0, 0.5]), np.array([1.0, 1.5]), False, True)
+    far = Border(1, "fold", "", np.array([0.0, 0.5]), np.array([2.0, 1.6]), False, True)
+    assert cusps_of([inner, far], (1.0, 1.0)) == []
+
+
+@pytest.mark.parametrize(
+    ("cell", "code"),
+    [
+        (Cell(1, 0, 0, 1, True), QUIET),
+        (Cell(1, 1, 1, 1, True), BESIDE),
+        (Cell(1, 1, 0, 2, True), BESIDE),
+        (Cell(0, 1, 0, 1, True), MUST),
+        (Cell(0, 0, 1, 1, True), NOTHING_STABLE),
+        (Cell(0, 0, 0, 0, True), MISSING),
+        (Cell(0, 1, 0, 2, True), MISSING),
+        (Cell(1, 0, 0, 2, True), MISSING),
+        (Cell(1, 0, 0, 1, False), NOT_COUNTED),
+        (Cell(0, 1, 0, 0, False), MUST),
+    ],
+)
+def test_what_a_cell_says(cell: Cell, code: int) -> None:
+    assert cell.code == code
+
+
+def test_a_saddle_without_its_neighbours_shows_that_motions_are_missing() -> None:
+    """Between the folds the branch of the saddle alone has the sum of signs -1."""
+    model = over_frequency().model.with_({"excitation.frequency": 0.75})
+    (saddle,) = (orbit for orbit in gr.periodic(model, every=True) if not orbit.stable)
+    alone = gr.continuation(model, "excitation.frequency", (0.75, 0.78), start=saddle)
+    motions = alone.map(MEAN, (0.099, 0.101), across=2, up=1)
+    assert [(cell.unstable, cell.signs, cell.code) for cell in motions.cells[0]] == 2 * [(1, -1, MISSING)]
+
+
+def test_isolated_branches_are_sought_on_request() -> None:
+    """The branch of the large motion alone does not reach an end of the range: it is found when it is sought."""
+    model = gr.example("rattle_oscillator")
+    quiet = gr.continuation(model, "torque.0.harmonics.0.amplitude", (3.8, 4.4), start="linear")
+    known, sought = (quiet.map(MEAN, (7.5, 7.6), across=2, up=1, isolated=flag) for flag in (False, True))
+    assert {cell.code for cell in known.cells[0]} == {QUIET}
+    assert {cell.code for cell in sought.cells[0]} == {BESIDE}
+
+
+def test_progress_grows_to_one_and_can_end_the_work() -> None:
+    branch = gr.continuation(
+        gr.example("rattle_oscillator"), "torque.0.harmonics.0.amplitude", (6.0, 6.3), start="linear"
+    )
+    shares: list[float] = []
+    branch.map(MEAN, (7.5, 7.6), across=2, up=3, progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+    def stop(share: float) -> None:
+        raise Cancelled(f"at {share}")
+
+    with pytest.raises(Cancelled):
+        branch.map(MEAN, (7.5, 7.6), across=2, up=3, progress=stop)
+
+
+@pytest.mark.parametrize(
+    ("second", "ends", "cells", "rule"),
+    [
+        ("torque.3.mean", (0.1, 0.2), {}, "torque.3"),
+        ("excitation.speed", (0.1, 0.2), {}, "is what the branch is followed over"),
+        (MEAN, (0.2, 0.3), {}, "must contain the model's own value"),
+        (MEAN, (0.1, 0.1), {}, "two different values"),
+        (MEAN, (0.05, 0.3), {"across": 0}, "across"),
+    ],
+)
+def test_bad_arguments_are_refused(second: str, ends: tuple[float, float], cells: dict[str, int], rule: str) -> None:
+    with pytest.raises(gr.ModelError, match=rule):
+        over_frequency().map(second, ends, **cells)
+
+
+def test_it_is_a_result_with_a_page_a_table_and_numbers(tmp_path: Path) -> None:
+    motions = over_load()
+    page = motions.save(tmp_path / "out").read_text(encoding="utf-8")
+    for words in ("rattle exists here and must", "none found, and the sum of signs agrees", "Cusps"):
+        assert words in page
+    motions.save(tmp_path / "map.csv")
+    table = pd.read_csv(tmp_path / "map.csv")
+    assert len(table) == motions.data["code"].size
+    (chart,) = presentation_of(motions).charts()
+    (panel,) = chart.panels
+    area = sum(float(np.sum((c.right - c.left) * (c.high - c.low))) for c in panel.cells)
+    assert area == pytest.approx((motions.range[1] - motions.range[0]) * 0.4)
+    content = presentation_of(motions).content()
+    assert sum(content["counts"].values()) == motions.data["code"].size

@@ -1,0 +1,120 @@
+"""Run-ups beside the folds: jumps behind them, and the law of their delay."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.orbits import Branch, Orbit
+
+SPEED = "excitation.speed"
+UP, DOWN = 0.828463984388, 0.708031618722
+"""Folds of examples/backlash_oscillator.toml, going up and going down."""
+
+
+@cache
+def over_speed() -> Branch:
+    return gr.continuation(gr.example("backlash_oscillator"), SPEED, (0.6, 0.9))
+
+
+@cache
+def down_from(speed: float) -> Branch:
+    """The branch of the large motion from a speed on, past the fold at which it ends, to the quiet motion."""
+    model = gr.example("backlash_oscillator").with_({SPEED: speed})
+    large: Orbit = gr.periodic(model, every=True)[-1]
+    assert large.stable
+    return gr.continuation(model, SPEED, (speed, 0.69), start=large, isolated=True)
+
+
+def test_it_jumps_behind_both_folds() -> None:
+    runs = over_speed().run_up(1e-4)
+    assert [(jump.upward, jump.clearance, jump.words) for jump in runs.jumps] == [
+        (True, "mesh", ""),
+        (False, "mesh", ""),
+    ]
+    up, down = runs.jumps
+    assert (up.fold, down.fold) == pytest.approx((UP, DOWN), abs=1e-11)
+    assert up.value > UP
+    assert down.value < DOWN
+    assert (up.delay, down.delay) == pytest.approx((up.value - UP, DOWN - down.value), rel=1e-9)
+
+
+def test_the_delay_in_periods_is_the_phase_between_fold_and_jump() -> None:
+    rate = 1e-4
+    for jump in over_speed().run_up(rate).jumps:
+        turned = abs(jump.value**2 - jump.fold**2) / (2.0 * rate) / (2.0 * np.pi)
+        assert jump.periods == pytest.approx(turned, rel=1e-9)
+
+
+def test_a_jump_is_where_the_swing_passes_the_middle() -> None:
+    """The swing before and after a jump lies on both sides of the middle, and the jump between both periods."""
+    runs = over_speed().run_up(2e-4)
+    data = over_speed().data
+    for jump, run in zip(runs.jumps, runs.envelopes, strict=True):
+        at = int(np.argmin(np.abs(run.value - jump.value)))
+        before, after = run.peak_to_peak[at - 12, 0], run.peak_to_peak[at + 12, 0]
+        assert (after > before) == jump.upward
+        settled = int(np.argmin(np.abs(data["value"].values - run.value[-1]) + ~data["stable"].values))
+        assert run.peak_to_peak[-2, 0] == pytest.approx(float(data["peak_to_peak"][settled, 0]), rel=0.05)
+
+
+def test_slow_runs_follow_the_stable_motion() -> None:
+    (up, _) = over_speed().run_up(2e-5).envelopes
+    data = over_speed().data.isel(point=slice(0, 12))
+    values = data["value"].values
+    expected = np.interp(values[2:10], up.value, up.peak_to_peak[:, 0])
+    np.testing.assert_allclose(expected, data["peak_to_peak"].values[2:10, 0], rtol=2e-3)
+
+
+def test_the_delay_falls_with_the_rate_to_the_power_two_thirds() -> None:
+    """The fold of the large motion is smooth: over a factor 64 the exponent is 2/3 (Jung et al. 1990)."""
+    rates = 6.4e-5 / 4.0 ** np.arange(4)
+    delays = np.array([down_from(0.72).run_up(float(rate)).jumps[-1].delay for rate in rates])
+    exponents = np.log(delays[:-1] / delays[1:]) / np.log(4.0)
+    assert np.all(np.diff(delays) < 0.0)
+    assert np.log(delays[0] / delays[-1]) / np.log(64.0) == pytest.approx(2.0 / 3.0, abs=0.02)
+    assert abs(exponents[-1] - 2.0 / 3.0) < abs(exponents[0] - 2.0 / 3.0)
+
+
+def test_the_reasons_why_there_is_no_jump() -> None:
+    (_, down) = over_speed().run_up(0.02).jumps
+    assert np.isnan(down.value)
+    assert "ends before it jumps" in down.words
+    alone = gr.continuation(over_speed().model, SPEED, (0.8, 0.86), start="linear").run_up(1e-3)
+    assert [jump.words for jump in alone.jumps] == ["no other stable motion is known at the fold"]
+    assert alone.notes == ("No stable motion is known at excitation.speed = 0.86: no run begins there.",)
+    assert "No run at the rate 0.001 jumps" in alone.sentence
+
+
+def test_rates_with_units() -> None:
+    model = gr.example("case1")
+    branch = gr.continuation(model, SPEED, ("1432 rpm", "1431 rpm"))
+    runs = branch.run_up("10 rpm/s")
+    assert runs.rate == pytest.approx(np.pi / 3.0)
+    assert runs.jumps == ()
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), "1 rpm/s", "fast", True])
+def test_bad_rates_are_refused(rate: float | str) -> None:
+    """The oscillator is dimensionless: its rates have no unit."""
+    with pytest.raises(gr.ModelError, match="rate"):
+        over_speed().run_up(rate)
+
+
+def test_other_branches_have_no_run_up() -> None:
+    branch = gr.continuation(gr.example("backlash_oscillator"), "torque.0.mean", (0.1, 0.11))
+    with pytest.raises(gr.ModelError, match=r"a run-up changes excitation\.speed"):
+        branch.run_up(1e-3)
+
+
+def test_it_is_a_result_with_a_page_a_table_and_numbers(tmp_path: Path) -> None:
+    runs = over_speed().run_up(1e-3)
+    page = runs.save(tmp_path / "out").read_text(encoding="utf-8")
+    assert "Jumps beside folds" in page
+    assert "Run-up and run-down" in page
+    runs.save(tmp_path / "runs.nc")
+    assert runs.data["fold"].values == pytest.approx([UP, DOWN], abs=1e-11)
