@@ -121,7 +121,7 @@ class EventLog:
         (E,) signed deflection rate at the crossing [rad/s or m/s].
     force_integral
         (E,) integral of the element's force from t = 0 to the crossing [N m s or N s]; a contact
-        impulse is the difference between its end and its begin. NaN where a solver does not supply it.
+        impulse is the difference between its end and its start. NaN where a solver does not supply it.
     """
 
     time: Array

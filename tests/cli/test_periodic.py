@@ -29,7 +29,7 @@ def test_one_motion(capsys: pytest.CaptureFixture[str]) -> None:
     assert printed.startswith("A stable motion that repeats after 1 T (1): no rattle; the largest multiplier has")
     assert printed.splitlines()[-1] == "page: out/report.html"
     page = Path("out/report.html").read_text(encoding="utf-8")
-    for words in ("Phase plane", "Multipliers", "State at the begin of a period", "halved after"):
+    for words in ("Phase plane", "Multipliers", "State at the start of a period", "halved after"):
         assert words in page
 
 

@@ -70,7 +70,7 @@ def test_tables_hold_multipliers_impacts_and_state(orbit: Orbit) -> None:
     assert tables["Multipliers"].rows[0] == ("0.740818", f"{argument:.4g}°", f"halved after {half:.3g} T")
     assert [row[2] for row in tables["Impacts in their order"].rows] == [side for _, side in orbit.pattern]
     assert np.all(np.diff(impacts_of(orbit).time) > 0.0)
-    assert float(tables["State at the begin of a period"].rows[0][1].replace("−", "-")) == pytest.approx(
+    assert float(tables["State at the start of a period"].rows[0][1].replace("−", "-")) == pytest.approx(
         orbit.state["angle"][0], rel=1e-7
     )
 

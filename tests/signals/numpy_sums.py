@@ -118,7 +118,7 @@ def _nothing(layout: Layout, corners: int) -> dict[str, Array]:
 
 
 def _add_ends(sums: dict[str, Array], clearance: IntArray, met: Array, ends: tuple[Array, Array]) -> None:
-    """Add contacts that have ended: their speeds at the begin, and (rates, contact impulses) at the end."""
+    """Add contacts that have ended: their speeds at the start, and (rates, contact impulses) at the end."""
     left, push = np.abs(ends[0]), np.abs(ends[1])
     np.add.at(sums["left"], clearance, left)
     np.maximum.at(sums["top_change"], clearance, met + left)

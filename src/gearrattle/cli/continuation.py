@@ -55,7 +55,7 @@ def continue_(
     step_limit
         Largest change of the value between two points, e.g. "10 rpm".
     isolated
-        Look for branches as well that do not hang together with the first.
+        Look for branches as well that are not connected to the first.
     second
         Path of a second value, such as torque.0.mean: a map over both values says where rattle must be, where it exists
         beside a quiet motion, and where none is found.

@@ -140,7 +140,7 @@ class AccelerationSpectrum(Quantity[Sums]):
 def add_spectra(trajectory: Trajectory, before: State | None) -> State:
     """Return the sum "spectra" over a chunk and all before it.
 
-    gram, moments: see ``order_sums``; density (f, n), segments: sum over segments; rest (samples, n): begin of the
+    gram, moments: see ``order_sums``; density (f, n), segments: sum over segments; rest (samples, n): start of the
     segments that wait for more; last (samples, n): as many last cycles as the longest chunk has.
     """
     window = steady(trajectory)

@@ -105,7 +105,7 @@ def impacts_table(orbit: Orbit) -> Table:
 
 
 def state_table(orbit: Orbit) -> Table:
-    """Return angles and velocities at the begin of a period."""
+    """Return angles and velocities at the start of a period."""
     names = [inertia.name for inertia in orbit.model.inertias]
     rows = tuple(
         (name, numeral(angle, 8), numeral(velocity, 8))
@@ -118,7 +118,7 @@ def state_table(orbit: Orbit) -> Table:
         else ("inertia", "angle", "velocity")
     )
     note = "At t = 0. A model file saved from this result (.toml) begins its simulation here."
-    return Table(head, rows, frozenset({0}), "State at the begin of a period", note)
+    return Table(head, rows, frozenset({0}), "State at the start of a period", note)
 
 
 def swing(orbit: Orbit, clearance: int) -> float:

@@ -154,7 +154,7 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
         impacts = counted(len(orbit.pattern), "impact") if orbit.pattern else "No impact"
         return (
             f"{orbit.verdict.sentence} {impacts} in {orbit.cycles} T. The end of the motion differs "
-            f"from its begin by {_number(orbit.residual)} of the largest corner or of the size of the state."
+            f"from its start by {_number(orbit.residual)} of the largest corner or of the size of the state."
         )
 
     def _histories(self) -> tuple[Section, ...]:
@@ -202,7 +202,7 @@ class PeriodicMotionsPage(Presentation[PeriodicMotions]):
             Table(t.head, t.rows, t.words, f"Motion {number}")
             for number, t in enumerate((state_table(orbit) for orbit in orbits), 1)
         )
-        state = Section("states", "States at the begin of a period", tables=states, in_columns=True)
+        state = Section("states", "States at the start of a period", tables=states, in_columns=True)
         return first, *figures, state, *notes_section(self.notes)
 
     def answer(self) -> tuple[Table, ...]:

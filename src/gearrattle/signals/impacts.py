@@ -39,7 +39,7 @@ class Impacts:
     Attributes
     ----------
     time
-        (I,) begin of the contact [s].
+        (I,) start of the contact [s].
     clearance
         (I,) index into ``Layout.clearance``.
     region

@@ -12,7 +12,7 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
     """The model with every simulation setting filled in and checked.
 
     ``cycles`` given without ``discard`` at the same level (call or file) keeps at most half of it for settling:
-    discard = min(discard, cycles // 2). A sweep of the speed is followed to its end and judged from its begin.
+    discard = min(discard, cycles // 2). A sweep of the speed is followed to its end and judged from its start.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ def test_the_interpolant_of_a_cubic_is_the_cubic(x: float) -> None:
 
 @pytest.mark.parametrize("seed", range(20))
 def test_an_exit_lies_in_its_bracket(seed: int) -> None:
-    """A cubic gap, positive at the begin: the first eighth at whose end it is negative."""
+    """A cubic gap, positive at the start: the first eighth at whose end it is negative."""
     rng = np.random.default_rng(seed)
     gap = np.polynomial.Polynomial([rng.uniform(0.1, 1.0), *rng.normal(size=3)])
     rate, h, bracket = gap.deriv(), 1.0, np.empty(2)

@@ -92,7 +92,7 @@ def modes(system: PiecewiseSystem, stiffness: Array, damping: Array) -> ModalDat
 
 
 def _train(rigid: Array, factor: Array) -> tuple[Array, Array, Array]:
-    """Solve bodies that hang together.
+    """Solve bodies that are connected.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def _train(rigid: Array, factor: Array) -> tuple[Array, Array, Array]:
 
 
 def _trains(rows: Array) -> list[IntArray]:
-    """Indices of the bodies that hang together by these rows, each ascending, by their first body."""
+    """Indices of the bodies that are connected by these rows, each ascending, by their first body."""
     label = np.arange(rows.shape[1])
     ends = [np.flatnonzero(row) for row in rows]
     for pair in ends:

@@ -82,7 +82,7 @@ def error_of(control, y, after, error):
 
 @kernel
 def runge_kutta(field, method, held, t, h, y, buffers, after):
-    """Take one step; buffers.stages[0] holds the slope at its begin, buffers.error receives the error estimate."""
+    """Take one step; buffers.stages[0] holds the slope at its start, buffers.error receives the error estimate."""
     stages, size = method.b.size, y.size
     slopes, trial, at = buffers.stages, buffers.trial, buffers.at
     for s in range(1, stages):

@@ -28,7 +28,7 @@ class Inputs(NamedTuple):
     steps: Vector  # (levels,) see ``step_of``
     knot_cycle: Vector  # (G,) begins of the signals' intervals, whole periods
     knot_fraction: Vector  # (G,) the rest
-    chains: Array3  # (G, channels, D + 1, and zeros of as many strips) at the begin of every interval
+    chains: Array3  # (G, channels, D + 1, and zeros of as many strips) at the start of every interval
     fourth: Matrix  # (G, Q) bounds on their fourth derivatives, all through every interval
     pace: float  # of the chains
     links: int  # D + 1, entries a channel has

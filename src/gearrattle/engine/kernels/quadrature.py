@@ -25,13 +25,13 @@ class Powers(NamedTuple):
 
     step: Matrix  # (2, regions) their lengths, in periods
     advance: Array4  # (2 regions, strips, Z, 4) increments of z over a short, over a long step
-    seen: Array4  # (R regions, strips, Z, 4) the forms at every node of a full step, of z at its begin
+    seen: Array4  # (R regions, strips, Z, 4) the forms at every node of a full step, of z at its start
     generator: Array4  # (regions, strips, Z, 4) rates of z
     forms: Array4  # (regions, strips, Z, 4) rows over z whose products are powers
     pairs: IntMatrix  # (P, 3) two forms, and the sum that their product goes to
     known: Matrix  # (regions, S) memories on entering, scaled; NaN where they go on
     first_memory: int  # where they stand in z
-    chains: Matrix  # (G, Q) chains of signals at the begin of every interval; they stand last in z
+    chains: Matrix  # (G, Q) chains of signals at the start of every interval; they stand last in z
     nodes: IntVector  # (3,) where those of a short, of a long step begin, and how many there are
     abscissas: Vector  # (R,) in 0 ... 1
     weights: Vector  # (R,)

@@ -118,7 +118,7 @@ def _log(stepper, begin, time, k, piece, up, rate, integral):
 def _exit(h, gap, closing, end, end_rate, bracket):
     """Bracket the first exit of a gap over a step as far as its cubic tells; gap, rate at both ends.
 
-    A gap that is not positive at the begin (the motion sits on the corner) must open before it can close.
+    A gap that is not positive at the start (the motion sits on the corner) must open before it can close.
 
     Returns
     -------

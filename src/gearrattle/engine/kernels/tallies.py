@@ -111,7 +111,7 @@ def _larger(a, b):
 
 @strict
 def _end(out, v, k, met, left, push, held):
-    """Add a contact that has ended: its speeds at begin and end, its contact impulse, its length."""
+    """Add a contact that has ended: its speeds at start and end, its contact impulse, its length."""
     out.left[v, k] += left
     out.top_change[v, k] = _larger(out.top_change[v, k], met + left)
     out.push[v, k] += push
@@ -179,7 +179,7 @@ def add_crossings(judged, crossings, window, initial, final, fresh, v, out):
     window
         begin and end of the part of the chunk that counts [s], both included.
     initial
-        (K,) pieces at the begin of the chunk.
+        (K,) pieces at the start of the chunk.
     final
         (K,) force integrals at its end.
     fresh

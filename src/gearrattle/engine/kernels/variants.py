@@ -109,8 +109,8 @@ class Tallies(NamedTuple):
     flank: Matrix  # (K,) of the last contact: 1 drive, -1 coast, 0 none yet
     final: Matrix  # (K,) force integral at the end
     open: Matrix  # (corners,) 1 where a contact has not ended
-    begun: Matrix  # (corners,) the force integral at its begin
-    met: Matrix  # (corners,) the speed at its begin
+    begun: Matrix  # (corners,) the force integral at its start
+    met: Matrix  # (corners,) the speed at its start
     since: Matrix  # (corners,) when it began [s]
     crossings: Matrix  # (1,) crossings in the window
     calls: Matrix  # (1,) function calls of the algorithm

@@ -47,7 +47,7 @@ def gradient_segments(tables, generators, steps, fine, order, path, durations, k
     rows
         (K, N) deflections by state.
     out
-        (segments, N, N) results; segment i maps perturbations at its begin to its end.
+        (segments, N, N) results; segment i maps perturbations at its start to its end.
     """
     size = rows.shape[1]
     segment = 0

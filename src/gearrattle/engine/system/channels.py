@@ -58,7 +58,7 @@ class Channel:
         return Channel(knots - begin, self.on(knots))
 
     def integral(self, value: float = 0.0) -> Channel:
-        """The channel of which this one is the derivative, continuous, from a value at its begin on."""
+        """The channel of which this one is the derivative, continuous, from a value at its start on."""
         powers = np.arange(1, self.coefficients.shape[1] + 1)
         inner = self.coefficients / powers
         length = np.diff(self.knots)[:, None] ** powers

@@ -54,7 +54,7 @@ class Signals:
     knots
         (G + 1,) ascending times [s] from 0 to no less than the end of the run.
     coefficients
-        (G, C, D + 1) a, of ascending powers of the time since its begin [SI].
+        (G, C, D + 1) a, of ascending powers of the time since its start [SI].
     torque
         (n, C) A, torque on every inertia for a unit of every channel.
     error
@@ -130,7 +130,7 @@ class Signals:
 
 
 def _taylor(links: int, order: int) -> Array:
-    """(k, i j) r_(order + j) at the middle of every part i of an interval, as a sum of r_k at its begin."""
+    """(k, i j) r_(order + j) at the middle of every part i of an interval, as a sum of r_k at its start."""
     out = np.zeros((links, _POINTS, links - order))
     for i in range(_POINTS):
         for j in range(links - order):

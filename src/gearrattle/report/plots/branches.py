@@ -136,7 +136,7 @@ class _Drawing:
 
 
 def _parts(x: Array, y: Array, chosen: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """The chosen steps of a curve, with the pen lifted between those that do not hang together."""
+    """The chosen steps of a curve, with the pen lifted between those that are not connected."""
     across, up = [], []
     for i in np.flatnonzero(chosen).tolist():
         if i == 0 or not chosen[i - 1]:

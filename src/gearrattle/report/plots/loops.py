@@ -1,6 +1,6 @@
 """Closed loops in phase planes: motions that repeat, one or several in a panel.
 
-Dots on a loop stand at the begin of each of its periods T.
+Dots on a loop stand at the start of each of its periods T.
 
 Takes runs over whole periods; gives Panels.
 """
@@ -20,7 +20,7 @@ from gearrattle.report.plots.view import scale
 from gearrattle.results import Run
 from gearrattle.trajectory import Array
 
-BEGIN = Key("begin of a period T", INK, "circle")
+START = Key("start of a period T", INK, "circle")
 _MOST_POINTS = 4000
 
 
@@ -64,7 +64,7 @@ def phase_panel(loops: Sequence[Loop], clearance: int, title: str, limits: Seque
             Line(
                 x[begins] * across.factor,
                 y[begins] * up.factor,
-                f"{loop.name}: begin of a period",
+                f"{loop.name}: start of a period",
                 loop.colour,
                 "points",
                 6.0,
