@@ -118,4 +118,5 @@ def test_what_contains_a_path_has_a_label_too(file: Path) -> None:
 
 def test_one_sine_is_called_by_its_order() -> None:
     model = gr.example("planetary_set")
-    assert path_label("planetary.set.transmission_error.sun.0", model).words.startswith("transmission error of planetary")
+    words = path_label("planetary.set.transmission_error.sun.0", model).words
+    assert words.startswith("transmission error of planetary")

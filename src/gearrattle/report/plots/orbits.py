@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from gearrattle.orbits import Orbit
 from gearrattle.report.plots.chart import Chart, Key, Line
 from gearrattle.report.plots.corners import SIDES
-from gearrattle.report.plots.loops import BEGIN, Loop, phase_panel
+from gearrattle.report.plots.loops import START, Loop, phase_panel
 from gearrattle.report.plots.palette import ACCENT, COAST, COLOURS, INK
 from gearrattle.report.plots.unit_circle import outside_words, unit_circle
 from gearrattle.wording import counted
@@ -38,7 +38,7 @@ def phase_chart(orbit: Orbit) -> Chart:
         columns=min(3, max(1, len(panels))),
         panel_height=260,
         share_x=False,
-        legend=(*SIDES, BEGIN),
+        legend=(*SIDES, START),
     )
 
 
@@ -62,7 +62,7 @@ def overlaid_chart(orbits: Sequence[tuple[str, Orbit]]) -> Chart:
         columns=min(2, max(1, len(panels))),
         panel_height=340,
         share_x=False,
-        legend=(*(Key(loop.name, loop.colour, dash=loop.dash) for loop in loops), BEGIN),
+        legend=(*(Key(loop.name, loop.colour, dash=loop.dash) for loop in loops), START),
     )
 
 
@@ -120,7 +120,7 @@ def selected_charts(orbits: Sequence[tuple[str, Orbit]]) -> list[Chart]:
             columns=min(3, len(loops)),
             panel_height=200,
             share_x=False,
-            legend=(*SIDES, STABLE, UNSTABLE, BEGIN),
+            legend=(*SIDES, STABLE, UNSTABLE, START),
             group="motions",
             tab=name,
         )
