@@ -40,7 +40,10 @@ _COUNTED = ("crossings per cycle", "function calls")
 
 def can_batch(outputs: Outputs, plan: Plan) -> bool:
     """Whether the loop gives these outputs of such cases: of a plain grid, whose paths tell all of a case."""
-    of_events = all(output.criterion in CROSSING_CRITERIA or output.name in _COUNTED for output in outputs.chosen)
+    of_events = all(
+        (output.criterion in CROSSING_CRITERIA or output.name in _COUNTED) and not output.over_all
+        for output in outputs.chosen
+    )
     is_exact = plan.model.simulation.algorithm == "exact"
     is_grid = outputs.function is None and type(plan) is Plan
     return of_events and is_grid and is_exact and has_loop(assemble(plan.model).system)

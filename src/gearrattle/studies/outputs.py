@@ -2,7 +2,8 @@
 
 Every quantity of every criterion and metric is one, by its name in their entries ("impacts per cycle", "TR rms",
 "separation margin"), so that a new one brings its outputs with it; further whole-run figures stand in ``RUN_OUTPUTS``.
-Words are kept as codes: their place in ``flag_meanings``. A function of the user's adds numbers of its own.
+Words are kept as codes: their place in ``flag_meanings``. "... over all stable motions" (``stable_motions``) is the
+largest value that any motion of the case has. A function of the user's adds numbers of its own.
 
 Takes Runs; gives arrays by name.
 """
@@ -21,12 +22,14 @@ from numpy.typing import NDArray
 from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
+from gearrattle.orbits.state import check_repeats
 from gearrattle.quantities import CRITERIA, METRICS, WITHOUT_DIMENSION, Inputs, Quantity, Row, add, rows_of
 from gearrattle.quantities.criteria import criteria
 from gearrattle.quantities.metrics import inputs_of
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
 from gearrattle.simulation.simulate import simulate
+from gearrattle.studies.stable_motions import COUNT, OVER_ALL, SWING, values_over_all
 
 VERDICT, _REGIME = "verdict", "regime"
 REGIMES = ("quiet", "single-sided", "double-sided")
@@ -85,6 +88,8 @@ class Output:
         what such a motion lacks ("no impact"); empty for what every motion has.
     error
         of sampling, in words; empty where it is not known what the value comes from.
+    over_all
+        whether it is the largest value over all stable motions of a case (``stable_motions``).
     """
 
     name: str
@@ -98,6 +103,7 @@ class Output:
     absent: float = float("nan")
     lacking: str = ""
     error: str = ""
+    over_all: bool = False
 
     @property
     def applies_to(self) -> tuple[Any, ...]:
@@ -110,9 +116,14 @@ class Output:
         return "int8" if self.words else "float64"
 
     @property
+    def base(self) -> str:
+        """The output that it is the largest value of, over all stable motions; its own name where it is not."""
+        return self.name.removesuffix(OVER_ALL)
+
+    @property
     def quantity(self) -> str:
         """What its criterion calls it."""
-        return _REGIME if self.name == VERDICT else self.name
+        return _REGIME if self.base == VERDICT else self.base
 
     @property
     def nothing(self) -> float:
@@ -165,33 +176,42 @@ class Outputs:
 
     def of(self, run: Run) -> dict[str, NDArray[Any]]:
         """Return every output of one run, (subjects,) or ()."""
-        values: dict[str, NDArray[Any]] = {}
-        needed = {output.criterion for output in self.chosen}
-        quantities = {output.quantity for output in self.chosen}
-        needed_criteria = [criterion for criterion in CRITERIA if criterion.name in needed]
-        sums = add(run.trajectory, None, needed_criteria)
-        rows = [row for criterion in needed_criteria for row in criterion.rows(sums)]
-        rows += _measured(run, [metric for metric in METRICS if metric.name in needed], quantities)
-        for output in self.chosen:
-            if output.name in RUN_OUTPUTS:
-                values[output.name] = np.array(RUN_OUTPUTS[output.name][0](run))
-                continue
-            wanted = (output.criterion, output.quantity)
-            entries = {row.subject: row for row in rows if (row.name, row.quantity) == wanted}
-            if not output.dimension and output.name != VERDICT:  # of the whole driveline
-                values[output.name] = np.array(next((float(e.value) for e in entries.values()), output.absent))
-            elif output.name == VERDICT:  # the worst of the parts that rattle
-                gaps = gap_names(run.trajectory.layout)
-                codes = [output.words.index(str(entry.value)) for part, entry in entries.items() if part in gaps]
-                values[VERDICT] = np.array(max(codes, default=0), dtype=np.int8)
-            else:
-                values[output.name] = _values(output, entries)
+        over_all = [output for output in self.chosen if output.over_all]
+        values = _values_of(tuple(output for output in self.chosen if not output.over_all), run)
+        if over_all:
+            values |= values_over_all(over_all, run, _values_of)
         if self.function is not None:
             values |= {name: np.array(float(value)) for name, value in _called(self.function, run).items()}
             missing = [name for name in self.function_names if name not in values]
             if missing:
                 raise GearRattleError(f"the function did not return {missing[0]}, as it did for the first case")
         return {output.name: values[output.name] for output in self.all}
+
+
+def _values_of(outputs: Sequence[Output], run: Run) -> dict[str, NDArray[Any]]:
+    """Every output of criteria, metrics and whole runs, (subjects,) or ()."""
+    values: dict[str, NDArray[Any]] = {}
+    needed = {output.criterion for output in outputs}
+    quantities = {output.quantity for output in outputs}
+    needed_criteria = [criterion for criterion in CRITERIA if criterion.name in needed]
+    sums = add(run.trajectory, None, needed_criteria)
+    rows = [row for criterion in needed_criteria for row in criterion.rows(sums)]
+    rows += _measured(run, [metric for metric in METRICS if metric.name in needed], quantities)
+    for output in outputs:
+        if output.name in RUN_OUTPUTS:
+            values[output.name] = np.array(RUN_OUTPUTS[output.name][0](run))
+            continue
+        wanted = (output.criterion, output.quantity)
+        entries = {row.subject: row for row in rows if (row.name, row.quantity) == wanted}
+        if not output.dimension and output.name != VERDICT:  # of the whole driveline
+            values[output.name] = np.array(next((float(e.value) for e in entries.values()), output.absent))
+        elif output.name == VERDICT:  # the worst of the parts that rattle
+            gaps = gap_names(run.trajectory.layout)
+            codes = [output.words.index(str(entry.value)) for part, entry in entries.items() if part in gaps]
+            values[VERDICT] = np.array(max(codes, default=0), dtype=np.int8)
+        else:
+            values[output.name] = _values(output, entries)
+    return values
 
 
 def _measured(run: Run, metrics: Sequence[Quantity[Inputs]], quantities: Collection[str] | None = None) -> list[Row]:
@@ -279,6 +299,11 @@ def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
     runs
         one of every structure that its cases have (``structures.structures_of``), however short.
     """
+    bases = [name.removesuffix(OVER_ALL) for name in names]
+    if any(base != name or name == COUNT for base, name in zip(bases, names, strict=True)):
+        check_repeats(runs[0].model)
+        plain = [base for base, name in zip(bases, names, strict=True) if name not in (COUNT, SWING)]
+        return _with_largest(_known(plain, runs), runs)
     model = runs[0].model
     known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, _REGIME)}
     known |= {name: Output(name, "", (), (unit_in(model, unit),)) for name, (_, unit) in RUN_OUTPUTS.items()}
@@ -293,11 +318,23 @@ def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
     return known
 
 
+def _with_largest(known: Mapping[str, Output], runs: Sequence[Run]) -> dict[str, Output]:
+    """Outputs, and the largest value of each over all stable motions."""
+    layout, model = runs[0].trajectory.layout, runs[0].model
+    largest = {
+        f"{name}{OVER_ALL}": replace(output, name=f"{name}{OVER_ALL}", over_all=True) for name, output in known.items()
+    }
+    units = tuple(unit_in(model, "m" if layout.is_mesh[k] else "rad") for k in layout.clearance)
+    swing = Output(SWING, "part", layout.clearance_names, units, over_all=True)
+    return {**known, **largest, SWING: swing, COUNT: Output(COUNT, "", (), ("1",), over_all=True)}
+
+
 def _refuse_unknown(names: Sequence[str], known: Sequence[str], runs: Sequence[Run]) -> None:
     """Refuse every name that is none of the known ones."""
     has_clearance = any(run.trajectory.layout.clearance_names for run in runs)
     rule = f"there is no such output{'' if has_clearance else ' of a driveline without a clearance'}"
-    rule += f"; there are {', '.join(known)}"
+    plain = [name for name in known if not name.endswith(OVER_ALL)]
+    rule += f'; there are {", ".join(plain)}, each of them also with "{OVER_ALL.strip()}"'
     unknown = [name for name in names if name not in known]
     if unknown:
         raise ModelError([Problem("outputs", shown(name), rule, did_you_mean(name, known)) for name in unknown])
