@@ -6,6 +6,7 @@ Takes a Branch; gives its presentation.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,9 +16,10 @@ import numpy as np
 from gearrattle.json_types import json_value
 from gearrattle.orbits import Branch, Orbit
 from gearrattle.orbits.stable_ranges import CHANGES, Jump, Range, jumps_of, ranges_of, slices_of
+from gearrattle.report.motion_at_point import motion_at_point
 from gearrattle.report.moving_table import moving_table
 from gearrattle.report.numbers import write_csv
-from gearrattle.report.page import Section, figure_sections, notes_section
+from gearrattle.report.page import Page, Section, figure_sections, notes_section
 from gearrattle.report.plots.branches import branch_charts, circle_chart, measure, modulus_chart
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.numerals import numeral
@@ -94,6 +96,15 @@ class BranchesPage(ModelPresentation[Branch]):
         moving = Section("moving", "What moves the jumps", tables=(self._moving,))
         tables = (events, moving) if self._moving.rows else (events,)
         return first, *figures, *tables, *notes_section(self.notes)
+
+    def page(self) -> Page:
+        """Return the page; below the branches it shows the motion at the point that is pointed at."""
+        page = super().page()
+        sections = (
+            replace(section, inlay=motion_at_point(self.result)) if section.key == "branches" else section
+            for section in page.sections
+        )
+        return replace(page, sections=tuple(sections))
 
     def answer(self) -> tuple[Table, ...]:
         return shortened(self._range_table()), shortened(self._event_table())

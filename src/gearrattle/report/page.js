@@ -16,6 +16,7 @@
     const live = document.getElementById(key + "-live");
     figure.classList.add("drawn");
     Plotly.newPlot(live, data, layout, { ...config, toImageButtonOptions: { filename: key, scale: 2 } })
+      .then(() => document.dispatchEvent(new CustomEvent("figure-drawn", { detail: { key, live } })))
       .catch(() => figure.classList.remove("drawn"));
   };
 

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 from gearrattle.report.tables import Table
 
 if TYPE_CHECKING:
+    from markupsafe import Markup
+
     from gearrattle.report.plots.chart import Chart
 
 
@@ -45,6 +47,8 @@ class Section:
         items of a list.
     charts
         figures; those of one group are shown in tabs.
+    inlay
+        HTML that follows the figures and brings its own script, on an interactive page.
     pictures
         drawings, side by side.
     tables
@@ -63,6 +67,7 @@ class Section:
     words: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     charts: tuple[Chart, ...] = ()
+    inlay: Markup | str = ""
     pictures: tuple[Picture, ...] = ()
     tables: tuple[Table, ...] = ()
     in_columns: bool = False

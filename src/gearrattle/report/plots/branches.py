@@ -26,7 +26,7 @@ from gearrattle.report.plots.corners import units_of
 from gearrattle.report.plots.numerals import prefixed
 from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.report.plots.unit_circle import outside_words, unit_circle
-from gearrattle.report.plots.view import scale
+from gearrattle.report.plots.view import Scale, scale
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
@@ -155,7 +155,7 @@ def branch_charts(branch: Branch) -> list[Chart]:
 
     def extremes(k: int) -> Panel:
         low, high = data["lowest"].values[:, k], data["highest"].values[:, k]
-        in_unit = scale(np.concatenate([low, high, corners[k]]), units_of(branch.model, layout, k)["deflection"])
+        in_unit = _extremes_scale(branch, k)
         drawn: list[Line] = []
         for values, at_events in ((low, levels[:, 0, k]), (high, levels[:, 1, k])):
             drawn += drawing.lines(values * in_unit.factor, at_events * in_unit.factor)
@@ -175,6 +175,30 @@ def branch_charts(branch: Branch) -> list[Chart]:
     ]
 
 
+def shown_levels(branch: Branch) -> dict[str, list[list[Array]]]:
+    """Return the heights at which ``branch_charts`` draw the points, by chart, a list a panel, (P,) a curve."""
+    data, panels = branch.data, range(min(branch.data.sizes["clearance"], _MOST_PANELS))
+    low, high, swings = (data[name].values for name in ("lowest", "highest", "peak_to_peak"))
+    factors = [_extremes_scale(branch, k).factor for k in panels]
+    return {
+        "extremes": [[low[:, k] * factors[k], high[:, k] * factors[k]] for k in panels],
+        "swings": [[swings[:, k] * _swings_scale(branch, k, []).factor] for k in panels],
+    }
+
+
+def _extremes_scale(branch: Branch, k: int) -> Scale:
+    """How the highest and the lowest deflection of a clearance are shown."""
+    data, layout = branch.data, assemble(branch.model).layout
+    levels = [data[name].values[:, k] for name in ("lowest", "highest")]
+    return scale(np.concatenate([*levels, layout.corners[k]]), units_of(branch.model, layout, k)["deflection"])
+
+
+def _swings_scale(branch: Branch, k: int, others: Sequence[Line]) -> Scale:
+    """How peak-to-peak deflections of a clearance are shown."""
+    values = np.concatenate([branch.data["peak_to_peak"].values[:, k], *(line.y for line in others)])
+    return scale(values, units_of(branch.model, assemble(branch.model).layout, k)["deflection"])
+
+
 def swing_panel(branch: Branch, k: int, others: Sequence[Line] = ()) -> Panel:
     """Draw the peak-to-peak deflection of a clearance over the parameter.
 
@@ -189,8 +213,7 @@ def swing_panel(branch: Branch, k: int, others: Sequence[Line] = ()) -> Panel:
     """
     drawing, layout, levels = _Drawing(branch), assemble(branch.model).layout, branch.event_levels
     values, at_events = branch.data["peak_to_peak"].values[:, k], levels[:, 1, k] - levels[:, 0, k]
-    all_values = np.concatenate([values, *(line.y for line in others)])
-    in_unit, across = scale(all_values, units_of(branch.model, layout, k)["deflection"]), measure(branch).factor
+    in_unit, across = _swings_scale(branch, k, others), measure(branch).factor
     drawn = [replace(line, x=line.x * across, y=line.y * in_unit.factor) for line in others]
     drawn += drawing.lines(values * in_unit.factor, at_events * in_unit.factor)
     drawn += drawing.marks(at_events * in_unit.factor, layout.clearance_names[k])

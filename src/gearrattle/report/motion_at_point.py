@@ -1,0 +1,166 @@
+"""What a page of branches shows of the point that is pointed at: its motion in the phase plane, and its multipliers.
+
+The motions of at most 120 points travel with the page, 96 samples each as whole numbers of 16 bits; motions with many
+impacts of fewer points with more samples. The script beside this file draws them; a slider moves along the branches
+without a pointer.
+
+Takes a Branch; gives HTML.
+"""
+
+from __future__ import annotations
+
+import json
+from base64 import b64encode
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble, deflection_rate
+from gearrattle.orbits import Branch, Orbit
+from gearrattle.report.plots.branches import largest, measure, shown_levels
+from gearrattle.report.plots.corners import reach, shading, units_of
+from gearrattle.report.plots.numerals import numeral
+from gearrattle.report.plots.view import scale
+from gearrattle.report.templates import templates
+from gearrattle.trajectory import Array
+from gearrattle.wording import counted
+
+_HERE = Path(__file__).parent
+_FEW, _MANY = (120, 97), (50, 241)
+"""Points, and samples of a motion over its n T: of motions with few and with many crossings."""
+_MANY_FROM, _MOST_CLEARANCES = 8, 4
+"""Crossings that are many; clearances whose motions are shown."""
+_WHOLE = 32767
+_RADIUS = 2.0
+_DIGITS = 6
+
+
+def motion_at_point(branch: Branch) -> Markup:
+    """Return the part of the page that shows the motion at a point.
+
+    Parameters
+    ----------
+    branch
+        of motions.
+    """
+    points = chosen_points(branch)
+    if not points or not branch.data.sizes["clearance"]:
+        return Markup("")
+    data = point_data(branch, points)
+    text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    return Markup(
+        templates()
+        .get_template("motion_at_point.html.j2")
+        .render(
+            count=len(points),
+            clearances=[clearance["name"] for clearance in data["clearances"]],
+            data=Markup(text),
+            script=Markup((_HERE / "motion_at_point.js").read_text(encoding="utf-8")),
+        )
+    )
+
+
+def chosen_points(branch: Branch) -> list[int]:
+    """Return the points whose motions are shown, spread evenly over all that have every clearance of the model."""
+    most, _ = _counts(branch)
+    (known,) = np.nonzero(np.isfinite(branch.data["lowest"].values).all(axis=1))
+    chosen = np.unique(np.round(np.linspace(0, len(known) - 1, min(len(known), most))).astype(np.int64))
+    return [int(i) for i in known[chosen]]
+
+
+def _counts(branch: Branch) -> tuple[int, int]:
+    """The most points, and the samples of a motion."""
+    return _MANY if int(branch.data["crossings"].max()) > _MANY_FROM else _FEW
+
+
+def point_data(branch: Branch, points: list[int]) -> dict[str, Any]:
+    """Return what the script takes: words, stability and multipliers of every point, levels, curves."""
+    orbits = [branch.orbit(i) for i in points]
+    stable = branch.data["stable"].values[points]
+    value = branch.data["value"].values[points] * measure(branch).factor
+    levels = {
+        key: [[_rounded(line[points]) for line in panel] for panel in panels]
+        for key, panels in shown_levels(branch).items()
+    }
+    moduli = [largest(branch.points[i].multipliers, branch.points[i].free) for i in points]
+    names = assemble(branch.model).layout.clearance_names[:_MOST_CLEARANCES]
+    _, samples = _counts(branch)
+    sizes = [max(1.0, min(modulus, _RADIUS)) for modulus in moduli]
+    return {
+        "samples": samples,
+        "radius": 1.12 * max(sizes),
+        "value": _rounded(value),
+        "levels": levels,
+        "points": [
+            {
+                "words": _words(branch, i, modulus),
+                "stable": bool(is_stable),
+                "cycles": orbit.cycles,
+                "multipliers": [_rounded(np.array([m.real, m.imag])) for m in orbit.multipliers.tolist()],
+            }
+            for i, orbit, is_stable, modulus in zip(points, orbits, stable, moduli, strict=True)
+        ],
+        "clearances": [_clearance(branch, orbits, k, samples) for k in range(len(names))],
+    }
+
+
+def _words(branch: Branch, i: int, modulus: float) -> str:
+    """Where a point is and what its motion does."""
+    shown, data = measure(branch), branch.data.isel(point=i)
+    number, cycles = int(data["branch"]), int(data["cycles"])
+    which = f"branch {number}, " if len(branch.curves) > 1 else ""
+    stability = "stable" if bool(data["stable"]) else "unstable"
+    where = f"{shown.words} {shown.with_unit(float(data['value']), 6)}"
+    crossings = counted(int(data["crossings"]), "crossing of a corner", "crossings of corners")
+    return (
+        f"{where}: {which}{stability}, repeats after {cycles} T, largest multiplier {numeral(modulus, 4)}, {crossings}."
+    )
+
+
+def _clearance(branch: Branch, orbits: list[Orbit], k: int, samples: int) -> dict[str, Any]:
+    """Curves of all motions in the phase plane of a clearance, and its frame."""
+    layout = orbits[0].run.trajectory.layout
+    unit = units_of(branch.model, layout, k)
+    curves = np.stack([_curve(orbit, k, samples) for orbit in orbits])
+    across = scale(np.concatenate([curves[:, 0].ravel(), layout.corners[k]]), unit["deflection"])
+    up = scale(curves[:, 1], unit["rate"])
+    x, y, corners = curves[:, 0] * across.factor, curves[:, 1] * up.factor, layout.corners[k] * across.factor
+    room = 0.08 * (float(np.ptp(y)) or 1.0)
+    x_range, y_range = reach(x.ravel(), corners), (float(y.min()) - room, float(y.max()) + room)
+    bands, _ = shading(layout, k, across.factor)
+    name = layout.clearance_names[k]
+    whole = np.stack([_whole(x, x_range), _whole(y, y_range)], axis=-1)
+    return {
+        "name": name,
+        "x_range": list(x_range),
+        "y_range": list(y_range),
+        "x_title": f"deflection [{across.unit}]" if across.unit else "deflection",
+        "y_title": f"{layout.clearance_names[k]}: rate [{up.unit}]"
+        if up.unit
+        else f"{layout.clearance_names[k]}: rate",
+        "corners": corners.tolist(),
+        "bands": [{"low": band.low, "high": band.high, "colour": band.colour} for band in bands],
+        "curves": b64encode(whole.tobytes()).decode("ascii"),
+    }
+
+
+def _curve(orbit: Orbit, k: int, samples: int) -> Array:
+    """(2, S) deflection and rate of a clearance over the motion."""
+    trajectory = orbit.run.trajectory
+    rate = deflection_rate(orbit.model, trajectory, int(trajectory.layout.clearance[k]))
+    chosen = np.round(np.linspace(0, len(rate) - 1, samples)).astype(np.int64)
+    return np.stack([trajectory.deflection[chosen, k], rate[chosen]])
+
+
+def _whole(values: Array, ends: tuple[float, float]) -> NDArray[np.int16]:
+    """Values as whole numbers between both ends of a range."""
+    share = (values - ends[0]) / (ends[1] - ends[0])
+    return np.round((2.0 * share - 1.0) * _WHOLE).astype("<i2")
+
+
+def _rounded(values: Array) -> list[float]:
+    """Finite numbers with a few digits, for JSON."""
+    return [float(f"{value:.{_DIGITS}g}") for value in values.tolist()]

@@ -1,0 +1,146 @@
+"""The motion at the point that is pointed at: what travels with the page, and what a browser makes of it."""
+
+from __future__ import annotations
+
+import re
+from base64 import b64decode
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.orbits import Branch
+from gearrattle.report.motion_at_point import chosen_points, motion_at_point, point_data
+from gearrattle.report.plots.branches import branch_charts
+from tests.browser import MARKS, alive
+from tests.orbits.test_branch import over_frequency
+
+browser = [pytest.param((), marks=MARKS)]
+
+
+@cache
+def page(folder: Path) -> str:
+    return over_frequency().save(folder / "page").read_text(encoding="utf-8")
+
+
+def curve(branch: Branch, number: int) -> np.ndarray:
+    """(S, 2) deflection and rate of the first clearance at a chosen point, as the page has them."""
+    data = point_data(branch, chosen_points(branch))
+    clearance = data["clearances"][0]
+    whole = np.frombuffer(b64decode(clearance["curves"]), dtype="<i2").reshape(-1, data["samples"], 2)[number]
+    ranges = np.array([clearance["x_range"], clearance["y_range"]])
+    return np.asarray(ranges[:, 0] + (whole.astype(np.float64) + 32767.0) / 65534 * np.ptp(ranges, axis=1))
+
+
+def test_curves_are_the_motions_to_the_width_of_a_line() -> None:
+    branch = over_frequency()
+    points = chosen_points(branch)
+    number = len(points) // 2
+    samples = curve(branch, number)
+    data = branch.data.isel(point=points[number])
+    assert samples[0] == pytest.approx(samples[-1], abs=1e-4)
+    assert samples[:, 0].max() == pytest.approx(float(data["highest"][0]), abs=2e-3)
+    assert samples[:, 0].min() == pytest.approx(float(data["lowest"][0]), abs=2e-3)
+    trajectory = branch.orbit(points[number]).run.trajectory
+    assert samples[0, 0] == pytest.approx(trajectory.deflection[0, 0], abs=1e-4)
+
+
+def test_levels_are_those_of_the_figures() -> None:
+    """Every level lies on a curve of its figure, at the value of its point."""
+    branch = over_frequency()
+    data = point_data(branch, chosen_points(branch))
+    for chart in branch_charts(branch):
+        (panel,) = chart.panels
+        drawn = np.concatenate([np.column_stack([line.x, line.y]) for line in panel.lines if line.mark == "line"])
+        for level in data["levels"][chart.key][0]:
+            for pair in zip(data["value"], level, strict=True):
+                assert np.nanmin(np.abs(drawn - np.array(pair)).max(axis=1)) < 1e-5, chart.key
+
+
+def test_long_branches_are_thinned_and_keep_their_ends() -> None:
+    branch = gr.continuation(
+        gr.example("rattle_oscillator"), "torque.0.harmonics.0.amplitude", (3.0, 3.4), start="linear", step_limit=2e-3
+    )
+    points = chosen_points(branch)
+    assert len(branch.points) > 150
+    assert (len(points), points[0], points[-1]) == (120, 0, len(branch.points) - 1)
+
+
+def test_motions_with_many_impacts_are_fewer_and_finer() -> None:
+    branch = gr.continuation(gr.example("case1"), "excitation.speed", ("1432 rpm", "1400 rpm"))
+    data = point_data(branch, chosen_points(branch))
+    assert (len(data["points"]), data["samples"]) == (50, 241)
+    assert [clearance["name"] for clearance in data["clearances"]] == ["clutch", "gear"]
+
+
+def test_words_say_stability_and_multiplier() -> None:
+    branch = over_frequency()
+    data = point_data(branch, chosen_points(branch))
+    unstable = [point["words"] for point in data["points"] if not point["stable"]]
+    assert unstable
+    assert all("unstable, repeats after 1 T, largest multiplier 1." in words for words in unstable)
+    assert data["points"][0]["words"].endswith("0 crossings of corners.")
+
+
+def test_a_branch_without_a_clearance_of_its_model_shows_nothing() -> None:
+    linear = gr.loads(
+        'schema = 1\nunits = "dimensionless"\n[[inertia]]\nname = "body"\nJ = 1.0\n[[coupling]]\nname = "spring"\n'
+        'between = ["body", "ground"]\nstiffness = 1.0\ndamping = 0.1\n[excitation]\nspeed = 0.5\n'
+        '[[torque]]\non = "body"\nharmonics = [{ order = 1, amplitude = 1.0 }]\n'
+    )
+    assert motion_at_point(gr.continuation(linear, "excitation.speed", (0.5, 0.6))) == ""
+
+
+def test_the_page_holds_it_once_and_stays_small(tmp_path: Path) -> None:
+    text = page(tmp_path)
+    assert text.count('id="at-point-slider"') == 1
+    (data,) = re.findall(r'<script type="application/json" id="at-point-data">(.*?)</script>', text, flags=re.S)
+    assert len(data) < 250_000
+
+
+def _with_script(folder: Path, script: str) -> Path:
+    """The page with a script that acts once the first figure is drawn."""
+    waits = (
+        "<script>document.addEventListener('figure-drawn', (event) => {"
+        f"if (event.detail.key === 'extremes') setTimeout(() => {{ {script} }}, 500); }});</script></body>"
+    )
+    altered = folder / "altered.html"
+    altered.write_text(page(folder).replace("</body>", waits), encoding="utf-8")
+    return altered
+
+
+@pytest.mark.parametrize("_marks", browser)
+def test_the_slider_moves_along_the_branch(_marks: tuple[()], tmp_path: Path) -> None:
+    act = (
+        "const s = document.getElementById('at-point-slider'); s.value = s.max;"
+        "s.dispatchEvent(new Event('input')); document.body.dataset.acted = 'yes';"
+    )
+    done = alive(_with_script(tmp_path, act), tmp_path, 'data-acted="yes"')
+    said = re.search(r'id="at-point-words"[^>]*>([^<]*)<', done.stdout)
+    assert said is not None
+    assert said[1].startswith("frequency 1.6: stable")
+    assert re.search(r'<path d="M[^"]*" class="loop">', done.stdout)
+    assert len(re.findall(r'class="inside"', done.stdout)) == 2
+
+
+@pytest.mark.parametrize("_marks", browser)
+def test_the_pointer_shows_the_nearest_motion(_marks: tuple[()], tmp_path: Path) -> None:
+    """A pointer over the dashed part of the lower curve shows an unstable motion, and a multiplier outside."""
+    data = over_frequency().data
+    unstable = np.flatnonzero(~data["stable"].values)
+    at = int(unstable[len(unstable) // 2])
+    value, lowest = float(data["value"][at]), float(data["lowest"][at, 0])
+    act = (
+        "const live = document.getElementById('extremes-live'), a = live._fullLayout;"
+        "const box = live.querySelector('.nsewdrag').getBoundingClientRect();"
+        f"const x = box.left + a.xaxis.l2p({value}), y = box.top + a.yaxis.l2p({lowest});"
+        "const move = new MouseEvent('mousemove', { clientX: x, clientY: y, bubbles: true });"
+        "live.querySelector('.nsewdrag').dispatchEvent(move); document.body.dataset.acted = 'yes';"
+    )
+    done = alive(_with_script(tmp_path, act), tmp_path, 'class="loop unstable"')
+    said = re.search(r'id="at-point-words"[^>]*>frequency ([\d.]+): unstable', done.stdout)
+    assert said is not None
+    assert float(said[1]) == pytest.approx(value, abs=0.02)
+    assert len(re.findall(r'class="outside"', done.stdout)) == 1
