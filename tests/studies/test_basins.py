@@ -18,7 +18,7 @@ from gearrattle.errors import Cancelled, ModelError
 from gearrattle.orbits.settled import Attractor, settled_orbit
 from gearrattle.signals.shares import wilson
 from gearrattle.studies.attractors import attractors_of, orbit_of, quiet_share
-from gearrattle.studies.outputs import REGIMES
+from gearrattle.studies.output import REGIMES
 from gearrattle.studies.starts import starts_of
 from tests.studies.drivelines import model as two_bodies
 from tests.studies.oscillator import DRAG, EXAMPLES, GAP, MEAN, RESPONSE, STIFFNESS, model, quiet

@@ -12,7 +12,7 @@ import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.errors import Cancelled, ModelError
 from gearrattle.orbits import Orbit
-from gearrattle.studies.outputs import REGIMES
+from gearrattle.studies.output import REGIMES
 from gearrattle.studies.stable_motions import COUNT, SWING
 from tests.orbits.test_freedom import train
 

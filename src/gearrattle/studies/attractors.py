@@ -33,7 +33,7 @@ from gearrattle.signals.shares import wilson
 from gearrattle.signals.strobe import Groups, grouped, room
 from gearrattle.studies.cases import DONE
 from gearrattle.studies.layout import words_of
-from gearrattle.studies.outputs import REGIMES
+from gearrattle.studies.output import REGIMES
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.sections import CHAOTIC, PERIODIC
 

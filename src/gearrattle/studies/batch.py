@@ -25,7 +25,8 @@ from gearrattle.errors import GearRattleError
 from gearrattle.model import Initial, Model
 from gearrattle.quantities import CROSSING_CRITERIA
 from gearrattle.signals import gap_names, judged_of, reduced_inertias
-from gearrattle.studies.outputs import VERDICT, Outputs
+from gearrattle.studies.output import VERDICT
+from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan
 from gearrattle.trajectory import Layout
 

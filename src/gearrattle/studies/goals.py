@@ -21,7 +21,8 @@ from gearrattle.model import Model
 from gearrattle.model.quantity import AnyTable, Choice, Plain, checked
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.studies.layout import numbers_of
-from gearrattle.studies.outputs import Output, Outputs
+from gearrattle.studies.output import Output
+from gearrattle.studies.outputs import Outputs
 
 if TYPE_CHECKING:
     import xarray as xr

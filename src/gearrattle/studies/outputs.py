@@ -29,10 +29,9 @@ from gearrattle.quantities.metrics import inputs_of
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.stable_motions import COUNT, OVER_ALL, SWING, values_over_all
+from gearrattle.studies.output import OVER_ALL, REGIME, REGIMES, VERDICT, Output
+from gearrattle.studies.stable_motions import COUNT, SWING, values_over_all
 
-VERDICT, _REGIME = "verdict", "regime"
-REGIMES = ("quiet", "single-sided", "double-sided")
 DEFAULT = ("verdict", "regime", "impacts per cycle", "contact share")
 Function = Callable[[Run], Mapping[str, float]]
 
@@ -54,95 +53,6 @@ RUN_OUTPUTS: Mapping[str, tuple[Callable[[Run], float], str]] = {
     "function calls": (lambda run: float(run.cost.function_calls), "1"),
 }
 """Figures of a whole run, with their units."""
-
-
-@dataclass(frozen=True)
-class Output:
-    """One output.
-
-    A case that failed has the value ``nothing``; so has every case for subjects that the output does not apply to. A
-    case that ran has the value ``absent`` where its motion lacks the quantity: of a motion without impacts the largest
-    impact energy is 0, and the mean one NaN.
-
-    Attributes
-    ----------
-    name
-        its variable's.
-    dimension
-        "part" (clutches, splines, meshes), "inertia", another kind's own; empty for one number a case.
-    subjects
-        the coordinate along it.
-    unit
-        by subject it applies to, for they may differ; SI.
-    words
-        what codes stand for; empty for numbers.
-    criterion
-        the criterion or metric whose quantity it is; empty if none's.
-    only
-        the subjects it applies to; empty for all. It has no value (``nothing``) for the others.
-    gaps
-        of a regime, the subjects that can separate in some case: only these can rattle.
-    absent
-        what a case that ran has where its motion lacks the quantity.
-    lacking
-        what such a motion lacks ("no impact"); empty for what every motion has.
-    error
-        of sampling, in words; empty where it is not known what the value comes from.
-    over_all
-        whether it is the largest value over all stable motions of a case (``stable_motions``).
-    """
-
-    name: str
-    dimension: str
-    subjects: tuple[Any, ...]
-    unit: tuple[str, ...]
-    words: tuple[str, ...] = ()
-    criterion: str = ""
-    only: tuple[Any, ...] = ()
-    gaps: tuple[str, ...] = ()
-    absent: float = float("nan")
-    lacking: str = ""
-    error: str = ""
-    over_all: bool = False
-
-    @property
-    def applies_to(self) -> tuple[Any, ...]:
-        """The subjects that it has a value for."""
-        return self.only or self.subjects
-
-    @property
-    def dtype(self) -> str:
-        """Type of its array: codes are small integers, -1 where there is none."""
-        return "int8" if self.words else "float64"
-
-    @property
-    def base(self) -> str:
-        """The output that it is the largest value of, over all stable motions; its own name where it is not."""
-        return self.name.removesuffix(OVER_ALL)
-
-    @property
-    def quantity(self) -> str:
-        """What its criterion calls it."""
-        return _REGIME if self.base == VERDICT else self.base
-
-    @property
-    def nothing(self) -> float:
-        """What stands where there is no value."""
-        return -1 if self.words else float("nan")
-
-    @property
-    def can_rank(self) -> bool:
-        """Whether it has a value for every motion, so that the smallest can be looked for."""
-        return not self.lacking or not np.isnan(self.absent)
-
-    @property
-    def before(self) -> NDArray[Any]:
-        """What a case that ran has before its values are known, (subjects,), () without subjects."""
-        absent = self.nothing if np.isnan(self.absent) else self.absent
-        if not self.dimension:
-            return np.array(absent, dtype=self.dtype)
-        applies = np.isin(self.subjects, self.applies_to)
-        return np.where(applies, absent, self.nothing).astype(self.dtype)
 
 
 @dataclass(frozen=True)
@@ -305,7 +215,7 @@ def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
         plain = [base for base, name in zip(bases, names, strict=True) if name not in (COUNT, SWING)]
         return _with_largest(_known(plain, runs), runs)
     model = runs[0].model
-    known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, _REGIME)}
+    known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, REGIME)}
     known |= {name: Output(name, "", (), (unit_in(model, unit),)) for name, (_, unit) in RUN_OUTPUTS.items()}
     said = [entry for run in runs for entry in criteria(run).entries]
     occasional = [

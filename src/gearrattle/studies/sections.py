@@ -43,7 +43,8 @@ from gearrattle.model.quantity import Plain
 from gearrattle.model.table import breach, did_you_mean, shown
 from gearrattle.results import Run
 from gearrattle.signals.strobe import period_number
-from gearrattle.studies.outputs import Output, Outputs, unit_in
+from gearrattle.studies.output import Output
+from gearrattle.studies.outputs import Outputs, unit_in
 
 Array = NDArray[np.float64]
 

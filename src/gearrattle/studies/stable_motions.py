@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +25,10 @@ from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.orbits.settled import Settled, settled_motions
 from gearrattle.orbits.state import state_of
 from gearrattle.results import Run
-
-if TYPE_CHECKING:
-    from gearrattle.studies.outputs import Output
+from gearrattle.studies.output import OVER_ALL, Output
 
 Values = dict[str, NDArray[Any]]
 
-OVER_ALL = " over all stable motions"
 COUNT = "stable motions"
 SWING = f"peak-to-peak deflection{OVER_ALL}"
 

@@ -44,7 +44,8 @@ from gearrattle.studies.kept import (
     markers_in,
     messages_in,
 )
-from gearrattle.studies.outputs import Output, Outputs
+from gearrattle.studies.output import Output
+from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import SAMPLE, Plan
 from gearrattle.studies.storage import Address, File, Storage, storage_of
 from gearrattle.writing import flush, in_temporary_folder

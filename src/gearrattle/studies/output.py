@@ -1,0 +1,106 @@
+"""One output of a study: its name, what it is about, its units, and what stands where there is no value.
+
+Takes plain values; gives an Output.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+VERDICT, REGIME = "verdict", "regime"
+REGIMES = ("quiet", "single-sided", "double-sided")
+OVER_ALL = " over all stable motions"
+"""Ends the name of an output that is the largest value over all stable motions of a case."""
+
+
+@dataclass(frozen=True)
+class Output:
+    """One output.
+
+    A case that failed has the value ``nothing``; so has every case for subjects that the output does not apply to. A
+    case that ran has the value ``absent`` where its motion lacks the quantity: of a motion without impacts the largest
+    impact energy is 0, and the mean one NaN.
+
+    Attributes
+    ----------
+    name
+        its variable's.
+    dimension
+        "part" (clutches, splines, meshes), "inertia", another kind's own; empty for one number a case.
+    subjects
+        the coordinate along it.
+    unit
+        by subject it applies to, for they may differ; SI.
+    words
+        what codes stand for; empty for numbers.
+    criterion
+        the criterion or metric whose quantity it is; empty if none's.
+    only
+        the subjects it applies to; empty for all. It has no value (``nothing``) for the others.
+    gaps
+        of a regime, the subjects that can separate in some case: only these can rattle.
+    absent
+        what a case that ran has where its motion lacks the quantity.
+    lacking
+        what such a motion lacks ("no impact"); empty for what every motion has.
+    error
+        of sampling, in words; empty where it is not known what the value comes from.
+    over_all
+        whether it is the largest value over all stable motions of a case (``stable_motions``).
+    """
+
+    name: str
+    dimension: str
+    subjects: tuple[Any, ...]
+    unit: tuple[str, ...]
+    words: tuple[str, ...] = ()
+    criterion: str = ""
+    only: tuple[Any, ...] = ()
+    gaps: tuple[str, ...] = ()
+    absent: float = float("nan")
+    lacking: str = ""
+    error: str = ""
+    over_all: bool = False
+
+    @property
+    def applies_to(self) -> tuple[Any, ...]:
+        """The subjects that it has a value for."""
+        return self.only or self.subjects
+
+    @property
+    def dtype(self) -> str:
+        """Type of its array: codes are small integers, -1 where there is none."""
+        return "int8" if self.words else "float64"
+
+    @property
+    def base(self) -> str:
+        """The output that it is the largest value of, over all stable motions; its own name where it is not."""
+        return self.name.removesuffix(OVER_ALL)
+
+    @property
+    def quantity(self) -> str:
+        """What its criterion calls it."""
+        return REGIME if self.base == VERDICT else self.base
+
+    @property
+    def nothing(self) -> float:
+        """What stands where there is no value."""
+        return -1 if self.words else float("nan")
+
+    @property
+    def can_rank(self) -> bool:
+        """Whether it has a value for every motion, so that the smallest can be looked for."""
+        return not self.lacking or not np.isnan(self.absent)
+
+    @property
+    def before(self) -> NDArray[Any]:
+        """What a case that ran has before its values are known, (subjects,), () without subjects."""
+        absent = self.nothing if np.isnan(self.absent) else self.absent
+        if not self.dimension:
+            return np.array(absent, dtype=self.dtype)
+        applies = np.isin(self.subjects, self.applies_to)
+        return np.where(applies, absent, self.nothing).astype(self.dtype)
