@@ -9,6 +9,7 @@ Takes a Model and what the engine found; gives an Orbit.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
@@ -28,6 +29,7 @@ from gearrattle.model import Model
 from gearrattle.model.quantity import Count, argument_problems
 from gearrattle.orbits.family import family_of_excitation
 from gearrattle.orbits.freedom import Interval, intervals_of
+from gearrattle.orbits.orbit_gradients import orbit_gradients
 from gearrattle.orbits.state import initial_of, plan_of, state_of
 from gearrattle.orbits.tipping import tipping_table
 from gearrattle.quantities.criteria import criteria
@@ -183,6 +185,39 @@ class Orbit(Result):
             rule = "pulses are for a stable motion that is isolated"
             raise ModelError(Problem("orbit", repr(self), rule, "take another motion, of gr.periodic(..., every=True)"))
         return tipping_table(self.model, self.period_map, self.motion, on, instants)
+
+    def gradients(self, paths: Sequence[str] | None = None) -> pd.DataFrame:
+        """Return how the response of the motion, and its multipliers, move with the numbers of the model.
+
+        Parameters
+        ----------
+        paths
+            of the numbers; None: of all that are not zero.
+
+        Returns
+        -------
+        pandas.DataFrame
+            response ("peak-to-peak deflection", "largest force", "|multiplier|"), of (the clearance, or the number of
+            the multiplier from 1), size [SI] of the response, path, value [SI] of the number, gradient (change for a
+            unit of the number, good to about 1e-7 of the response), per_10_percent (change for 10 % more of it); what
+            moves a response most comes first. NaN where a number cannot be changed alone, or impacts come or go with
+            it.
+
+        Raises
+        ------
+        ModelError
+            a motion that is one of a family, or a path that leads to no number, or to zero.
+
+        Examples
+        --------
+        >>> orbit = gr.periodic(gr.example("rattle_oscillator"), start="linear")
+        >>> table = orbit.gradients(["torque.0.harmonics.0.amplitude"])  # in contact it swings in proportion
+        >>> round(float(table["per_10_percent"][0] / table["size"][0]), 6)
+        0.1
+        """
+        if self.free:
+            raise ModelError(Problem("orbit", repr(self), "gradients are of a motion that is isolated"))
+        return orbit_gradients(self.model, self.period_map, self.motion, paths)
 
     @cached_property
     def run(self) -> Run:

@@ -1,9 +1,11 @@
-"""Lowest, highest and mean deflections along a motion, exact between its crossings.
+"""Lowest, highest and mean deflections along a motion, and its extreme forces, exact between its crossings.
 
 Takes a Flow, the state at the start and the log of crossings; gives levels.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,30 @@ from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
 
 Array = NDArray[np.float64]
+
+
+class _Intervals(NamedTuple):
+    """A motion between its crossings, I intervals in R regions.
+
+    Attributes
+    ----------
+    regions
+        pieces of every region.
+    region
+        (I,) of every interval.
+    duration
+        (I,) of every interval, in periods.
+    known
+        (I, Z) entries of z that are set where an interval starts; NaN for those that go on.
+    z
+        (Z,) at the start.
+    """
+
+    regions: tuple[Pieces, ...]
+    region: NDArray[np.int64]
+    duration: Array
+    known: Array
+    z: Array
 
 
 def deflection_levels(flow: Flow, initial: Pieces, states: Array, path: Passages, end: float) -> Array:
@@ -32,7 +58,32 @@ def deflection_levels(flow: Flow, initial: Pieces, states: Array, path: Passages
     end
         of the motion [s].
     """
-    system = flow.system
+    intervals = _intervals(flow, initial, states, path, end)
+    rows = np.ascontiguousarray(flow.deflection[list(flow.system.clearances)])
+    out = np.empty((len(rows), 3))
+    generators = np.array([flow.generator(one) for one in intervals.regions])
+    vectorised(levels)(generators, intervals.region, intervals.duration, intervals.known, intervals.z, rows, out)
+    out[:, 2] /= end / flow.system.inputs.period
+    return np.ascontiguousarray(out.T)
+
+
+def force_levels(flow: Flow, initial: Pieces, states: Array, path: Passages, end: float) -> Array:
+    """Return (2, K) lowest and highest force of every clearance, elastic and damping [N m or N].
+
+    At a crossing the force may jump; both its limits count. Arguments as of ``deflection_levels``.
+    """
+    regions, region, duration, known, z = _intervals(flow, initial, states, path, end)
+    chosen, first = list(flow.system.clearances), np.zeros(1, np.int64)
+    generators = [flow.generator(one)[None] for one in regions]
+    rows = [np.ascontiguousarray(flow.force_rows(one)[chosen]) for one in regions]
+    out = np.empty((len(region), len(chosen), 3))
+    for i, one in enumerate(region):  # the rows of a force differ from region to region
+        vectorised(levels)(generators[one], first, duration[i : i + 1], known[i : i + 1], z, rows[one], out[i])
+    return np.stack([out[:, :, 0].min(axis=0), out[:, :, 1].max(axis=0)])
+
+
+def _intervals(flow: Flow, initial: Pieces, states: Array, path: Passages, end: float) -> _Intervals:
+    """A motion between its crossings; arguments as of ``deflection_levels``."""
     index: dict[Pieces, int] = {}
     region = np.empty(len(path.time) + 1, np.int64)
     known = np.full((len(region), flow.width), np.nan)
@@ -42,13 +93,7 @@ def deflection_levels(flow: Flow, initial: Pieces, states: Array, path: Passages
         if i > 0:
             known[i, first : flow.states] = flow.known(pieces)
         if i < len(path.time):
-            pieces = system.beyond(pieces, int(path.watch[i]), int(path.upward[i]))
-    period = system.inputs.period
-    duration = np.maximum(np.diff(np.concatenate([[0.0], path.time, [end]])) / period, 0.0)
+            pieces = flow.system.beyond(pieces, int(path.watch[i]), int(path.upward[i]))
+    duration = np.maximum(np.diff(np.concatenate([[0.0], path.time, [end]])) / flow.system.inputs.period, 0.0)
     z = np.concatenate([states, flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
-    rows = np.ascontiguousarray(flow.deflection[list(system.clearances)])
-    out = np.empty((len(rows), 3))
-    generators = np.array([flow.generator(one) for one in index])
-    vectorised(levels)(generators, region, duration, known, z, rows, out)
-    out[:, 2] /= end / period
-    return np.ascontiguousarray(out.T)
+    return _Intervals(tuple(index), region, duration, known, z)
