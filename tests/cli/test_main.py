@@ -187,6 +187,16 @@ def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixtu
     assert capsys.readouterr().out.startswith(f"Usage: gearrattle {command}")
 
 
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_argument_of_a_command_has_words(command: str) -> None:
+    silent = [
+        argument.name
+        for argument in app()[command].assemble_argument_collection(parse_docstring=True)
+        if argument.name != "*" and not argument.parameter.help  # "*": a group of them
+    ]
+    assert silent == []
+
+
 def whole_options() -> list[tuple[str, str]]:
     """Every option of every command that takes a whole number."""
     return [

@@ -61,8 +61,10 @@ def continue_(
         beside a quiet motion, and where none is found.
     second_range
         Its two ends, e.g. "0:20 N*m"; the model's own value lies between them.
-    across, up
-        Numbers of cells of the map over the first and over the second value.
+    across
+        Number of cells of the map over the first value.
+    up
+        Number of cells of the map over the second value.
     rate
         Of a run-up and a run-down over a range of the speed, e.g. "100 rpm/s": they are simulated, and their jumps are
         listed beside the folds of the branch.

@@ -202,7 +202,13 @@ class BranchesPage(ModelPresentation[Branch]):
         for number, kind, value, _, name, collision, grazing, _ in self.result.events.itertuples(index=False):
             how = "gradient jumps" if collision else grazing
             rows.append((f"{number}", kind, numeral(value * shown.factor, 8), name, how))
-        head = ("branch", "event", f"{shown.words} [{shown.unit}]" if shown.unit else shown.words, "clearance", "")
+        head = (
+            "branch",
+            "event",
+            f"{shown.words} [{shown.unit}]" if shown.unit else shown.words,
+            "clearance",
+            "at the corner",
+        )
         return Table(head, tuple(rows), frozenset({1, 3, 4}), "Events")
 
     def _orbit_charts(self) -> list[Chart]:
