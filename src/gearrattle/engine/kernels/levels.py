@@ -9,11 +9,22 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.engine.kernels._jit import kernel
-from gearrattle.engine.kernels.periods import norm_of_rows
 
 _NORM = 0.5  # of the rates times a step
 _ORDER = 16  # terms of a series
 _HALVINGS = 60
+
+
+@kernel
+def norm_of_rows(matrix, size):
+    """Largest sum of moduli of a row, of the first rows and columns."""
+    largest = 0.0
+    for i in range(size):
+        total = 0.0
+        for j in range(size):
+            total += abs(matrix[i, j])
+        largest = max(largest, total)
+    return largest
 
 
 @kernel
@@ -97,7 +108,7 @@ def levels(generators, region, duration, known, z, rows, out):
         for j in range(size):
             if known[i, j] == known[i, j]:
                 z[j] = known[i, j]
-        steps = int(duration[i] * norm_of_rows(generator) / _NORM) + 1
+        steps = int(duration[i] * norm_of_rows(generator, size) / _NORM) + 1
         h = duration[i] / steps
         for _ in range(steps if duration[i] > 0.0 else 0):
             for a in range(size):

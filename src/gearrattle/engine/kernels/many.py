@@ -1,4 +1,4 @@
-"""Many variants of a driveline, one after the other, without the interpreter: laid out, started, marched, judged.
+"""Many variants of a driveline, one after the other, without the interpreter: laid out, started, marched, finished.
 
 Everything large is called where it lies (``_jit.address_of``), with the machine code that a single run uses: the same
 bits, and nothing is compiled twice. What grows - logs, room for regions - is grown above: the loop hands back an answer
@@ -20,13 +20,15 @@ from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.located import bounds_at, common_at, free_at, region_at
 from gearrattle.engine.kernels.packed import EVENTS, EXPANSIONS, LEVEL, NOTED, PENDING, SAMPLE, SLOT, STEPS
 from gearrattle.engine.kernels.start import choose, stand
+from gearrattle.engine.kernels.tallies import tally
 from gearrattle.engine.kernels.variants import Coefficients, Frame, Judged, Scales, Statics
 from gearrattle.engine.kernels.workspace import BUILT
 
 FINISHED, SPENT, MORE_LOG, MORE_ROOM = range(4)
 """Answers: all are done; a slice is spent; the log is full; another region needs room."""
-JUDGED, LEFT = 1, 2
-"""What became of a variant: judged; left to the general way (on a corner, no equilibrium, not finite, chatter)."""
+FOLLOWED, LEFT = 1, 2
+"""What became of a variant: followed to its end and finished; left to the general way (on a corner, no equilibrium, not
+finite, chatter)."""
 AT, UNDER_WAY, SLOTS, TABLES, CURSOR = range(5)
 """Where the loop stands: variant; whether it is under way; slots and tables used."""
 
@@ -43,7 +45,7 @@ class Entries(NamedTuple):
     rest: int
     is_loose: int
     turn: int
-    tally: int
+    finish: int
     march_on: int
     work_out_samples: int
     zgees: int
@@ -64,7 +66,7 @@ class Cases(NamedTuple):
     velocity: Matrix  # (V, n)
     window: Matrix  # (V, 3) steady part [s], begin and end; period
     is_static: IntVector  # (1,) whether the start is the equilibrium
-    outcome: IntVector  # (V,) JUDGED or LEFT, written
+    outcome: IntVector  # (V,) FOLLOWED or LEFT, written
 
 
 class Buffers(NamedTuple):
@@ -80,7 +82,7 @@ class Buffers(NamedTuple):
 
 
 @strict
-def _one(numbers, v):
+def numbers_of(numbers, v):
     """The numbers of one variant."""
     own = numbers.laws
     laws = Laws(own.first[v], own.stiffness[v], own.damping[v], own.offset[v], own.lower[v], own.upper[v])
@@ -137,7 +139,7 @@ def _find_start(at, system, cases, buffers, v):
 def _begin(at, workspace, cases, buffers, inputs, regions, march, cursor):
     """Lay a variant out and put it at its start: 0; -1: needs room; -2: cannot be done here."""
     v, clearances, pieces = cursor[AT], common_at(workspace).clearances, region_at(workspace).pieces
-    system, scales = _one(cases.numbers, v), buffers.scales
+    system, scales = numbers_of(cases.numbers, v), buffers.scales
     if cases.is_static[0] and not _find_start(at, system, cases, buffers, v):
         return -2
     call_silent(at.scale, (system, cases.frame, scales))
@@ -200,8 +202,19 @@ def advance_one(at, workspace, cases, buffers, driven, regions, march, samples, 
 
 
 @strict_entry
+def judge(_workspace, cases, buffers, _regions, march, samples, log, cursor, out):
+    """Write the sums over the crossings of a motion that was marched to its end; see ``march_many``."""
+    v, counts, integrals = cursor[AT], march.counts, samples.states.shape[1] - buffers.final.size
+    for k in range(buffers.final.size):
+        buffers.final[k] = samples.states[samples.states.shape[0] - 1, integrals + k]
+    window, initial, final = cases.window[v], buffers.initial, buffers.final
+    tally(cases.judged, log, counts[EVENTS], window, initial, final, buffers.scales, v, out)
+    out.calls[v, 0] = counts[STEPS] + counts[EXPANSIONS]
+
+
+@strict_entry
 def march_many(at, workspace, cases, buffers, driven, regions, march, samples, notes, log, out, cursor, slices):
-    """March and judge variants from where the cursor stand, for so many slices.
+    """March variants from where the cursor stands, for so many slices, and finish each at its end.
 
     Parameters
     ----------
@@ -214,7 +227,7 @@ def march_many(at, workspace, cases, buffers, driven, regions, march, samples, n
     regions, march, samples, notes, log
         see ``packed``; samples begin with the first one that is kept.
     out
-        ``variants.Tallies``.
+        where ``at.finish`` writes: ``judge`` to ``variants.Tallies``, ``periods.differentiate`` to a ``Map``.
     cursor
         see ``CURSOR``; the loop is over once ``AT`` is the number of variants.
     slices
@@ -225,7 +238,6 @@ def march_many(at, workspace, cases, buffers, driven, regions, march, samples, n
     value
         FINISHED, SPENT, MORE_LOG or MORE_ROOM.
     """
-    counts, integrals = march.counts, samples.states.shape[1] - buffers.final.size
     while cursor[AT] < cases.outcome.size:
         v = cursor[AT]
         if slices <= 0:
@@ -239,23 +251,7 @@ def march_many(at, workspace, cases, buffers, driven, regions, march, samples, n
         if code == 0:
             continue
         if code == 1:
-            for k in range(buffers.final.size):
-                buffers.final[k] = samples.states[samples.states.shape[0] - 1, integrals + k]
-            call_silent(
-                at.tally,
-                (
-                    cases.judged,
-                    log,
-                    counts[EVENTS],
-                    cases.window[v],
-                    buffers.initial,
-                    buffers.final,
-                    buffers.scales,
-                    v,
-                    out,
-                ),
-            )
-            out.calls[v, 0] = counts[STEPS] + counts[EXPANSIONS]
-        cases.outcome[v] = JUDGED if code == 1 else LEFT
+            call_silent(at.finish, (workspace, cases, buffers, regions, march, samples, log, cursor, out))
+        cases.outcome[v] = FOLLOWED if code == 1 else LEFT
         cursor[AT], cursor[UNDER_WAY] = v + 1, 0
     return FINISHED

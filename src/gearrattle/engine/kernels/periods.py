@@ -1,9 +1,24 @@
-"""Motions over whole periods and their gradients, in one loop: from a state to where it is at the end.
+"""The end of a motion over whole periods, and its derivatives: to the state at the start, and to a parameter.
 
-The motions are those of ``many``, which this loop begins and advances. At the end of each the gradient of its flow is
-the product of exponentials of the regions' rates, with a saltation at every crossing (``system.variation``).
+Time is counted in periods. Inside a region the states x and the inputs u, which are oscillators, obey
 
-Arrays: ``located`` (workspace), ``packed`` (regions, march, samples, notes, log), ``variants``.
+    z' = Z(p) z,    z = (x, u),    Z = [[A, G], [0, W]]
+
+and W does not depend on the parameter p. Perturbations of the start are carried by A alone. The derivative s = dx/dp
+for a fixed start obeys s' = A s + B z with B = d[A, G]/dp, so that over an interval h
+
+    s(h) = exp(A h) s(0) + D(h) z(0),    exp([[A, B], [0, Z]] h) = [[exp(A h), D(h)], [0, exp(Z h)]]
+
+D is the derivative of the exponential in the direction of B. It is made by the same doublings as the exponential:
+D(2 h) = exp(A h) D(h) + D(h) exp(Z h). Where a crossing changes the damping, every perturbation kicks the velocities in
+proportion to how it moves the deflection (``system.variation``); so does p, which moves the corner as well.
+
+A, G and corners are closed forms of p. Their derivatives are central differences of these, not of motions: two
+variants beside the one that is marched are laid out in its scales.
+
+Arrays: ``located`` (workspace), ``packed`` (regions, march, samples, log), ``variants``.
+
+N. J. Higham, Functions of Matrices, SIAM 2008, section 3.2 and theorem 3.6.
 """
 
 from __future__ import annotations
@@ -12,52 +27,84 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearrattle.engine.kernels._jit import kernel, strict_entry
-from gearrattle.engine.kernels.arrays import Array3, IntMatrix, IntVector, Matrix
+from gearrattle.engine.kernels._jit import kernel, strict, strict_entry
+from gearrattle.engine.kernels.arrays import Array3, Matrix, Vector
+from gearrattle.engine.kernels.laid_out import lay_out
+from gearrattle.engine.kernels.levels import norm_of_rows
 from gearrattle.engine.kernels.located import common_at, laws_at, region_at
-from gearrattle.engine.kernels.many import AT, FINISHED, MORE_LOG, MORE_ROOM, SLOTS, SPENT, UNDER_WAY, advance_one
+from gearrattle.engine.kernels.many import AT, SLOTS, numbers_of
 from gearrattle.engine.kernels.packed import EVENTS
 from gearrattle.engine.kernels.region import accelerate
 from gearrattle.engine.kernels.workspace import PERIOD
 
-REACHED, NOT_REACHED = 1, 2
-"""What became of a motion: followed to its end; left to the general way."""
-TERMS = 16
+NEIGHBOURS = 2
+"""Variants before the one that is marched: the same with a smaller, and with a larger parameter."""
+TERMS = 7
 """Of the Taylor series over the finest step."""
-_WIDEST = 0.25  # norm of the rates times the finest step
+_WIDEST = 1.0 / 64.0  # norm of the rates times the finest step: the first term left out is below 1e-16
 _LEVELS = 60
 
 
-class Maps(NamedTuple):
-    """V motions over n periods; N states."""
+class Map(NamedTuple):
+    """A motion over n periods; N states."""
 
-    has_gradient: IntVector  # (V,) whether the gradient is wanted, 1 or 0
-    end: Matrix  # (V, N) states at the end [SI]
-    turned: Matrix  # (V, R) how far the reference inertia of every free train has turned [rad]
-    gradient: Array3  # (V, N, N) of the end with respect to the start [SI]
-    crossings: IntVector  # (V,) how many there are
-    initial: IntMatrix  # (V, K) pieces at the start
+    end: Vector  # (N,) state at the end [SI]
+    turned: Vector  # (R,) how far the reference inertia of every free train has turned [rad]
+    gradient: Matrix  # (N, N) of the end with respect to the start [SI]
+    slope: Vector  # (N,) of the end with respect to the parameter [SI], times half the distance of both neighbours
+
+
+class Rates(NamedTuple):
+    """What drives the states and their derivatives, for the S slots that a motion visits; P entries of z, K clearances.
+
+    A *shift* is a derivative with respect to the parameter, times half the distance of both neighbours.
+    """
+
+    generator: Array3  # (S, P, P) Z
+    shift: Array3  # (S, N, P) B
+    deflection: Matrix  # (K, P) of the clearances
+    deflection_shift: Matrix  # (K, P)
+
+
+class Tables(NamedTuple):
+    """Increments over the steps h = 1, 1/2, 1/4 ... of a region."""
+
+    increment: Array3  # (levels, P, P) exp(Z h) - 1
+    moved: Array3  # (levels, N, P) D(h)
+
+
+class Carried(NamedTuple):
+    """What is carried along a motion, and room for products."""
+
+    columns: Matrix  # (N, N + 1) perturbations of the start, balanced; the last column is s
+    z: Vector  # (P,)
+    columns_term: Matrix
+    z_term: Vector
+    columns_product: Matrix
+    z_product: Vector
 
 
 @kernel
-def norm_of_rows(matrix):
-    """Largest sum of moduli of a row."""
-    largest = 0.0
+def clear(matrix):
+    """Write zeros; a slice assignment would take seconds to compile."""
     for i in range(matrix.shape[0]):
-        total = 0.0
         for j in range(matrix.shape[1]):
-            total += abs(matrix[i, j])
-        largest = max(largest, total)
-    return largest
+            matrix[i, j] = 0.0
 
 
 @kernel
-def multiplied(a, b, out):
-    """Write out = a b; all (N, P), a (N, N)."""
+def copy_matrix(source, out):
+    """Write a matrix of the same shape."""
     for i in range(out.shape[0]):
-        for p in range(out.shape[1]):
-            out[i, p] = 0.0
-        for j in range(a.shape[1]):
+        for j in range(out.shape[1]):
+            out[i, j] = source[i, j]
+
+
+@kernel
+def add_product(a, b, rows, inner, out):
+    """Add to so many rows of out the product of a and b, over so many columns of a."""
+    for i in range(rows):
+        for j in range(inner):
             weight = a[i, j]
             if weight != 0.0:
                 for p in range(out.shape[1]):
@@ -65,167 +112,285 @@ def multiplied(a, b, out):
 
 
 @kernel
-def add_series(generator, h, y, term, product):
-    """Write y <- exp(A h) y for |A h| below ``_WIDEST``, by its Taylor series; ``term`` and ``product`` are room."""
-    for i in range(y.shape[0]):
-        for p in range(y.shape[1]):
-            term[i, p] = y[i, p]
-    for m in range(1, TERMS + 1):
-        multiplied(generator, term, product)
-        factor = h / m
-        for i in range(y.shape[0]):
-            for p in range(y.shape[1]):
-                term[i, p] = factor * product[i, p]
-                y[i, p] += term[i, p]
-
-
-@kernel
-def exponentials(generator, levels, tables, term, product):
-    """Write exp(A h) - 1 for h = 1, 1/2, ... 2^(1 - levels)."""
-    size, h = generator.shape[0], 0.5 ** (levels - 1)
-    increment = tables[levels - 1]
+def write_tables(generator, shift, tables, term, moved_term):
+    """Write the increments of a region: Taylor series over the finest step, then doublings; terms are room."""
+    size, states = generator.shape[0], shift.shape[0]
+    levels = tables.increment.shape[0]
+    h = 0.5 ** (levels - 1)
+    increment, moved = tables.increment[levels - 1], tables.moved[levels - 1]
+    product, moved_product = np.empty((size, size)), np.empty((states, size))
     for i in range(size):
         for j in range(size):
             term[i, j] = increment[i, j] = h * generator[i, j]
+            if i < states:
+                moved_term[i, j] = moved[i, j] = h * shift[i, j]
     for m in range(2, TERMS + 1):
-        multiplied(generator, term, product)
+        clear(moved_product)
+        add_product(generator, moved_term, states, states, moved_product)
+        add_product(shift, term, states, size, moved_product)
+        clear(product)
+        add_product(generator, term, size, size, product)
         for i in range(size):
             for j in range(size):
                 term[i, j] = h / m * product[i, j]
                 increment[i, j] += term[i, j]
+                if i < states:
+                    moved_term[i, j] = h / m * moved_product[i, j]
+                    moved[i, j] += moved_term[i, j]
     for level in range(levels - 2, -1, -1):
-        multiplied(tables[level + 1], tables[level + 1], product)
+        half, half_moved = tables.increment[level + 1], tables.moved[level + 1]
+        increment, moved = tables.increment[level], tables.moved[level]
         for i in range(size):
             for j in range(size):
-                tables[level, i, j] = 2.0 * tables[level + 1, i, j] + product[i, j]
+                increment[i, j] = 2.0 * half[i, j]
+                if i < states:
+                    moved[i, j] = 2.0 * half_moved[i, j]
+        add_product(half, half_moved, states, states, moved)
+        add_product(half_moved, half, states, size, moved)
+        add_product(half, half, size, size, increment)
 
 
 @kernel
-def carry(tables, generator, h, columns, term, product):
-    """Write columns <- exp(A h) columns: steps of the tables, the longest first, then a Taylor series."""
+def dot(matrix, i, z):
+    """Product of a row and a vector."""
+    total = 0.0
+    for j in range(z.size):
+        total += matrix[i, j] * z[j]
+    return total
+
+
+@kernel
+def multiply(rates, shift, columns, z, carried):
+    """Write the products of both kinds of rates with columns and z; those of the inputs are not zero in two places."""
+    states, size = shift.shape
+    product, z_product = carried.columns_product, carried.z_product
+    clear(product)
+    add_product(rates, columns, states, states, product)
+    for i in range(states):
+        product[i, states] += dot(shift, i, z)
+        z_product[i] = dot(rates, i, z)
+    pairs = (size - states - 1) // 2
+    z_product[states] = 0.0
+    for cosine in range(states + 1, states + 1 + pairs):
+        sine = cosine + pairs
+        z_product[cosine] = rates[cosine, cosine] * z[cosine] + rates[cosine, sine] * z[sine]
+        z_product[sine] = rates[sine, cosine] * z[cosine] + rates[sine, sine] * z[sine]
+
+
+@kernel
+def step(increment, moved, carried):
+    """Carry over one step of a table."""
+    columns, z = carried.columns, carried.z
+    multiply(increment, moved, columns, z, carried)
+    for i in range(columns.shape[0]):
+        for p in range(columns.shape[1]):
+            columns[i, p] += carried.columns_product[i, p]
+    for i in range(z.size):
+        z[i] += carried.z_product[i]
+
+
+@kernel
+def add_series(generator, shift, h, carried):
+    """Carry over h shorter than the finest step, by Taylor series."""
+    columns, z, term, z_term = carried.columns, carried.z, carried.columns_term, carried.z_term
+    copy_matrix(columns, term)
+    for i in range(z.size):
+        z_term[i] = z[i]
+    for m in range(1, TERMS + 1):
+        multiply(generator, shift, term, z_term, carried)
+        factor = h / m
+        for i in range(columns.shape[0]):
+            for p in range(columns.shape[1]):
+                term[i, p] = factor * carried.columns_product[i, p]
+                columns[i, p] += term[i, p]
+        for i in range(z.size):
+            z_term[i] = factor * carried.z_product[i]
+            z[i] += z_term[i]
+
+
+@kernel
+def carry(tables, generator, shift, h, carried):
+    """Carry over an interval: steps of the tables, the longest first, then a Taylor series."""
     left = h
     while left >= 1.0:
-        multiplied(tables[0], columns, product)
-        columns += product
+        step(tables.increment[0], tables.moved[0], carried)
         left -= 1.0
-    step = 1.0
-    for level in range(1, tables.shape[0]):
-        step *= 0.5
-        if left >= step:
-            multiplied(tables[level], columns, product)
-            columns += product
-            left -= step
+    length = 1.0
+    for level in range(1, tables.increment.shape[0]):
+        length *= 0.5
+        if left >= length:
+            step(tables.increment[level], tables.moved[level], carried)
+            left -= length
     if left > 0.0:
-        add_series(generator, left, columns, term, product)
+        add_series(generator, shift, left, carried)
 
 
-@strict_entry
-def write_generators(workspace, regions, slots, out):
-    """Write the rates (N, N) of the states in every slot's region; the workspace then holds the last of them."""
-    region, clearances = region_at(workspace), common_at(workspace).clearances
-    for slot in range(slots):
+@kernel
+def cross(common, k, jump, corner_shift, deflection, deflection_shift, carried):
+    """Kick the velocities where the damping of element k jumps at a corner that moves with the parameter."""
+    columns, z = carried.columns, carried.z
+    states, inertias = columns.shape[0], common.inertia.size
+    moving = states - inertias
+    for p in range(states + 1):
+        moved = 0.0
+        for j in range(states):
+            moved += deflection[j] * columns[j, p]
+        if p == states:
+            moved -= corner_shift
+            for j in range(z.size):
+                moved += deflection_shift[j] * z[j]
+        for j in range(inertias):
+            kick = common.pace[j] / common.limits[PERIOD] * common.rows[k, j] / common.inertia[j]
+            columns[moving + j, p] -= kick * jump * moved
+
+
+@strict
+def _write_rows(workspace, regions, generator, deflection):
+    """Write A and G of every slot's region, and the deflections of the clearances."""
+    common, region = common_at(workspace), region_at(workspace)
+    clearances, states, size = common.clearances, region.matrix.shape[0], region.matrix.shape[1]
+    for slot in range(generator.shape[0]):
         for i in range(clearances.size):
             region.pieces[clearances[i]] = regions.piece[slot, i]
         accelerate(workspace)
-        for i in range(out.shape[1]):
-            for j in range(out.shape[1]):
-                out[slot, i, j] = region.matrix[i, j]
+        for i in range(states):
+            for j in range(size):
+                generator[slot, i, j] = region.matrix[i, j]
+    for i in range(clearances.size):
+        for j in range(size):
+            deflection[i, j] = common.deflection[clearances[i], j]
+
+
+@strict
+def _write_rates(workspace, cases, scales, regions, v, rates):
+    """Write the rates of a variant, and their shifts from both variants beside it; all in its scales."""
+    slots, states, size = rates.shift.shape
+    generators = np.empty((NEIGHBOURS, slots, states, size))
+    deflections = np.empty((NEIGHBOURS, rates.deflection.shape[0], size))
+    for side in range(NEIGHBOURS):
+        lay_out(workspace, numbers_of(cases.numbers, v - NEIGHBOURS + side), cases.frame, scales)
+        _write_rows(workspace, regions, generators[side], deflections[side])
+    lay_out(workspace, numbers_of(cases.numbers, v), cases.frame, scales)
+    for slot in range(slots):
+        clear(rates.generator[slot])
+    _write_rows(workspace, regions, rates.generator, rates.deflection)
+    frequency = common_at(workspace).frequency
+    for slot in range(slots):
+        for h in range(frequency.size):
+            cosine, sine = states + 1 + h, states + 1 + frequency.size + h
+            rates.generator[slot, cosine, sine], rates.generator[slot, sine, cosine] = -frequency[h], frequency[h]
+        for i in range(states):
+            for j in range(size):
+                rates.shift[slot, i, j] = 0.5 * (generators[1, slot, i, j] - generators[0, slot, i, j])
+    for i in range(deflections.shape[1]):
+        for j in range(size):
+            rates.deflection_shift[i, j] = 0.5 * (deflections[1, i, j] - deflections[0, i, j])
 
 
 @kernel
-def follow(workspace, regions, slots, generators, log, count, initial, end, columns):
-    """Carry perturbations (N, N), balanced, along a motion of so many crossings that ends after ``end`` periods."""
-    common, laws = common_at(workspace), laws_at(workspace)
-    size, inertias = generators.shape[1], common.inertia.size
-    moving = size - inertias
+def levels_for(common, rates):
+    """How often a period is halved until it is a step of which the Taylor series are exact."""
+    slots, states, _ = rates.shift.shape
     widest = 0.0
+    for h in range(common.frequency.size):
+        widest = max(widest, common.frequency[h])
     for slot in range(slots):
-        widest = max(widest, norm_of_rows(generators[slot]))
+        widest = max(widest, norm_of_rows(rates.generator[slot], states))
     levels = 1
     while widest * 0.5 ** (levels - 1) > _WIDEST and levels < _LEVELS:
         levels += 1
-    tables, is_written = np.empty((slots, levels, size, size)), np.zeros(slots, np.bool_)
+    return levels
+
+
+@kernel
+def slot_of(regions, slots, pieces):
+    """The slot of a region."""
+    for slot in range(slots):
+        is_same = True
+        for k in range(pieces.size):
+            is_same = is_same and regions.piece[slot, k] == pieces[k]
+        if is_same:
+            return slot
+    return 0
+
+
+@strict
+def _follow(workspace, neighbours, regions, rates, log, events, initial, end, carried):
+    """Carry perturbations and s along a motion of so many crossings that ends after ``end`` periods."""
+    common, laws = common_at(workspace), laws_at(workspace)
+    slots, states, size = rates.shift.shape
+    levels = levels_for(common, rates)
+    increment, moved = np.empty((slots, levels, size, size)), np.empty((slots, levels, states, size))
+    is_written, term, moved_term = np.zeros(slots, np.bool_), np.empty((size, size)), np.empty((states, size))
     pieces, before = initial.copy(), 0.0
-    term, product = np.empty((2, size, size))
-    for i in range(count + 1):
-        slot = 0
-        for candidate in range(slots):
-            is_same = True
-            for k in range(pieces.size):
-                is_same = is_same and regions.piece[candidate, k] == pieces[k]
-            if is_same:
-                slot = candidate
+    below, above = neighbours
+    for i in range(events + 1):
+        slot = slot_of(regions, slots, pieces)
+        tables = Tables(increment[slot], moved[slot])
         if not is_written[slot]:
-            exponentials(generators[slot], levels, tables[slot], term, product)
+            write_tables(rates.generator[slot], rates.shift[slot], tables, term, moved_term)
             is_written[slot] = True
-        now = log.cycle[i] + log.fraction[i] if i < count else end
-        carry(tables[slot], generators[slot], now - before, columns, term, product)
+        now = log.cycle[i] + log.fraction[i] if i < events else end
+        carry(tables, rates.generator[slot], rates.shift[slot], now - before, carried)
         before = now
-        if i == count:
+        if i == events:
             break
         crossed = log.clearance[i]
         k = common.clearances[crossed]
-        jump = -laws.damping[laws.first[k] + pieces[crossed]]
+        piece = laws.first[k] + pieces[crossed]
         pieces[crossed] += 1 if log.upward[i] else -1
-        jump += laws.damping[laws.first[k] + pieces[crossed]]
+        jump = laws.damping[laws.first[k] + pieces[crossed]] - laws.damping[piece]
         if jump != 0.0:
-            for p in range(columns.shape[1]):
-                moved = 0.0
-                for j in range(size):
-                    moved += common.deflection[k, j] * columns[j, p]
-                for j in range(inertias):
-                    kick = common.pace[j] / common.limits[PERIOD] * common.rows[k, j] / common.inertia[j]
-                    columns[moving + j, p] -= kick * jump * moved
+            if log.upward[i]:
+                corner_shift = 0.5 * (above.upper[piece] - below.upper[piece])
+            else:
+                corner_shift = 0.5 * (above.lower[piece] - below.lower[piece])
+            rows = rates.deflection[crossed], rates.deflection_shift[crossed]
+            cross(common, k, jump, corner_shift, rows[0], rows[1], carried)
 
 
 @strict_entry
-def map_many(at, workspace, cases, buffers, driven, regions, march, samples, notes, log, out, cursor, slices):
-    """Follow variants from where the cursor stands, for so many slices; as ``many.march_many``, but for ``out``: Maps.
+def differentiate(workspace, cases, buffers, regions, march, samples, log, cursor, out):
+    """Write the end of a motion that was marched there, and its derivatives.
 
-    The log holds the crossings of the last one.
+    Parameters
+    ----------
+    workspace
+        see ``located``.
+    cases, buffers, cursor
+        of ``many``; the ``NEIGHBOURS`` variants before the present one are its neighbours.
+    regions, march, samples, log
+        see ``packed``.
+    out
+        ``Map``.
     """
-    counts = march.counts
-    r, n, references = cases.frame.elements.size, cases.angle.shape[1], cases.frame.references
-    states = r + n
+    v, frame, scales, slots = cursor[AT], cases.frame, buffers.scales, cursor[SLOTS]
+    r, n = frame.elements.size, cases.angle.shape[1]
+    states, inputs = r + n, scales.inputs.size
+    size, clearances = states + 2 * inputs - 1, frame.clearances.size
+    rates = Rates(
+        np.empty((slots, size, size)),
+        np.empty((slots, states, size)),
+        np.empty((clearances, size)),
+        np.empty((clearances, size)),
+    )
+    _write_rates(workspace, cases, scales, regions, v, rates)
+    columns, z = np.eye(states, states + 1), np.zeros(size)
+    room, z_room = np.empty((2, states, states + 1)), np.empty((2, size))
+    carried = Carried(columns, z, room[0], z_room[0], room[1], z_room[1])
     scale = np.empty(states)
-    while cursor[AT] < cases.outcome.size:
-        v = cursor[AT]
-        if slices <= 0:
-            return SPENT
-        slices -= 1
-        code = advance_one(at, workspace, cases, buffers, driven, regions, march, samples, notes, log, cursor)
-        if code == -1:
-            return MORE_ROOM
-        if code == -3:
-            return MORE_LOG
-        if code == 0:
-            continue
-        if code == 1:
-            last = samples.states[samples.states.shape[0] - 1]
-            for i in range(states):
-                scale[i] = buffers.scales.deflection[i] if i < r else buffers.scales.velocity[i - r]
-                out.end[v, i] = last[i] / scale[i]
-            for i in range(references.size):
-                out.turned[v, i] = last[states + i] - cases.angle[v, references[i]]
-            out.crossings[v], out.initial[v] = counts[EVENTS], buffers.initial
-            if out.has_gradient[v]:
-                columns, end = np.eye(states), float(samples.first) / samples.per_cycle
-                generators = np.empty((cursor[SLOTS], states, states))
-                write_generators(workspace, regions, cursor[SLOTS], generators)
-                follow(
-                    workspace,
-                    regions,
-                    cursor[SLOTS],
-                    generators,
-                    log,
-                    counts[EVENTS],
-                    buffers.initial,
-                    end,
-                    columns,
-                )
-                for i in range(states):
-                    for j in range(states):
-                        out.gradient[v, i, j] = columns[i, j] / scale[i] * scale[j]
-        cases.outcome[v] = REACHED if code == 1 else NOT_REACHED
-        cursor[AT], cursor[UNDER_WAY] = v + 1, 0
-    return FINISHED
+    for i in range(states):
+        scale[i] = scales.deflection[i] if i < r else scales.velocity[i - r]
+        z[i] = scale[i] * (buffers.deflection[i] if i < r else cases.velocity[v, i - r])
+    for h in range(inputs):
+        z[states + h] = scales.inputs[h]
+    neighbours = numbers_of(cases.numbers, v - NEIGHBOURS).laws, numbers_of(cases.numbers, v - 1).laws
+    end = float(samples.first) / samples.per_cycle
+    _follow(workspace, neighbours, regions, rates, log, march.counts[EVENTS], buffers.initial, end, carried)
+    last = samples.states[samples.states.shape[0] - 1]
+    for i in range(states):
+        out.end[i], out.slope[i] = last[i] / scale[i], columns[i, states] / scale[i]
+        for j in range(states):
+            out.gradient[i, j] = columns[i, j] / scale[i] * scale[j]
+    for i in range(frame.references.size):
+        out.turned[i] = last[states + i] - cases.angle[v, frame.references[i]]

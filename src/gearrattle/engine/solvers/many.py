@@ -1,4 +1,4 @@
-"""Variants of a driveline that differ in numbers alone, marched by ``exact`` and judged in one compiled loop.
+"""Variants of a driveline that differ in numbers alone, marched by ``exact`` and finished in one compiled loop.
 
 The loop (``kernels.many``) runs the machine code of a single run, so every variant comes out to the same bits as one
 alone; the interpreter is let go of for a few hundred milliseconds at a time, so threads scale. Variants the loop cannot
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import building, laid_out, many, march, notes, packed, scaling, statics, tallies
+from gearrattle.engine.kernels import building, laid_out, many, march, notes, packed, scaling, statics
 from gearrattle.engine.kernels._jit import address_of, compact, is_compiling, vectorised
 from gearrattle.engine.kernels._llvm import lapack_address
 from gearrattle.engine.kernels.many import Buffers
@@ -115,14 +115,28 @@ def march_variants(
     while cursor.go_on():
         if progress is not None:
             progress(cursor.done / len(window))
-    return cursor.out, cursor.is_judged
+    return cursor.out, cursor.is_followed
 
 
 class Batch:
-    """Everything the loop works on; one thread's."""
+    """Everything the loop works on; one thread's.
 
-    def __init__(self, pattern: Pattern, numbers: Coefficients, start: tuple[Array, Array], window: Array) -> None:
+    Parameters
+    ----------
+    pattern, numbers, start, window
+        as of ``march_variants``.
+    finish
+        entry kernel for a motion at its end, and what it writes; None: ``kernels.many.judge`` and ``Tallies``.
+    """
 
+    def __init__(
+        self,
+        pattern: Pattern,
+        numbers: Coefficients,
+        start: tuple[Array, Array],
+        window: Array,
+        finish: tuple[Callable[..., Any], Any] | None = None,
+    ) -> None:
         count = len(window)
         flow = flow_of(pattern.system)
         size = Size.of(flow)
@@ -139,9 +153,9 @@ class Batch:
         self.inputs, self.notes = packed_inputs(flow), notes_for(size, 1)
         self.inputs = self.inputs._replace(scale=self.inputs.scale.copy())
         self.instants = packed_instants(flow, self.march.counts, pattern.cycles)
-        self.out: Any = room_for(count, self.cases.judged)
-        self.at, self.limit = self._entries(), StepLimit(pattern.system)
-        self._loop: Callable[..., int] = many.march_many
+        self.out: Any
+        entry, self.out = finish or (compact(many.judge), room_for(count, self.cases.judged))
+        self.at, self.limit = self._entries(entry), StepLimit(pattern.system)
 
     @property
     def done(self) -> int:
@@ -149,14 +163,14 @@ class Batch:
         return int(self.cursor[many.AT])
 
     @property
-    def is_judged(self) -> NDArray[np.bool_]:
-        """(V,)."""
-        return np.asarray(self.outcome == many.JUDGED)
+    def is_followed(self) -> NDArray[np.bool_]:
+        """(V,) whether a variant is through, and not left out."""
+        return np.asarray(self.outcome == many.FOLLOWED)
 
     def go_on(self) -> bool:
         """Do a slice of work, make what room it asked for; whether there is more to do."""
         counts = self.march.counts
-        answer = self._loop(
+        answer = many.march_many(
             self.at,
             self.store.builder.words,
             self.cases,
@@ -183,7 +197,7 @@ class Batch:
             self.cursor[many.AT], self.cursor[many.UNDER_WAY] = self.done + 1, 0
         return self.done < self.outcome.size
 
-    def _entries(self) -> Any:
+    def _entries(self, finish: Callable[..., Any]) -> Any:
         """Where lies what the loop calls, compiled for arguments of these types, as for a single run."""
 
         cases = self.cases
@@ -197,17 +211,7 @@ class Batch:
         frame = cases.frame
         acceleration = buffers.acceleration
         marched = regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, 0
-        tallied = (
-            cases.judged,
-            self.log,
-            0,
-            cases.window[0],
-            buffers.initial,
-            buffers.final,
-            buffers.scales,
-            0,
-            self.out,
-        )
+        finished = workspace, cases, buffers, regions, self.march, self.samples, self.log, self.cursor, self.out
         calls: dict[str, tuple[Callable[..., Any], tuple[Any, ...]]] = {
             "scale": (scaling.scale, (system, frame, buffers.scales)),
             "lay_out": (laid_out.lay_out, (workspace, system, frame, buffers.scales)),
@@ -218,7 +222,6 @@ class Batch:
             "rest": (statics.rest, (system, frame.label, cases.statics, acceleration, buffers.sought, buffers.travel)),
             "is_loose": (statics.is_loose, (system.laws, cases.statics, buffers.sought)),
             "turn": (statics.turn, (cases.statics, buffers.sought, cases.angle[0])),
-            "tally": (tallies.tally, tallied),
             "march_on": (march.march_on, marched),
             "work_out_samples": (notes.work_out, (regions, self.inputs, self.notes, self.samples, counts)),
         }
@@ -226,7 +229,7 @@ class Batch:
             name: address_of((vectorised if name in _VECTORISED else compact)(entry), *arguments)
             for name, (entry, arguments) in calls.items()
         }
-        return many.Entries(**addresses, zgees=zgees, stages=stages)
+        return many.Entries(**addresses, finish=address_of(finish, *finished), zgees=zgees, stages=stages)
 
 
 def _buffers(flow: Flow, cases: Any) -> Any:

@@ -1,0 +1,103 @@
+"""The exact derivative of the period map over a parameter, against differences of the map."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.family import CompiledFamily
+from gearrattle.engine.periodic.period_map import State
+from gearrattle.orbits.family import family_of, family_of_excitation
+
+PATHS = {
+    "excitation.speed": 100.0,
+    "coupling.gap.clearance": 0.006,
+    "coupling.gap.stiffness": 4000.0,
+    "coupling.gap.damping": 0.5,
+    "torque.0.mean": 4.0,
+    "torque.0.harmonics.1.amplitude": 8.0,
+    "torque.0.harmonics.1.phase": 0.4,
+    "coupling.gap.kinematic_error.0.amplitude": 8e-4,
+    "inertia.b0.J": 0.02,
+}
+"""Paths of ``train``, and their values."""
+
+
+def train(inertias: int, gaps: int = 0) -> gr.Model:
+    """A gap with an error, and a chain of couplings behind it, the first few of them with gaps as well."""
+    couplings: list[dict[str, Any]] = [
+        {"name": f"c{i}", "between": [f"b{i}", f"b{i + 1}"], "stiffness": 3000.0 + 500.0 * (i % 5), "damping": 0.5}
+        for i in range(1, inertias - 1)
+    ]
+    for coupling in couplings[:gaps]:
+        coupling |= {"clearance": 0.004, "damping_ratio": 0.2}
+    ends = ["b0", "b1"] if inertias > 1 else ["b0", "ground"]
+    errors = [{"order": 1, "amplitude": 8e-4, "phase": 0.3}, {"order": 3, "amplitude": 2e-4}]
+    gap = {"name": "gap", "between": ends, "stiffness": 4000.0, "damping": 0.5, "damping_ratio": 0.1}
+    load = [{"on": f"b{inertias - 1}", "mean": -4.0}] if inertias > 1 else []
+    harmonics = [{"order": 1, "amplitude": 30.0}, {"order": 2, "amplitude": 8.0, "phase": 0.4}]
+    return gr.Model.from_tables(
+        {
+            "schema": 1,
+            "inertia": [{"name": f"b{i}", "J": 0.02 * (1.0 + i % 3), "drag": 0.02} for i in range(inertias)],
+            "coupling": [{**gap, "clearance": 0.006, "kinematic_error": errors}, *couplings],
+            "excitation": {"speed": 100.0},
+            "torque": [{"on": "b0", "mean": 4.0, "harmonics": harmonics}, *load],
+        }
+    )
+
+
+def start(inertias: int) -> State:
+    """Some start, the same whenever it is asked for."""
+    rng = np.random.default_rng(inertias)
+    deflections = max(1, inertias - 1)
+    return State(np.concatenate([1e-3 * rng.standard_normal(deflections), 0.3 * rng.standard_normal(inertias)]))
+
+
+def differences(family: CompiledFamily, state: State, value: float, step: float) -> np.ndarray:
+    """Central differences of the map, extrapolated twice by Richardson."""
+
+    def difference(h: float) -> np.ndarray:
+        return (family.map_at(value + h).later(state).y - family.map_at(value - h).later(state).y) / (2.0 * h)
+
+    coarse, middle, fine = (difference(step / 2**k) for k in range(3))
+    first, second = (4.0 * middle - coarse) / 3.0, (4.0 * fine - middle) / 3.0
+    return (16.0 * second - first) / 15.0
+
+
+def assert_alike(family: CompiledFamily, one: np.ndarray, other: np.ndarray) -> None:
+    size = np.linalg.norm(family.scale * other)
+    assert np.linalg.norm(family.scale * (one - other)) < 1e-8 * size
+
+
+@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize("inertias", [1, 4, 32])
+def test_the_slope_is_that_of_the_map_through_impacts(inertias: int, path: str) -> None:
+    model, value = train(inertias), PATHS[path]
+    family = family_of(model, path, value, 1, 2.0 * value)
+    assert isinstance(family, CompiledFamily)
+    motion, slope = family.follow(start(inertias), value)
+    assert len(motion.crossings.time) >= 2
+    assert_alike(family, slope, differences(family, start(inertias), value, 2e-4 * value))
+
+
+@pytest.mark.parametrize("cycles", [2, 5])
+def test_over_several_periods(cycles: int) -> None:
+    family = family_of(train(3), "excitation.speed", 100.0, cycles, 50.0)
+    assert isinstance(family, CompiledFamily)
+    motion, slope = family.follow(start(3), 100.0)
+    assert motion.crossings.time.max() > (cycles - 1) * motion.period
+    assert_alike(family, slope, differences(family, start(3), 100.0, 1e-3))
+
+
+def test_over_a_factor_of_all_harmonics_from_rest() -> None:
+    """At zero too, where a share of the parameter is no step."""
+    family = family_of_excitation(assemble(train(3)).system, 1)
+    assert isinstance(family, CompiledFamily)
+    for factor in (0.0, 1.0):
+        _, slope = family.follow(start(3), factor)
+        assert_alike(family, slope, differences(family, start(3), factor, 1e-4))
