@@ -14,7 +14,8 @@ from gearrattle.assembly import assemble
 from gearrattle.assembly.variants import bound_of, coefficients, repeated
 from gearrattle.engine.kernels.variants import Coefficients
 from gearrattle.engine.periodic.family import CompiledFamily, Family, GeneralFamily
-from gearrattle.engine.solvers.many import has_loop
+from gearrattle.engine.solvers.choice import MANY_INERTIAS
+from gearrattle.engine.solvers.many import is_supported
 from gearrattle.engine.system.laid_out import coefficients_of as coefficients_of_system
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError, ModelError
@@ -91,5 +92,8 @@ def family_of_excitation(system: PiecewiseSystem, cycles: int) -> Family:
 
 
 def is_compiled(system: PiecewiseSystem) -> bool:
-    """Return whether motions of a driveline's variants are followed in a compiled loop."""
-    return has_loop(system) and bool(system.clearances)
+    """Return whether motions of a driveline's variants are followed in compiled code.
+
+    Many regions are no reason against it: a motion visits few of them in a period.
+    """
+    return is_supported(system) and system.size <= MANY_INERTIAS and bool(system.clearances)

@@ -11,6 +11,7 @@ import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.family import CompiledFamily
 from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.solvers.choice import is_large
 from gearrattle.orbits.family import family_of, family_of_excitation
 
 PATHS = {
@@ -101,3 +102,15 @@ def test_over_a_factor_of_all_harmonics_from_rest() -> None:
     for factor in (0.0, 1.0):
         _, slope = family.follow(start(3), factor)
         assert_alike(family, slope, differences(family, start(3), factor, 1e-4))
+
+
+def test_many_regions_are_followed_in_compiled_code() -> None:
+    """Five gaps have 243 regions: long runs take the sweep, a period the tables."""
+    model = train(6, gaps=4)
+    assert is_large(assemble(model).system)
+    family = family_of(model, "excitation.speed", 100.0, 1, 50.0)
+    assert isinstance(family, CompiledFamily)
+    motion, slope = family.follow(start(6), 100.0)
+    np.testing.assert_array_equal(motion.end.y, family.map_at(100.0).later(start(6)).y)
+    assert len(set(motion.crossings.watch.tolist())) > 1
+    assert_alike(family, slope, differences(family, start(6), 100.0, 0.02))

@@ -74,14 +74,17 @@ class Pattern:
         return statics_of(elastic, relative_coordinates(self.system, elastic))
 
 
-def has_loop(system: PiecewiseSystem) -> bool:
-    """Whether there is a compiled loop for variants of a system.
+def is_supported(system: PiecewiseSystem) -> bool:
+    """Whether the compiled loop can march a system.
 
-    There is none for inputs over time, friction, clipped damping or alternation, for large systems, which the sweep
-    suits better, and without a compiler.
+    It cannot march inputs over time, friction, clipped damping or alternation, and nothing without a compiler.
     """
+    return is_compiling() and system.is_plain
 
-    return is_compiling() and system.is_plain and not is_large(system)
+
+def has_loop(system: PiecewiseSystem) -> bool:
+    """Whether the compiled loop is the way to march variants of a system; the sweep suits large systems better."""
+    return is_supported(system) and not is_large(system)
 
 
 def march_variants(
