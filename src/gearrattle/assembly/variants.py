@@ -14,7 +14,7 @@ Takes a Model, paths and values; gives ``kernels.variants.Coefficients`` with a 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -33,6 +33,7 @@ from gearrattle.engine.system.laid_out import coefficients_of
 from gearrattle.model import Element, Harmonic, Model
 from gearrattle.model.components.base import PieceColumns
 from gearrattle.model.over_speed import AtSpeed
+from gearrattle.remember import kept
 
 Array = NDArray[np.float64]
 Number = float | Array
@@ -107,12 +108,15 @@ class Columns:
         V.
     good
         (V,) which variants share the structure of the model, and satisfy it for certain.
+    has_tables
+        whether a leaf was read that is a table over speed.
     """
 
     model: Model
     varied: Mapping[str, Array]
     count: int
     good: NDArray[np.bool_] = field(init=False)
+    has_tables: bool = field(init=False, default=False)
 
     def __post_init__(self) -> None:
         self.good = np.ones(self.count, dtype=np.bool_)
@@ -140,7 +144,10 @@ class Columns:
         """The leaf at a path, whose value in the model is given; tables over speed are read at every speed."""
         if path in self.varied:
             return self.varied[path]
-        if not isinstance(value, AtSpeed) or isinstance(self.omega, float):
+        if not isinstance(value, AtSpeed):
+            return float(value)
+        self.has_tables = True
+        if isinstance(self.omega, float):
             return float(value)
         speeds, values = np.array(value.speeds), np.array(value.values)
         covered = (self.omega >= speeds[0]) & (self.omega <= speeds[-1])
@@ -177,23 +184,56 @@ def coefficients(model: Model, varied: Mapping[str, Array], count: int) -> tuple
     columns = Columns(model, varied, count)
     if load_ripples(model):  # of a mean load that the columns may change
         columns.good[:] = False
-    base = coefficients_of(assemble(model).system)
-    common = period_of(model)
-    out = repeated(base, count)
-    _write_inertias(columns, out)
-    _write_inputs(columns, out, {order: j for j, order in enumerate(common.orders)})
-    _write_laws(columns, out)
-    out.period[:, 0] = 2 * math.pi / columns.omega / common.turns
-    laws = assemble(model).system.laws
-    limp = np.array([not law.stiffness.any() for law in laws for _ in range(law.pieces)], dtype=bool)
-    for array, pattern in ((out.laws.stiffness, base.laws.stiffness), (out.laws.upper, base.laws.upper)):
-        columns.good &= np.all((array != 0.0) == (pattern != 0.0), axis=1)
-    pushes = (out.laws.offset != 0.0) == (base.laws.offset != 0.0)
-    columns.good &= np.all(pushes, axis=1, where=limp)  # push, or push nothing
-    finite: tuple[NDArray[Any], ...] = (*out[:-1], *out.laws[:-2], out.laws.upper[:, np.isfinite(base.laws.upper)])
-    for values in finite:
-        columns.good &= np.isfinite(values).reshape(count, -1).all(axis=1)
+    out = repeated(coefficients_of(assemble(model).system), count)
+    out.period[:, 0] = 2 * math.pi / columns.omega / period_of(model).turns
+    columns.good &= np.isfinite(out.period[:, 0])
+    parts = varied_parts(model, varied)
+    if "laws" in parts:
+        _write_laws(columns, out)
+        _check_laws(columns, out)
+    if "loads" in parts:
+        _write_inertias(columns, out)
+        _write_inputs(columns, out, {order: j for j, order in enumerate(period_of(model).orders)})
+        for values in out[:-2]:
+            columns.good &= np.isfinite(values).reshape(count, -1).all(axis=1)
     return out, columns.good
+
+
+def varied_parts(model: Model, varied: Iterable[str]) -> set[str]:
+    """Return which coefficients vary with paths beside the period: "laws", and "loads" for all others."""
+    parts = set()
+    for path in varied:
+        kind, *keys = path.split(".")
+        if kind != "excitation":
+            is_law = kind in ("coupling", "mesh") and not set(keys[1:]) & set(_ERRORS)
+            parts.add("laws" if is_law else "loads")
+        elif has_tables(model):
+            parts |= {"laws", "loads"}
+    return parts
+
+
+@kept
+def has_tables(model: Model) -> bool:
+    """Return whether a leaf that may vary is a table over speed."""
+    columns, system = Columns(model, {}, 1), assemble(model).system
+    out = repeated(coefficients_of(system), 1)
+    _write_inertias(columns, out)
+    _write_inputs(columns, out, {order: j for j, order in enumerate(period_of(model).orders)})
+    _write_laws(columns, out)
+    return columns.has_tables
+
+
+def _check_laws(columns: Columns, out: Coefficients) -> None:
+    """Mark the variants whose laws have another structure, or are not finite."""
+    laws = assemble(columns.model).system.laws
+    base = coefficients_of(assemble(columns.model).system).laws
+    limp = np.array([not law.stiffness.any() for law in laws for _ in range(law.pieces)], dtype=bool)
+    for array, pattern in ((out.laws.stiffness, base.stiffness), (out.laws.upper, base.upper)):
+        columns.good &= np.all((array != 0.0) == (pattern != 0.0), axis=1)
+    pushes = (out.laws.offset != 0.0) == (base.offset != 0.0)
+    columns.good &= np.all(pushes, axis=1, where=limp)  # push, or push nothing
+    for values in (*out.laws[1:-2], out.laws.upper[:, np.isfinite(base.upper)]):
+        columns.good &= np.isfinite(values).all(axis=1)
 
 
 def repeated(base: Coefficients, count: int) -> Coefficients:
