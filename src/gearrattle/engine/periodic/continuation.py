@@ -4,7 +4,7 @@ A branch is a curve in w = (u, p / unit): u the balanced state at the start of a
 
     F(w) = P(u; p) - u = 0,      t . (w - w_predicted) = 0,      [dF/du, dF/dp] t = 0,  |t| = 1
 
-dF/du = M - I is exact, dF/dp a central difference of the exact map (``family``). Newton's method solves both equations.
+dF/du = M - I is exact, and so is dF/dp for drivelines of laws and harmonics (``family``). Newton's method solves both.
 A step is taken if Newton's method converges, the tangent turns little, and the chord between both points is the mean of
 their tangents: a nearby branch has another direction. The two legs of a sharp fold have the same direction. So the
 determinant of [dF/du, dF/dp; t] is watched too: along a branch it keeps its sign until another branch crosses, where it
@@ -45,7 +45,7 @@ _KINK = 1e-6  # a step shorter than this may turn by any angle: the branch has a
 _SHORTEST = 1e-10  # step
 _AHEAD = tuple(10.0**power for power in range(-9, -3))  # beyond a corner of the branch
 _NEAR_CORNER = 10.0  # steps: a point farther from a corner lies elsewhere
-_GROWTH = 1.6  # of a step after one that was easy
+_GROWTH, _LEAST_GROWTH = 4.0, 1.6  # of a step after one that was easy: at most; after one shorter than a kink, at least
 _FIRST = 0.1  # of the longest step
 _CLOSED = 1e-3  # of the longest step: a branch that passes its first point nearer than this is closed
 
@@ -267,20 +267,21 @@ class Continuation:
         """The point that follows two consecutive points, and the step to try next."""
         slope = abs(float(point.tangent[-1]))
         step = min(step, self._longest, 0.95 * self._step_limit / max(slope, 1e-300))
+        is_first = True
         while step > _SHORTEST:
             try:
-                following, iterations = self._newton(
-                    _predicted(earlier, point, step), point.tangent, point.tangent, point.motion.end.auxiliary_pieces
-                )
+                predicted = _predicted(earlier, point, step)
+                pieces = point.motion.end.auxiliary_pieces
+                following, iterations = self._newton(predicted, point.tangent, point.tangent, pieces, is_near=True)
             except ConvergenceError:
-                step *= 0.4
+                step, is_first = 0.4 * step, False
                 continue
             is_short = step < _KINK
             if (_is_straight(point, following) or is_short) and self._is_allowed(point, following):
-                is_easy = iterations <= _EASY and point.tangent @ following.tangent > 1.0 - 0.25 * (1.0 - _TURN)
-                after = min(self._longest, _GROWTH * step if is_easy or is_short else step)
-                return _after(point, following), after
-            step *= 0.5
+                growth = _growth(point, following) if is_first and iterations <= _EASY else 1.0
+                growth = max(growth, _LEAST_GROWTH) if is_short else growth
+                return _after(point, following), min(self._longest, growth * step)
+            step, is_first = 0.5 * step, False
         return self._around_corner(point)
 
     def _last(self, point: Point, step: float, lowest: float, highest: float) -> Point | None:
@@ -368,10 +369,20 @@ class Continuation:
     def _corrected(self, predicted: Array, normal: Array, direction: Array, pieces: IntArray | None) -> Point:
         return self._newton(predicted, normal, direction, pieces)[0]
 
-    def _newton(self, predicted: Array, normal: Array, direction: Array, pieces: IntArray | None) -> tuple[Point, int]:
+    def _newton(
+        self,
+        predicted: Array,
+        normal: Array,
+        direction: Array,
+        pieces: IntArray | None,
+        *,
+        is_near: bool = False,
+    ) -> tuple[Point, int]:
         """The point of the branch in the plane through a prediction at right angles to ``normal``, and the iterations.
 
-        ``predicted``, ``normal`` and ``direction`` are (N + 1,); the tangent points to the side of ``direction``.
+        ``predicted``, ``normal`` and ``direction`` are (N + 1,); the tangent points to the side of ``direction``. A
+        prediction that is near is given up once the residual grows: then Newton's method goes round in circles between
+        two patterns of crossings, and a shorter step costs less.
         """
         w, last = predicted.copy(), np.inf
         for iteration in range(_ITERATIONS):
@@ -382,7 +393,8 @@ class Continuation:
             norm = float(np.linalg.norm(residual))
             plane = float(normal @ (w - predicted))
             least = _TOLERANCE * max(1.0, float(np.linalg.norm(w[:-1]))) + _ROUNDING * float(np.linalg.norm(matrix))
-            if not np.isfinite(norm) or not np.all(np.isfinite(matrix)):
+            is_lost = is_near and norm > last and norm > 100.0 * least
+            if is_lost or not np.isfinite(norm) or not np.all(np.isfinite(matrix)):
                 break
             change, _ = shortest_solution(np.vstack([matrix, normal]), np.append(-residual, -plane))
             is_settled = norm <= least or (norm <= 100.0 * least and norm > 0.5 * last)
@@ -422,6 +434,12 @@ def _is_straight(point: Point, following: Point) -> bool:
     chord = distance / np.linalg.norm(distance)
     defect = float(np.linalg.norm(chord - 0.5 * (following.tangent + point.tangent)))
     return float(following.tangent @ point.tangent) > _TURN and defect < _DEFECT
+
+
+def _growth(point: Point, following: Point) -> float:
+    """By how much a step may grow: to where the tangent turns by half the angle that it may turn by."""
+    turn = max(1.0 - float(point.tangent @ following.tangent), 1e-12)
+    return float(np.clip(np.sqrt(0.25 * (1.0 - _TURN) / turn), 1.0, _GROWTH))
 
 
 def _after(point: Point, following: Point) -> Point:
