@@ -39,9 +39,9 @@ def period(frequency: mpf) -> mpf:
     return 2 * mp.pi / frequency
 
 
-def flow(region: int, frequency: mpf, begin: mpf, state: State, end: mpf) -> State:
+def flow(region: int, frequency: mpf, begin: mpf, state: State, end: mpf, *, load: mpf | str = MEAN) -> State:
     """Return the state at the end of a time within one region: x_particular + x_homogeneous, written out."""
-    c, mean, force = mpf(DAMPING), mpf(MEAN), mpf(ERROR) * frequency**2
+    c, mean, force = mpf(DAMPING), mpf(load), mpf(ERROR) * frequency**2
     (x, v), tau = state, end - begin
     first, last = mp.expj(frequency * begin), mp.expj(frequency * end)
     if region == 0:  # v' = mean + force cos(W t) - c v
@@ -70,7 +70,7 @@ def region_of(state: State) -> int:
     return 0 if abs(x) < 1 else int(mp.sign(x))
 
 
-def mapped(frequency: mpf, state: State, cycles: int = 1) -> tuple[State, Unknowns, Pattern]:
+def mapped(frequency: mpf, state: State, cycles: int = 1, load: mpf | str = MEAN) -> tuple[State, Unknowns, Pattern]:
     """Follow a state over whole periods, crossing by crossing.
 
     Returns
@@ -83,22 +83,24 @@ def mapped(frequency: mpf, state: State, cycles: int = 1) -> tuple[State, Unknow
     actual: Unknowns = []
     order: list[Crossing] = []
     while True:
-        crossing = _first_exit(region, frequency, time, state, end)
+        crossing = _first_exit(region, frequency, time, state, end, load=load)
         if crossing is None:
-            return flow(region, frequency, time, state, end), actual, tuple(order)
+            return flow(region, frequency, time, state, end, load=load), actual, tuple(order)
         instant, corner = crossing
-        velocity = flow(region, frequency, time, state, instant)[1]
+        velocity = flow(region, frequency, time, state, instant, load=load)[1]
         region = corner if region == 0 else 0
         time, state = instant, (mpf(corner), velocity)
         actual += [time, velocity]
         order.append(Crossing(corner, region))
 
 
-def _first_exit(region: int, frequency: mpf, begin: mpf, state: State, end: mpf) -> tuple[mpf, int] | None:
+def _first_exit(
+    region: int, frequency: mpf, begin: mpf, state: State, end: mpf, *, load: mpf | str
+) -> tuple[mpf, int] | None:
     """The first instant at which a motion leaves its region, and the corner that it passes."""
 
     def inside(t: mpf) -> mpf:
-        x = flow(region, frequency, begin, state, t)[0]
+        x = flow(region, frequency, begin, state, t, load=load)[0]
         return 1 - abs(x) if region == 0 else region * x - 1
 
     low, step = begin, period(frequency) / _SCAN
@@ -108,13 +110,15 @@ def _first_exit(region: int, frequency: mpf, begin: mpf, state: State, end: mpf)
             if low == begin:  # it begins on the corner
                 low += step / 2**20
             instant = mp.findroot(inside, (low, high), solver="anderson", tol=mp.eps**1.8)
-            side = region or int(mp.sign(flow(region, frequency, begin, state, instant)[0]))
+            side = region or int(mp.sign(flow(region, frequency, begin, state, instant, load=load)[0]))
             return instant, side
         low = high
     return None
 
 
-def equations(pattern: Pattern, cycles: int, unknowns: Sequence[mpf], frequency: mpf) -> list[mpf]:
+def equations(
+    pattern: Pattern, cycles: int, unknowns: Sequence[mpf], frequency: mpf, load: mpf | str = MEAN
+) -> list[mpf]:
     """Return what is zero for a periodic motion: from every crossing the closed form leads to the next."""
     instants, velocities = list(unknowns[0::2]), list(unknowns[1::2])
     instants.append(instants[0] + cycles * period(frequency))
@@ -123,16 +127,18 @@ def equations(pattern: Pattern, cycles: int, unknowns: Sequence[mpf], frequency:
     for i, crossing in enumerate(pattern):
         following = pattern[(i + 1) % len(pattern)]
         begin = (mpf(crossing.corner), velocities[i])
-        x, v = flow(crossing.region, frequency, instants[i], begin, instants[i + 1])
+        x, v = flow(crossing.region, frequency, instants[i], begin, instants[i + 1], load=load)
         out += [x - following.corner, v - velocities[i + 1]]
     return out
 
 
-def orbit(frequency: mpf, near: tuple[float, float], cycles: int = 1) -> tuple[Pattern, Unknowns]:
+def orbit(
+    frequency: mpf, near: tuple[float, float], cycles: int = 1, load: mpf | str = MEAN
+) -> tuple[Pattern, Unknowns]:
     """Return the crossings of the periodic motion near a state at t = 0: what they cross, instants and velocities."""
     with mp.workdps(15):
-        guess, pattern = mapped(mpf(frequency), (mpf(near[0]), mpf(near[1])), cycles)[1:]
-    return pattern, newton(lambda z: equations(pattern, cycles, z, frequency), guess)
+        guess, pattern = mapped(mpf(frequency), (mpf(near[0]), mpf(near[1])), cycles, load)[1:]
+    return pattern, newton(lambda z: equations(pattern, cycles, z, frequency, load), guess)
 
 
 def newton(function: Callable[[Sequence[mpf]], list[mpf]], guess: Unknowns) -> Unknowns:
@@ -183,6 +189,66 @@ def fold(frequency: mpf, near: tuple[float, float], cycles: int = 1) -> mpf:
     vectors = mp.svd(gradient)[2]
     null = [vectors[m - 1, j] for j in range(m)]
     return newton(extended, [*guess, mpf(frequency), *null])[m]
+
+
+def _crossings(frequency: mpf, near: tuple[float, float], load: mpf) -> tuple[Pattern, Unknowns]:
+    """What the motion from a state crosses, instants and velocities: a guess where the equations are singular."""
+    with mp.workdps(15):
+        guess, pattern = mapped(frequency, (mpf(near[0]), mpf(near[1])), 1, load)[1:]
+    return pattern, guess
+
+
+def _null(pattern: Pattern, guess: Unknowns, frequency: mpf, load: mpf) -> Unknowns:
+    """The direction in which the equations are nearest to singular."""
+    vectors = mp.svd(jacobian(lambda z: equations(pattern, 1, z, frequency, load), guess))[2]
+    return [vectors[len(guess) - 1, j] for j in range(len(guess))]
+
+
+def cusp(frequency: mpf, load: mpf, near: tuple[float, float]) -> tuple[mpf, mpf]:
+    """Return frequency and mean load, near a guess and the motion near a state, at which two folds meet.
+
+    Unknowns z, W, the load, n, r: along z + h n + h^2 r / 2 the equations are zero but for terms of third order.
+    """
+    pattern, guess = _crossings(frequency, near, load)
+    m = len(guess)
+
+    def extended(u: Sequence[mpf]) -> list[mpf]:
+        z, (w, q), n, r = list(u[:m]), u[m : m + 2], list(u[m + 2 : 2 * m + 2]), list(u[2 * m + 2 :])
+        with mp.workdps(2 * mp.dps):
+            h = mpf(10) ** (-mp.dps // 6)
+            moved = ([a + s * h * b + h**2 / 2 * c for a, b, c in zip(z, n, r, strict=True)] for s in (1, -1))
+            ahead, behind = (equations(pattern, 1, one, w, q) for one in moved)
+            here = equations(pattern, 1, z, w, q)
+            first = [(a - b) / (2 * h) for a, b in zip(ahead, behind, strict=True)]
+            second = [(a + b - 2 * c) / h**2 for a, b, c in zip(ahead, behind, here, strict=True)]
+        return [*here, *first, *second, sum(x**2 for x in n) - 1, sum(x * y for x, y in zip(n, r, strict=True))]
+
+    start = [*guess, frequency, load, *_null(pattern, guess, frequency, load), *([mpf(0)] * m)]
+    w, q = newton(extended, start)[m : m + 2]
+    return w, q
+
+
+def fold_at_grazing(frequency: mpf, load: mpf, near: tuple[float, float], instant: mpf) -> tuple[mpf, mpf]:
+    """Return frequency and mean load at which a motion that crosses twice folds while it touches x = 1 in its gap.
+
+    Unknowns z, W, the load, n and the instant of the touch, near a guess of it.
+    """
+    pattern, guess = _crossings(frequency, near, load)
+    m = len(guess)
+    leaving = next(i for i, crossing in enumerate(pattern) if crossing.region == 0)
+
+    def extended(u: Sequence[mpf]) -> list[mpf]:
+        z, (w, q), n, t = list(u[:m]), u[m : m + 2], list(u[m + 2 : 2 * m + 2]), u[2 * m + 2]
+        with mp.workdps(2 * mp.dps):
+            h = mpf(10) ** (-mp.dps // 4)
+            moved = ([a + sign * h * b for a, b in zip(z, n, strict=True)] for sign in (1, -1))
+            ahead, behind = (equations(pattern, 1, one, w, q) for one in moved)
+            along = [(a - b) / (2 * h) for a, b in zip(ahead, behind, strict=True)]
+        x, v = flow(0, w, z[2 * leaving], (mpf(1), z[2 * leaving + 1]), t, load=q)
+        return [*equations(pattern, 1, z, w, q), *along, sum(x**2 for x in n) - 1, x - 1, v]
+
+    w, q = newton(extended, [*guess, frequency, load, *_null(pattern, guess, frequency, load), instant])[m : m + 2]
+    return w, q
 
 
 def grazing_from_contact(guess: str) -> mpf:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from mpmath import mp, mpf
 
 import gearrattle as gr
-from tests.orbits.test_branch import over_frequency
+from tests.oracles import backlash_mp as oracle
+from tests.orbits.test_branch import oscillator, over_frequency
 
 
 def test_a_grazing_stays_on_its_closed_form() -> None:
@@ -19,14 +21,58 @@ def test_a_grazing_stays_on_its_closed_form() -> None:
     assert curve.attrs["notes"] == []
 
 
+CUSP = (1.57208, 0.399188)
+MEETING = (1.03362644, 0.00149098)
+"""Positions less the error, and velocities at t = 0, near those of the special points."""
+TOUCHED = mpf("0.4700646")
+"""When the corner is touched, in periods."""
+
+
 def test_both_folds_end_in_one_cusp() -> None:
+    """The cusp, against thirty digits."""
     ends = []
     for event in (1, 3):
         curve = over_frequency().boundary(event, "torque.0.mean", (0.1, 0.45))
         assert curve.attrs["kind"] == "fold"
-        assert len(curve.attrs["notes"]) == 1
-        ends.append((float(curve["second"][-1]), float(curve["value"][-1])))
-    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-4)
+        assert curve.attrs["notes"] == ["The event is not found beyond torque.0.mean = 0.400569: cusp."]
+        assert curve["special"].values.tolist() == [""] * (curve.sizes["point"] - 1) + ["cusp"]
+        ends.append((float(curve["value"][-1]), float(curve["second"][-1])))
+    with mp.workdps(30):
+        cusp = oracle.cusp(mpf(ends[0][0]), mpf(ends[0][1]), CUSP)
+    for end in ends:
+        np.testing.assert_allclose(end, [float(x) for x in cusp], rtol=0, atol=1e-8)
+
+
+def test_two_grazings_meet_where_the_swing_is_largest() -> None:
+    """The amplitude 0.05 w^2 / |1 - w^2 + 0.1 i w| is largest at w^2 = 1 / (1 - 0.005)."""
+    largest = 0.5 / np.sqrt(1.0 - 0.05**2)
+    for event in (0, 5):
+        curve = over_frequency().boundary(event, "torque.0.mean", (0.1, 0.55))
+        assert curve["special"].values[-1] == "turning point"
+        assert float(curve["second"][-1]) == pytest.approx(largest, abs=1e-8)
+        assert float(curve["value"][-1]) == pytest.approx(1.0 / np.sqrt(1.0 - 0.005), abs=1e-6)
+
+
+def test_a_fold_ends_where_it_meets_a_grazing() -> None:
+    """There the motion with two crossings touches the corner once more, and folds: against thirty digits."""
+    curve = over_frequency().boundary(1, "torque.0.mean", (0.005, 0.1))
+    assert curve["special"].values.tolist() == ["fold meets grazing"] + [""] * (curve.sizes["point"] - 1)
+    value, mean = float(curve["value"][0]), float(curve["second"][0])
+    with mp.workdps(30):
+        want = oracle.fold_at_grazing(mpf(value), mpf(mean), MEETING, TOUCHED * oracle.period(mpf(value)))
+    np.testing.assert_allclose([value, mean], [float(x) for x in want], rtol=0, atol=1e-8)
+
+
+def test_a_grazing_passes_the_fold_that_it_meets_at_the_same_point() -> None:
+    model = oscillator().with_({"torque.0.mean": 0.0095})
+    branch = gr.continuation(model, "excitation.frequency", (0.44, 0.5), start="linear")
+    chosen = branch.events.index[branch.events["kind"] == "grazing"][0]
+    curve = branch.boundary(int(chosen), "torque.0.mean", (0.0087, 0.0097))
+    special = curve.isel(point=curve["special"] != "")
+    assert special["special"].values.tolist() == ["fold meets grazing"]
+    fold = over_frequency().boundary(1, "torque.0.mean", (0.005, 0.1))
+    actual = [float(special[name][0]) for name in ("second", "value")]
+    np.testing.assert_allclose(actual, [float(fold[name][0]) for name in ("second", "value")], rtol=0, atol=1e-8)
 
 
 def test_on_the_way_it_meets_the_events_of_changed_models() -> None:

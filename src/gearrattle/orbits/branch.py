@@ -198,9 +198,10 @@ class Branch(Result):
         Returns
         -------
         xr.Dataset
-            Over "point", the second value ascending: second, value of the event, error of its state [SI]. ``notes``
-            in the attributes say where it ends inside the range: there a fold has met another one in a cusp, or the
-            motion that grazes is gone.
+            Over "point", the second value ascending: second, value of the event, special, error of its state [SI].
+            ``special`` names what lies at a point, and is empty at most of them: "cusp" (a fold has met another one),
+            "turning point" (another event has met its like), "fold meets grazing". ``notes`` in the attributes say
+            where the curve ends inside the range.
 
         Raises
         ------

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 _SECANTS = 25
 _LOCATED = 1e-11  # arclength
-_FIRST = 1e-4  # arclength of the first step along the branch
+_FIRST, _FIRST_AT_GRAZING = 1e-4, 1e-6  # arclength of the first step along the branch
 
 
 def relocated(event: Event, curve: Continuation, change: Array, farthest: float) -> Event:
@@ -48,7 +48,7 @@ def relocated(event: Event, curve: Continuation, change: Array, farthest: float)
     """
     point = curve.in_plane(replace(event.point, w=event.point.w + change))
     test, along = test_of(event, curve.family, point), 0.0
-    step = _FIRST
+    step = _FIRST if event.touch is None else _FIRST_AT_GRAZING
     for _ in range(_SECANTS):
         following = curve.moved_along(point, step)
         value = test_of(event, curve.family, following)

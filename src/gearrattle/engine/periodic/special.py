@@ -1,0 +1,165 @@
+"""Special points of a curve of events over a second parameter q: cusps, turning points, and folds that meet grazings.
+
+Along the branch of the driveline q, at the arclength s, the test function of an event is tau(s; q). Two events of one
+kind meet and vanish where
+
+    tau = 0,      d tau / ds = 0:
+
+for folds a *cusp*, for other events a *turning point* of their curve. A fold meets a grazing where the tangent's part
+along the parameter vanishes at the grazing, in the limit from the side without contact; beyond the grazing it changes
+like a square root, so there the curve of folds bends into that of grazings.
+
+Takes an event and what follows the driveline q; gives the special point.
+
+Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, 4th ed., Springer 2023, chapter 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from gearrattle.engine.periodic.boundary import relocated
+from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.drift import test_of
+from gearrattle.engine.periodic.events import FOLD, GRAZING, TESTS, Event, events_between
+from gearrattle.errors import ConvergenceError
+
+CUSP, TURNING, MEETING = "cusp", "turning point", "fold meets grazing"
+Follower = Callable[[float], Continuation]
+
+_STEP = 1e-4  # arclength of differences along the branch
+_FARTHEST = 0.3  # arclength from a known event to a special point
+_SECANTS = 30
+_LOCATED = 1e-12  # of q
+_NEAR = 4e-6  # arclength from a grazing to the motions by which its limit is extrapolated
+_EXTRAPOLATED = (5.0, -10.0, 10.0, -5.0, 1.0)  # weights of the values at 1, 2, ... times that for the one at 0
+_FIRST, _AROUND = 1e-6, 0.03  # arclength of the first step from a fold, and within which its grazing is sought
+
+
+def meeting_of_two(event: Event, follower: Follower, q: float, step: float) -> tuple[float, Event]:
+    """Return where an event meets another one of its kind and both vanish: q, and the event there.
+
+    Parameters
+    ----------
+    event
+        one of them, shortly before they meet.
+    follower
+        gives the Continuation of the driveline q.
+    q
+        of the event.
+    step
+        a small change of q towards the point.
+
+    Raises
+    ------
+    ConvergenceError
+        they do not meet near.
+    """
+
+    return _root(lambda value: _extremum(event, follower(value)), q, step)
+
+
+def _extremum(event: Event, curve: Continuation) -> tuple[float, Event]:
+    """The extremum of the test function along the branch near an event: its value, and the event moved there."""
+    origin = curve.in_plane(event.point)
+
+    def slope(s: float) -> float:
+        behind, ahead = (curve.moved_along(origin, s + side * _STEP) for side in (-1.0, 1.0))
+        tests = [test_of(event, curve.family, point) for point in (behind, ahead)]
+        return (tests[1] - tests[0]) / (2.0 * _STEP)
+
+    s, now = 0.0, slope(0.0)
+    change = _STEP
+    for _ in range(_SECANTS):
+        s, before, now = s + change, now, slope(s + change)
+        if now == before or abs(s) > _FARTHEST:
+            break
+        change = float(np.clip(-now * change / (now - before), -0.5 * _FARTHEST, 0.5 * _FARTHEST))
+        if abs(change) < 1e-2 * _STEP:
+            point = curve.moved_along(origin, s + change)
+            return test_of(event, curve.family, point), replace(event, point=point)
+    raise ConvergenceError("the test function has no extremum near")
+
+
+def meeting_of_grazing(grazings: Mapping[float, Event], follower: Follower, step: float) -> tuple[float, Event]:
+    """Return where a grazing meets a fold: q, and the grazing there.
+
+    Parameters
+    ----------
+    grazings
+        by q, what is known of the grazing near; the search starts at the first.
+    follower
+        gives the Continuation of the driveline q.
+    step
+        a small change of q towards the point.
+
+    Raises
+    ------
+    ConvergenceError
+        they do not meet near.
+    """
+    known = dict(grazings)
+
+    def limit(q: float) -> tuple[float, Event]:
+        curve = follower(q)
+        if q not in known:
+            nearest, *others = sorted(known, key=lambda other: abs(other - q))
+            event, change = known[nearest], np.zeros_like(known[nearest].point.w)
+            if others:
+                change = (known[others[0]].point.w - event.point.w) * (q - nearest) / (others[0] - nearest)
+            known[q] = relocated(event, curve, change, _FARTHEST)
+        return tangent_at(known[q], curve), known[q]
+
+    return _root(limit, next(iter(known)), step)
+
+
+def tangent_at(grazing: Event, curve: Continuation) -> float:
+    """Return the tangent's part along the parameter at a grazing, in the limit from the side without contact.
+
+    Raises
+    ------
+    ConvergenceError
+        the motions on both sides touch.
+    """
+    for side in (_NEAR, -_NEAR):
+        points = [curve.moved_along(grazing.point, (i + 1.0) * side) for i in range(len(_EXTRAPOLATED))]
+        if test_of(grazing, curve.family, points[0]) < 0.0:
+            return float(np.dot(_EXTRAPOLATED, [TESTS[FOLD](point) for point in points]))
+    raise ConvergenceError("the motions on both sides of the grazing touch")
+
+
+def grazing_near(fold: Event, curve: Continuation) -> Event | None:
+    """Return the grazing nearest to a fold on its branch; None if there is none near."""
+    nearest = []
+    for side in (-1.0, 1.0):
+        before, step = replace(fold.point, length=0.0), side * _FIRST
+        while abs(before.length) < _AROUND:
+            try:
+                after = replace(curve.moved_along(before, step), length=before.length + step)
+                events = events_between(curve, *((before, after) if side > 0.0 else (after, before)))
+            except ConvergenceError:
+                break
+            grazings = [event for event in events if event.kind == GRAZING and event.touch is not None]
+            if grazings:
+                nearest.append(min(grazings, key=lambda event: abs(event.point.length)))
+                break
+            before, step = after, 2.0 * step
+    return min(nearest, key=lambda event: abs(event.point.length), default=None)
+
+
+def _root(function: Callable[[float], tuple[float, Event]], q: float, step: float) -> tuple[float, Event]:
+    """The zero of a function of q by the secant method, and the event there."""
+    value, _ = function(q)
+    change, scale = step, abs(step)
+    for _ in range(_SECANTS):
+        following, event = function(q + change)
+        q, before, value = q + change, value, following
+        if value == before or abs(change) > 1e3 * scale:
+            break
+        change = -value * change / (value - before)
+        if abs(change) <= _LOCATED * max(abs(q), scale):
+            return q, event
+    raise ConvergenceError("no special point is near")
