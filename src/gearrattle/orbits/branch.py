@@ -32,7 +32,7 @@ from gearrattle.orbits.further import branches_off, isolated_curves
 from gearrattle.orbits.gradients import check_kind, gradients_of, scatter_of
 from gearrattle.orbits.means import mean_events
 from gearrattle.orbits.motion_map import MotionMap, map_of
-from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
+from gearrattle.orbits.orbit import CYCLES, Orbit
 from gearrattle.orbits.run_ups import RunUpJumps, run_up_of
 from gearrattle.orbits.state import Start, check_repeats
 from gearrattle.result import Result
@@ -114,7 +114,7 @@ class Branch(Result):
                 np.array([point.parameter for point in points]),
                 {"units": path_label(self.path, self.model).unit or "1"},
             ),
-            "stable": ("point", np.array([is_stable(point.multipliers, point.free) for point in points])),
+            "stable": ("point", np.array([stable for curve in self.curves for stable in curve.stable])),
             "multiplier": (("point", "mode"), multipliers),
             "peak_to_peak": (clearances, high - low, unit),
             "lowest": (clearances, low, unit),

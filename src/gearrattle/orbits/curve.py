@@ -6,14 +6,17 @@ Takes a Continuation and a point; gives a Curve.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from gearrattle.engine.periodic.continuation import Continuation, Point
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, Event, events_between
+from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, PATTERN, Event, events_between
 from gearrattle.errors import ConvergenceError
+from gearrattle.orbits.orbit import is_stable
 from gearrattle.wording import counted
 
 _MOST_POINTS = 20_000
@@ -35,12 +38,25 @@ class Curve:
         between them, in order.
     note
         why it ends inside the range; empty where it does not.
+    origin
+        kind of the event at which it leaves another branch, its first point; empty where it leaves none.
     """
 
     cycles: int
     points: tuple[Point, ...]
     events: tuple[Event, ...]
     note: str = ""
+    origin: str = ""
+
+    @cached_property
+    def stable(self) -> tuple[bool, ...]:
+        """Of every point whether its motion is; where the branch leaves or joins another one that of its neighbour."""
+        stable = [is_stable(point.multipliers, point.free) for point in self.points]
+        if self.origin and len(stable) > 1:
+            stable[0] = stable[1]
+        if self.events and self.events[-1].point is self.points[-1]:
+            stable[-1] = stable[-2]
+        return tuple(stable)
 
     def steps(self) -> Iterator[tuple[Point, Point]]:
         """Yield the pairs of consecutive points."""
@@ -53,6 +69,7 @@ def followed(
     ends: tuple[float, float],
     *,
     home: Continuation | None = None,
+    origin: Event | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Curve:
     """Follow one branch to an end of the range, and locate what happens along it.
@@ -68,12 +85,15 @@ def followed(
     home
         for a branch of doubled period: the Continuation of motions with half as many periods. The branch ends where
         both halves of its motions are the same again. None: any other branch.
+    origin
+        the event at which it leaves another branch, its motion over as many periods; the branch begins there.
     progress
         called with how far the parameter has come, as a share of the range.
     """
-    points = [begin]
-    events: list[Event] = []
-    note = ""
+    points, events, note = [begin], [], ""
+    if origin is not None:
+        begin = replace(begin, length=float(np.linalg.norm(begin.w - origin.point.w)))
+        points, events = [origin.point, begin], _touches(curve, origin.point, begin)
     try:
         for point in curve.follow(begin, *ends):
             ahead = events_between(curve, points[-1], point)
@@ -91,7 +111,18 @@ def followed(
                 break
     except ConvergenceError as error:
         note = f"A branch ends inside the range: {error.message}."
-    return Curve(curve.family.cycles, tuple(points), tuple(events), note)
+    kind = "" if origin is None else origin.kind
+    return Curve(curve.family.cycles, tuple(points), tuple(events), note, kind)
+
+
+def _touches(curve: Continuation, origin: Point, begin: Point) -> list[Event]:
+    """Grazings and changes of the pattern between the first two points of a branch that leaves another one.
+
+    At the first of them det(I - M) is zero, so the test functions of other events say nothing.
+    """
+    with suppress(ConvergenceError):
+        return [event for event in events_between(curve, origin, begin) if event.kind in (GRAZING, PATTERN)]
+    return []
 
 
 def _creeps(points: list[Point]) -> bool:

@@ -119,11 +119,24 @@ def branches_off(curve: Continuation, doubled: Continuation, known: Curve, ends:
         for first in leaving:
             if _is_known(follower, first, curve, [known, *further]):
                 continue
-            branch = followed(follower, first, ends, home=curve if event.kind == DOUBLING else None)
+            home = curve if event.kind == DOUBLING else None
+            branch = followed(follower, first, ends, home=home, origin=_origin(follower, event, first))
             further.append(branch)
             if branch.events and branch.events[-1].kind == DOUBLING:
                 reached.append(branch.events[-1].point.parameter)
     return further
+
+
+def _origin(follower: Continuation, event: Event, first: Point) -> Event:
+    """The event at which a branch leaves another one, its motion as the first of the branch that leaves.
+
+    Its tangent is the chord to the next point, for its own equations are those of both branches.
+    """
+    motion, slope = follower.family.follow(event.point.motion.start, event.point.parameter)
+    chord = first.w - event.point.w
+    tangent = chord / np.linalg.norm(chord)
+    point = replace(event.point, motion=motion, slope=slope, tangent=tangent, orientation=first.orientation, length=0.0)
+    return replace(event, point=point)
 
 
 def _is_known(follower: Continuation, first: Point, single: Continuation, curves: Sequence[Curve]) -> bool:
