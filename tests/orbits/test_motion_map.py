@@ -124,6 +124,7 @@ def test_progress_grows_to_one_and_can_end_the_work() -> None:
     branch.map(MEAN, (7.5, 7.6), across=2, up=3, progress=shares.append)
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
+    assert shares.count(0.0) > 1, "a row reports before it ends"
 
     def stop(share: float) -> None:
         raise Cancelled(f"at {share}")

@@ -80,6 +80,23 @@ def test_the_delay_falls_with_the_rate_to_the_power_two_thirds() -> None:
     assert abs(exponents[-1] - 2.0 / 3.0) < abs(exponents[0] - 2.0 / 3.0)
 
 
+def test_a_slow_run_is_as_late_as_the_normal_form_of_the_fold_says() -> None:
+    """Near the fold the multiplier is 1 - 2 sqrt(a b (w - w*)); Airy's function gives the delay 2.338 (r T)^(2/3) /
+    (a b)^(1/3).
+    """
+    branch = gr.continuation(
+        down_from(0.72).model, SPEED, (0.711, 0.7), start=down_from(0.72).orbit(0), step_limit=2e-4
+    )
+    fold = float(branch.events["value"][branch.events["kind"] == "fold"].iloc[0])
+    before = branch.data.isel(point=branch.data["stable"].values & (branch.data["value"].values < fold + 4e-4))
+    away = before["value"].values - fold
+    products = np.log(np.abs(before["multiplier"].values[:, 0])) ** 2 / (4.0 * away)
+    product = np.polynomial.Polynomial.fit(np.sqrt(away), products, 1)(0.0)
+    rate = 1e-6
+    expected = 2.33811 * (rate * 2.0 * np.pi / fold) ** (2.0 / 3.0) / product ** (1.0 / 3.0)
+    assert down_from(0.72).run_up(rate).jumps[-1].delay == pytest.approx(expected, rel=0.06)
+
+
 def test_the_reasons_why_there_is_no_jump() -> None:
     (_, down) = over_speed().run_up(0.02).jumps
     assert np.isnan(down.value)

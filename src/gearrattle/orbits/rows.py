@@ -105,11 +105,17 @@ def rows_of(
     for values in ([s for s in seconds if s >= own.second], [s for s in reversed(seconds) if s < own.second]):
         row = own
         for second in values:
-            row = _following(plane, row, second, isolated)
+            done = len(rows) / len(seconds)
+            row = _following(plane, row, second, isolated, _repeated(progress, done))
             rows[second] = row
             if progress is not None:
                 progress(len(rows) / len(seconds))
     return [rows[second] for second in seconds]
+
+
+def _repeated(progress: Callable[[float], None] | None, done: float) -> Callable[[float], None] | None:
+    """What reports the same finished share again: a long row can be ended in between."""
+    return None if progress is None else lambda _: progress(done)
 
 
 def motions_at(curve: Continuation, known: Curve, value: float) -> Iterator[tuple[int, Point]]:
@@ -123,12 +129,12 @@ def motions_at(curve: Continuation, known: Curve, value: float) -> Iterator[tupl
                 yield i, curve.at_parameter(before, after, value)
 
 
-def _following(plane: Plane, row: Row, second: float, isolated: bool) -> Row:
+def _following(plane: Plane, row: Row, second: float, isolated: bool, progress: Callable[[float], None] | None) -> Row:
     """The next row."""
     curve, curves = plane.follower(second, plane.cycles), list[Curve]()
     for first, state in _starts(plane, row, second):
         if not _is_known(curve, curves, first, state):
-            curves += _through(curve, state, first, plane.ends)
+            curves += _through(curve, state, first, plane.ends, progress)
     if isolated:
         curves += isolated_curves(curve, plane.ends, curves)
     if 2 * plane.cycles <= CYCLES.most:
@@ -166,12 +172,18 @@ def _is_known(curve: Continuation, curves: Sequence[Curve], first: float, state:
     return known.holds(state)
 
 
-def _through(curve: Continuation, state: State, first: float, ends: tuple[float, float]) -> list[Curve]:
+def _through(
+    curve: Continuation,
+    state: State,
+    first: float,
+    ends: tuple[float, float],
+    progress: Callable[[float], None] | None,
+) -> list[Curve]:
     """The branch through a motion, in one or two parts."""
     parts: list[Curve] = []
     for upward, end in ((True, ends[1]), (False, ends[0])):
         is_closed = bool(parts) and parts[0].points[-1].w is parts[0].points[0].w
         if first != end and not is_closed:
             with suppress(ConvergenceError):
-                parts.append(followed(curve, curve.begin(state, first, upward=upward), ends))
+                parts.append(followed(curve, curve.begin(state, first, upward=upward), ends, progress=progress))
     return parts
