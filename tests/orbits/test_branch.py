@@ -127,6 +127,27 @@ def test_contact_is_lost_where_it_is_known_and_the_period_doubles_into_a_branch_
     assert run[-1] == pytest.approx(run[0], abs=1e-9)
 
 
+@pytest.mark.parametrize("isolated", [False, True])
+def test_progress_tells_of_all_branches_and_never_falls(isolated: bool) -> None:
+    shares: list[float] = []
+    model = gr.example("rattle_oscillator")
+    branch = gr.continuation(model, AMPLITUDE, (3.0, 6.7), isolated=isolated, progress=shares.append)
+    assert len(branch.curves) > 1
+    assert shares == sorted(shares)
+    assert 0.0 <= shares[0] < 0.1
+    assert shares[-1] == 1.0
+    assert len(shares) >= len(branch.points) - 4 * len(branch.curves)  # one for every point
+
+
+def test_an_exception_from_progress_ends_the_work() -> None:
+    def stop(share: float) -> None:
+        if share > 0.6:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        gr.continuation(gr.example("rattle_oscillator"), AMPLITUDE, (3.0, 6.7), progress=stop)
+
+
 @pytest.mark.parametrize(
     ("values", "words"),
     [((0.3, 0.3), "two different values"), ((0.3,), "two values"), (("0.3 m", 1.0), "plain number")],

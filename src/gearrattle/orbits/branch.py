@@ -33,6 +33,7 @@ from gearrattle.orbits.gradients import check_kind, gradients_of, scatter_of
 from gearrattle.orbits.means import mean_events
 from gearrattle.orbits.motion_map import MotionMap, map_of
 from gearrattle.orbits.orbit import CYCLES, Orbit
+from gearrattle.orbits.progress import never_falling, part_of
 from gearrattle.orbits.run_ups import RunUpJumps, run_up_of
 from gearrattle.orbits.state import Start, check_repeats
 from gearrattle.result import Result
@@ -428,7 +429,8 @@ def continuation(
     isolated
         whether branches are sought that are not connected to the first.
     progress
-        called with the finished share of the first branch; an exception from it ends the work.
+        called with the finished share of the work, which never falls; an exception from it ends the work. The first
+        branch, the search for isolated ones, and the branches that leave them count as equal parts.
 
     Returns
     -------
@@ -462,14 +464,21 @@ def continuation(
     curve = Continuation(family, longest=1.0 / _POINTS, step_limit=step_limit)
     start_point = curve.begin(first_orbit.motion.start, first, upward=last > first)
     ascending = min(first, last), max(first, last)
-    curves = [followed(curve, start_point, ascending, progress=progress)]
+    has_doubled = 2 * cycles <= CYCLES.most
+    parts = 1 + isolated + has_doubled
+    work = None if progress is None else never_falling(progress)
+    curves = [followed(curve, start_point, ascending, progress=part_of(work, 0, parts))]
     if isolated:
-        curves += isolated_curves(curve, ascending, curves)
-    if 2 * cycles <= CYCLES.most:
+        curves += isolated_curves(curve, ascending, curves, part_of(work, 1, parts))
+    if has_doubled:
         doubled = Continuation(
             family_of(model, path, first, 2 * cycles, unit), longest=1.0 / _POINTS, step_limit=step_limit
         )
-        curves += [branch for known in tuple(curves) for branch in branches_off(curve, doubled, known, ascending)]
+        last_part, known = part_of(work, parts - 1, parts), tuple(curves)
+        for i, one in enumerate(known):
+            curves += branches_off(curve, doubled, one, ascending, part_of(last_part, i, len(known)))
+    if work is not None:
+        work(1.0)
     notes = tuple(dict.fromkeys(c.note for c in curves if c.note))
     return Branch(model, path, (first, last), cycles, tuple(curves), notes)
 

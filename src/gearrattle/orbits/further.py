@@ -17,6 +17,7 @@ from gearrattle.engine.periodic.events import BREAKING, DOUBLING, Event
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.curve import Curve, followed
+from gearrattle.orbits.progress import Progress, part_of
 from gearrattle.orbits.search import Known, search, starts_of
 
 Array = NDArray[np.float64]
@@ -28,7 +29,9 @@ _SAME = 1e-6  # of the size of the state: motions nearer than this are the same
 _DISTANCES = (0.02, 0.005, 0.001)  # of the first point from the branch that is left, in units of w
 
 
-def isolated_curves(curve: Continuation, ends: tuple[float, float], curves: Sequence[Curve]) -> list[Curve]:
+def isolated_curves(
+    curve: Continuation, ends: tuple[float, float], curves: Sequence[Curve], progress: Progress | None = None
+) -> list[Curve]:
     """Return branches that are connected to none of the known ones.
 
     Parameters
@@ -39,9 +42,14 @@ def isolated_curves(curve: Continuation, ends: tuple[float, float], curves: Sequ
         of the range, ascending.
     curves
         the branches known.
+    progress
+        called with the share of the values at which they have been sought.
     """
     further: list[Curve] = []
-    for value in np.linspace(*ends, _VALUES + 2)[1:-1]:
+    for i, value in enumerate(np.linspace(*ends, _VALUES + 2)[1:-1]):
+        part = part_of(progress, i, _VALUES)
+        if part is not None:
+            part(0.0)
         period_map = curve.family.map_at(float(value))
         known, on_branches = Known(period_map), Known(period_map)
         for point in _points_at(curve, [*curves, *further], float(value)):
@@ -51,7 +59,7 @@ def isolated_curves(curve: Continuation, ends: tuple[float, float], curves: Sequ
         for motion in known.passes:
             if not on_branches.holds(motion.start):
                 try:
-                    isolated = _both_ways(curve, motion.start, float(value), ends)
+                    isolated = _both_ways(curve, motion.start, float(value), ends=ends, progress=part)
                 except ConvergenceError:
                     continue
                 further.append(isolated)
@@ -72,13 +80,15 @@ def _points_at(curve: Continuation, curves: Sequence[Curve], value: float) -> li
     return points
 
 
-def _both_ways(curve: Continuation, state: State, value: float, ends: tuple[float, float]) -> Curve:
+def _both_ways(
+    curve: Continuation, state: State, value: float, *, ends: tuple[float, float], progress: Progress | None
+) -> Curve:
     """The branch through a motion, followed upward and downward and put together."""
     first = curve.begin(state, value)
-    ahead = followed(curve, first, ends)
+    ahead = followed(curve, first, ends, progress=progress)
     if len(ahead.points) > 2 and ahead.points[-1].w is first.w:  # closed
         return ahead
-    behind = followed(curve, curve.begin(state, value, upward=False), ends)
+    behind = followed(curve, curve.begin(state, value, upward=False), ends, progress=progress)
     length = behind.points[-1].length
     points = [_reversed(point, length) for point in reversed(behind.points[1:])]
     points += [replace(point, length=length + point.length) for point in ahead.points]
@@ -92,7 +102,13 @@ def _reversed(point: Point, length: float) -> Point:
     return replace(turned_around(point), length=length - point.length)
 
 
-def branches_off(curve: Continuation, doubled: Continuation, known: Curve, ends: tuple[float, float]) -> list[Curve]:
+def branches_off(
+    curve: Continuation,
+    doubled: Continuation,
+    known: Curve,
+    ends: tuple[float, float],
+    progress: Progress | None = None,
+) -> list[Curve]:
     """Return the branches that leave one where its period doubles or its symmetry breaks.
 
     Parameters
@@ -103,24 +119,27 @@ def branches_off(curve: Continuation, doubled: Continuation, known: Curve, ends:
         the branch that is left.
     ends
         of the range, ascending.
+    progress
+        called with the share of the events whose branches have been followed.
     """
     further: list[Curve] = []
     reached: list[float] = []
-    for event in known.events:
+    events = [event for event in known.events if event.kind in (DOUBLING, BREAKING)]
+    for i, event in enumerate(events):
+        part = part_of(progress, i, len(events))
         if event.is_collision or any(abs(event.point.parameter - value) < 1e-6 * np.ptp(ends) for value in reached):
             continue
+        follower = doubled if event.kind == DOUBLING else curve
         if event.kind == DOUBLING:
             leaving = _leaving(doubled, event, -1.0, (1.0,))
-        elif event.kind == BREAKING:
-            leaving = _leaving(curve, event, 1.0, (1.0, -1.0))
         else:
-            continue
-        follower = doubled if event.kind == DOUBLING else curve
-        for first in leaving:
+            leaving = _leaving(curve, event, 1.0, (1.0, -1.0))
+        for j, first in enumerate(leaving):
             if _is_known(follower, first, curve, [known, *further]):
                 continue
+            own = part_of(part, j, len(leaving))
             home = curve if event.kind == DOUBLING else None
-            branch = followed(follower, first, ends, home=home, origin=_origin(follower, event, first))
+            branch = followed(follower, first, ends, home=home, origin=_origin(follower, event, first), progress=own)
             further.append(branch)
             if branch.events and branch.events[-1].kind == DOUBLING:
                 reached.append(branch.events[-1].point.parameter)
