@@ -37,8 +37,15 @@ def test_a_second_motion_is_told_with_its_basin() -> None:
 def test_none_is_said_not_to_be_proved() -> None:
     """Above both folds one motion is left."""
     advice = gr.advise(gr.example("backlash_oscillator").with_({"excitation.speed": 1.2}))
-    assert "no proof that there is none" in advice.line(TOPIC).words
+    words = advice.line(TOPIC).words
+    assert "24 of 24 starts settle in it. That is no proof that there is none." in words
     assert advice.notes == ()
+
+
+def test_starts_that_have_not_settled_are_counted() -> None:
+    """The flywheel's mass settles slowly: 160 periods are too few for any start but the model's own."""
+    words = gr.advise(gr.example("dual_mass_flywheel")).line(TOPIC).words
+    assert "0 of 24 starts settle in it, 24 had not settled" in words
 
 
 def test_a_run_says_it_too_where_it_is_nearly_free() -> None:

@@ -96,9 +96,10 @@ def words_of(settled: Settled) -> str:
             )
         return f"The pilot has not settled; from other starts the driveline settles at this load: {basins}."
     if not others:
+        left = f", {settled.unsettled} had not settled" if settled.unsettled else ""
         return (
-            f"None was found from {counted(settled.starts, 'start')} beside {settled.names[settled.own]}: that is no "
-            "proof that there is none."
+            f"None was found beside {settled.names[settled.own]}: {settled.counts[settled.own]} of "
+            f"{counted(settled.starts, 'start')} settle in it{left}. That is no proof that there is none."
         )
     first = "A second motion exists" if len(others) == 1 else f"{len(others)} other motions exist"
     return f"{first} at this load: {basins}."

@@ -137,9 +137,9 @@ def settled_orbit(model: Model, state: State, cycles: int) -> Orbit | None:
             period_map = PeriodMap(system, fewest)
             orbit = shooting.shoot(period_map, orbit.motion.start)
         motion = orbit_of(model, period_map, orbit)
+        return motion if motion.stable and Attractor(motion).is_near(state) else None
     except (ConvergenceError, np.linalg.LinAlgError):
         return None
-    return motion if motion.stable and Attractor(motion).is_near(state) else None
 
 
 @dataclass(frozen=True)
