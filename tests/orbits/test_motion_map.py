@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 import gearrattle as gr
 from gearrattle.errors import Cancelled
 from gearrattle.orbits import MotionMap
-from gearrattle.orbits.borders import Border, cusps_of
+from gearrattle.orbits.borders import special_points_of
 from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, Cell
 from gearrattle.report.kinds import presentation_of
 from tests.orbits.test_branch import over_frequency
@@ -47,7 +48,7 @@ def test_codes_change_where_the_borders_run() -> None:
     assert len(folds) == 2
     for j, second in enumerate(motions.seconds):
         between = np.zeros(len(motions.value), dtype=bool)
-        if second < motions.cusps[0].second:
+        if second < motions.special_points[0].second:
             low, high = sorted(float(np.interp(second, fold.second, fold.value)) for fold in folds)
             between = (motions.value > low) & (motions.value < high)
         unstable = np.array([cell.unstable for cell in motions.cells[j]])
@@ -66,17 +67,33 @@ def test_rattle_must_be_between_the_grazings_of_the_closed_form() -> None:
     assert np.all(motions.data["signs"].values == 1)
 
 
-def test_two_folds_end_in_a_cusp() -> None:
-    (cusp,) = over_load().cusps
-    ends = [
-        curve for border in over_load().borders if border.kind == "fold" for curve in [(border.value, border.second)]
+def test_special_points_are_those_at_which_the_curves_end() -> None:
+    """Both folds end in one cusp; no other curve ends between the loads 0.06 and 0.46."""
+    motions = over_load()
+    (cusp,) = motions.special_points
+    assert cusp.kind == "cusp"
+    folds = [border for border in motions.borders if border.kind == "fold"]
+    assert [(fold.ends_below, fold.ends_above) for fold in folds] == [("", "cusp"), ("", "cusp")]
+    for fold in folds:
+        assert (fold.value[-1], fold.second[-1]) == pytest.approx((cusp.value, cusp.second), abs=1e-7)
+    grazings = [(border.ends_below, border.ends_above) for border in motions.borders if border.kind == "grazing"]
+    assert grazings[0] == ("", "")
+
+
+def test_a_special_point_of_two_curves_is_one() -> None:
+    def curve(kind: str, value: float) -> xr.Dataset:
+        words = np.array(["", kind])
+        return xr.Dataset(
+            {"special": ("point", words), "value": ("point", [0.0, value]), "second": ("point", [0.0, 1.0])}
+        )
+
+    curves = [curve("cusp", 0.5), curve("cusp", 0.5 + 1e-9), curve("cusp", 0.6), curve("fold meets grazing", 0.5)]
+    points = special_points_of(curves, (1.0, 1.0))
+    assert [(point.kind, point.value) for point in points] == [
+        ("cusp", 0.5),
+        ("cusp", 0.6),
+        ("fold meets grazing", 0.5),
     ]
-    for value, second in ends:
-        assert (float(value[-1]), float(second[-1])) == pytest.approx((cusp.value, cusp.second), abs=1e-5)
-    assert max(cusp.apart) < 1e-5
-    inner = Border(0, "fold", "", np.array([0.0, 0.5]), np.array([1.0, 1.5]), False, True)
-    far = Border(1, "fold", "", np.array([0.0, 0.5]), np.array([2.0, 1.6]), False, True)
-    assert cusps_of([inner, far], (1.0, 1.0)) == []
 
 
 @pytest.mark.parametrize(
@@ -151,7 +168,7 @@ def test_bad_arguments_are_refused(second: str, ends: tuple[float, float], cells
 def test_it_is_a_result_with_a_page_a_table_and_numbers(tmp_path: Path) -> None:
     motions = over_load()
     page = motions.save(tmp_path / "out").read_text(encoding="utf-8")
-    for words in ("rattle exists here and must", "none found, and the sum of signs agrees", "Cusps"):
+    for words in ("rattle exists here and must", "none found, and the sum of signs agrees", "Special points"):
         assert words in page
     motions.save(tmp_path / "map.csv")
     table = pd.read_csv(tmp_path / "map.csv")

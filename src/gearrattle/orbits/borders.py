@@ -1,13 +1,12 @@
-"""Folds and grazings of a branch as curves over a second value, and the cusps in which two folds end.
+"""Folds and grazings of a branch as curves over a second value, and the special points at which they end or meet.
 
-Takes a Branch and a second value; gives Borders and Cusps.
+Takes the events of a Branch and their curves; gives Borders and SpecialPoints.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,7 +23,8 @@ Array = NDArray[np.float64]
 
 DRAWN = (FOLD, GRAZING)
 """Kinds of events whose curves are followed."""
-_NEAR = 0.01  # of both ranges: ends of two folds that lie nearer meet in a cusp
+_SAME = 1e-5  # of both ranges: special points of two curves that lie nearer are the same
+_LOST = "not found further"
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Border:
     second, value
         (N,) the second value, ascending, and the first one at the event [SI].
     ends_below, ends_above
-        whether it ends inside the range there.
+        why it ends inside the range there: a special point, or "not found further"; empty where it does not.
     """
 
     event: int
@@ -50,33 +50,33 @@ class Border:
     clearance: str
     second: Array
     value: Array
-    ends_below: bool
-    ends_above: bool
+    ends_below: str
+    ends_above: str
 
 
 @dataclass(frozen=True)
-class Cusp:
-    """A point where two folds meet and end.
+class SpecialPoint:
+    """A point at which curves of events end or meet.
 
     Attributes
     ----------
+    kind
+        "cusp": two folds meet; "turning point": two grazings do; "fold meets grazing".
     value, second
-        where, the middle between the last points of both folds [SI].
-    apart
-        (2,) distance between these points, in value and second [SI].
+        where [SI].
     """
 
+    kind: str
     value: float
     second: float
-    apart: tuple[float, float]
 
 
 def borders_of(
     events: pd.DataFrame,
     boundary: Callable[[int], xr.Dataset],
-    ends: tuple[float, float],
+    ranges: tuple[tuple[float, float], tuple[float, float]],
     progress: Callable[[float], None] | None,
-) -> tuple[list[Border], list[str]]:
+) -> tuple[list[Border], list[SpecialPoint], list[str]]:
     """Follow every fold and grazing of a branch.
 
     Parameters
@@ -85,18 +85,19 @@ def borders_of(
         of the branch.
     boundary
         gives the curve of an event by its row.
-    ends
-        of the second value [SI].
+    ranges
+        ascending ends of the value and of the second one [SI].
     progress
         called with the finished share; an exception from it ends the work.
 
     Returns
     -------
-    tuple[list[Border], list[str]]
-        The curves, and notes on events that could not be followed.
+    tuple[list[Border], list[SpecialPoint], list[str]]
+        The curves, their special points, and notes on events that could not be followed.
     """
     chosen = events.index[events["kind"].isin(DRAWN) & ~events["collision"]]
-    borders, notes = list[Border](), list[str]()
+    borders, curves, notes = list[Border](), list["xr.Dataset"](), list[str]()
+    spans = ranges[0][1] - ranges[0][0], ranges[1][1] - ranges[1][0]
     for done, row in enumerate(chosen, 1):
         kind, clearance = str(events["kind"][row]), str(events["clearance"][row])
         try:
@@ -104,36 +105,36 @@ def borders_of(
         except (ConvergenceError, np.linalg.LinAlgError) as error:
             notes.append(f"The {kind} at {float(events['value'][row]):.6g} was not followed: {error}.")
             continue
-        second, value = curve["second"].values, curve["value"].values
-        room = 1e-9 * (ends[1] - ends[0])
-        inside = bool(second[0] > ends[0] + room), bool(second[-1] < ends[1] - room)
-        borders.append(Border(int(row), kind, clearance, second, value, *inside))
+        curves.append(curve)
+        second, special = curve["second"].values, [str(kind) for kind in curve["special"].values]
+        is_inside = second[0] > ranges[1][0] + _SAME * spans[1], second[-1] < ranges[1][1] - _SAME * spans[1]
+        reasons = [(special[i] or _LOST) if inside else "" for i, inside in zip((0, -1), is_inside, strict=True)]
+        borders.append(Border(int(row), kind, clearance, second, curve["value"].values, reasons[0], reasons[1]))
         if progress is not None:
             progress(done / len(chosen))
-    return borders, notes
+    return borders, special_points_of(curves, spans), notes
 
 
-def cusps_of(borders: Sequence[Border], spans: tuple[float, float]) -> list[Cusp]:
-    """Return where two folds end in the same point.
+def special_points_of(curves: Sequence[xr.Dataset], spans: tuple[float, float]) -> list[SpecialPoint]:
+    """Return the special points of curves, once each: a cusp is the end of two folds.
 
     Parameters
     ----------
-    borders
-        the curves.
+    curves
+        of events, as ``Branch.boundary`` gives them.
     spans
         lengths of the ranges of value and second [SI].
     """
-    ends = [
-        (border.event, np.array([border.value[i], border.second[i]]))
-        for border in borders
-        if border.kind == FOLD
-        for i, is_inside in ((0, border.ends_below), (-1, border.ends_above))
-        if is_inside
-    ]
-    cusps = []
-    for (event, one), (other_event, other) in combinations(ends, 2):
-        apart = np.abs(one - other)
-        if event != other_event and bool(np.all(apart < _NEAR * np.array(spans))):
-            middle = 0.5 * (one + other)
-            cusps.append(Cusp(float(middle[0]), float(middle[1]), (float(apart[0]), float(apart[1]))))
-    return cusps
+    points: list[SpecialPoint] = []
+    for curve in curves:
+        columns = (curve[name].values.tolist() for name in ("special", "value", "second"))
+        for kind, value, second in zip(*columns, strict=True):
+            is_known = any(
+                point.kind == kind
+                and abs(point.value - value) < _SAME * spans[0]
+                and abs(point.second - second) < _SAME * spans[1]
+                for point in points
+            )
+            if kind and not is_known:
+                points.append(SpecialPoint(str(kind), float(value), float(second)))
+    return points

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
 from gearrattle.model.quantity import Count, argument_problems
 from gearrattle.model.table import shown
-from gearrattle.orbits.borders import Border, Cusp, borders_of, cusps_of
+from gearrattle.orbits.borders import Border, SpecialPoint, borders_of
 from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.gradients import number_at
@@ -105,8 +105,8 @@ class MotionMap(Result):
         U rows of A cells.
     borders
         folds and grazings of the branch at the model's own second value, as curves.
-    cusps
-        where two of its folds meet.
+    special_points
+        where they end or meet.
     notes
         what the user must know.
 
@@ -130,7 +130,7 @@ class MotionMap(Result):
     seconds: Array = field(repr=False, compare=False)
     cells: tuple[tuple[Cell, ...], ...] = field(repr=False, compare=False)
     borders: tuple[Border, ...] = field(default=(), repr=False, compare=False)
-    cusps: tuple[Cusp, ...] = field(default=(), repr=False, compare=False)
+    special_points: tuple[SpecialPoint, ...] = field(default=(), repr=False, compare=False)
     notes: tuple[str, ...] = ()
 
     @cached_property
@@ -139,7 +139,7 @@ class MotionMap(Result):
 
         code (its meaning in ``flag_meanings``), quiet, rattling, unstable (how many motions), signs (their sum), and
         over "border_point" the curves: border_event (row in the events of the branch), border_kind, border_value,
-        border_second.
+        border_second; over "special_point" special_kind, special_value, special_second.
         """
         import xarray as xr
 
@@ -153,12 +153,15 @@ class MotionMap(Result):
         unit = {name: {"units": path_label(name, self.model).unit or "1"} for name in (self.path, self.second)}
         points = [(b, v, s) for b in self.borders for v, s in zip(b.value.tolist(), b.second.tolist(), strict=True)]
         along = "border_point"
-        curves = {
+        curves: dict[str, Any] = {
             "border_event": (along, np.array([b.event for b, _, _ in points], dtype=np.int64)),
             "border_kind": (along, np.array([b.kind for b, _, _ in points], dtype=np.str_)),
             "border_value": (along, np.array([v for _, v, _ in points], dtype=np.float64), unit[self.path]),
             "border_second": (along, np.array([s for _, _, s in points], dtype=np.float64), unit[self.second]),
         }
+        for name, column in zip(("kind", "value", "second"), self._special_columns(), strict=True):
+            about = unit[self.path] if name == "value" else unit[self.second] if name == "second" else {}
+            curves[f"special_{name}"] = ("special_point", column, about)
         axes = {"value": ("value", self.value, unit[self.path]), "second": ("second", self.seconds, unit[self.second])}
         attributes = {
             "result": self.kind,
@@ -168,6 +171,12 @@ class MotionMap(Result):
             "title": self.model.name,
         }
         return xr.Dataset({"code": (dims, codes, meanings), **counts, **curves}, axes, attributes)
+
+    def _special_columns(self) -> tuple[NDArray[Any], ...]:
+        """Kinds, values and second values of the special points."""
+        points = self.special_points
+        kinds = np.array([point.kind for point in points], dtype=np.str_)
+        return kinds, *(np.array([getattr(point, name) for point in points]) for name in ("value", "second"))
 
     def __repr__(self) -> str:
         up, across = len(self.seconds), len(self.value)
@@ -205,8 +214,12 @@ def map_of(
 
     rows = rows_of(plane, Row(own, branch.curves), seconds.tolist(), isolated=isolated, progress=part(0.0, 0.5))
     cells = cells_of(plane, rows, values, part(0.5, 0.7))
-    borders, notes = borders_of(branch.events, lambda event: branch.boundary(event, second, ends), ends, part(0.7, 1.0))
-    cusps = cusps_of(borders, (last - first, high - low))
+    borders, special_points, notes = borders_of(
+        branch.events,
+        lambda event: branch.boundary(event, second, ends),
+        (plane.ends, plane.second_ends),
+        part(0.7, 1.0),
+    )
     notes += dict.fromkeys(curve.note for row in rows for curve in row.curves if curve.note)
     if any(not cell.is_countable for row in cells for cell in row):
         notes.append("Where a motion is one of a family the signs cannot be counted: others may be missing.")
@@ -221,7 +234,7 @@ def map_of(
         seconds,
         cells,
         tuple(borders),
-        tuple(cusps),
+        tuple(special_points),
         tuple(notes),
     )
 

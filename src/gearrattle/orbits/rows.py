@@ -101,7 +101,7 @@ def rows_of(
     progress
         called with the finished share; an exception from it ends the work.
     """
-    rows = dict[float, Row]()
+    rows: dict[float, Row] = {}
     for values in ([s for s in seconds if s >= own.second], [s for s in reversed(seconds) if s < own.second]):
         row = own
         for second in values:

@@ -16,7 +16,7 @@ from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, QUIET, WORDS, Mo
 from gearrattle.report.numbers import write_csv
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.chart import Chart
-from gearrattle.report.plots.motion_map import map_chart, measures_of
+from gearrattle.report.plots.motion_map import SPECIAL, map_chart, measures_of
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.presentation import ModelPresentation
 from gearrattle.report.tables import Table, shortened
@@ -61,14 +61,14 @@ class MotionMapPage(ModelPresentation[MotionMap]):
 
     def sections(self) -> tuple[Section, ...]:
         summary = Section("summary", "Summary", self.sentence, (_TRUST,), tables=(self._count_table(),))
-        curves = Section("curves", "Curves", tables=(self._border_table(), self._cusp_table()))
+        curves = Section("curves", "Curves", tables=(self._border_table(), self._special_table()))
         return summary, *figure_sections(self.figures()), curves, *notes_section(self.notes)
 
     def figures(self) -> tuple[Chart, ...]:
         return (map_chart(self.result),)
 
     def answer(self) -> tuple[Table, ...]:
-        return self._count_table(), shortened(self._border_table()), shortened(self._cusp_table())
+        return self._count_table(), shortened(self._border_table()), shortened(self._special_table())
 
     def _count_table(self) -> Table:
         rows = tuple((words, f"{self._counts[code]}", self._share(code)) for code, words in WORDS.items())
@@ -86,12 +86,9 @@ class MotionMapPage(ModelPresentation[MotionMap]):
 
         rows = []
         for border in self.result.borders:
-            is_open = [
-                words
-                for words, ends_there in (("below", border.ends_below), ("above", border.ends_above))
-                if ends_there
-            ]
-            rows.append((border.kind, border.clearance, *ends(border, 0), *ends(border, -1), " and ".join(is_open)))
+            reasons = (("below", border.ends_below), ("above", border.ends_above))
+            inside = ", ".join(f"{where}: {reason}" for where, reason in reasons if reason)
+            rows.append((border.kind, border.clearance, *ends(border, 0), *ends(border, -1), inside))
         head = (
             "curve",
             "clearance",
@@ -99,24 +96,16 @@ class MotionMapPage(ModelPresentation[MotionMap]):
             "ends inside the range",
         )
         note = f"Followed from the model's own {up.words} to both ends of its range, {numeral(low * up.factor)} and "
-        note += f"{numeral(high * up.factor)}. A fold ends inside it in a cusp; a grazing, where its motion is gone."
+        note += f"{numeral(high * up.factor)}."
         return Table(head, tuple(rows), frozenset({0, 1, 6}), "Folds and grazings", note)
 
-    def _cusp_table(self) -> Table:
+    def _special_table(self) -> Table:
         across, up = measures_of(self.result)
-        titles = across.title, up.title
         rows = tuple(
-            (
-                numeral(cusp.value * across.factor, 7),
-                numeral(cusp.second * up.factor, 7),
-                numeral(cusp.apart[0] * across.factor, 2),
-                numeral(cusp.apart[1] * up.factor, 2),
-            )
-            for cusp in self.result.cusps
+            (SPECIAL[point.kind].name, numeral(point.value * across.factor, 8), numeral(point.second * up.factor, 8))
+            for point in self.result.special_points
         )
-        head = (*titles, *(f"apart in {title}" for title in titles))
-        note = "In the middle between the last points of two folds, which are so far apart."
-        return Table(head, rows, frozenset(), "Cusps: two folds meet and end", note)
+        return Table(("point", across.title, up.title), rows, title="Special points")
 
     def content(self) -> dict[str, Any]:
         motions = self.result
@@ -142,7 +131,9 @@ class MotionMapPage(ModelPresentation[MotionMap]):
                 }
                 for border in motions.borders
             ],
-            "cusps": [{"value": cusp.value, "second": cusp.second} for cusp in motions.cusps],
+            "special_points": [
+                {"kind": point.kind, "value": point.value, "second": point.second} for point in motions.special_points
+            ],
         }
 
     def numbers(self) -> xr.Dataset:
@@ -152,6 +143,6 @@ class MotionMapPage(ModelPresentation[MotionMap]):
         """Write a new file; as CSV a row for every cell."""
         if path.suffix == ".csv":
             data = self.result.data
-            write_csv(data.drop_vars([name for name in data.data_vars if str(name).startswith("border_")]), path)
+            write_csv(data.drop_vars([name for name in data.data_vars if data[name].dims != ("second", "value")]), path)
         else:
             super().write(path)

@@ -27,7 +27,12 @@ COLOURS_OF_CODES = {
 }
 """Colour of what a cell says, always beside its words."""
 _DASHES: dict[str, Dash] = {FOLD: "solid"}
-_CUSP = Key("cusp: two folds meet", INK, "star")
+SPECIAL = {
+    "cusp": Key("cusp: two folds meet", INK, "star"),
+    "turning point": Key("turning point: two grazings meet", INK, "circle"),
+    "fold meets grazing": Key("a fold meets a grazing", INK, "diamond"),
+}
+"""How special points are drawn."""
 
 
 def measures_of(motions: MotionMap) -> tuple[Measure, Measure]:
@@ -55,9 +60,11 @@ def map_chart(motions: MotionMap) -> Chart:
         )
         for border in motions.borders
     ]
-    if motions.cusps:
-        at = np.array([[cusp.value * across.factor, cusp.second * up.factor] for cusp in motions.cusps])
-        lines.append(Line(at[:, 0].copy(), at[:, 1].copy(), "cusp", INK, "points", 12.0, shape="star"))
+    for kind, key in SPECIAL.items():
+        at = [point for point in motions.special_points if point.kind == kind]
+        x, y = (np.array([getattr(point, name) for point in at]) for name in ("value", "second"))
+        if at:
+            lines.append(Line(x * across.factor, y * up.factor, kind, key.colour, "points", 11.0, shape=key.shape))
     panel = Panel(
         up.words,
         up.unit,
@@ -71,7 +78,8 @@ def map_chart(motions: MotionMap) -> Chart:
     curves = [
         Key(kind, INK, dash=_DASHES.get(kind, "dashed")) for kind in dict.fromkeys(b.kind for b in motions.borders)
     ]
-    legend = (*(key for key in keys if key.name in present), *curves, *([_CUSP] if motions.cusps else []))
+    points = [key for kind, key in SPECIAL.items() if any(point.kind == kind for point in motions.special_points)]
+    legend = (*(key for key in keys if key.name in present), *curves, *points)
     rows, columns = codes.shape
     caption = (
         f"{across.words.capitalize()} across, {up.words} up, {columns} x {rows} cells. In the middle of every cell all "
