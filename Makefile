@@ -35,7 +35,7 @@ run: $(VENV)/.package       ## simulate MODEL, write the report to OUT, print th
 	@$(VENV)/bin/gearrattle run $(MODEL) -o $(OUT)
 
 test: $(VENV)/.test         ## all tests but the long ones
-	$(PY) -m pytest -n auto -m "not long" $(PYTEST_ARGS)
+	$(PY) -m pytest -n auto --dist worksteal -m "not long" $(PYTEST_ARGS)
 
 test-long: $(VENV)/.test    ## the long, seeded attacks
 	$(PY) -m pytest -n auto -m long $(PYTEST_ARGS)
