@@ -239,7 +239,7 @@ def _check_laws(columns: Columns, out: Coefficients) -> None:
 def repeated(base: Coefficients, count: int) -> Coefficients:
     """Return so many drivelines with the same numbers."""
     *arrays, laws = base
-    many = [np.repeat(array[None], count, axis=0) for array in (*arrays, *laws)]
+    many = [array[None].repeat(count, axis=0) for array in (*arrays, *laws)]
     return Coefficients._make([*many[: len(arrays)], Laws._make(many[len(arrays) :])])
 
 
