@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
+from gearrattle.orbits.freedom import directions_of, state_names
 
 TRAIN: dict[str, Any] = {
     "schema": 1,
@@ -57,6 +58,28 @@ def test_a_slider_that_never_slips_is_free_between_the_torques_at_which_it_would
     (interval,) = orbit.family
     assert interval.low < interval.value < interval.high
     assert np.isfinite([interval.low, interval.high]).all()
+
+
+def test_two_sliders_that_never_slip_are_free_each_by_itself() -> None:
+    """In series both feel the same torque; the range of one is what it is alone while the other stands."""
+    tables = train(means=2.0, hysteresis=40.0).to_tables()
+    wheel = {"name": "rim", "J": 0.01, "drag": 0.01}
+    rim = {**tables["coupling"][0], "name": "bush", "between": ["wheel", "rim"]}
+    model = gr.Model.from_tables(
+        {**tables, "inertia": [*tables["inertia"], wheel], "coupling": [*tables["coupling"], rim]}
+    )
+    orbit = gr.periodic(model)
+    assert orbit.free == 2
+    intervals = orbit.family
+    names = [interval.name for interval in intervals]
+    assert len(set(names)) == 2
+    for interval in intervals:
+        assert interval.low < interval.value < interval.high
+    for interval in intervals:
+        index = state_names(model).index(interval.name)
+        others = [state_names(model).index(name) for name in names if name != interval.name]
+        for chosen, direction in directions_of(orbit.period_map, orbit.motion):
+            assert (direction[index] == pytest.approx(0.0, abs=1e-9 * np.abs(direction).max())) == (chosen in others)
 
 
 def test_one_that_slips_is_isolated() -> None:

@@ -297,11 +297,21 @@ def test_a_branch_of_doubled_period_holds_no_motions_of_the_single_one() -> None
         assert np.abs(half[n:] - half[: n + 1]).max() > 1e-6
 
 
-@pytest.mark.xfail(reason="at the edge of a family of floating motions the steps become endlessly small", strict=True)
-def test_a_body_that_floats_ends_its_branch_where_it_touches(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gearrattle.orbits.curve._MOST_POINTS", 400)
-    branch = gr.continuation(symmetric(1.6), "excitation.frequency", (1.6, 0.15))
-    assert not any("was left after" in note for note in branch.notes)
+def test_a_body_that_floats_touches_where_its_family_ends() -> None:
+    """It swings by 0.5 / (W sqrt(W^2 + 0.01)), which is the half gap at W; beyond, it touches both sides."""
+    branch = gr.continuation(symmetric(1.6), "excitation.frequency", (1.6, 0.69))
+    assert branch.notes == ()
+    first = branch.curves[0]
+    assert [event.kind for event in first.events if event.kind != "fold"] == ["end of a family"]
+    end = np.sqrt((np.sqrt(1.0001) - 0.01) / 2.0)
+    assert first.events[0].point.parameter == pytest.approx(end, abs=1e-8)
+    is_free = [point.free == 1 for point in first.points]
+    count = is_free.index(False)
+    assert all(is_free[:count])
+    assert not any(is_free[count:])
+    assert all({up for _, up in point.pattern} == {0, 1} for point in first.points[count:])
+    levels = branch.data.isel(point=slice(count, len(first.points)))
+    np.testing.assert_allclose(levels["lowest"], -levels["highest"], rtol=0, atol=1e-8)
 
 
 @pytest.mark.long

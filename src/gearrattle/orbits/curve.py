@@ -16,6 +16,7 @@ import numpy as np
 from gearrattle.engine.periodic.continuation import Continuation, Point
 from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, PATTERN, Event, events_between
 from gearrattle.errors import ConvergenceError
+from gearrattle.orbits.edges import followed_through_families
 from gearrattle.orbits.orbit import is_stable
 from gearrattle.wording import counted
 
@@ -95,8 +96,8 @@ def followed(
         begin = replace(begin, length=float(np.linalg.norm(begin.w - origin.point.w)))
         points, events = [origin.point, begin], _touches(curve, origin.point, begin)
     try:
-        for point in curve.follow(begin, *ends):
-            ahead = events_between(curve, points[-1], point)
+        for point, known in followed_through_families(curve, begin, ends):
+            ahead = events_between(curve, points[-1], point) if known is None else known
             last = next((i for i, event in enumerate(ahead) if home and _is_home(home, event)), None)
             if last is not None:
                 events += [*ahead[:last], replace(ahead[last], kind=DOUBLING)]

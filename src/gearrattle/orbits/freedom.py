@@ -8,10 +8,12 @@ Takes a periodic motion; gives Intervals.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import qr
 
 from gearrattle.assembly import assemble, free_names
 from gearrattle.engine.periodic import shooting
@@ -58,20 +60,43 @@ def state_names(model: Model) -> tuple[str, ...]:
 
 
 def intervals_of(model: Model, period_map: PeriodMap, motion: Pass) -> tuple[Interval, ...]:
-    """Return the free states of a periodic motion, one interval for every free direction."""
-    free, names, scale = shooting.newton_step(period_map, motion)[1], state_names(model), period_map.scale
+    """Return the free states of a periodic motion, one interval for every free direction.
+
+    With several free directions one state each is chosen, and the others of these stay as they are.
+    """
+    names, scale = state_names(model), period_map.scale
     intervals = []
-    for direction in free.T:
-        largest = int(np.argmax(np.abs(direction * scale)))
+    for chosen, direction in directions_of(period_map, motion):
         unit = direction / np.linalg.norm(direction * scale)
-        value, pace = float(motion.start.y[largest]), float(unit[largest])
-        ends = [value + side * pace * _reach(period_map, motion, side * unit) for side in (-1.0, 1.0)]
-        intervals.append(Interval(names[largest], min(ends), max(ends), value))
+        value, pace = float(motion.start.y[chosen]), float(unit[chosen])
+        ends = [value + side * pace * reach_of(period_map, motion, side * unit) for side in (-1.0, 1.0)]
+        intervals.append(Interval(names[chosen], min(ends), max(ends), value))
     return tuple(intervals)
 
 
-def _reach(period_map: PeriodMap, motion: Pass, direction: Array) -> float:
-    """Largest s for which the motion from y + s direction (N,) [SI] repeats; infinite if there is no end."""
+def directions_of(period_map: PeriodMap, motion: Pass) -> Iterator[tuple[int, Array]]:
+    """Yield a state's index and the free direction (N,) [SI] that moves it and none of the other states yielded."""
+    free = shooting.newton_step(period_map, motion)[1]
+    balanced = free * period_map.scale[:, None]
+    chosen = np.sort(qr(balanced.T, mode="r", pivoting=True)[1][: free.shape[1]])
+    yield from zip(chosen.tolist(), (free @ np.linalg.inv(balanced[chosen])).T, strict=True)
+
+
+def room_of(period_map: PeriodMap, motion: Pass) -> tuple[Array, float] | None:
+    """Return the change (N,) [SI] from a motion of a family to the middle of it, and the length of the family.
+
+    None for a motion of no family, of one without an end, and of one with several free directions.
+    """
+    free = shooting.newton_step(period_map, motion)[1]
+    if free.shape[1] != 1:
+        return None
+    unit = free[:, 0] / np.linalg.norm(free[:, 0] * period_map.scale)
+    behind, ahead = (reach_of(period_map, motion, side * unit) for side in (-1.0, 1.0))
+    return (0.5 * (ahead - behind) * unit, ahead + behind) if np.isfinite(ahead + behind) else None
+
+
+def reach_of(period_map: PeriodMap, motion: Pass, direction: Array) -> float:
+    """Return the largest s for which the motion from y + s direction (N,) [SI] repeats; infinite if there is no end."""
     size = max(period_map.size, float(np.linalg.norm(motion.start.y * period_map.scale)))
     near, far = 0.0, _FARTHEST * size
     if _repeats(period_map, motion, far * direction, size):

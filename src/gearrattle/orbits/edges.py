@@ -1,0 +1,128 @@
+"""Branches through families of motions: a body that floats in its gap, a slider that never slips.
+
+Of a family the branch holds one motion for every value of the parameter. Where that comes to an edge of its family,
+it moves to the middle. Where both edges meet the family ends, and the motions beyond it touch. Along an edge Newton's
+method finds motions that touch by less than its residual; they are none and are left out.
+
+Takes a Continuation and a first point; gives the points, and the events at edges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.events import Event
+from gearrattle.engine.periodic.period_map import State
+from gearrattle.errors import ConvergenceError
+from gearrattle.orbits.freedom import room_of
+
+Array = NDArray[np.float64]
+
+EDGE = "end of a family"
+"""Kind of event: the edges of a family meet."""
+_MIDDLE = 1e-3  # of the largest corner: a shorter way to the middle is not gone
+_BEYOND = (1e-4, 1e-3, 1e-5)  # of the unit of the parameter: from the end of a family to motions that touch
+_BACK = 1e-3  # of the unit of the parameter: back into a family, to see how fast its length falls
+_NEARER, _TIMES = 0.1, 5  # share of the way to its end that is left, each time
+
+
+def followed_through_families(
+    curve: Continuation, begin: Point, ends: tuple[float, float]
+) -> Iterator[tuple[Point, Sequence[Event] | None]]:
+    """Yield the points of a branch after its first one, each with the events before it; None: not located yet.
+
+    Parameters
+    ----------
+    curve
+        the Continuation that follows it.
+    begin
+        its first point.
+    ends
+        of the range, ascending.
+
+    Raises
+    ------
+    ConvergenceError
+        the branch cannot be followed any further; also where there are no motions beyond a family.
+    """
+    start = last = begin
+    while True:
+        for point in curve.follow(start, *ends):
+            moved = _off_edge(curve, last) if last.free and not point.free else None
+            if moved is not None:
+                yield moved
+                start = last = moved[0]
+                break
+            yield point, None
+            last = point
+        else:
+            return
+
+
+def _off_edge(curve: Continuation, point: Point) -> tuple[Point, Sequence[Event]] | None:
+    """The motion in the middle of a point's family, or beyond the end of that; None for a family without ends."""
+    room = room_of(curve.family.map_at(point.parameter), point.motion)
+    if room is None:
+        return None
+    if np.linalg.norm(room[0] * point.scale) > _MIDDLE * point.size:
+        state = State(point.state + room[0], point.motion.end.auxiliary_pieces)
+        return _after(point, curve.begin(state, point.parameter, upward=bool(point.tangent[-1] > 0.0))), ()
+    end, earlier = _end_of(curve, point)
+    way = 1.0 if point.tangent[-1] > 0.0 else -1.0
+    for ahead in _BEYOND:
+        with suppress(ConvergenceError):
+            parameter = end.parameter + way * ahead * curve.family.unit
+            beyond = curve.begin(_extrapolated(earlier, end, parameter), parameter, upward=way > 0.0)
+            if not beyond.free:
+                return _after(end, beyond), (Event(EDGE, end),)
+    raise ConvergenceError(f"no motion was found beyond the end of a family at the parameter {end.parameter:.9g}")
+
+
+def _end_of(curve: Continuation, point: Point) -> tuple[Point, Point]:
+    """The last motion of a family, where its length, smooth in the parameter, falls to zero; and an earlier one."""
+    way = 1.0 if point.tangent[-1] > 0.0 else -1.0
+    near = _in_middle(curve, State(point.state, point.motion.end.auxiliary_pieces), point.parameter)
+    back = point.parameter - way * _BACK * curve.family.unit
+    far = _in_middle(curve, _extrapolated(point, near, back), back)
+    for _ in range(_TIMES):
+        lengths = [_length_of(curve, one) for one in (near, far)]
+        if lengths[0] <= 0.0 or lengths[0] >= lengths[1]:
+            break
+        end = near.parameter + (near.parameter - far.parameter) * lengths[0] / (lengths[1] - lengths[0])
+        following = end - _NEARER * (end - near.parameter)
+        far, near = near, _in_middle(curve, _extrapolated(far, near, following), following)
+    return replace(near, length=point.length + float(np.linalg.norm(near.w - point.w))), far
+
+
+def _length_of(curve: Continuation, point: Point) -> float:
+    room = room_of(curve.family.map_at(point.parameter), point.motion)
+    return 0.0 if room is None else room[1]
+
+
+def _in_middle(curve: Continuation, state: State, parameter: float) -> Point:
+    """The motion in the middle of the family near a state, at a parameter."""
+    moved = curve.begin(state, parameter)
+    room = room_of(curve.family.map_at(parameter), moved.motion)
+    if room is None:
+        return moved
+    return curve.begin(State(moved.state + room[0], moved.motion.end.auxiliary_pieces), parameter)
+
+
+def _extrapolated(earlier: Point, point: Point, parameter: float) -> State:
+    """The state at a parameter on the straight line through two points; that of the second if they share theirs."""
+    change = point.parameter - earlier.parameter
+    if change == 0.0:
+        return State(point.state, point.motion.end.auxiliary_pieces)
+    slope = (point.state - earlier.state) / change
+    return State(point.state + (parameter - point.parameter) * slope, point.motion.end.auxiliary_pieces)
+
+
+def _after(point: Point, moved: Point) -> Point:
+    """A point with its length along the branch."""
+    return replace(moved, length=point.length + float(np.linalg.norm(moved.w - point.w)))
