@@ -26,9 +26,11 @@ Array = NDArray[np.float64]
 
 EDGE = "end of a family"
 """Kind of event: the edges of a family meet."""
+_LEAST = 1e-7  # of the largest corner: what is shorter is no family, such as the memory of a slider that is let go
 _MIDDLE = 1e-3  # of the largest corner: a shorter way to the middle is not gone
 _BEYOND = (1e-4, 1e-3, 1e-5)  # of the unit of the parameter: from the end of a family to motions that touch
 _BACK = 1e-3  # of the unit of the parameter: back into a family, to see how fast its length falls
+_FARTHEST = 0.1  # of the unit of the parameter: the end of a family from the last motion of it
 _NEARER, _TIMES = 0.1, 5  # share of the way to its end that is left, each time
 
 
@@ -66,14 +68,16 @@ def followed_through_families(
 
 
 def _off_edge(curve: Continuation, point: Point) -> tuple[Point, Sequence[Event]] | None:
-    """The motion in the middle of a point's family, or beyond the end of that; None for a family without ends."""
+    """The motion in the middle of a point's family, or beyond the end of that; None for a family without ends near."""
     room = room_of(curve.family.map_at(point.parameter), point.motion)
-    if room is None:
+    if room is None or room[1] < _LEAST * point.size:
         return None
     if np.linalg.norm(room[0] * point.scale) > _MIDDLE * point.size:
         state = State(point.state + room[0], point.motion.end.auxiliary_pieces)
         return _after(point, curve.begin(state, point.parameter, upward=bool(point.tangent[-1] > 0.0))), ()
     end, earlier = _end_of(curve, point)
+    if abs(end.parameter - point.parameter) > _FARTHEST * curve.family.unit:
+        return None
     way = 1.0 if point.tangent[-1] > 0.0 else -1.0
     for ahead in _BEYOND:
         with suppress(ConvergenceError):
