@@ -59,6 +59,24 @@ class Curve:
             stable[-1] = stable[-2]
         return tuple(stable)
 
+    def motions_at(self, follower: Continuation, value: float) -> Iterator[tuple[int, Point]]:
+        """Yield the motions at a parameter value: index of the point before, and the motion.
+
+        Parameters
+        ----------
+        follower
+            the Continuation of the branch.
+        value
+            the parameter [SI].
+        """
+        for i, point in enumerate(self.points):
+            if point.parameter == value:
+                yield i, point
+        for i, (before, after) in enumerate(self.steps()):
+            if (before.parameter - value) * (after.parameter - value) < 0.0:
+                with suppress(ConvergenceError):  # a fold very near
+                    yield i, follower.at_parameter(before, after, value)
+
     def steps(self) -> Iterator[tuple[Point, Point]]:
         """Yield the pairs of consecutive points."""
         return pairwise(self.points)

@@ -6,7 +6,6 @@ Takes a Continuation and the branches known so far; gives further ones.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -71,13 +70,7 @@ def isolated_curves(
 
 def _points_at(curve: Continuation, curves: Sequence[Curve], value: float) -> list[Point]:
     """The points of branches at a value of the parameter."""
-    points = []
-    for known in curves:
-        for before, after in known.steps():
-            if (before.parameter - value) * (after.parameter - value) < 0.0:
-                with suppress(ConvergenceError):  # a fold very near
-                    points.append(curve.at_parameter(before, after, value))
-    return points
+    return [point for known in curves for _, point in known.motions_at(curve, value)]
 
 
 def _both_ways(

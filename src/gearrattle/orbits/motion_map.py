@@ -28,7 +28,7 @@ from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.gradients import number_at
 from gearrattle.orbits.orbit import Orbit, is_stable
-from gearrattle.orbits.rows import Plane, Row, motions_at, rows_of
+from gearrattle.orbits.rows import Plane, Row, rows_of
 from gearrattle.orbits.search import Known
 from gearrattle.result import Result
 
@@ -310,7 +310,7 @@ class _JudgedCurve:
 
     def at(self, value: float) -> Iterator[tuple[int, Point]]:
         """Yield its motions at a parameter value."""
-        return motions_at(self._follower, self.known, value)
+        return self.known.motions_at(self._follower, value)
 
     def rattles(self, before: int, point: Point) -> bool:
         """Return whether a motion rattles; ``before`` is the index of the point before it."""

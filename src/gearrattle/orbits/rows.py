@@ -14,7 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 
-from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
@@ -118,17 +118,6 @@ def _repeated(progress: Callable[[float], None] | None, done: float) -> Callable
     return None if progress is None else lambda _: progress(done)
 
 
-def motions_at(curve: Continuation, known: Curve, value: float) -> Iterator[tuple[int, Point]]:
-    """Yield the motions of a branch at a parameter value: index of the point before, and the motion."""
-    for i, point in enumerate(known.points):
-        if point.parameter == value:
-            yield i, point
-    for i, (before, after) in enumerate(known.steps()):
-        if (before.parameter - value) * (after.parameter - value) < 0.0:
-            with suppress(ConvergenceError):  # a fold very near
-                yield i, curve.at_parameter(before, after, value)
-
-
 def _following(plane: Plane, row: Row, second: float, isolated: bool, progress: Callable[[float], None] | None) -> Row:
     """The next row."""
     curve, curves = plane.follower(second, plane.cycles), list[Curve]()
@@ -167,7 +156,7 @@ def _is_known(curve: Continuation, curves: Sequence[Curve], first: float, state:
     """Whether a motion lies on a branch."""
     known = Known(curve.family.map_at(first))
     for branch in curves:
-        for _, point in motions_at(curve, branch, first):
+        for _, point in branch.motions_at(curve, first):
             known.add(point.motion)
     return known.holds(state)
 
