@@ -19,6 +19,7 @@ from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING,
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Branch
+from gearrattle.orbits.edges import EDGE
 from gearrattle.orbits.stable_ranges import CHANGES, nodes_of, slices_of, stability_of_steps
 from gearrattle.report.plots.axis_names import Measure
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
@@ -38,6 +39,7 @@ EVENTS = {
     GRAZING: Key(GRAZING, INK, "cross"),
     PATTERN: Key(PATTERN, INK, "plus"),
     "mean at corner": Key("mean at corner", INK, "inverted triangle"),
+    EDGE: Key(EDGE, INK, "star"),
 }
 """How each kind of event is drawn."""
 _OTHER = Key("other event", INK, "star")
