@@ -45,14 +45,14 @@ FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, GRAZING, PATTERN = (
     "grazing",
     "pattern",
 )
-_LOCATED = 1e-13  # of the way between two points
+_LOCATED = 1e-13  # of the way between two points, and of arclength
 _JUMP = 1e-3  # a test function that stays farther from zero than this on both sides jumps over zero
 REAL = 1e-9
 """A multiplier with a smaller imaginary part is real but for rounding."""
 _DEEPEST = 12  # halvings of a step that holds more than one change of the pattern
 _TOUCHES = 40  # most motions followed to locate a grazing
 _ASIDE = 1e-8  # arclength from a jump of the gradient to the points on either side
-_NEARER = 0.02  # share of the way to the expected grazing that the next motion leaves
+_NEARER = 0.02  # share of the way to the expected grazing that the next motion leaves, at least
 
 
 @dataclass(frozen=True)
@@ -188,7 +188,7 @@ def _located(curve: Continuation, before: Point, after: Point, kind: str, test: 
         points[share] = curve.between(before, after, share)
         return test(points[share])
 
-    share = float(brentq(value, 0.0, 1.0, xtol=_LOCATED, rtol=1e-14))
+    share = float(brentq(value, 0.0, 1.0, xtol=_located_within(before, after), rtol=1e-14))
     nearest = sorted(points, key=lambda other: abs(other - share))[:4]
     sides = [test(points[other]) for other in nearest]
     jumps = kind in TESTS and min(map(abs, sides)) > _JUMP and min(sides) < 0.0 < max(sides)
@@ -239,24 +239,30 @@ def _grazing(curve: Continuation, before: Point, after: Point, view: View) -> Ev
     fewer = view(apart)
     inner, outer = (1.0, 0.0) if is_after else (0.0, 1.0)  # shares with and without the crossings
     samples = [(inner, *softest_touch(touching, fewer, view))]
-    limit, expected = 0.5, np.inf
+    limit, expected, nearer, located = 0.5, np.inf, _NEARER, _located_within(before, after)
     for _ in range(_TOUCHES):
-        near = samples[-3:]
+        near, (low, high) = samples[-3:], sorted((inner, outer))
         previous, expected = expected, _extrapolated([v for _, v, _ in near], [share for share, _, _ in near], outer)
-        is_inside = min(inner, outer) <= expected <= max(inner, outer)
+        is_inside = low <= expected <= high
         limit = expected if is_inside else 0.5 * (inner + outer)
-        if abs(inner - outer) < _LOCATED or (is_inside and len(near) == 3 and abs(expected - previous) < 1e-12):
+        if high - low < located or (is_inside and len(near) == 3 and abs(expected - previous) < 10.0 * located):
             break
-        share = limit + _NEARER * (inner - limit)
+        nearest = float(np.clip(expected, low, high)) if np.isfinite(expected) else limit
+        share = nearest + nearer * (inner - nearest)
         point = curve.between(before, after, share)
         if view(point) == fewer:
-            outer, expected = share, np.inf
+            outer, expected, nearer = share, np.inf, min(0.5, 4.0 * nearer)
         else:
-            inner = share
+            inner, nearer = share, max(_NEARER, 0.5 * nearer)
             samples.append((share, *softest_touch(point, fewer, view)))
     touch, point = samples[-1][2], curve.between(before, after, limit)
     grazing = grazing_of(curve, point, touch, 1.0 if is_after else -1.0)
     return Event(GRAZING, point, touch.watch, touch=touch, grazing=grazing)
+
+
+def _located_within(before: Point, after: Point) -> float:
+    """How near an event is located, as a share of the way: no motion is known better than to so much arclength."""
+    return min(0.1, _LOCATED * max(1.0, 1.0 / (after.length - before.length)))
 
 
 def _extrapolated(velocities: list[float], shares: list[float], outer: float) -> float:
