@@ -144,3 +144,27 @@ def test_inputs_that_do_not_repeat_are_refused() -> None:
     }
     with pytest.raises(ValueError, match="do not repeat"):
         PeriodMap(assemble(gr.Model.from_tables(tables)).system)
+
+
+def test_a_motion_of_a_train_with_five_gaps_is_found() -> None:
+    """Newton's method goes round in circles until the motion has been followed long enough."""
+    bodies = [f"body{i}" for i in range(8)]
+    couplings = [
+        {"name": f"c{i}", "between": bodies[i : i + 2], "stiffness": 4000.0 + 500.0 * (3 * i % 7), "damping": 0.5}
+        for i in range(7)
+    ]
+    for i in (0, 2, 3, 4, 6):
+        couplings[i]["clearance"] = 0.004
+    harmonics = [{"order": 1, "amplitude": 30.0}, {"order": 2, "amplitude": 8.0}]
+    tables = {
+        "schema": 1,
+        "inertia": [
+            {"name": name, "J": 0.02 * (1.0 + 0.3 * (7 * i % 5)), "drag": 0.02} for i, name in enumerate(bodies)
+        ],
+        "coupling": couplings,
+        "excitation": {"speed": 100.0},
+        "torque": [{"on": "body0", "mean": 4.0, "harmonics": harmonics}, {"on": "body7", "mean": -4.0}],
+    }
+    orbit = gr.periodic(gr.Model.from_tables(tables))
+    assert orbit.residual < 1e-12
+    assert len(orbit.motion.crossings.time) > 20

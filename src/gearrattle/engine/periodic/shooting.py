@@ -78,7 +78,7 @@ def shoot(period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, 
     """Find the periodic motion that Newton's method leads to from a state.
 
     Because of corners Newton's method may stop short, or go round in circles. Then the motion is followed for some
-    passes, and Newton's method begins again from where it came nearest to repeating itself.
+    passes, and Newton's method begins again from there, and from where the motion came nearest to repeating itself.
 
     Parameters
     ----------
@@ -101,9 +101,14 @@ def shoot(period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, 
     for attempt in range(settle):
         if residual <= _ROUNDING:
             break
-        motion = period_map(_nearest_return(period_map, motion.end, _SETTLING << attempt))
-        motion, residual, taken = _newton(period_map, motion, tolerance)
+        last, nearest = _later_states(period_map, motion.end, _SETTLING << attempt)
+        motion, residual, taken = _newton(period_map, period_map(last), tolerance)
         passes += taken + (_SETTLING << attempt)
+        if residual > _ROUNDING:
+            returning, gap, taken = _newton(period_map, period_map(nearest), tolerance)
+            passes += taken
+            if gap <= _ROUNDING:
+                motion, residual = returning, gap
     if not residual <= _ROUNDING:
         message = f"no motion that repeats after {counted(period_map.cycles, 'period')} was found from this start"
         remedy = "another start, for example the end of a simulation"
@@ -111,13 +116,13 @@ def shoot(period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, 
     return Orbit(motion, residual, newton_step(period_map, motion)[1], passes)
 
 
-def _nearest_return(period_map: PeriodMap, state: State, passes: int) -> State:
-    """The state at the start of a period, within so many passes, that comes nearest to itself one pass later."""
-    march = period_map.marched(state, passes + 1)
-    states = [period_map.sampled(march, row) for row in range((passes + 1) * period_map.cycles + 1)]
+def _later_states(period_map: PeriodMap, state: State, passes: int) -> tuple[State, State]:
+    """The state so many passes later, and the one before that comes nearest to itself one pass later."""
+    march = period_map.marched(state, passes)
+    states = [period_map.sampled(march, row) for row in range(passes * period_map.cycles + 1)]
     y = np.array([state.y for state in states]) * period_map.scale
     distances = np.linalg.norm(y[period_map.cycles :] - y[: -period_map.cycles], axis=1)
-    return states[int(np.argmin(distances))]
+    return states[-1], states[int(np.argmin(distances))]
 
 
 def _newton(period_map: PeriodMap, motion: Pass, tolerance: float) -> tuple[Pass, float, int]:
