@@ -41,8 +41,8 @@ def test_a_section_shows_all_it_holds_in_order(tmp_path: Path) -> None:
         ("A paragraph.",),
         ("An item.",),
         (chart("curve"),),
-        (Picture("shape", "A drawing.", b"<svg/>"),),
-        (Table(("column",), (("cell",),)),),
+        pictures=(Picture("shape", "A drawing.", b"<svg/>"),),
+        tables=(Table(("column",), (("cell",),)),),
         text=("A text", "Long."),
     )
     html = html_of(Page("test", "A title", (section,)), tmp_path)

@@ -1,14 +1,14 @@
 """What a grazing does to the gradient M of the period map: its kind, and how strong its square root is.
 
-A distance s beyond a grazing a bound is crossed there and back; what is entered lasts for a time tau ~ sqrt(s).
+A distance s beyond a grazing a bound is crossed there and back; what is entered lasts for a time tau ~ √s.
 
     compliant  The force is continuous at the bound; its slope or its damping changes. M gains what this change does
-               within tau, so M(s) = M(0) + C sqrt(s) + ...: continuous, with a square-root cusp. Clipped damping is no
+               within tau, so M = M(0) + C √s + ...: continuous, with a square-root cusp. Clipped damping is no
                exception: its force is continuous, and M differs only while the regions differ.
     jump       A slider begins to slip. What its spring held is forgotten, however short the slip is: M jumps.
     rigid      The law of a compliant corner, too stiff or too damped to be resolved. A touch of the depth d, at which
                the deflection has the acceleration a, lasts sqrt(8 d / a). Where that is longer than the contact's own
-               time 1 / w, it is an impact that reverses the velocity, and M falls like 1 / sqrt(s). If a depth of 1e-8
+               time 1 / w, it is an impact that reverses the velocity, and M falls like 1 / √s. If a depth of 1e-8
                of a T^2 is such an impact, M is unbounded on one side for all that is resolved.
 
 w is the larger of sqrt(k / m) and c / m: k and c what stiffness and damping gain at the corner, m the moving mass.
@@ -50,7 +50,7 @@ class Grazing:
     kind
         COMPLIANT, JUMP or RIGID.
     root
-        (tr M(s) - tr M(0+)) / sqrt(s) in the limit s -> 0, s > 0 the distance in the parameter; NaN where M jumps, or
+        (tr M at s - tr M(0+)) / √s in the limit s -> 0, s > 0 the distance in the parameter; NaN where M jumps, or
         where it cannot be resolved. C has hardly more than one eigenvalue that is not zero, its trace: where that
         is positive multipliers move towards a fold, where it is negative towards a period doubling.
     """
@@ -95,7 +95,7 @@ def grazing_of(curve: Continuation, point: Point, touch: Touch, side: float) -> 
 
 
 def _root(away: Array, traces: Array) -> float:
-    """The coefficient b of a + b sqrt(s) + c s through three values."""
+    """The coefficient b of a + b √s + c s through three values."""
     powers = np.sqrt(away / away[0])[:, None] ** np.arange(3)
     return float(np.linalg.solve(powers, traces)[1] / np.sqrt(away[0]))
 

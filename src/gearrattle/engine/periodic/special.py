@@ -66,20 +66,20 @@ def _extremum(event: Event, curve: Continuation) -> tuple[float, Event]:
     """The extremum of the test function along the branch near an event: its value, and the event moved there."""
     origin = curve.in_plane(event.point)
 
-    def slope(s: float) -> float:
-        behind, ahead = (curve.moved_along(origin, s + side * _STEP) for side in (-1.0, 1.0))
+    def slope(length: float) -> float:
+        behind, ahead = (curve.moved_along(origin, length + side * _STEP) for side in (-1.0, 1.0))
         tests = [test_of(event, curve.family, point) for point in (behind, ahead)]
         return (tests[1] - tests[0]) / (2.0 * _STEP)
 
-    s, now = 0.0, slope(0.0)
+    length, now = 0.0, slope(0.0)
     change = _STEP
     for _ in range(_SECANTS):
-        s, before, now = s + change, now, slope(s + change)
-        if now == before or abs(s) > _FARTHEST:
+        length, before, now = length + change, now, slope(length + change)
+        if now == before or abs(length) > _FARTHEST:
             break
         change = float(np.clip(-now * change / (now - before), -0.5 * _FARTHEST, 0.5 * _FARTHEST))
         if abs(change) < 1e-2 * _STEP:
-            point = curve.moved_along(origin, s + change)
+            point = curve.moved_along(origin, length + change)
             return test_of(event, curve.family, point), replace(event, point=point)
     raise ConvergenceError("the test function has no extremum near")
 
