@@ -115,11 +115,7 @@ images: $(VENV)/.package    ## redraw the pictures in docs/images
 	$(PY) docs/images/draw.py
 	$(PY) docs/images/packages.py
 
-constraints: $(VENV)/pyharm: $(VENV)/.python
-	@echo "installing pyHarm in an environment of its own: it asks for older packages"
-	@$(PY) -m venv $@ && $@/bin/pip install -qq --disable-pip-version-check 'pyHarm-os>=1.2' || { rm -rf $@; exit 1; }
-
-$(VENV)/.test $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers  ## rewrite constraints.txt from what .venv holds
+constraints: $(VENV)/.test $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers  ## rewrite constraints.txt from what .venv holds
 	{ grep '^#' constraints.txt; $(PY) -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > $(VENV)/pins
 	mv $(VENV)/pins constraints.txt
 
@@ -157,6 +153,10 @@ $(VENV)/.package: $(VENV)/.python pyproject.toml constraints.txt
 	@echo "installing gearrattle (a minute or two, once)"
 	@$(PIP) --editable .
 	@touch $@
+
+$(VENV)/pyharm: $(VENV)/.python
+	@echo "installing pyHarm in an environment of its own: it asks for older packages"
+	@$(PY) -m venv $@ && $@/bin/pip install -qq --disable-pip-version-check 'pyHarm-os>=1.2' || { rm -rf $@; exit 1; }
 
 $(VENV)/.test $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers: $(VENV)/.%: $(VENV)/.package
 	@echo "installing what 'make $*' needs"
