@@ -14,6 +14,8 @@ from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.solvers.choice import is_large
 from gearrattle.orbits.family import family_of, family_of_excitation
 
+pytestmark = pytest.mark.compiled  # without compiled kernels every family is a general one
+
 PATHS = {
     "excitation.speed": 100.0,
     "coupling.gap.clearance": 0.006,
