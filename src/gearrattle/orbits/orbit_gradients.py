@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-SWING, FORCE, MULTIPLIER = "peak-to-peak deflection", "largest force", "|multiplier|"
+SWING, FORCE, MULTIPLIER = "peak-to-peak deflection", "largest force", "multiplier modulus"
 """Responses: of every clearance the first two, of every multiplier, by its number from 1, the last."""
 _CHANGE = 1e-5  # of a number, to both sides
 
