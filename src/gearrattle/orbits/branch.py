@@ -26,6 +26,7 @@ from gearrattle.model.quantity import argument_problems
 from gearrattle.model.table import shown
 from gearrattle.orbits.boundary import boundary_of
 from gearrattle.orbits.curve import Curve, followed
+from gearrattle.orbits.ends import ends_of
 from gearrattle.orbits.family import family_of
 from gearrattle.orbits.find import periodic
 from gearrattle.orbits.further import branches_off, isolated_curves
@@ -481,23 +482,3 @@ def continuation(
         work(1.0)
     notes = tuple(dict.fromkeys(c.note for c in curves if c.note))
     return Branch(model, path, (first, last), cycles, tuple(curves), notes)
-
-
-def ends_of(model: Model, path: str, ends: Sequence[float | str]) -> tuple[float, float]:
-    """Read the two ends of a range [SI].
-
-    Raises
-    ------
-    ModelError
-        the path leads nowhere, an end the model refuses, or ends that are the same.
-    """
-    if isinstance(ends, str) or not isinstance(ends, Sequence | np.ndarray) or len(ends) != 2:
-        raise ModelError(Problem("range", shown(ends), "must be two values", "such as (100.0, 200.0)"))
-    values = [in_si(path, end, model) for end in ends]
-    for value in values:
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise ModelError(Problem("range", shown(value), "what is followed must be a number"))
-    first, last = map(float, values)
-    if first == last:
-        raise ModelError(Problem("range", shown(ends), "must be two different values"))
-    return first, last

@@ -11,12 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.continuation import Continuation, Point, appended
 from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.errors import ConvergenceError
@@ -74,7 +73,7 @@ def _off_edge(curve: Continuation, point: Point) -> tuple[Point, Sequence[Event]
         return None
     if np.linalg.norm(room[0] * point.scale) > _MIDDLE * point.size:
         state = State(point.state + room[0], point.motion.end.auxiliary_pieces)
-        return _after(point, curve.begin(state, point.parameter, upward=bool(point.tangent[-1] > 0.0))), ()
+        return appended(point, curve.begin(state, point.parameter, upward=bool(point.tangent[-1] > 0.0))), ()
     end, earlier = _end_of(curve, point)
     if abs(end.parameter - point.parameter) > _FARTHEST * curve.family.unit:
         return None
@@ -84,7 +83,7 @@ def _off_edge(curve: Continuation, point: Point) -> tuple[Point, Sequence[Event]
             parameter = end.parameter + way * ahead * curve.family.unit
             beyond = curve.begin(_extrapolated(earlier, end, parameter), parameter, upward=way > 0.0)
             if not beyond.free:
-                return _after(end, beyond), (Event(EDGE, end),)
+                return appended(end, beyond), (Event(EDGE, end),)
     raise ConvergenceError(f"no motion was found beyond the end of a family at the parameter {end.parameter:.9g}")
 
 
@@ -101,7 +100,7 @@ def _end_of(curve: Continuation, point: Point) -> tuple[Point, Point]:
         end = near.parameter + (near.parameter - far.parameter) * lengths[0] / (lengths[1] - lengths[0])
         following = end - _NEARER * (end - near.parameter)
         far, near = near, _in_middle(curve, _extrapolated(far, near, following), following)
-    return replace(near, length=point.length + float(np.linalg.norm(near.w - point.w))), far
+    return appended(point, near), far
 
 
 def _length_of(curve: Continuation, point: Point) -> float:
@@ -125,8 +124,3 @@ def _extrapolated(earlier: Point, point: Point, parameter: float) -> State:
         return State(point.state, point.motion.end.auxiliary_pieces)
     slope = (point.state - earlier.state) / change
     return State(point.state + (parameter - point.parameter) * slope, point.motion.end.auxiliary_pieces)
-
-
-def _after(point: Point, moved: Point) -> Point:
-    """A point with its length along the branch."""
-    return replace(moved, length=point.length + float(np.linalg.norm(moved.w - point.w)))

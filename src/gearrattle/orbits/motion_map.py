@@ -28,6 +28,7 @@ from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.gradients import number_at
 from gearrattle.orbits.orbit import Orbit, is_stable
+from gearrattle.orbits.progress import stretch_of
 from gearrattle.orbits.rows import Plane, Row, rows_of
 from gearrattle.orbits.search import Known
 from gearrattle.result import Result
@@ -208,17 +209,15 @@ def map_of(
     first, last = sorted(branch.range)
     plane = Plane(branch.model, branch.path, second, (first, last), (low, high), branch.cycles)
     values, seconds = middles(plane.ends, across), middles(plane.second_ends, up)
-
-    def part(begin: float, end: float) -> Callable[[float], None] | None:
-        return None if progress is None else lambda share: progress(begin + (end - begin) * share)
-
-    rows = rows_of(plane, Row(own, branch.curves), seconds.tolist(), isolated=isolated, progress=part(0.0, 0.5))
-    cells = cells_of(plane, rows, values, part(0.5, 0.7))
+    rows = rows_of(
+        plane, Row(own, branch.curves), seconds.tolist(), isolated=isolated, progress=stretch_of(progress, 0.0, 0.5)
+    )
+    cells = cells_of(plane, rows, values, stretch_of(progress, 0.5, 0.7))
     borders, special_points, notes = borders_of(
         branch.events,
         lambda event: branch.boundary(event, second, ends),
         (plane.ends, plane.second_ends),
-        part(0.7, 1.0),
+        stretch_of(progress, 0.7, 1.0),
     )
     notes += dict.fromkeys(curve.note for row in rows for curve in row.curves if curve.note)
     if any(not cell.is_countable for row in cells for cell in row):

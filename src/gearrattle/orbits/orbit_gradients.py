@@ -25,7 +25,6 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import pattern_of
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
-from gearrattle.engine.solvers.start import starting_pieces
 from gearrattle.engine.system.levels import deflection_levels, force_levels
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model
@@ -44,11 +43,7 @@ _CHANGE = 1e-5  # of a number, to both sides
 
 def responses_of(period_map: PeriodMap, motion: Pass) -> Array:
     """Return (2 K,) peak-to-peak deflections of the K clearances, then the largest moduli of their forces [SI]."""
-    flow, task = period_map.flow, period_map.task(motion.start, 1)
-    states = motion.start.y * period_map.scale
-    z = np.concatenate([states, flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
-    pieces, _ = starting_pieces(flow, z, task.angle, task.auxiliary_pieces)
-    along = flow, pieces, states, motion.crossings, period_map.length
+    along = period_map.flow, *period_map.along(motion)
     low, high, _ = deflection_levels(*along)
     return np.concatenate([high - low, np.abs(force_levels(*along)).max(axis=0, initial=0.0)])
 

@@ -24,6 +24,11 @@ def never_falling(progress: Progress) -> Progress:
 
 def part_of(progress: Progress | None, number: int, count: int) -> Progress | None:
     """Return the function for part ``number``, from 0, of ``count`` equal ones; None if there is none to tell."""
+    return stretch_of(progress, number / count, (number + 1) / count)
+
+
+def stretch_of(progress: Progress | None, begin: float, end: float) -> Progress | None:
+    """Return the function for the work between two shares of the whole; None if there is none to tell."""
     if progress is None:
         return None
-    return lambda share: progress((number + share) / count)
+    return lambda share: progress(begin + (end - begin) * share)

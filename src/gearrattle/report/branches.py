@@ -42,10 +42,6 @@ class BranchesPage(ModelPresentation[Branch]):
     kind = "branches"
     is_interactive = True
 
-    @property
-    def title(self) -> str:
-        return self.result.model.name or "Driveline"
-
     @cached_property
     def _ranges(self) -> list[Range]:
         return ranges_of(self.result)

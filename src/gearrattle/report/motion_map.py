@@ -38,10 +38,6 @@ class MotionMapPage(ModelPresentation[MotionMap]):
     is_interactive = True
 
     @property
-    def title(self) -> str:
-        return self.result.model.name or "Driveline"
-
-    @property
     def sentence(self) -> str:
         across, up = measures_of(self.result)
         shares = {code: self._share(code) for code in (MUST, BESIDE, QUIET, MISSING)}

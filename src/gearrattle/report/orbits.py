@@ -61,10 +61,6 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
     is_interactive = True
 
     @property
-    def title(self) -> str:
-        return self.result.model.name or "Driveline"
-
-    @property
     def sentence(self) -> str:
         orbit = self.result
         stability = "A stable" if orbit.stable else "An unstable"

@@ -152,6 +152,11 @@ class ModelPresentation(Presentation[R]):
 
     endings = (*NUMBER_ENDINGS, ".toml")
 
+    @property
+    def title(self) -> str:
+        """The name of the model."""
+        return self.model.name or "Driveline"
+
     def model_text(self) -> str:
         """Return the model file."""
         from gearrattle.model.file import text_of

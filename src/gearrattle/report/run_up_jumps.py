@@ -36,10 +36,6 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
     is_interactive = True
 
     @property
-    def title(self) -> str:
-        return self.result.model.name or "Driveline"
-
-    @property
     def sentence(self) -> str:
         rate = quantity(self.result.rate, self._unit("rad/s²"))
         seen = [jump for jump in self.result.jumps if not jump.words]

@@ -119,3 +119,20 @@ def test_what_is_not_symmetric_is_refused() -> None:
         assert not is_symmetric(other)
     with pytest.raises(ValueError, match="symmetric"):
         HalfPeriodMap(loaded)
+
+
+def test_friction_on_one_side_alone_is_not_symmetric() -> None:
+    """The law is an odd function; the slider acts in its drive stage and not in its coast stage."""
+    stages = [{"stiffness": 400.0, "until": 0.01}, {"stiffness": 800.0, "hysteresis": 3.0}]
+    coast = [{"stiffness": 400.0, "until": 0.01}, {"stiffness": 800.0}]
+    clutch = {"name": "clutch", "between": ["hub", "wheel"], "stages": stages}
+    couplings = [{**clutch, "coast_stages": coast}, FRICTION["coupling"][1]]
+    assert not is_symmetric(system_of({**FRICTION, "coupling": couplings}))
+    assert is_symmetric(system_of(FRICTION))
+
+
+def test_several_periods_of_the_half_map_are_not_taken_apart() -> None:
+    """Its motions stay symmetric however fast disturbances grow."""
+    half = HalfPeriodMap(system_of(symmetric(0.25)), 9)
+    assert not half.repeats_one_period
+    assert PeriodMap(half.system, 9).repeats_one_period

@@ -120,7 +120,7 @@ def _log(m, s, begin, time, k, piece, target):
 
 @kernel
 def _locate(field, size, library, m, s, k, corner, begin, end, low, high):
-    """When deflection k, low and high from the corner at start and end (opposite signs), passes it.
+    """When deflection k, low and high from the corner at begin and end (opposite signs), passes it.
 
     Regula falsi by the Illinois rule (Dowell, Jarratt, BIT 11 (1971) 168), every fourth time a bisection; the scratch
     keeps the elements' states there.

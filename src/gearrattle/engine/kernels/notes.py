@@ -1,8 +1,8 @@
 """States at the samples. The march only notes what it passes them with; here the notes are worked out.
 
 A note is of the samples of one step, but for that at the start of a period, with which another note begins. The first
-sample of a note is reached from the state at the step's begin, every other from the one before it. As runs go on at
-begins of periods, where one ends and the next goes on changes no bit of the samples.
+sample of a note is reached from the state at the step's start, every other from the one before it. As runs go on at
+starts of periods, where one ends and the next goes on changes no bit of the samples.
 
 Kept out of the march's loop, for what is written into that loop is compiled once more with every caller.
 """

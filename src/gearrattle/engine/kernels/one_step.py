@@ -54,7 +54,7 @@ class StepBuffers(NamedTuple):
 
     wave: Vector  # (2 H,)
     at: Any  # four of (m,): deflection, rate, piece, force of the state looked at last
-    stages: Matrix  # (stages, S) slopes; the first is that at the step's begin
+    stages: Matrix  # (stages, S) slopes; the first is that at the step's start
     trial: Vector  # (S,)
     before: Vector  # (S,)
     table: Matrix  # (COLUMNS, S) one diagonal of the extrapolation table

@@ -26,7 +26,7 @@ class Inputs(NamedTuple):
     frequency: Vector  # (H,) radians a period
     scale: Vector  # (1 + H,) constant amplitudes
     steps: Vector  # (levels,) see ``step_of``
-    knot_cycle: Vector  # (G,) begins of the signals' intervals, whole periods
+    knot_cycle: Vector  # (G,) starts of the signals' intervals, whole periods
     knot_fraction: Vector  # (G,) the rest
     chains: Array3  # (G, channels, D + 1, and zeros of as many strips) at the start of every interval
     fourth: Matrix  # (G, Q) bounds on their fourth derivatives, all through every interval

@@ -280,7 +280,7 @@ class Continuation:
             if (_is_straight(point, following) or is_short) and self._is_allowed(point, following):
                 growth = _growth(point, following) if is_first and iterations <= _EASY else 1.0
                 growth = max(growth, _LEAST_GROWTH) if is_short else growth
-                return _after(point, following), min(self._longest, growth * step)
+                return appended(point, following), min(self._longest, growth * step)
             step, is_first = 0.5 * step, False
         return self._around_corner(point)
 
@@ -299,7 +299,7 @@ class Continuation:
             return None
         if not (_is_straight(point, last) and self._is_allowed(point, last)):
             return None
-        return replace(_after(point, last), parameter=highest if point.tangent[-1] > 0.0 else lowest)
+        return replace(appended(point, last), parameter=highest if point.tangent[-1] > 0.0 else lowest)
 
     def _is_allowed(self, point: Point, following: Point) -> bool:
         """Whether a step keeps its limit and its way."""
@@ -442,8 +442,8 @@ def _growth(point: Point, following: Point) -> float:
     return float(np.clip(np.sqrt(0.25 * (1.0 - _TURN) / turn), 1.0, _GROWTH))
 
 
-def _after(point: Point, following: Point) -> Point:
-    """A point with its length along the branch."""
+def appended(point: Point, following: Point) -> Point:
+    """Return a point that follows another one, with its length along the branch."""
     return replace(following, length=point.length + float(np.linalg.norm(following.w - point.w)))
 
 

@@ -22,7 +22,7 @@ from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.solvers.handover import passages_of
 from gearrattle.engine.solvers.slots import Slots, slots_of
 from gearrattle.engine.solvers.start import starting_pieces
-from gearrattle.engine.system.flow import flow_of
+from gearrattle.engine.system.flow import Pieces, flow_of
 from gearrattle.engine.system.levels import deflection_levels
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -124,6 +124,11 @@ class PeriodMap:
         return self.cycles * self.system.inputs.period
 
     @property
+    def repeats_one_period(self) -> bool:
+        """Whether it is the map over one period, applied several times."""
+        return self.cycles > 1
+
+    @property
     def size(self) -> float:
         """The largest corner of the basis elements in balanced coordinates, the unit of norms; 1 without corners."""
         corners = [float(np.abs(law.corners).max(initial=0.0)) for law in self.system.laws]
@@ -171,11 +176,14 @@ class PeriodMap:
 
     def levels(self, motion: Pass) -> Array:
         """Return (3, K) lowest, highest and mean deflection of every clearance along a motion [SI]."""
-        task = self.task(motion.start, 1)
-        y = motion.start.y * self.scale
+        return deflection_levels(self.flow, *self.along(motion))
+
+    def along(self, motion: Pass) -> tuple[Pieces, Array, Passages, float]:
+        """Return what a motion is followed by: pieces and balanced states at its start, crossings, length [s]."""
+        task, y = self.task(motion.start, 1), motion.start.y * self.scale
         z = np.concatenate([y, self.flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
         pieces, _ = starting_pieces(self.flow, z, task.angle, task.auxiliary_pieces)
-        return deflection_levels(self.flow, pieces, y, motion.crossings, self.length)
+        return pieces, y, motion.crossings, self.length
 
     def later(self, state: State, passes: int = 1) -> State:
         """Return the state after some passes of n periods, without the gradient. Errors as in a call."""

@@ -142,7 +142,7 @@ def _newton(period_map: PeriodMap, motion: Pass, tolerance: float) -> tuple[Pass
 def _is_sensitive(period_map: PeriodMap, motion: Pass) -> bool:
     """Whether disturbances grow so much over several periods that these are better followed one by one."""
     grown = float(np.linalg.norm(period_map.scale[:, None] * motion.gradient / period_map.scale))
-    return period_map.cycles > 1 and grown > _LARGE and period_map.cycles * len(motion.gap) <= LARGEST_SYSTEM
+    return period_map.repeats_one_period and grown > _LARGE and period_map.cycles * len(motion.gap) <= LARGEST_SYSTEM
 
 
 def _residual(period_map: PeriodMap, motion: Pass) -> float:

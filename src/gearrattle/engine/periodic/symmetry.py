@@ -17,9 +17,10 @@ J. W. Swift, K. Wiesenfeld, Physical Review Letters 52 (1984), 705-708.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
-from gearrattle.engine.system.auxiliary import BACKWARD, FORWARD
+from gearrattle.engine.system.auxiliary import BACKWARD, FORWARD, OFF, STICK, Auxiliary
 from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
@@ -34,7 +35,14 @@ def is_symmetric(system: PiecewiseSystem) -> bool:
     is_used = np.any(inputs.torque_sine, axis=0) | np.any(inputs.torque_cosine, axis=0)
     is_used |= np.any(inputs.error_sine, axis=0) | np.any(inputs.error_cosine, axis=0)
     are_odd = np.round(inputs.cycles[is_used]).astype(int) % 2 == 1
-    return bool(not np.any(inputs.mean) and are_odd.all() and all(is_odd(law) for law in system.laws))
+    acts_evenly = all(np.array_equal(*_acting(auxiliary)) for auxiliary in system.auxiliaries if auxiliary.remembers)
+    return bool(not np.any(inputs.mean) and are_odd.all() and acts_evenly and all(is_odd(law) for law in system.laws))
+
+
+def _acting(slider: Auxiliary) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """In which pieces of its element's law a slider acts, from the lowest and from the highest piece on."""
+    acts = slider.follow[:, STICK] != OFF
+    return acts, acts[::-1]
 
 
 def is_odd(law: PiecewiseLaw) -> bool:
@@ -73,6 +81,11 @@ class HalfPeriodMap(PeriodMap):
     def length(self) -> float:
         """Half the duration of n periods [s]."""
         return 0.5 * super().length
+
+    @property
+    def repeats_one_period(self) -> bool:
+        """False: half a motion is no number of whole periods."""
+        return False
 
     def __call__(self, state: State) -> Pass:
         """Follow a state over half of n periods, and mirror it.

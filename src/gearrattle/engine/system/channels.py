@@ -34,7 +34,7 @@ class Channel:
     knots
         (G + 1,) ascending [s].
     coefficients
-        (G, D + 1) of ascending powers of the time since the interval's begin [SI].
+        (G, D + 1) of ascending powers of the time since the interval's start [SI].
     """
 
     knots: Array

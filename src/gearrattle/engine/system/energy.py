@@ -258,7 +258,7 @@ def _used(flow: Flow, signals: Signals, intervals: IntArray, since: Array) -> Ar
     intervals
         (G,) of these.
     since
-        (G, P) periods since the interval's begin.
+        (G, P) periods since the interval's start.
     """
     period, pace = flow.system.inputs.period, signals.pace(flow.system.inputs.period)
     chains = (flow.chains[intervals] / flow.chain).reshape(len(intervals), signals.channels, signals.degree + 1)
