@@ -102,14 +102,16 @@ class Series:
 
     def expanded(self, chosen: Array) -> Array:
         """Return (B, q, P + 1, Z) coefficients of rows (q, Z) by the state at the start, of powers of s/h."""
-        out = np.empty((self.count, len(chosen), self.terms + 1, len(self.matrix)))
+        width = len(self.matrix)
+        out = np.empty((self.terms + 1, self.count, len(chosen), width))
         for j in range(self.count):
-            out[j, :, 0] = chosen
-            for p in range(1, self.terms + 1):
-                out[j, :, p] = out[j, :, p - 1] @ self.matrix * (self.block / p)
+            out[0, j] = chosen
             if j + 1 < self.count:
                 chosen = chosen + chosen @ self._move
-        return out
+        powers = out.reshape(self.terms + 1, -1, width)
+        for p in range(1, self.terms + 1):
+            powers[p] = powers[p - 1] @ self.matrix * (self.block / p)
+        return out.transpose(1, 2, 0, 3)
 
     @cached_property
     def _move(self) -> Array:
@@ -154,14 +156,16 @@ class Series:
 
     def moved(self, states: Array, durations: Array) -> Array:
         """(N, Z) states (N, Z) after durations (N,), in periods."""
-        states, left = states.copy(), durations.copy()
-        for _ in range(self.count):
-            length = np.clip(left, 0.0, self.block)[:, None]
-            term = states.copy()
+        states = states.copy()
+        for begin in self.block * np.arange(self.count):
+            on = np.flatnonzero(durations > begin)
+            if on.size == 0:
+                break
+            length = np.minimum(durations[on] - begin, self.block)[:, None]
+            term = states[on]
             for p in range(1, self.terms + 1):
                 term = (term @ self.matrix.T) * (length / p)
-                states += term
-            left -= self.block
+                states[on] += term
         return states
 
 
