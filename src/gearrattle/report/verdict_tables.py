@@ -106,18 +106,26 @@ def _changes(part: Part) -> str:
     return "" if part.rattles or part.regime == "quiet" else " <small>changes stage</small>"
 
 
-def _share_bar(findings: Findings, part: Part) -> str:
-    """Draw the shares of time on the coast side, in the centre and on the drive side."""
+def side_shares(findings: Findings, part: Part) -> dict[str, float]:
+    """Return the shares of time on the coast side, in the centre and on the drive side; nothing without corners."""
     trajectory = findings.motion.trajectory
     layout = trajectory.layout
     if part.name not in layout.clearance_names:
-        return "always in contact"
+        return {}
     k = layout.clearance_names.index(part.name)
     inner = centre(layout, k)
     shares = {"coast": 0.0, "centre": 0.0, "drive": 0.0}
     for region, share in region_shares(trajectory, k, steady(trajectory)).items():
         side = "centre" if region in inner else "drive" if region > max(inner) else "coast"
         shares[side] += share
+    return shares
+
+
+def _share_bar(findings: Findings, part: Part) -> str:
+    """Draw the shares of time on the coast side, in the centre and on the drive side."""
+    shares = side_shares(findings, part)
+    if not shares:
+        return "always in contact"
     words = " · ".join(percent(share) for share in shares.values())
     bars = "".join(f'<i class="{side}" style="width:{100.0 * share:.2f}%"></i>' for side, share in shares.items())
     description = escape(", ".join(f"{side} {percent(share)}" for side, share in shares.items()))

@@ -1,0 +1,94 @@
+"""What is different between jobs: values of their models, and what came out.
+
+Takes the folders of jobs; gives rows of text and numbers, one column a job.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from gearrattle.errors import ModelError
+from gearrattle.json_types import TomlTable, json_value
+from gearrattle.model.paths import path_names, value_at
+from gearrattle.report.saved import SUMMARY
+from gearrattle.workbench.kept import RESULT
+
+_NUMBERS = (
+    ("impacts_per_second", "impacts per second", "1/s"),
+    ("max_approach_speed", "fastest approach", ""),
+    ("max_impact_energy", "hardest impact", "J"),
+    ("contact_share", "share of time in contact", ""),
+    ("margin_db", "loose-gear margin", "dB"),
+)
+"""Of a part of the verdict: its key, its words, its unit (empty: that of the part, or none)."""
+
+
+def differences(folders: Sequence[Path]) -> dict[str, Any]:
+    """Return where models of jobs differ, and their verdicts side by side.
+
+    Parameters
+    ----------
+    folders
+        of the jobs, in the order of the columns.
+
+    Returns
+    -------
+    dict[str, Any]
+        model: ``{path, values}`` for every path whose values are not all the same, as they are written, None where it
+        is absent; verdicts: a word a job, None of what is no run; numbers: ``{part, quantity, unit, values}``.
+    """
+    models = [_model(folder) for folder in folders]
+    summaries = [_summary(folder) for folder in folders]
+    return {
+        "model": _paths(models),
+        "verdicts": [summary.get("verdict") for summary in summaries],
+        "sentences": [summary.get("sentence") for summary in summaries],
+        "numbers": _numbers([_parts(summary) for summary in summaries]),
+    }
+
+
+def _model(folder: Path) -> TomlTable:
+    return tomllib.loads((folder / "model.toml").read_text(encoding="utf-8"))
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    path = folder / RESULT / SUMMARY
+    summary: dict[str, Any] = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    return summary
+
+
+def _paths(models: Sequence[TomlTable]) -> list[dict[str, Any]]:
+    paths = dict.fromkeys(path for model in models for path in path_names(model))
+    rows = [{"path": path, "values": [json_value(_value(model, path)) for model in models]} for path in paths]
+    return [row for row in rows if any(value != row["values"][0] for value in row["values"])]
+
+
+def _value(model: TomlTable, path: str) -> Any:
+    """Return the value at a path; None where the model has no such table."""
+    try:
+        return value_at(model, path)
+    except ModelError:
+        return None
+
+
+def _parts(summary: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    return {part["name"]: part for part in summary.get("parts", ()) if "regime" in part}
+
+
+def _numbers(jobs: Sequence[dict[str, dict[str, Any]]]) -> list[dict[str, Any]]:
+    """Return the numbers of every part that some job has, and its regime before them."""
+    rows = []
+    for name in dict.fromkeys(name for parts in jobs for name in parts):
+        parts = [job.get(name, {}) for job in jobs]
+        rows.append({"part": name, "quantity": "regime", "unit": "", "values": [part.get("regime") for part in parts]})
+        for key, words, unit in _NUMBERS:
+            values = [part.get(key) for part in parts]
+            if any(value is not None for value in values):
+                shown = next((part["speed_unit"] for part in parts if "speed_unit" in part), "")
+                unit_of_row = shown if key == "max_approach_speed" else unit
+                rows.append({"part": name, "quantity": words, "unit": unit_of_row, "values": values})
+    return rows

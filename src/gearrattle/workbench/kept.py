@@ -1,0 +1,119 @@
+"""A result as a job keeps it: the files that ``gr.save`` writes, and beside them what the page needs at once.
+
+    result/         report.html, summary.json, results.nc, figures/: what the user takes along
+    view.json       sections and tables for the page
+    traces/         of a run: the index of its histories, and its impacts
+
+``keep`` is called once, by the process that computed the result; the server then only reads files. What is not there
+(a job of an earlier version, a motion that was put into the folder) is made from results.nc when it is asked for.
+
+Takes results and the folder of a job; gives files, and what is read from them.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.json_types import json_value
+from gearrattle.pipeline import Findings
+from gearrattle.report.kinds import presentation_of
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.stored import read_charts
+from gearrattle.report.saved import save
+from gearrattle.report.static_figures import CHARTS
+from gearrattle.results import Run, open_run
+from gearrattle.workbench.traces import Hits, RunFile, write_impacts, write_index
+from gearrattle.workbench.views import view_of
+from gearrattle.writing import whole
+
+RESULT, VIEW, TRACES = "result", "view.json", "traces"
+"""Names in the folder of a job."""
+
+
+def keep(result: Any, folder: Path) -> None:
+    """Save a result into the folder of a job, and what the page shows of it.
+
+    Parameters
+    ----------
+    result
+        of any kind.
+    folder
+        of the job; it exists.
+    """
+    presentation = presentation_of(result)
+    save(presentation, folder / RESULT)
+    _write_view(view_of(presentation), folder)
+    motion = result.motion if isinstance(result, Findings) else result
+    if isinstance(motion, Run):
+        _write_traces(motion, folder)
+
+
+def _write_view(view: dict[str, Any], folder: Path) -> None:
+    with whole(folder / VIEW) as path:
+        path.write_text(json.dumps(json_value(view), ensure_ascii=False, allow_nan=False), encoding="utf-8")
+
+
+def _write_traces(run: Run, folder: Path) -> None:
+    target = folder / TRACES
+    target.mkdir(exist_ok=True)
+    write_index(RunFile(folder / RESULT / "results.nc"), target)
+    write_impacts(run, target)
+
+
+def read_view(folder: Path) -> dict[str, Any]:
+    """Return the view of a job's result."""
+    if not (folder / VIEW).is_file():
+        _write_view(view_of(presentation_of(run_of(folder))), folder)
+    view: dict[str, Any] = json.loads((folder / VIEW).read_text(encoding="utf-8"))
+    return view
+
+
+def run_of(folder: Path) -> Run:
+    """Return the motion of a job.
+
+    Raises
+    ------
+    ModelError
+        the result is none.
+    """
+    path = folder / RESULT / "results.nc"
+    if not path.is_file():
+        raise ModelError(Problem("job", folder.name, "has no result yet", "wait until it is done"))
+    return open_run(path)
+
+
+def source_of(folder: Path) -> RunFile:
+    """Return the histories of a job's run."""
+    path = folder / RESULT / "results.nc"
+    if not path.is_file():
+        raise ModelError(Problem("job", folder.name, "has no result yet", "wait until it is done"))
+    return _opened(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(8)
+def _opened(path: Path, changed: int) -> RunFile:
+    del changed  # part of the key: a folder that is filled anew is opened anew
+    return RunFile(path, path.parents[1] / TRACES)
+
+
+def impacts_of(folder: Path) -> Hits:
+    """Return the impacts of a job's run."""
+    if not (folder / TRACES / "impacts.npz").is_file():
+        _write_traces(run_of(folder), folder)
+    return Hits(folder / TRACES)
+
+
+def charts_of_job(folder: Path) -> list[Chart]:
+    """Return the figures of a job's result."""
+    path = folder / RESULT / "figures" / CHARTS
+    return _charts(path, path.stat().st_mtime_ns) if path.is_file() else []
+
+
+@lru_cache(8)
+def _charts(path: Path, changed: int) -> list[Chart]:
+    del changed
+    return read_charts(path)

@@ -1,0 +1,278 @@
+"""What came out of a job: its view, figures, histories, impacts, sound, and what is handed over.
+
+Endpoints are plain functions, which Starlette calls in threads: reading a file or drawing for print never holds up the
+server's loop.
+
+Takes requests for ``/api/jobs/ID/...``, ``/api/compare``, ``/api/measured/...`` and ``/widgets/...``; gives responses.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import tempfile
+import zipfile
+from collections.abc import Callable
+from dataclasses import asdict
+from functools import wraps
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from starlette.background import BackgroundTask
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.routing import Route
+
+from gearrattle.errors import GearRattleError, ModelError, Problem
+from gearrattle.workbench import kept, widgets
+from gearrattle.workbench.differences import differences
+from gearrattle.workbench.lines import density
+from gearrattle.workbench.script import script
+from gearrattle.workbench.traces import InMemory, Source, packed
+from gearrattle.workbench.views import chart_json
+
+Endpoint = Callable[[Request], Response]
+_JOB = re.compile(r"[A-Za-z0-9_-]{1,64}")
+_NAME = re.compile(r"[A-Za-z0-9_.-]{1,120}")
+_FIGURE_TYPES = {"svg": "image/svg+xml", "pdf": "application/pdf"}
+_POINTS = (16, 20_000)
+_MOST_CHANNELS = 64
+_MOST_JOBS = 12
+_BINARY = "application/octet-stream"
+
+
+class _NotThereError(Exception):
+    """What is asked for does not exist: place, value and rule."""
+
+
+def _answering(endpoint: Endpoint) -> Endpoint:
+    """Return an endpoint whose errors are problems in JSON."""
+
+    @wraps(endpoint)
+    def answer(request: Request) -> Response:
+        try:
+            return endpoint(request)
+        except _NotThereError as missing:
+            return _problems(404, [Problem(*missing.args)])
+        except ModelError as error:
+            return _problems(400, error.problems)
+        except GearRattleError as error:
+            return _problems(400, [Problem("result", "", str(error))])
+
+    return answer
+
+
+def _problems(status: int, problems: Any) -> JSONResponse:
+    return JSONResponse({"problems": [asdict(problem) for problem in problems]}, status_code=status)
+
+
+def _folder(request: Request) -> Path:
+    """Return the folder of the job that is asked for."""
+    return _job_folder(request, str(request.path_params["job"]))
+
+
+def _job_folder(request: Request, job: str) -> Path:
+    folder: Path = Path(request.app.state.folder.root) / ".gearrattle" / "jobs" / job
+    if not _JOB.fullmatch(job) or not folder.is_dir():
+        raise _NotThereError("job", job[:64], "there is no such job", "look at the list of runs")
+    return folder
+
+
+def _record(folder: Path) -> dict[str, Any]:
+    record: dict[str, Any] = json.loads((folder / "job.json").read_text(encoding="utf-8"))
+    return record
+
+
+def _file(path: Path, media_type: str, name: str = "") -> Response:
+    if not path.is_file():
+        raise _NotThereError(path.name, "", "there is no such file", "wait until the job is done")
+    return FileResponse(path, media_type=media_type, filename=name or None)
+
+
+def _view(request: Request) -> Response:
+    return JSONResponse(kept.read_view(_folder(request)))
+
+
+def _figure(request: Request) -> Response:
+    """Send a figure as it stands in the result, as data, or drawn for print."""
+    folder, name, form = _folder(request), str(request.path_params["name"]), str(request.path_params["form"])
+    if not _NAME.fullmatch(name) or form not in (*_FIGURE_TYPES, "json"):
+        raise _NotThereError("figure", f"{name}.{form}"[:120], "there is no such figure", "svg, pdf or json")
+    if form == "svg":
+        return _file(folder / kept.RESULT / "figures" / f"{name}.svg", _FIGURE_TYPES[form])
+    chart = next((chart for chart in kept.charts_of_job(folder) if chart.key == name), None)
+    if chart is None:
+        raise _NotThereError("figure", name, "there is no such figure", "")
+    if form == "json":
+        return JSONResponse(chart_json(chart))
+    from gearrattle.report.plots.typeset import matplotlib_figure
+    from gearrattle.report.plots.typeset.files import saved
+
+    content = saved(matplotlib_figure(chart), form, title=chart.title, subject=chart.caption)
+    headers = {"content-disposition": f'attachment; filename="{name}.{form}"'}
+    return Response(content, media_type=_FIGURE_TYPES[form], headers=headers)
+
+
+def _number(request: Request, name: str, default: float) -> float:
+    text = request.query_params.get(name)
+    try:
+        value = default if text is None else float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ModelError(Problem(name, str(text)[:40], "must be a number"))
+    return value
+
+
+def _channels(source: Source) -> JSONResponse:
+    traces = [
+        {"name": trace.name, "quantity": trace.quantity, "label": trace.subject, "unit": trace.unit}
+        for trace in source.channels()
+    ]
+    end = source.start + source.step * (source.count - 1)
+    return JSONResponse({"channels": traces, "begin": source.start, "end": end, "samples": source.count})
+
+
+def _trace(request: Request, source: Source) -> Response:
+    """Send times and values of channels over a window."""
+    names = request.query_params.getlist("channel")[:_MOST_CHANNELS]
+    begin = _number(request, "from", source.start)
+    end = _number(request, "to", source.start + source.step * (source.count - 1))
+    points = int(np.clip(_number(request, "points", 2000), *_POINTS))
+    if not begin < end:
+        raise ModelError(Problem("from", f"{begin:g}", f"must be less than to ({end:g})"))
+    return Response(packed([source.trace(name, begin, end, points) for name in names]), media_type=_BINARY)
+
+
+def _job_channels(request: Request) -> Response:
+    return _channels(kept.source_of(_folder(request)))
+
+
+def _job_trace(request: Request) -> Response:
+    return _trace(request, kept.source_of(_folder(request)))
+
+
+def _impacts(request: Request) -> Response:
+    """Send impacts of a window: time, clearance, velocity, energy and count of every mark."""
+    hits = kept.impacts_of(_folder(request))
+    if "from" not in request.query_params:
+        return JSONResponse({"clearances": hits.clearances})
+    most = int(np.clip(_number(request, "points", 1000), *_POINTS))
+    marks = hits.within(_number(request, "from", 0.0), _number(request, "to", 0.0), most)
+    arrays = (marks.time, marks.clearance, marks.velocity, marks.energy, marks.count)
+    return Response(packed([arrays]), media_type=_BINARY)
+
+
+def _spectrum(request: Request) -> Response:
+    channel = request.query_params.get("channel", "")
+    return JSONResponse(density(kept.run_of(_folder(request)), channel))
+
+
+def _sound(request: Request) -> Response:
+    from gearrattle.report.sound.listen import listen
+
+    elements = request.query_params.getlist("element") or None
+    sound = listen(kept.run_of(_folder(request)), elements=elements)
+    return Response(sound.wav(sound.names[0], 24), media_type="audio/wav")
+
+
+def _report(request: Request) -> Response:
+    return _file(_folder(request) / kept.RESULT / "report.html", "text/html", "report.html")
+
+
+def _model(request: Request) -> Response:
+    return _file(_folder(request) / "model.toml", "application/toml", "model.toml")
+
+
+def _script_text(folder: Path) -> str:
+    record = _record(folder)
+    return script(
+        str(record["task"]), record.get("options") or {}, str(record.get("name") or ""), version("gearrattle")
+    )
+
+
+def _script(request: Request) -> Response:
+    headers = {"content-disposition": 'attachment; filename="script.py"'}
+    return Response(_script_text(_folder(request)), media_type="text/x-python; charset=utf-8", headers=headers)
+
+
+def _archive(request: Request) -> Response:
+    """Send everything that is handed over: model, script, page, numbers and figures."""
+    folder = _folder(request)
+    with tempfile.NamedTemporaryFile(suffix=".zip", delete=False) as target:
+        path = Path(target.name)
+        with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+            archive.write(folder / "model.toml", "model.toml")
+            archive.writestr("script.py", _script_text(folder))
+            for file in sorted((folder / kept.RESULT).rglob("*")):
+                if file.is_file():
+                    archive.write(file, file.relative_to(folder))
+    removal = BackgroundTask(path.unlink, missing_ok=True)
+    return FileResponse(path, media_type="application/zip", filename=f"{folder.name}.zip", background=removal)
+
+
+def _compare(request: Request) -> Response:
+    jobs = [job for job in request.query_params.get("jobs", "").split(",") if job][:_MOST_JOBS]
+    return JSONResponse({"jobs": jobs, **differences([_job_folder(request, job) for job in jobs])})
+
+
+def _recording(request: Request) -> Any:
+    """Read the measured file that is asked for, which must lie in the workspace folder."""
+    from gearrattle.measured.read import read
+
+    root = Path(request.app.state.folder.root).resolve()
+    name = request.query_params.get("file", "")
+    path = (root / name).resolve() if "\0" not in name else root
+    if not path.is_relative_to(root) or not path.is_file():
+        raise _NotThereError("file", name[:120], "there is no such file in the folder", "upload it first")
+    return read(path, root=root)
+
+
+def _measured(request: Request) -> Response:
+    return _channels(InMemory.of_recording(_recording(request)))
+
+
+def _measured_trace(request: Request) -> Response:
+    return _trace(request, InMemory.of_recording(_recording(request)))
+
+
+def _measured_spectrum(request: Request) -> Response:
+    return JSONResponse(density(_recording(request), request.query_params.get("channel", "")))
+
+
+def _widget(request: Request) -> Response:
+    name = str(request.path_params["name"])
+    if name not in widgets.names():
+        raise _NotThereError("widget", name[:60], "there is no such widget", "")
+    return Response(widgets.text(name), media_type="text/javascript; charset=utf-8")
+
+
+def _style(request: Request) -> Response:
+    del request
+    return Response(widgets.style(), media_type="text/css; charset=utf-8")
+
+
+_PATHS: dict[str, Endpoint] = {
+    "/api/jobs/{job}/view": _view,
+    "/api/jobs/{job}/figures/{name}.{form}": _figure,
+    "/api/jobs/{job}/traces": _job_channels,
+    "/api/jobs/{job}/trace": _job_trace,
+    "/api/jobs/{job}/impacts": _impacts,
+    "/api/jobs/{job}/spectrum": _spectrum,
+    "/api/jobs/{job}/sound.wav": _sound,
+    "/api/jobs/{job}/report.html": _report,
+    "/api/jobs/{job}/script.py": _script,
+    "/api/jobs/{job}/model.toml": _model,
+    "/api/jobs/{job}/archive.zip": _archive,
+    "/api/compare": _compare,
+    "/api/measured": _measured,
+    "/api/measured/trace": _measured_trace,
+    "/api/measured/spectrum": _measured_spectrum,
+    "/widgets/widgets.css": _style,
+    "/widgets/{name}.js": _widget,
+}
+
+ROUTES = [Route(path, _answering(endpoint)) for path, endpoint in _PATHS.items()]

@@ -1,0 +1,52 @@
+"""The Python script that does what a job did.
+
+It reads the model file beside it, calls the same function with the same options, and saves the same result.
+
+Takes the record of a job; gives Python source.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+_HEAD = '''"""{title}
+
+Written by the workbench of gearrattle {version}. Run it in the folder of model.toml.
+"""
+
+import gearrattle as gr
+
+model = gr.load("model.toml")
+'''
+_RUN = """result = gr.{call}(model{options})
+print(result.sentence)
+result.save("result")
+"""
+_DATA = """result = gr.{call}(model{options})
+print(result)
+gr.save(result, "result")
+"""
+_FIGURES = 'gr.figures(result).save("print", "pdf")  # every figure, 175 mm wide\n'
+_OWN = ("run", "simulate", "advise", "periodic", "continuation", "modes", "reduce", "stiffness", "equilibrium")
+"""Tasks whose function gives a result that saves itself; others give labelled data."""
+
+
+def script(task: str, options: Mapping[str, Any], title: str, version: str) -> str:
+    """Return the script of a job.
+
+    Parameters
+    ----------
+    task
+        name of the public function.
+    options
+        its keyword arguments, in JSON types.
+    title
+        what the job is called.
+    version
+        of gearrattle.
+    """
+    words = "".join(f", {name}={value!r}" for name, value in options.items())
+    body = _RUN if task in _OWN else _DATA
+    clean = title.replace("\\", " ").replace('"""', "'").strip() or task
+    return _HEAD.format(title=clean, version=version) + body.format(call=task, options=words) + _FIGURES

@@ -1,0 +1,99 @@
+// One run: its name and state, what can be done with it, and its result.
+
+import { html, useEffect, useMemo, useState } from "/static/vendor/htm-preact.js";
+import { api } from "/static/api.js";
+import { jobAnswers, standIn } from "/static/model_stand_in.js";
+import { Widget } from "/static/widget_host.js";
+
+const ACTIVE = ["waiting", "running"];
+const WITH_MODEL = ["run", "simulate", "advise", "periodic", "modes"];
+
+export function ResultPane({ job, tab, onError, drop }) {
+  const [view, setView] = useState(null);
+  const path = `/api/jobs/${encodeURIComponent(job.id)}`;
+  useEffect(() => {
+    if (job.state !== "done") return;
+    api.get(`${path}/view`).then(setView).catch(onError);
+  }, [job.id, job.state]);
+  return html`<article class="card" aria-label=${job.name || job.task}>
+    <${Head} job=${job} view=${view} path=${path} onError=${onError} drop=${drop} />
+    ${ACTIVE.includes(job.state) ? html`<${Running} job=${job} />` : null}
+    ${job.problems?.length ? html`<${Problems} problems=${job.problems} />` : null}
+    ${job.state === "broken" ? html`<p class="failed">The server ended while this was computed. Nothing of it is kept; run it again.</p>` : null}
+    ${job.state === "cancelled" ? html`<p class="muted">Cancelled before it ended.</p>` : null}
+    ${job.state === "done" && !view ? html`<p class="loading">Reading the result …</p>` : null}
+    ${view ? html`<${Result} key=${job.id} id=${job.id} view=${view} tab=${tab} path=${path} />` : null}
+  </article>`;
+}
+
+function Head({ job, view, path, onError, drop }) {
+  const [isNaming, setNaming] = useState(false);
+  const rename = (event) => {
+    event.preventDefault();
+    api.patch(path, { name: new FormData(event.target).get("name") }).then(() => setNaming(false)).catch(onError);
+  };
+  const cancel = () => api.post(`${path}/cancel`).catch(onError);
+  const remove = () => {
+    if (!confirm(`Delete "${job.name || job.task}" and its files?`)) return;
+    api.delete(path).then(() => { drop(job.id); location.hash = "#/runs"; }).catch(onError);
+  };
+  const parent = job.parent ? html` · from <a href=${`#/runs/${job.parent}`}>its parent</a>` : null;
+  return html`<div class="head">
+    <div class="title">
+      ${isNaming
+        ? html`<form onSubmit=${rename}><label><span class="hidden">Name</span><input name="name" value=${job.name} autofocus maxlength="120" onKeyDown=${(event) => event.key === "Escape" && setNaming(false)} /></label> <button class="primary">Keep</button></form>`
+        : html`<h1>${job.name || view?.title || job.task} <button class="plain small" type="button" onClick=${() => setNaming(true)}>Rename</button></h1>`}
+      <p class="muted small">${job.task}, ${when(job)}${parent}</p>
+    </div>
+    <div class="tools">
+      ${ACTIVE.includes(job.state) ? html`<button type="button" class="danger" onClick=${cancel}>Cancel</button>` : null}
+      <a class="button" href=${`#/edit?job=${job.id}`}>Edit</a>
+      ${WITH_MODEL.includes(job.task) ? html`<a class="button" href=${`#/runs/${job.id}/vary`}>Vary values</a>` : null}
+      <a class="button" href=${`#/compare?jobs=${[job.parent, job.id].filter(Boolean).join(",")}`}>Compare</a>
+      ${view?.verdict ? html`<a class="button" href=${`#/measured?job=${job.id}`}>Lay measured over</a>` : null}
+      ${job.state === "done" ? html`<${HandOver} path=${path} />` : null}
+      ${ACTIVE.includes(job.state) ? null : html`<button type="button" class="danger" onClick=${remove}>Delete</button>`}
+    </div>
+  </div>`;
+}
+
+function when(job) {
+  if (!job.started) return "waiting in the queue";
+  const begin = new Date(job.started), words = begin.toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
+  if (!job.ended) return `since ${begin.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit" })}`;
+  const seconds = (new Date(job.ended) - begin) / 1000;
+  return `${words}, ${seconds < 120 ? `${seconds.toFixed(1)} s` : `${(seconds / 60).toFixed(1)} min`}`;
+}
+
+function HandOver({ path }) {
+  const files = [
+    ["archive.zip", "Everything", "model, script, page, numbers, figures (.zip)", true],
+    ["report.html", "Report page", "one file, opens anywhere", false],
+    ["model.toml", "Model file", "TOML, with these settings", true],
+    ["script.py", "Python script", "does the same, figures for print included", true],
+  ];
+  return html`<details class="menu"><summary class="button">Hand over ▾</summary><div>
+    ${files.map(([file, words, detail, isSaved]) => html`<a href=${`${path}/${file}`} download=${isSaved ? file : null} target=${isSaved ? null : "_blank"} rel="noopener">${words}<small>${detail}</small></a>`)}
+  </div></details>`;
+}
+
+function Running({ job }) {
+  const { fraction = 0, text = "" } = job.progress ?? {};
+  const words = job.state === "waiting" ? "Waits for a free worker" : text || "Computing";
+  return html`<div role="status"><p>${words}${fraction > 0 ? `, ${Math.round(100 * fraction)} %` : ""}</p><progress max="1" value=${fraction > 0 ? fraction : null} aria-label="Progress"></progress></div>`;
+}
+
+export function Problems({ problems }) {
+  return html`<ul class="failed" role="alert">${problems.map(({ place, value, rule, remedy }) => html`<li><strong>${place}</strong>${value ? `: found ${value}` : ""}; ${rule}${remedy ? html` <span class="muted">(${remedy})</span>` : null}</li>`)}</ul>`;
+}
+
+function Result({ id, view, tab, path }) {
+  const model = useMemo(() => {
+    const isMotion = view.kind === "run" || view.kind === "motion";
+    const made = standIn({ view, tab, links: path, has_histories: isMotion, has_sound: isMotion, has_cases: view.kind === "study" }, jobAnswers(id));
+    made.on("change:tab", (key) => history.replaceState(null, "", `#/runs/${id}/${key}`));
+    made.on("change:chosen", (chosen) => { location.hash = `#/studies?job=${id}&x=${chosen.x}&y=${chosen.y}&panel=${chosen.panel}&figure=${chosen.figure}`; });
+    return made;
+  }, [id, view]);
+  return html`<${Widget} name="result" model=${model} />`;
+}

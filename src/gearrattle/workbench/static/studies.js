@@ -1,0 +1,79 @@
+// Studies: one or two values over their ranges, as a map that fills; a click opens the case.
+
+import { html, useEffect, useState } from "/static/vendor/htm-preact.js";
+import { api } from "/static/api.js";
+import { valuesOf } from "/static/live.js";
+
+const PATTERN = /^\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*)$/;
+const MOST = 400;
+
+export function Studies({ jobs, onStarted, onError }) {
+  const query = new URLSearchParams(location.hash.split("?")[1] ?? "");
+  const done = (jobs ?? []).filter((job) => job.task !== "study" && job.state === "done");
+  const [base, setBase] = useState("");
+  const [model, setModel] = useState(null);
+  const [axes, setAxes] = useState([]);
+  useEffect(() => { if (!base && done.length) setBase(done[0].id); }, [done.length]);
+  useEffect(() => {
+    if (!base) return;
+    setAxes([]);
+    api.get(`/api/jobs/${base}/model.toml`).then((text) => api.post("/api/check", { text }).then(({ tables, title }) => setModel({ text, tables, title }))).catch(onError);
+  }, [base]);
+  const studies = (jobs ?? []).filter((job) => job.task === "study");
+  const values = model ? valuesOf(model.tables).filter(({ path }) => !path.startsWith("simulation")) : [];
+  const add = (path) => {
+    const [, head, unit] = values.find((value) => value.path === path).text.match(PATTERN), value = Number(head) || 1;
+    setAxes([...axes, { path, unit, low: Number((value / 2).toPrecision(3)), high: Number((value * 2).toPrecision(3)), count: 9 }]);
+  };
+  const change = (path, changes) => setAxes(axes.map((axis) => (axis.path === path ? { ...axis, ...changes } : axis)));
+  const cases = axes.reduce((product, axis) => product * axis.count, axes.length ? 1 : 0);
+  const start = () => {
+    const grid = Object.fromEntries(axes.map(({ path, unit, low, high, count }) => [path, Array.from({ length: count }, (_, k) => {
+      const value = Number((low + ((high - low) * k) / Math.max(1, count - 1)).toPrecision(6));
+      return unit ? `${value} ${unit}` : value;
+    })]));
+    api.post("/api/jobs", { task: "study", text: model.text, options: { axes: grid }, name: `study of ${axes.map((axis) => axis.path).join(" and ")}`, parent: base }).then(onStarted).catch(onError);
+  };
+  return html`<div class="page split">
+    <aside class="card side" aria-label="Studies"><h2>Studies</h2>
+      <ul class="runs">${studies.map((job) => html`<li key=${job.id}><a href=${`#/runs/${job.id}`}><span class="name">${job.name}</span><span class="what"><span>${job.state}</span></span></a></li>`)}</ul>
+      ${studies.length ? null : html`<p class="loading">No studies yet.</p>`}</aside>
+    <article class="card">
+      ${query.get("x") ? html`<${Case} query=${query} jobs=${jobs} onStarted=${onStarted} onError=${onError} />` : null}
+      <h1>New study</h1><p class="muted">Choose one or two values; every combination is run, and the map shows where it rattles. A click in the map opens that case.</p>
+      <div class="form"><label>Model of<select value=${base} onChange=${(event) => setBase(event.target.value)}>${done.length ? null : html`<option value="">no finished run</option>`}${done.map((job) => html`<option value=${job.id}>${job.name || job.task}</option>`)}</select></label>
+        ${model && axes.length < 2 ? html`<label>Vary<select value="" onChange=${(event) => { add(event.target.value); event.target.value = ""; }}><option value="">Choose a value …</option>
+          ${values.filter(({ path }) => !axes.some((axis) => axis.path === path)).map(({ path, text }) => html`<option value=${path}>${path} = ${text}</option>`)}</select></label>` : null}</div>
+      ${axes.map((axis) => html`<${Axis} key=${axis.path} axis=${axis} change=${change} drop=${() => setAxes(axes.filter((other) => other !== axis))} />`)}
+      ${axes.length ? html`<p><button type="button" class="primary" disabled=${cases > MOST} onClick=${start}>Run ${cases} ${cases === 1 ? "case" : "cases"}</button>${cases > MOST ? html` <span class="failed">at most ${MOST} cases here; gearrattle study does more</span>` : null}</p>` : null}
+    </article></div>`;
+}
+
+function Axis({ axis, change, drop }) {
+  const number = (key) => (event) => { const value = Number(event.target.value); if (Number.isFinite(value)) change(axis.path, { [key]: key === "count" ? Math.max(1, Math.round(value)) : value }); };
+  const field = (key, words) => html`<label>${words}<input type="text" inputmode="decimal" size="8" value=${axis[key]} onChange=${number(key)} /></label>`;
+  return html`<fieldset class="form"><legend class="path">${axis.path}</legend>${field("low", `from [${axis.unit || "SI"}]`)}${field("high", `to [${axis.unit || "SI"}]`)}${field("count", "values")}<button type="button" class="plain" onClick=${drop}>Remove</button></fieldset>`;
+}
+
+// The case that was chosen in a map: its values in the model, ready to be run.
+function Case({ query, jobs, onStarted, onError }) {
+  const id = query.get("job"), job = (jobs ?? []).find((entry) => entry.id === id);
+  const axes = Object.entries(job?.options?.axes ?? {});
+  const [nearest, setNearest] = useState(null);
+  useEffect(() => {
+    if (!axes.length) return;
+    api.get(`/api/jobs/${id}/case?${query}`).then(setNearest).catch(onError);
+  }, [id, query.get("x"), query.get("y"), axes.length]);
+  const open = async () => {
+    try {
+      const text = await api.get(`/api/jobs/${id}/model.toml`);
+      const edits = Object.entries(nearest.values).map(([path, value]) => ({ op: "set", path, value }));
+      const edited = await api.post("/api/edit", { text, edits });
+      const name = Object.entries(nearest.values).map(([path, value]) => `${path} ${value}`).join(", ").slice(0, 120);
+      onStarted(await api.post("/api/jobs", { task: "run", text: edited.text, options: {}, name, parent: id }));
+    } catch (error) { onError(error); }
+  };
+  if (!nearest) return null;
+  return html`<section class="slider"><h2>The case of the map</h2><p>${Object.entries(nearest.values).map(([path, value]) => html`<span class="path">${path} = ${String(value)}</span> `)}</p>
+    <button type="button" class="primary" onClick=${open}>Run this case</button> <a class="button" href=${`#/runs/${id}`}>Back to the map</a></section>`;
+}

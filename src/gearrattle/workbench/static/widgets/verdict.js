@@ -1,0 +1,90 @@
+// needs: host, plot
+// The verdict of a run: headline, numbers, the driveline coloured by regime, every part, and why to trust it.
+// Model key "view": the view of a run.
+
+const { element } = host;
+const SIDES = ["coast", "centre", "drive"];
+
+function svgOf(text) {
+  const parsed = new DOMParser().parseFromString(text.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" '), "image/svg+xml");
+  return parsed.documentElement.nodeName === "svg" ? document.importNode(parsed.documentElement, true) : null;
+}
+
+function shareBar(shares) {
+  if (!Object.keys(shares).length) return element("small", {}, "always in contact");
+  const words = SIDES.map((side) => `${side} ${plot.numeral(100 * shares[side], 3)} %`).join(", ");
+  const bar = element("span", { class: "gr-share", role: "img", "aria-label": words, title: words });
+  for (const side of SIDES) {
+    const part = element("i", { class: `gr-${side}` });
+    part.style.width = `${100 * shares[side]}%`;
+    bar.append(part);
+  }
+  return bar;
+}
+
+function withUnit(value, unit) {
+  if (value === null || value === undefined) return "–";
+  const shown = unit === "1" ? "" : unit;
+  const prefixes = [[1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
+  if (value === 0 || !["J", "m/s", "N s"].includes(shown)) return `${plot.numeral(value, 3)} ${shown}`.trim();
+  const [size, prefix] = prefixes.find(([at]) => Math.abs(value) >= at) ?? prefixes[3];
+  return `${plot.numeral(value / size, 3)} ${prefix}${shown}`;
+}
+
+function margin(value) {
+  return value === null || value === undefined ? "–" : `${value > 0 ? "+" : ""}${plot.numeral(value, 3)} dB`;
+}
+
+function partsTable(parts, open) {
+  const head = ["Part", "Regime", "Impacts per cycle", "Fastest approach", "Hardest impact", "Margin", "Coast · centre · drive"];
+  const rows = parts.map((part) => {
+    const pill = element("span", { class: `gr-pill gr-${part.rattles ? part.regime : "quiet"}` }, part.regime);
+    const name = open ? element("button", { class: "gr-link", type: "button", title: `Histories of ${part.name}`, onclick: () => open(part.name) }, part.name) : part.name;
+    return element("tr", {},
+      element("th", { scope: "row" }, name),
+      element("td", {}, pill, part.rattles || part.regime === "quiet" ? null : element("small", {}, " changes stage")),
+      element("td", { class: "gr-n" }, plot.numeral(part.impacts_per_cycle, 3)),
+      element("td", { class: "gr-n" }, withUnit(part.max_approach_speed, part.speed_unit)),
+      element("td", { class: "gr-n" }, withUnit(part.max_impact_energy, part.energy_unit)),
+      element("td", { class: "gr-n" }, margin(part.margin_db)),
+      element("td", {}, shareBar(part.shares)));
+  });
+  const titles = head.map((title, k) => element("th", { scope: "col", class: k > 1 && k < 6 ? "gr-n" : null }, title));
+  return element("div", { class: "gr-scroll", tabindex: 0, role: "region", "aria-label": "Parts of the verdict" },
+    element("table", {}, element("thead", {}, element("tr", {}, titles)), element("tbody", {}, rows)));
+}
+
+function tilesOf(tiles) {
+  return element("dl", { class: "gr-tiles" }, tiles.map((tile) =>
+    element("div", {}, element("dt", {}, tile.label), element("dd", {}, tile.value), element("dd", { class: "gr-detail" }, tile.detail))));
+}
+
+// What is shown of a verdict; open(name): called when a part is chosen.
+function content(view, open) {
+  const { verdict } = view;
+  const parts = [
+    element("header", { class: `gr-verdict gr-${verdict.verdict}` },
+      element("p", { class: "gr-headline" }, verdict.headline ?? verdict.verdict),
+      element("p", { class: "gr-lead" }, verdict.sentence)),
+    verdict.tiles ? tilesOf(verdict.tiles) : null,
+  ];
+  const drawing = verdict.drawing ? svgOf(verdict.drawing) : null;
+  if (drawing) parts.push(element("div", { class: "gr-drawing gr-scroll", tabindex: 0, role: "region", "aria-label": "Driveline, coloured by regime" }, drawing));
+  parts.push(partsTable(verdict.parts, open));
+  if (verdict.trust) {
+    parts.push(element("section", { class: "gr-trust", "aria-label": "How far to trust it" }, element("h3", {}, "How far to trust it"),
+      element("ul", {}, [...verdict.trust, ...view.notes].map((words) => element("li", {}, words)))));
+  }
+  return parts;
+}
+
+function render({ model, el }) {
+  const body = element("div", { class: "gr-widget" });
+  el.replaceChildren(body);
+  const show = () => body.replaceChildren(...content(model.get("view")).filter(Boolean));
+  show();
+  model.on("change:view", show);
+  return () => model.off("change:view", show);
+}
+
+export default { render, content };

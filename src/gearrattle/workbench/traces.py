@@ -1,0 +1,377 @@
+"""Histories of a saved run, thinned so that no extreme and no impact is lost.
+
+A run of 1e7 samples has some 1e3 columns on a screen. Of every 64 samples of every channel the lowest and the highest
+are written beside the run once (``Index``), in the layout of the file: (blocks, 2) positions and values. A window with
+few samples is read from the run itself, a wide one from the index; ``thin`` chooses from either. The extremes of every
+bucket of samples are among those of its blocks, so nothing is lost by the way.
+
+Impacts are drawn as marks of their own, at their exact instants: of every bucket of time the hardest, with their count.
+
+Takes a folder of a run; gives channels, samples and impacts of windows of time.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.files import opened_hdf5
+from gearrattle.recording import Recording
+from gearrattle.report.plots.thinning import thin
+from gearrattle.signals import find_impacts
+from gearrattle.trajectory import Array, IntArray, Trajectory
+
+if TYPE_CHECKING:
+    from gearrattle.results import Run
+
+BLOCK = 64
+"""Samples whose extremes are one entry of the index."""
+LONG = 200_000
+"""Samples above which a run has an index, and a window is read from it."""
+_ROWS = 4096 * BLOCK  # samples that are looked at together while an index is made
+_AXES = ("inertia", "clearance", "element", "auxiliary", "motion")
+_IMPACTS = "impacts.npz"
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A channel: its name ``QUANTITY.SUBJECT``, the parts of it, and the unit."""
+
+    name: str
+    quantity: str
+    subject: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Impacts of a window, the hardest of every bucket of time.
+
+    Attributes
+    ----------
+    time
+        (I,) [s].
+    clearance
+        (I,) index into the names of the clearances.
+    velocity
+        (I,) signed approach velocity [rad/s or m/s].
+    energy
+        (I,) m_eff v^2 / 2 [J]; NaN if no end is free.
+    count
+        (I,) how many impacts of its clearance and bucket the mark stands for.
+    """
+
+    time: Array
+    clearance: IntArray
+    velocity: Array
+    energy: Array
+    count: IntArray
+
+
+class Source:
+    """Samples of some channels over one uniform grid of time; a derived class reads them.
+
+    Attributes
+    ----------
+    start, step, count
+        first instant [s], interval [s], number of samples.
+    """
+
+    start: float
+    step: float
+    count: int
+
+    def channels(self) -> list[Trace]:
+        """Return the channels."""
+        raise NotImplementedError
+
+    def read(self, name: str, low: int, high: int) -> Array:
+        """Return samples low to high of a channel."""
+        raise NotImplementedError
+
+    def extremes(self, name: str) -> tuple[IntArray, Array] | None:
+        """Return positions and values (blocks, 2) of the extremes of every block; None without an index."""
+        del name
+        return None
+
+    def times(self, where: IntArray) -> Array:
+        """Return the instants of samples."""
+        return np.asarray(self.start + self.step * where, dtype=np.float64)
+
+    def window(self, begin: float, end: float) -> tuple[int, int]:
+        """Return the samples that draw a window of time: those in it, and one more at either side."""
+        low = np.floor((begin - self.start) / self.step)
+        high = np.ceil((end - self.start) / self.step) + 1
+        return int(np.clip(low, 0, self.count - 1)), int(np.clip(high, 1, self.count))
+
+    def trace(self, name: str, begin: float, end: float, points: int) -> tuple[Array, Array]:
+        """Return times and values of at most ``points`` samples that draw the same picture.
+
+        Parameters
+        ----------
+        name
+            of the channel.
+        begin, end
+            window of time [s].
+        points
+            at most; 16 or more.
+        """
+        low, high = self.window(begin, end)
+        where, values = self._candidates(name, low, high)
+        chosen = thin(values, points)
+        return self.times(where[chosen]), values[chosen]
+
+    def _candidates(self, name: str, low: int, high: int) -> tuple[IntArray, Array]:
+        """Return all samples of a window, or those at its edges and the extremes of every block between."""
+        index = self.extremes(name) if high - low > LONG else None
+        if index is None:
+            return np.arange(low, high), self.read(name, low, high)
+        first, last = -(-low // BLOCK), high // BLOCK
+        positions, values = index[0][first:last].ravel(), index[1][first:last].ravel()
+        kept = np.append(True, np.diff(positions) > 0)  # of a constant block both extremes are one sample
+        head, tail = np.arange(low, first * BLOCK), np.arange(last * BLOCK, high)
+        where = np.concatenate([head, positions[kept], tail])
+        ends = self.read(name, low, first * BLOCK), self.read(name, last * BLOCK, high)
+        return where, np.concatenate([ends[0], values[kept], ends[1]])
+
+
+class RunFile(Source):
+    """Histories of ``results.nc`` of a run, with the index beside it."""
+
+    def __init__(self, file: Path, index: Path | None = None) -> None:
+        """Open a saved run.
+
+        Parameters
+        ----------
+        file
+            what ``Run.save`` wrote (.nc).
+        index
+            folder with what ``write_index`` wrote; None: there is none.
+        """
+        import h5netcdf
+
+        self.file = file
+        self._index = index
+        self._stored = h5netcdf.File(opened_hdf5(file), "r")
+        time = self._stored["time"]
+        self.count = int(time.shape[0])
+        self.start = float(time[0])
+        self.step = (float(time[-1]) - self.start) / max(1, self.count - 1) or 1.0
+
+    @cached_property
+    def _columns(self) -> dict[str, tuple[Trace, int | None]]:
+        made: dict[str, tuple[Trace, int | None]] = {}
+        for quantity, variable in self._stored.variables.items():
+            if variable.dimensions[:1] != ("time",) or quantity == "time":
+                continue
+            unit = str(variable.attrs.get("units", ""))
+            if len(variable.dimensions) == 1:
+                made[quantity] = Trace(quantity, quantity, "", unit), None
+            elif variable.dimensions[1] in _AXES:
+                labels = [_text(label) for label in self._stored[variable.dimensions[1]][...]]
+                for column, label in enumerate(labels):
+                    name = f"{quantity}.{label}"
+                    made[name] = Trace(name, quantity, label, unit), column
+        return made
+
+    def channels(self) -> list[Trace]:
+        return [trace for trace, _ in self._columns.values()]
+
+    def read(self, name: str, low: int, high: int) -> Array:
+        trace, column = self._known(name)
+        part = slice(low, high)
+        values = self._stored[trace.quantity][part if column is None else (part, column)]
+        return np.asarray(values, dtype=np.float64)
+
+    def blocks(self, quantity: str) -> Iterator[Array]:
+        """Yield the samples of a variable, (N, columns), in stretches of whole blocks."""
+        whole = self.count // BLOCK * BLOCK
+        for low in range(0, whole, _ROWS):
+            part = np.asarray(self._stored[quantity][low : min(low + _ROWS, whole)], dtype=np.float64)
+            yield part.reshape(part.shape[0], -1)
+
+    def extremes(self, name: str) -> tuple[IntArray, Array] | None:
+        trace, column = self._known(name)
+        if self._index is None or not (self._index / f"{trace.quantity}.values.npy").is_file():
+            return None
+        positions, values = self._extremes(trace.quantity)
+        return positions[column or 0], values[column or 0]
+
+    def _extremes(self, quantity: str) -> tuple[IntArray, Array]:
+        if self._index is None:
+            raise FileNotFoundError(quantity)
+        positions, values = (
+            np.load(self._index / f"{quantity}.{part}.npy", mmap_mode="r") for part in ("positions", "values")
+        )
+        return positions, values
+
+    def _known(self, name: str) -> tuple[Trace, int | None]:
+        if name not in self._columns:
+            raise _unknown(name, self._columns)
+        return self._columns[name]
+
+
+class InMemory(Source):
+    """Channels that are in memory: of a run, or of a recording, whose samples may be uneven."""
+
+    def __init__(self, time: Array, values: Mapping[str, tuple[Trace, Array]]) -> None:
+        """Hold channels.
+
+        Parameters
+        ----------
+        time
+            (N,) ascending [s].
+        values
+            by name, what a channel is and its (N,) samples.
+        """
+        self._time, self._values = time, values
+        self.count = time.size
+        self.start = float(time[0])
+        self.step = (float(time[-1]) - self.start) / max(1, time.size - 1) or 1.0
+
+    @classmethod
+    def of_recording(cls, recording: Recording) -> InMemory:
+        """Return the channels of a recording."""
+        channels = recording.channels
+        named = {c.name: (Trace(c.name, c.quantity, c.subject, c.unit), c.values) for c in channels}
+        return cls(recording.time, named)
+
+    @classmethod
+    def of_run(cls, run: Run) -> InMemory:
+        """Return the channels of a run."""
+        named: dict[str, tuple[Trace, Array]] = {}
+        for quantity, variable in run.data.data_vars.items():
+            unit = str(variable.attrs.get("units", ""))
+            columns = variable.values.reshape(variable.shape[0], -1).T
+            axis = variable.dims[1:]
+            labels = [f"{label}" for label in run.data[axis[0]].values] if axis else [""]
+            for label, column in zip(labels, columns, strict=True):
+                name = f"{quantity}.{label}" if label else f"{quantity}"
+                named[name] = Trace(name, f"{quantity}", label, unit), column
+        return cls(run.trajectory.time, named)
+
+    def channels(self) -> list[Trace]:
+        return [trace for trace, _ in self._values.values()]
+
+    def read(self, name: str, low: int, high: int) -> Array:
+        if name not in self._values:
+            raise _unknown(name, self._values)
+        return np.asarray(self._values[name][1][low:high], dtype=np.float64)
+
+    def times(self, where: IntArray) -> Array:
+        return self._time[where]
+
+    def window(self, begin: float, end: float) -> tuple[int, int]:
+        low, high = np.searchsorted(self._time, [begin, end])
+        return max(0, int(low) - 1), min(self.count, int(high) + 1)
+
+
+def _unknown(name: str, known: Iterable[str]) -> ModelError:
+    return ModelError(Problem("channel", name[:60], "is no channel", f"the channels are {', '.join(known)}"))
+
+
+def _text(label: Any) -> str:
+    return label.decode("utf-8") if isinstance(label, bytes) else str(label)
+
+
+def write_index(source: RunFile, folder: Path) -> None:
+    """Write the extremes of every block of every channel, for a run that is long.
+
+    Parameters
+    ----------
+    source
+        the run.
+    folder
+        an existing one.
+    """
+    if source.count <= LONG:
+        return
+    for quantity in dict.fromkeys(trace.quantity for trace in source.channels()):
+        places, extremes = [], []
+        for number, part in enumerate(source.blocks(quantity)):
+            blocks = part.T.reshape(part.shape[1], -1, BLOCK)
+            inside = np.sort(np.stack([blocks.argmin(axis=2), blocks.argmax(axis=2)], axis=2), axis=2)
+            extremes.append(np.take_along_axis(blocks, inside, axis=2))
+            begin = number * _ROWS + BLOCK * np.arange(blocks.shape[1])
+            places.append(inside + begin[:, None])
+        np.save(folder / f"{quantity}.positions.npy", np.concatenate(places, axis=1))
+        np.save(folder / f"{quantity}.values.npy", np.concatenate(extremes, axis=1))
+
+
+def write_impacts(run: Run, folder: Path) -> None:
+    """Write every impact of a run, with the names of its clearances, into an existing folder."""
+    impacts, layout = find_impacts(run.trajectory), run.trajectory.layout
+    energy = np.where(np.isfinite(impacts.mass), impacts.energy, np.nan)
+    units = _speed_units(run.trajectory)
+    names = json.dumps([{"name": name, "unit": unit} for name, unit in zip(layout.clearance_names, units, strict=True)])
+    np.savez(
+        folder / _IMPACTS,
+        names=np.frombuffer(names.encode("utf-8"), np.uint8),
+        time=impacts.time,
+        clearance=impacts.clearance,
+        velocity=impacts.velocity,
+        energy=energy,
+    )
+
+
+def _speed_units(trajectory: Trajectory) -> list[str]:
+    return ["m/s" if trajectory.layout.is_mesh[element] else "rad/s" for element in trajectory.layout.clearance]
+
+
+class Hits:
+    """The impacts of a run, as ``write_impacts`` wrote them.
+
+    Attributes
+    ----------
+    clearances
+        name and unit of the approach speed of each.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        with np.load(folder / _IMPACTS, allow_pickle=False) as stored:
+            self.clearances: list[dict[str, str]] = json.loads(stored["names"].tobytes().decode("utf-8"))
+            self._time, self._clearance = stored["time"], stored["clearance"]
+            self._velocity, self._energy = stored["velocity"], stored["energy"]
+
+    def within(self, begin: float, end: float, at_most: int) -> Marks:
+        """Return the impacts of a window of time, or the hardest of every bucket if there are too many.
+
+        Parameters
+        ----------
+        begin, end
+            window [s], both included.
+        at_most
+            marks of a clearance.
+        """
+        low, high = np.searchsorted(self._time, [begin, np.nextafter(end, np.inf)])
+        rows = [self._of(k, slice(low, high), (begin, end), at_most) for k in range(len(self.clearances))]
+        chosen = np.concatenate([row for row, _ in rows]) if rows else np.zeros(0, np.int64)
+        counts = np.concatenate([count for _, count in rows]) if rows else np.zeros(0, np.int64)
+        order = np.argsort(chosen, kind="stable")
+        at, count = chosen[order], counts[order]
+        return Marks(self._time[at], self._clearance[at], self._velocity[at], self._energy[at], count)
+
+    def _of(self, clearance: int, part: slice, window: tuple[float, float], at_most: int) -> tuple[IntArray, IntArray]:
+        """Return rows of one clearance that are drawn, and how many each stands for."""
+        rows = part.start + np.flatnonzero(self._clearance[part] == clearance)
+        if rows.size <= at_most:
+            return rows, np.ones(rows.size, np.int64)
+        share = (self._time[rows] - window[0]) / (window[1] - window[0])
+        bucket = np.minimum((share * at_most).astype(np.int64), at_most - 1)
+        hardest = np.lexsort((-np.abs(self._velocity[rows]), bucket))
+        first = np.append(True, np.diff(bucket[hardest]) > 0)
+        return np.sort(rows[hardest[first]]), np.unique(bucket, return_counts=True)[1]
+
+
+def packed(parts: Sequence[tuple[Array | IntArray, ...]]) -> bytes:
+    """Return arrays as little-endian float64: how many parts, the length of each, then the arrays of each."""
+    header = np.array([len(parts), *(part[0].size for part in parts)], dtype="<f8")
+    arrays = [np.asarray(array, dtype="<f8") for part in parts for array in part]
+    return np.concatenate([header, *arrays]).tobytes()

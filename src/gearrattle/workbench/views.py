@@ -1,0 +1,138 @@
+"""A result of any kind for the page: its sections, tables and the names of its figures in JSON types.
+
+One mechanism serves all kinds: what a ``Presentation`` puts on its page is written out. What the report of a run adds
+(headline, numbers, parts with their shares of time, the driveline coloured by regime, reasons to trust it) follows as
+``verdict``.
+
+Takes presentations; gives JSON.
+"""
+
+from __future__ import annotations
+
+import re
+from base64 import b64encode
+from dataclasses import fields, is_dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from markupsafe import Markup
+
+from gearrattle.json_types import json_value
+from gearrattle.pipeline import Findings
+from gearrattle.report.page import Section
+from gearrattle.report.presentation import Presentation
+from gearrattle.report.tables import Table
+from gearrattle.report.verdict_tables import side_shares
+
+if TYPE_CHECKING:
+    from gearrattle.report.plots.chart import Chart
+
+_LONGEST_TABLE = 2000
+"""Rows that go to the page; results.nc has all."""
+
+
+def view_of(presentation: Presentation[Any]) -> dict[str, Any]:
+    """Return what the page shows of a result.
+
+    Returns
+    -------
+    dict[str, Any]
+        kind, title, sentence, notes; sections in reading order, each with key, title, lead, words, notes, figures
+        (key, title, caption, tab, group, wide), tables (title, head, rows, words, note), in_columns, folds and text; of
+        a run also verdict.
+    """
+    page = presentation.page()
+    findings = page.values.get("findings")
+    return {
+        "kind": presentation.kind,
+        "title": page.title,
+        "sentence": presentation.sentence,
+        "notes": list(presentation.notes),
+        "sections": [_section(section) for section in page.sections],
+        **({"verdict": verdict_block(findings, page.values)} if isinstance(findings, Findings) else {}),
+    }
+
+
+def _section(section: Section) -> dict[str, Any]:
+    charts = [
+        {"key": chart.key, "title": chart.title, "caption": chart.caption, "tab": chart.tab, "is_chart": True}
+        for chart in section.charts
+        if chart.panels
+    ]
+    pictures = [
+        {"key": picture.key, "title": "", "caption": picture.words, "tab": "", "is_chart": False}
+        for picture in section.pictures
+    ]
+    return {
+        "key": section.key,
+        "title": section.title,
+        "lead": section.lead,
+        "words": list(section.words),
+        "notes": list(section.notes),
+        "figures": charts + pictures,
+        "tables": [_table(table) for table in section.tables if table.rows],
+        "in_columns": section.in_columns,
+        "folds": section.folds,
+        "text": None if section.text is None else {"title": section.text[0], "content": section.text[1]},
+    }
+
+
+def _table(table: Table) -> dict[str, Any]:
+    left = len(table.rows) - _LONGEST_TABLE
+    note = f"{table.note} {left} more rows stand in results.nc.".strip() if left > 0 else table.note
+    return {
+        "title": plain(table.title),
+        "head": [plain(cell) for cell in table.head],
+        "rows": [[plain(cell) for cell in row] for row in table.rows[:_LONGEST_TABLE]],
+        "words": sorted(table.words),
+        "note": plain(note),
+    }
+
+
+def plain(cell: object) -> str:
+    """Return the text of a cell; of HTML what a reader sees of it."""
+    return cell.striptags() if isinstance(cell, Markup) else str(cell)
+
+
+def verdict_block(findings: Findings, values: Any) -> dict[str, Any]:
+    """Return what stands on top of a run: the answer, its numbers, its parts, the drawing, and reasons to trust it."""
+    scores = values["scores"]
+    return {
+        **verdict_numbers(findings),
+        "headline": values["headline"],
+        "tiles": json_value(values["tiles"]),
+        "table": _table(values["parts"]),
+        "scores": _table(scores) if scores.rows else None,
+        "drawing": without_styles(str(values["sketch"])),
+        "trust": list(values["trust"]),
+    }
+
+
+def verdict_numbers(findings: Findings) -> dict[str, Any]:
+    """Return the verdict and its parts as numbers, each with its shares of time on either side and in the centre."""
+    verdict = findings.verdict
+    shares = {part.name: side_shares(findings, part) for part in verdict.parts}
+    parts = [{**json_value(part), "rattles": part.rattles, "shares": shares[part.name]} for part in verdict.parts]
+    return {"verdict": verdict.verdict, "sentence": verdict.sentence, "rule": verdict.rule, "parts": parts}
+
+
+def without_styles(svg: str) -> str:
+    """Return a drawing without style attributes, which the page's policy refuses; its classes say the same."""
+    return re.sub(r' style="[^"]*"', "", svg)
+
+
+def chart_json(chart: Chart) -> dict[str, Any]:
+    """Return a figure as data: its nouns as objects, arrays as base64 of little-endian float64 (``{"f8": ...}``)."""
+    written: dict[str, Any] = _written(chart)
+    return {**written, "rows": chart.rows}
+
+
+def _written(value: Any) -> Any:
+    if is_dataclass(value):
+        return {field.name: _written(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, np.ndarray):
+        content = b64encode(np.ascontiguousarray(value, dtype="<f8").tobytes()).decode("ascii")
+        return {"f8": content, "shape": list(value.shape)}
+    if isinstance(value, tuple | list):
+        return [_written(entry) for entry in value]
+    return json_value(value)

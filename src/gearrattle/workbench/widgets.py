@@ -1,0 +1,64 @@
+"""Widgets put together: every one is served as a single text, on the page and in notebooks alike.
+
+A notebook loads a widget as one text, so relative imports fail there. A widget's file names the parts that it needs in
+its first line (``// needs: plot, theme``); here they are put before it, each in a scope of its own. A part ends with
+``export default``, as a widget does.
+
+Takes names of widgets; gives JavaScript and CSS.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+FOLDER = Path(__file__).parent / "static" / "widgets"
+_NEEDS = re.compile(r"\A// needs: ([a-z_, ]+)\n")
+_EXPORT = re.compile(r"^export default ", flags=re.MULTILINE)
+
+
+def names() -> tuple[str, ...]:
+    """Return the names of all widgets and parts."""
+    return tuple(sorted(path.stem for path in FOLDER.glob("*.js")))
+
+
+@cache
+def text(name: str) -> str:
+    """Return a widget with all it needs as one ES module.
+
+    Raises
+    ------
+    KeyError
+        there is no such widget.
+    """
+    source = _source(name)
+    return "\n".join([*(_scoped(part) for part in _needed(name)), source])
+
+
+@cache
+def style() -> str:
+    """Return the style sheet of all widgets."""
+    return (FOLDER / "widgets.css").read_text(encoding="utf-8")
+
+
+def _source(name: str) -> str:
+    if name not in names():
+        raise KeyError(name)
+    return (FOLDER / f"{name}.js").read_text(encoding="utf-8")
+
+
+def _needs(name: str) -> list[str]:
+    head = _NEEDS.match(_source(name))
+    return re.split(r",\s*", head[1].strip()) if head else []
+
+
+def _needed(name: str) -> list[str]:
+    """Return the parts of a widget, what a part needs before it, each once."""
+    parts = [part for direct in _needs(name) for part in (*_needed(direct), direct)]
+    return list(dict.fromkeys(parts))
+
+
+def _scoped(name: str) -> str:
+    """Return a part as a constant of its name."""
+    return f"const {name} = (() => {{\n{_EXPORT.sub('return ', _source(name))}\n}})();"
