@@ -52,5 +52,6 @@ from .studies import open_study as open_study
 from .studies import optimize as optimize
 from .studies import screen as screen
 from .studies import study as study
+from .workbench.notebook import view as view
 
 __version__: str

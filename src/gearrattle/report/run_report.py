@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 _LONGEST_TEXT = 200_000
 
-_HEADLINES = {
+HEADLINES = {
     "quiet": "Quiet",
     "single-sided": "Single-sided rattle",
     "double-sided": "Double-sided rattle",
@@ -87,7 +87,7 @@ class RunReport(Presentation[Findings]):
         findings = self.result
         values = {
             "findings": findings,
-            "headline": _HEADLINES[findings.verdict.verdict],
+            "headline": HEADLINES[findings.verdict.verdict],
             "tiles": tiles(findings),
             "parts": parts_table(findings),
             "scores": replace(scores_table(findings), title=scores_sentence(findings)),

@@ -26,7 +26,7 @@ from gearrattle.report.plots.stored import read_charts
 from gearrattle.report.saved import save
 from gearrattle.report.static_figures import CHARTS
 from gearrattle.results import Run, open_run
-from gearrattle.workbench.traces import Hits, RunFile, write_impacts, write_index
+from gearrattle.workbench.traces import Hits, RunFile, write_index
 from gearrattle.workbench.views import view_of
 from gearrattle.writing import whole
 
@@ -61,7 +61,7 @@ def _write_traces(run: Run, folder: Path) -> None:
     target = folder / TRACES
     target.mkdir(exist_ok=True)
     write_index(RunFile(folder / RESULT / "results.nc"), target)
-    write_impacts(run, target)
+    Hits.of_run(run).write(target)
 
 
 def read_view(folder: Path) -> dict[str, Any]:
@@ -104,7 +104,7 @@ def impacts_of(folder: Path) -> Hits:
     """Return the impacts of a job's run."""
     if not (folder / TRACES / "impacts.npz").is_file():
         _write_traces(run_of(folder), folder)
-    return Hits(folder / TRACES)
+    return Hits.read(folder / TRACES)
 
 
 def charts_of_job(folder: Path) -> list[Chart]:

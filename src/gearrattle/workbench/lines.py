@@ -28,9 +28,9 @@ def density(source: Run | Recording, channel: str) -> dict[str, Any]:
     shaft = assemble(source.model).layout.omega if isinstance(source, Run) else None
     return {
         "channel": channel,
-        "unit": str(data["psd"].attrs.get("units", "")),
+        "unit": str(data["density"].attrs.get("units", "")),
         "frequency_unit": str(data["frequency"].attrs.get("units", "")),
         "frequency": json_value(data["frequency"].values),
-        "psd": json_value(data["psd"].values),
+        "psd": json_value(data["density"].values),
         "shaft": shaft,
     }

@@ -26,7 +26,7 @@ from gearrattle.files import opened_hdf5
 from gearrattle.recording import Recording
 from gearrattle.report.plots.thinning import thin
 from gearrattle.signals import find_impacts
-from gearrattle.trajectory import Array, IntArray, Trajectory
+from gearrattle.trajectory import Array, IntArray
 
 if TYPE_CHECKING:
     from gearrattle.results import Run
@@ -38,6 +38,7 @@ LONG = 200_000
 _ROWS = 4096 * BLOCK  # samples that are looked at together while an index is made
 _AXES = ("inertia", "clearance", "element", "auxiliary", "motion")
 _IMPACTS = "impacts.npz"
+_OF_IMPACTS = ("time", "clearance", "velocity", "energy")
 
 
 @dataclass(frozen=True)
@@ -82,11 +83,15 @@ class Source:
     ----------
     start, step, count
         first instant [s], interval [s], number of samples.
+    period, discard
+        of a run: its period [s], and how many of them are not judged.
     """
 
     start: float
     step: float
     count: int
+    period: float | None = None
+    discard: int = 0
 
     def channels(self) -> list[Trace]:
         """Return the channels."""
@@ -160,10 +165,14 @@ class RunFile(Source):
         self.file = file
         self._index = index
         self._stored = h5netcdf.File(opened_hdf5(file), "r")
+        if not str(self._stored.attrs.get("format", "")).startswith("gearrattle run "):
+            raise ModelError(Problem("result", file.name, "has no histories", "those of a run are drawn"))
         time = self._stored["time"]
         self.count = int(time.shape[0])
         self.start = float(time[0])
         self.step = (float(time[-1]) - self.start) / max(1, self.count - 1) or 1.0
+        self.period = float(self._stored.attrs["period"])
+        self.discard = int(self._stored.attrs["discard"])
 
     @cached_property
     def _columns(self) -> dict[str, tuple[Trace, int | None]]:
@@ -255,7 +264,9 @@ class InMemory(Source):
             for label, column in zip(labels, columns, strict=True):
                 name = f"{quantity}.{label}" if label else f"{quantity}"
                 named[name] = Trace(name, f"{quantity}", label, unit), column
-        return cls(run.trajectory.time, named)
+        made = cls(run.trajectory.time, named)
+        made.period, made.discard = run.trajectory.layout.period, run.trajectory.discard
+        return made
 
     def channels(self) -> list[Trace]:
         return [trace for trace, _ in self._values.values()]
@@ -305,40 +316,46 @@ def write_index(source: RunFile, folder: Path) -> None:
         np.save(folder / f"{quantity}.values.npy", np.concatenate(extremes, axis=1))
 
 
-def write_impacts(run: Run, folder: Path) -> None:
-    """Write every impact of a run, with the names of its clearances, into an existing folder."""
-    impacts, layout = find_impacts(run.trajectory), run.trajectory.layout
-    energy = np.where(np.isfinite(impacts.mass), impacts.energy, np.nan)
-    units = _speed_units(run.trajectory)
-    names = json.dumps([{"name": name, "unit": unit} for name, unit in zip(layout.clearance_names, units, strict=True)])
-    np.savez(
-        folder / _IMPACTS,
-        names=np.frombuffer(names.encode("utf-8"), np.uint8),
-        time=impacts.time,
-        clearance=impacts.clearance,
-        velocity=impacts.velocity,
-        energy=energy,
-    )
-
-
-def _speed_units(trajectory: Trajectory) -> list[str]:
-    return ["m/s" if trajectory.layout.is_mesh[element] else "rad/s" for element in trajectory.layout.clearance]
-
-
+@dataclass(frozen=True)
 class Hits:
-    """The impacts of a run, as ``write_impacts`` wrote them.
+    """The impacts of a run.
 
     Attributes
     ----------
     clearances
         name and unit of the approach speed of each.
+    time, clearance, velocity, energy
+        (I,) as of ``Marks``, ascending in time.
     """
 
-    def __init__(self, folder: Path) -> None:
+    clearances: list[dict[str, str]]
+    time: Array
+    clearance: IntArray
+    velocity: Array
+    energy: Array
+
+    @classmethod
+    def of_run(cls, run: Run) -> Hits:
+        """Return the impacts of a run."""
+        impacts, layout = find_impacts(run.trajectory), run.trajectory.layout
+        units = ["m/s" if layout.is_mesh[element] else "rad/s" for element in layout.clearance]
+        if run.model.units != "SI":
+            units = ["1"] * len(units)
+        named = [{"name": name, "unit": unit} for name, unit in zip(layout.clearance_names, units, strict=True)]
+        energy = np.where(np.isfinite(impacts.mass), impacts.energy, np.nan)
+        return cls(named, impacts.time, impacts.clearance, impacts.velocity, energy)
+
+    @classmethod
+    def read(cls, folder: Path) -> Hits:
+        """Read what ``write`` wrote into a folder."""
         with np.load(folder / _IMPACTS, allow_pickle=False) as stored:
-            self.clearances: list[dict[str, str]] = json.loads(stored["names"].tobytes().decode("utf-8"))
-            self._time, self._clearance = stored["time"], stored["clearance"]
-            self._velocity, self._energy = stored["velocity"], stored["energy"]
+            named = json.loads(stored["names"].tobytes().decode("utf-8"))
+            return cls(named, **{name: stored[name] for name in _OF_IMPACTS})
+
+    def write(self, folder: Path) -> None:
+        """Write them into an existing folder."""
+        names = np.frombuffer(json.dumps(self.clearances).encode("utf-8"), np.uint8)
+        np.savez(folder / _IMPACTS, names=names, **{name: getattr(self, name) for name in _OF_IMPACTS})
 
     def within(self, begin: float, end: float, at_most: int) -> Marks:
         """Return the impacts of a window of time, or the hardest of every bucket if there are too many.
@@ -350,24 +367,49 @@ class Hits:
         at_most
             marks of a clearance.
         """
-        low, high = np.searchsorted(self._time, [begin, np.nextafter(end, np.inf)])
+        low, high = np.searchsorted(self.time, [begin, np.nextafter(end, np.inf)])
         rows = [self._of(k, slice(low, high), (begin, end), at_most) for k in range(len(self.clearances))]
         chosen = np.concatenate([row for row, _ in rows]) if rows else np.zeros(0, np.int64)
         counts = np.concatenate([count for _, count in rows]) if rows else np.zeros(0, np.int64)
         order = np.argsort(chosen, kind="stable")
         at, count = chosen[order], counts[order]
-        return Marks(self._time[at], self._clearance[at], self._velocity[at], self._energy[at], count)
+        return Marks(self.time[at], self.clearance[at], self.velocity[at], self.energy[at], count)
 
     def _of(self, clearance: int, part: slice, window: tuple[float, float], at_most: int) -> tuple[IntArray, IntArray]:
         """Return rows of one clearance that are drawn, and how many each stands for."""
-        rows = part.start + np.flatnonzero(self._clearance[part] == clearance)
+        rows = part.start + np.flatnonzero(self.clearance[part] == clearance)
         if rows.size <= at_most:
             return rows, np.ones(rows.size, np.int64)
-        share = (self._time[rows] - window[0]) / (window[1] - window[0])
+        share = (self.time[rows] - window[0]) / (window[1] - window[0])
         bucket = np.minimum((share * at_most).astype(np.int64), at_most - 1)
-        hardest = np.lexsort((-np.abs(self._velocity[rows]), bucket))
+        hardest = np.lexsort((-np.abs(self.velocity[rows]), bucket))
         first = np.append(True, np.diff(bucket[hardest]) > 0)
         return np.sort(rows[hardest[first]]), np.unique(bucket, return_counts=True)[1]
+
+
+def described(source: Source, hits: Hits | None = None) -> dict[str, Any]:
+    """Return what can be drawn, in JSON types: channels, the window of all, the period, clearances with impacts."""
+    clearances = [] if hits is None else hits.clearances
+    is_mesh = {clearance["name"]: clearance["unit"] == "m/s" for clearance in clearances}
+    channels = [
+        {"name": trace.name, "quantity": trace.quantity, "label": trace.subject, "unit": _one_unit(trace, is_mesh)}
+        for trace in source.channels()
+    ]
+    return {
+        "channels": channels,
+        "begin": source.start,
+        "end": source.start + source.step * (source.count - 1),
+        "samples": source.count,
+        "period": source.period,
+        "discard": source.discard,
+        "clearances": clearances,
+    }
+
+
+def _one_unit(trace: Trace, is_mesh: Mapping[str, bool]) -> str:
+    """Return the unit of a channel; of ``"rad, or m for a mesh"`` that which holds for it."""
+    angular, _, linear = trace.unit.removesuffix(" for a mesh").partition(", or ")
+    return linear if linear and is_mesh.get(trace.subject) else angular if linear and is_mesh else trace.unit
 
 
 def packed(parts: Sequence[tuple[Array | IntArray, ...]]) -> bytes:

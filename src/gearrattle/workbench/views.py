@@ -17,10 +17,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
+from gearrattle.analysis.statics import Modes
 from gearrattle.json_types import json_value
 from gearrattle.pipeline import Findings
 from gearrattle.report.page import Section
 from gearrattle.report.presentation import Presentation
+from gearrattle.report.run_report import HEADLINES
 from gearrattle.report.tables import Table
 from gearrattle.report.verdict_tables import side_shares
 
@@ -50,7 +52,24 @@ def view_of(presentation: Presentation[Any]) -> dict[str, Any]:
         "notes": list(presentation.notes),
         "sections": [_section(section) for section in page.sections],
         **({"verdict": verdict_block(findings, page.values)} if isinstance(findings, Findings) else {}),
+        **_moving(findings.modes if isinstance(findings, Findings) else presentation.result),
     }
+
+
+def _moving(result: object) -> dict[str, Any]:
+    """Return the shapes of modes, which the page sets in motion; nothing of what has none."""
+    if not isinstance(result, Modes):
+        return {}
+    is_si = result.model.units == "SI"
+    frequencies = result.frequencies / (2.0 * np.pi if is_si else 1.0)
+    shown = {
+        "names": list(result.inertia_names),
+        "frequencies": json_value(frequencies),
+        "unit": "Hz" if is_si else "",
+        "shapes": json_value(result.shapes.T),
+        "damping": json_value(result.damping_ratios),
+    }
+    return {"modes": shown}
 
 
 def _section(section: Section) -> dict[str, Any]:
@@ -99,7 +118,6 @@ def verdict_block(findings: Findings, values: Any) -> dict[str, Any]:
     scores = values["scores"]
     return {
         **verdict_numbers(findings),
-        "headline": values["headline"],
         "tiles": json_value(values["tiles"]),
         "table": _table(values["parts"]),
         "scores": _table(scores) if scores.rows else None,
@@ -113,7 +131,13 @@ def verdict_numbers(findings: Findings) -> dict[str, Any]:
     verdict = findings.verdict
     shares = {part.name: side_shares(findings, part) for part in verdict.parts}
     parts = [{**json_value(part), "rattles": part.rattles, "shares": shares[part.name]} for part in verdict.parts]
-    return {"verdict": verdict.verdict, "sentence": verdict.sentence, "rule": verdict.rule, "parts": parts}
+    return {
+        "verdict": verdict.verdict,
+        "headline": HEADLINES[verdict.verdict],
+        "sentence": verdict.sentence,
+        "rule": verdict.rule,
+        "parts": parts,
+    }
 
 
 def without_styles(svg: str) -> str:

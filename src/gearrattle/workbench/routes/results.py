@@ -31,7 +31,7 @@ from gearrattle.workbench import kept, widgets
 from gearrattle.workbench.differences import differences
 from gearrattle.workbench.lines import density
 from gearrattle.workbench.script import script
-from gearrattle.workbench.traces import InMemory, Source, packed
+from gearrattle.workbench.traces import InMemory, Source, described, packed
 from gearrattle.workbench.views import chart_json
 
 Endpoint = Callable[[Request], Response]
@@ -127,15 +127,6 @@ def _number(request: Request, name: str, default: float) -> float:
     return value
 
 
-def _channels(source: Source) -> JSONResponse:
-    traces = [
-        {"name": trace.name, "quantity": trace.quantity, "label": trace.subject, "unit": trace.unit}
-        for trace in source.channels()
-    ]
-    end = source.start + source.step * (source.count - 1)
-    return JSONResponse({"channels": traces, "begin": source.start, "end": end, "samples": source.count})
-
-
 def _trace(request: Request, source: Source) -> Response:
     """Send times and values of channels over a window."""
     names = request.query_params.getlist("channel")[:_MOST_CHANNELS]
@@ -148,7 +139,8 @@ def _trace(request: Request, source: Source) -> Response:
 
 
 def _job_channels(request: Request) -> Response:
-    return _channels(kept.source_of(_folder(request)))
+    folder = _folder(request)
+    return JSONResponse(described(kept.source_of(folder), kept.impacts_of(folder)))
 
 
 def _job_trace(request: Request) -> Response:
@@ -158,8 +150,6 @@ def _job_trace(request: Request) -> Response:
 def _impacts(request: Request) -> Response:
     """Send impacts of a window: time, clearance, velocity, energy and count of every mark."""
     hits = kept.impacts_of(_folder(request))
-    if "from" not in request.query_params:
-        return JSONResponse({"clearances": hits.clearances})
     most = int(np.clip(_number(request, "points", 1000), *_POINTS))
     marks = hits.within(_number(request, "from", 0.0), _number(request, "to", 0.0), most)
     arrays = (marks.time, marks.clearance, marks.velocity, marks.energy, marks.count)
@@ -232,7 +222,7 @@ def _recording(request: Request) -> Any:
 
 
 def _measured(request: Request) -> Response:
-    return _channels(InMemory.of_recording(_recording(request)))
+    return JSONResponse(described(InMemory.of_recording(_recording(request))))
 
 
 def _measured_trace(request: Request) -> Response:

@@ -134,4 +134,6 @@ function App() {
     <main id="main" tabindex="-1" ref=${main}>${pages[page]()}</main>`;
 }
 
-render(html`<${App} />`, document.getElementById("app"));
+const root = document.getElementById("app");
+root.replaceChildren();
+render(html`<${App} />`, root);

@@ -68,7 +68,12 @@ export function Live({ id, onStarted, onError }) {
     if (made.phase_plane) plane.set("chart", made.phase_plane);
     setAnswer(made);
   };
-  useEffect(() => { if (model) ask({}); }, [model]);
+  useEffect(() => {
+    if (!model) return;
+    const first = valuesOf(model.tables).find(({ path }) => path.endsWith(".backlash")) ?? valuesOf(model.tables).find(({ path }) => path.endsWith(".clearance"));
+    if (first) setSliders([{ path: first.path, ...rangeOf(first.text) }]);
+    ask({});
+  }, [model]);
 
   const set = (path, changes) => {
     const next = sliders.map((slider) => (slider.path === path ? { ...slider, ...changes } : slider));

@@ -43,7 +43,7 @@ export function Measured({ jobs, query, onError }) {
       ${file && known.simulated && known.measured ? html`<${Pair} known=${known} pair=${pair} set=${(changes) => setPair({ ...pair, ...changes })} />`
         : html`<p class="muted">CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a measurement.toml that names the channels; up to 20 MB.</p>`}
     </section>
-    ${job && file && pair.simulated && pair.measured ? html`<${Overlay} key=${`${job}|${file}|${pair.simulated}|${pair.measured}|${pair.shift}`} job=${job} file=${file} pair=${pair} onError=${onError} />` : null}
+    ${job && file && known.simulated && known.measured && pair.simulated && pair.measured ? html`<${Overlay} key=${`${job}|${file}|${pair.simulated}|${pair.measured}|${pair.shift}`} job=${job} file=${file} known=${known} pair=${pair} />` : null}
   </div>`;
 }
 
@@ -67,21 +67,23 @@ function Pair({ known, pair, set }) {
     ${units[0] && units[1] && units[0] !== units[1] ? html`<p class="failed small">The units differ: ${units[0]} and ${units[1]}. The values are laid over as they are.</p>` : null}`;
 }
 
-function Overlay({ job, file, pair, onError }) {
+function Overlay({ job, file, known, pair }) {
   const [spectra, setSpectra] = useState(null);
+  const [error, setError] = useState(null);
   const histories = useMemo(() => {
     const measured = fileAnswers(file);
     const answers = jobAnswers(job, { overlay: (question) => measured.trace({ ...question, channels: [question.channel] }) });
-    return standIn({ selected: [pair.simulated], overlay: [{ over: pair.simulated, channel: pair.measured, label: "measured", shift: pair.shift }] }, answers);
+    const { begin, end } = known.measured, window = [Math.max(known.simulated.begin, begin + pair.shift), Math.min(known.simulated.end, end + pair.shift)];
+    return standIn({ selected: [pair.simulated], window: window[0] < window[1] ? window : null, overlay: [{ over: pair.simulated, channel: pair.measured, label: "measured", shift: pair.shift }] }, answers);
   }, []);
   useEffect(() => {
     Promise.all([
       api.get(`/api/jobs/${job}/spectrum?channel=${encodeURIComponent(pair.simulated)}`),
       api.get(`/api/measured/spectrum?file=${encodeURIComponent(file)}&channel=${encodeURIComponent(pair.measured)}`),
-    ]).then(setSpectra).catch(onError);
+    ]).then(setSpectra).catch(setError);
   }, []);
   return html`<section class="card" aria-label="Histories"><h2>Histories</h2><${Widget} name="histories" model=${histories} /></section>
-    ${spectra ? html`<${Spectra} spectra=${spectra} />` : html`<section class="card"><p class="loading">Spectra …</p></section>`}`;
+    ${spectra ? html`<${Spectra} spectra=${spectra} />` : html`<section class="card" aria-label="Spectra"><h2>Spectra</h2>${error ? html`<p class="failed" role="alert">${error.message}</p>` : html`<p class="loading">Computing …</p>`}</section>`}`;
 }
 
 function Spectra({ spectra }) {

@@ -55,25 +55,22 @@ function Axis({ axis, change, drop }) {
   return html`<fieldset class="form"><legend class="path">${axis.path}</legend>${field("low", `from [${axis.unit || "SI"}]`)}${field("high", `to [${axis.unit || "SI"}]`)}${field("count", "values")}<button type="button" class="plain" onClick=${drop}>Remove</button></fieldset>`;
 }
 
-// The case that was chosen in a map: its values in the model, ready to be run.
+// The case that was chosen in a map, whose axes count the values: its values in the model, ready to be run.
 function Case({ query, jobs, onStarted, onError }) {
   const id = query.get("job"), job = (jobs ?? []).find((entry) => entry.id === id);
   const axes = Object.entries(job?.options?.axes ?? {});
-  const [nearest, setNearest] = useState(null);
-  useEffect(() => {
-    if (!axes.length) return;
-    api.get(`/api/jobs/${id}/case?${query}`).then(setNearest).catch(onError);
-  }, [id, query.get("x"), query.get("y"), axes.length]);
+  if (!axes.length) return null;
+  const index = (k, position) => Math.min(axes[k][1].length - 1, Math.max(0, Math.round(Number(query.get(position)))));
+  const values = Object.fromEntries(axes.slice(0, 2).map(([path, all], k) => [path, all[index(k, k ? "y" : "x")]]));
   const open = async () => {
     try {
       const text = await api.get(`/api/jobs/${id}/model.toml`);
-      const edits = Object.entries(nearest.values).map(([path, value]) => ({ op: "set", path, value }));
+      const edits = Object.entries(values).map(([path, value]) => ({ op: "set", path, value }));
       const edited = await api.post("/api/edit", { text, edits });
-      const name = Object.entries(nearest.values).map(([path, value]) => `${path} ${value}`).join(", ").slice(0, 120);
+      const name = Object.entries(values).map(([path, value]) => `${path} ${value}`).join(", ").slice(0, 120);
       onStarted(await api.post("/api/jobs", { task: "run", text: edited.text, options: {}, name, parent: id }));
     } catch (error) { onError(error); }
   };
-  if (!nearest) return null;
-  return html`<section class="slider"><h2>The case of the map</h2><p>${Object.entries(nearest.values).map(([path, value]) => html`<span class="path">${path} = ${String(value)}</span> `)}</p>
+  return html`<section class="slider"><h2>The case of the map</h2><p>${Object.entries(values).map(([path, value]) => html`<span class="path">${path} = ${String(value)}</span> `)}</p>
     <button type="button" class="primary" onClick=${open}>Run this case</button> <a class="button" href=${`#/runs/${id}`}>Back to the map</a></section>`;
 }

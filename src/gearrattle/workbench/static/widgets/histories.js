@@ -1,7 +1,8 @@
 // needs: host, plot
 // Histories of a run or a recording, thinned where they are kept so that every extreme and every impact stays.
 // It asks its host: {ask: "channels"}, {ask: "trace", channels, from, to, points}, {ask: "impacts", from, to, points}.
-// Model key "selected": names of channels at first; "overlay": [{name, label, begin}] of measured channels laid over.
+// Model key "selected": names of channels at first; "window": of time at first; "overlay": [{over, channel, label, shift}],
+// channels that {ask: "overlay", channel, from, to, points} gives, laid over one of these.
 
 const { ask, element, unpacked } = host;
 const POINTS = 3000;
@@ -17,7 +18,8 @@ class Histories {
     this.bar = element("div", { class: "gr-toolbar", role: "toolbar", "aria-label": "Window of time" });
     this.state = element("span", { class: "gr-state", role: "status" });
     this.picker = element("details", { class: "gr-picker" });
-    el.replaceChildren(element("div", { class: "gr-widget gr-histories" }, this.bar, this.picker, this.body));
+    this.legend = element("div", {});
+    el.replaceChildren(element("div", { class: "gr-widget gr-histories" }, this.bar, this.picker, this.legend, this.body));
     this.impacts = null;
     this.clearances = [];
     this.asked = 0;
@@ -26,7 +28,7 @@ class Histories {
   async start() {
     const { content } = await ask(this.model, { ask: "channels" });
     this.known = content;
-    this.window = [content.begin, content.end];
+    this.window = this.model.get("window") ?? [content.begin, content.end];
     this.clearances = content.clearances ?? [];
     const named = this.model.get("selected") ?? [];
     const names = content.channels.map((channel) => channel.name);
@@ -134,23 +136,16 @@ class Histories {
         .map((line, n) => ({ x: line.arrays[0].map((t) => t + line.shift), y: line.arrays[1], name: line.label, colour: OVER[n % OVER.length], legend: true, opacity: 0.85 }));
       const title = channel.label || channel.name, words = channel.quantity && channel.label ? channel.quantity.replace("_", " ") : "";
       return {
-        title, unit: `${words}${channel.unit ? `  [${this.shownUnit(channel)}]` : ""}`, x_title: "time [s]",
+        title, unit: `${words}${channel.unit && channel.unit !== "1" ? `  [${channel.unit}]` : ""}`, x_title: "time [s]",
         lines: [{ x, y, name: over.length ? "simulated" : title, colour: "#0b5c8f", legend: over.length > 0 }, ...over],
         marks: marks && MARKED.includes(channel.quantity) ? [this.marksFor(marks, channel.label)] : [], x_range: this.window,
       };
     });
     const few = panels.length <= 2, chart = { title: "Histories", panel_height: few ? 220 : 130, share_x: true, panels };
     if (!panels.length) chart.panels = [{ note: "Choose a channel above" }];
+    this.legend.replaceChildren(...[laid.length ? plot.legend(chart, plot.themeOf(this.body)) : null].filter(Boolean));
     if (!this.figure) this.figure = new plot.Figure(this.body, chart, { onZoom: (window) => this.zoomed(window) });
     else { this.figure.panels.forEach((panel) => { panel.zoom = null; }); this.figure.set(chart); }
-  }
-
-  // A unit that reads "rad, or m for a mesh" is that of the part it is about.
-  shownUnit(channel) {
-    const [first, other] = channel.unit.split(", or ");
-    const clearance = this.clearances.find((entry) => entry.name === channel.label);
-    if (!other || !clearance) return channel.unit;
-    return clearance.unit === "m/s" ? other.replace(" for a mesh", "") : first;
   }
 
   marksFor(marks, name) {

@@ -8,6 +8,7 @@ const SMALL = FONT.replace("12px", "11px");
 const BOLD = `600 ${FONT}`;
 const SHADES = ["#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838"];
 const SUPERSCRIPTS = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
+const MARKS = 0.22; // of what is drawn: room above and below for the marks of impacts
 const LEAST_BOX = 8; // px: less is a click
 
 // ---- numbers and colours
@@ -111,10 +112,10 @@ const PANEL = { title: "", unit: "", x_title: "", lines: [], bars: [], bands: []
   x_ticks: [], y_ticks: [], x_range: null, y_range: null, x_log: false, y_log: false, note: "", heat: null, equal_scales: false };
 const CHART = { key: "", title: "", caption: "", columns: 1, panel_height: 132, share_x: true, legend: [], panels: [] };
 
-function extent(low, high, isLog, margin) {
+function extent(low, high, margin) {
   if (!(low <= high)) return [0, 1];
   const spread = high - low || Math.abs(high) * 0.1 || 1;
-  return isLog ? [low - margin * spread, high + margin * spread] : [low - margin * spread, high + margin * spread];
+  return [low - margin * spread, high + margin * spread];
 }
 
 // ---- one panel
@@ -184,7 +185,8 @@ class Panel {
     for (const cells of this.panel.cells) { cells[first].forEach(take); cells[second].forEach(take); }
     if (this.panel.heat) this.panel.heat[`${axis}_range`].forEach(take);
     const isHeat = this.panel.heat || (axis === "x" && this.panel.lines.every((line) => (line.mark ?? "line") === "line"));
-    return extent(low, high, this.panel[`${axis}_log`], isHeat ? 0 : 0.06);
+    const margin = axis === "y" && this.panel.marks.length ? MARKS : 0.06;
+    return extent(low, high, isHeat ? 0 : margin);
   }
 
   layout() {
@@ -230,8 +232,8 @@ class Panel {
   drawAxes(c, theme) {
     const { panel } = this, [x, y] = [this.now.x, this.now.y];
     const own = (ticks, axis, [low, high]) => ticks.map(([v, word]) => [this.forward(v, axis), word]).filter(([v]) => v >= low && v <= high);
-    const xTicks = panel.x_ticks.length ? own(panel.x_ticks, "x", x) : panel.x_log ? decadesOf(...x) : ticksOf(...x, this.width / 90);
-    const yTicks = panel.y_ticks.length ? own(panel.y_ticks, "y", y) : panel.y_log ? decadesOf(...y) : ticksOf(...y, this.height / 34);
+    const xTicks = panel.x_ticks.length ? own(panel.x_ticks, "x", x) : panel.x_log ? decadesOf(...x) : ticksOf(...x, Math.max(3, this.width / 90));
+    const yTicks = panel.y_ticks.length ? own(panel.y_ticks, "y", y) : panel.y_log ? decadesOf(...y) : ticksOf(...y, Math.max(2, this.height / 34));
     c.lineWidth = 1; c.strokeStyle = theme.line; c.fillStyle = theme.muted; c.font = SMALL;
     c.textBaseline = "middle"; c.textAlign = "right";
     for (const [v, word] of yTicks) {
@@ -260,7 +262,7 @@ class Panel {
     for (const cells of panel.cells) {
       c.fillStyle = theme.colour(cells.colour);
       for (let k = 0; k < cells.left.length; k++) {
-        const [a, b, t, u] = [this.x(cells.left[k]), this.x(cells.right[k]), this.y(cells.high[k]), this.y(cells.low[k])];
+        const [a, b, t, u] = [this.x(cells.left[k]), this.x(cells.right[k]), this.y(cells.high[k]), this.y(cells.low[k])].map(Math.round);
         c.fillRect(a, t, Math.max(1, b - a), Math.max(1, u - t));
       }
     }
@@ -358,10 +360,11 @@ class Panel {
   drawMarks(c, theme) {
     for (const marks of this.panel.marks) {
       const hardest = marks.size.reduce((most, size) => Math.max(most, size), 0) || 1;
+      const alpha = Math.min(1, Math.max(0.25, this.width / (2 * marks.x.length + 1)));
       for (let k = 0; k < marks.x.length; k++) {
-        const isDrive = marks.up[k] > 0, long = 4 + 0.3 * this.height * (marks.size[k] / hardest);
+        const isDrive = marks.up[k] > 0, long = 3 + 0.12 * this.height * (marks.size[k] / hardest);
         const a = Math.round(this.x(marks.x[k])) + 0.5, foot = isDrive ? this.top : this.top + this.height;
-        c.strokeStyle = theme.colour(isDrive ? "#0072b2" : "#d55e00"); c.lineWidth = 1.4; c.globalAlpha = 0.85;
+        c.strokeStyle = theme.colour(isDrive ? "#0072b2" : "#d55e00"); c.lineWidth = 1; c.globalAlpha = alpha;
         c.beginPath(); c.moveTo(a, foot); c.lineTo(a, foot + (isDrive ? long : -long)); c.stroke();
       }
       c.globalAlpha = 1;
@@ -502,6 +505,10 @@ class Panel {
       const [k, r] = [share(x, heat.x_range, columns), share(y, heat.y_range, rows)];
       const value = k >= 0 && k < columns && r >= 0 && r < rows ? heat.values[r * columns + k] : NaN;
       return `${numeral(x)}, ${numeral(y)}: ${heat.name} ${numeral(value)}`;
+    }
+    if (this.panel.cells.length && isOwn) {
+      const holds = (cells, k) => cells.left[k] <= x && x < cells.right[k] && cells.low[k] <= y && y < cells.high[k];
+      return this.panel.cells.find((cells) => cells.left.some((_, k) => holds(cells, k)))?.name ?? "";
     }
     const several = points.length > 1;
     return points.map((p) => `${several && p.name ? `${p.name} ` : ""}${numeral(p.x, 6)} → ${numeral(p.y)}`).join(" · ");

@@ -1,4 +1,4 @@
-// needs: host, plot, verdict, histories, phase_plane, map, figure
+// needs: host, plot, verdict, histories, phase_plane, map, figure, mode_shapes
 // A result of any kind: what came out first, then its parts as tabs. Model key "view": what views.py writes;
 // figures and histories are asked for when their tab is opened. The same text runs on the page and in a notebook.
 
@@ -62,6 +62,8 @@ class ResultView {
       if (section.figures.length && !figures.length && !section.tables.length) continue;
       tabs.push({ key: section.key, title: figures.length > 1 && figures[0].tab ? "Figures" : section.title, show: (into) => this.showSection(into, { ...section, figures }) });
     }
+    const at = tabs.findIndex((tab) => tab.key === "linear");
+    if (view.modes) tabs.splice(at < 0 ? 1 : at, 0, { key: "shapes", title: "Mode shapes", show: (into) => this.widget(into, mode_shapes, { modes: view.modes }) });
     if (this.model.get("has_sound")) tabs.push({ key: "sound", title: "Sound", show: (into) => this.showSound(into) });
     return tabs;
   }

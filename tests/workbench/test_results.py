@@ -1,0 +1,184 @@
+"""What came out of a job, over HTTP: view, figures, histories, impacts, sound, and what is handed over."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import sys
+import zipfile
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.report.plots.thinning import thin
+from tests.workbench.jobs import client, make_job
+
+pytest.importorskip("starlette")
+
+
+@cache
+def model() -> gr.Model:
+    return gr.example("case3").with_({"simulation.cycles": 20, "simulation.discard": 5})
+
+
+@pytest.fixture(scope="module")
+def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("workspace")
+    make_job(folder, "first", gr.run(model()), model(), name='Case "3"')
+    narrow = model().with_({"mesh.gear.backlash": "0.05 mm"})
+    make_job(folder, "second", gr.run(narrow), narrow, parent="first")
+    make_job(folder, "modes", gr.modes(model()), model(), task="modes")
+    rows = "\n".join(f"{k * 1e-3:g},{np.sin(k):g}" for k in range(2000))
+    (folder / "rig.csv").write_text(f"time [s],speed [rad/s]\n{rows}\n", encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def page(root: Path) -> Any:
+    return client(root)
+
+
+def arrays(content: bytes, of_part: int) -> list[list[Any]]:
+    """What the page unpacks."""
+    values = np.frombuffer(content, "<f8")
+    lengths = values[1 : 1 + int(values[0])].astype(int)
+    at, parts = 1 + len(lengths), []
+    for length in lengths:
+        parts.append([values[at + k * length : at + (k + 1) * length] for k in range(of_part)])
+        at += of_part * length
+    return parts
+
+
+def test_view_and_figures(page: Any) -> None:
+    view = page.get("/api/jobs/first/view").json()
+    assert view["verdict"]["verdict"] == "double-sided"
+    figures = [figure for section in view["sections"] for figure in section["figures"]]
+    assert len(figures) >= 8
+    for figure in figures:
+        name = figure["key"]
+        svg = page.get(f"/api/jobs/first/figures/{name}.svg")
+        assert svg.headers["content-type"] == "image/svg+xml"
+        assert b"<svg" in svg.content[:200]
+        assert page.get(f"/api/jobs/first/figures/{name}.json").json()["key"] == name
+    pdf = page.get(f"/api/jobs/first/figures/{figures[0]['key']}.pdf")
+    assert pdf.content.startswith(b"%PDF")
+
+
+def test_pictures_of_modes_are_there(page: Any) -> None:
+    view = page.get("/api/jobs/modes/view").json()
+    assert view["modes"]["names"] == ["flywheel", "hub", "input_gear", "output_gear"]
+    pictures = [f for section in view["sections"] for f in section["figures"] if not f["is_chart"]]
+    for picture in pictures:
+        assert page.get(f"/api/jobs/modes/figures/{picture['key']}.svg").status_code == 200
+
+
+def test_histories_are_those_of_the_run(page: Any) -> None:
+    run = gr.simulate(model())
+    known = page.get("/api/jobs/first/traces").json()
+    assert known["period"] == run.trajectory.layout.period
+    units = {channel["name"]: channel["unit"] for channel in known["channels"]}
+    assert (units["deflection.gear"], units["deflection.clutch"], units["force.gear"]) == ("m", "rad", "N")
+    query = {"channel": ["deflection.gear", "velocity.hub"], "points": 300}
+    (gear, hub) = arrays(page.get("/api/jobs/first/trace", params=query).content, 2)
+    for (time, values), of in ((gear, run.trajectory.deflection[:, 2]), (hub, run.trajectory.velocity[:, 1])):
+        chosen = thin(of, 300)
+        np.testing.assert_array_equal(values, of[chosen])
+        np.testing.assert_allclose(time, run.trajectory.time[chosen], rtol=1e-12)
+
+
+def test_impacts_of_a_window(page: Any) -> None:
+    events = gr.simulate(model()).events
+    entered = events[events.to_region.abs() > events.from_region.abs()]
+    query = {"from": 0.1, "to": 0.4, "points": 20}
+    ((time, _, velocity, _, count),) = arrays(page.get("/api/jobs/first/impacts", params=query).content, 5)
+    inside = entered[(entered.time >= 0.1) & (entered.time <= 0.4)]
+    assert count.sum() == len(inside)
+    assert time.min() >= 0.1
+    assert np.abs(velocity).max() == pytest.approx(inside.velocity.abs().max())
+
+
+def test_a_sound_is_a_wav(page: Any) -> None:
+    content = page.get("/api/jobs/first/sound.wav").content
+    assert (content[:4], content[8:12]) == (b"RIFF", b"WAVE")
+
+
+def test_differences_of_two_runs_are_named(page: Any) -> None:
+    rows = page.get("/api/compare", params={"jobs": "first,second"}).json()
+    assert [row["path"] for row in rows["model"]] == ["mesh.gear.backlash"]
+    assert rows["model"][0]["values"] == pytest.approx([1e-4, 5e-5])
+    rates = next(row for row in rows["numbers"] if (row["part"], row["quantity"]) == ("gear", "impacts per second"))
+    narrow = gr.criteria(gr.simulate(model().with_({"mesh.gear.backlash": "0.05 mm"})))
+    assert rates["values"][1] == pytest.approx(next(p for p in narrow.parts if p.name == "gear").impacts_per_second)
+
+
+def test_spectra_of_run_and_recording(page: Any) -> None:
+    simulated = page.get("/api/jobs/first/spectrum", params={"channel": "velocity.hub"}).json()
+    assert simulated["shaft"] == pytest.approx(model().excitation.omega)
+    assert len(simulated["frequency"]) == len(simulated["psd"]) > 10
+    known = page.get("/api/measured", params={"file": "rig.csv"}).json()
+    name = known["channels"][0]["name"]
+    measured = page.get("/api/measured/spectrum", params={"file": "rig.csv", "channel": name}).json()
+    peak = measured["frequency"][int(np.argmax(measured["psd"]))]
+    assert peak == pytest.approx(1000.0 / (2.0 * np.pi), abs=3.0)
+    ((time, values),) = arrays(page.get("/api/measured/trace", params={"file": "rig.csv", "channel": name}).content, 2)
+    np.testing.assert_allclose(values, np.sin(np.rint(time * 1e3)), atol=1e-5)
+
+
+def test_the_archive_does_the_same(page: Any, tmp_path: Path) -> None:
+    """Its script, run in its folder, computes the numbers that it holds."""
+    content = page.get("/api/jobs/first/archive.zip").content
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        names = set(archive.namelist())
+        archive.extractall(tmp_path)
+    assert {"model.toml", "script.py", "result/report.html", "result/results.nc", "result/summary.json"} <= names
+    (tmp_path / "result").rename(tmp_path / "handed-over")
+    subprocess.run([sys.executable, "script.py"], cwd=tmp_path, check=True, capture_output=True)
+    first, again = (gr.open_run(tmp_path / folder / "results.nc") for folder in ("handed-over", "result"))
+    np.testing.assert_array_equal(first.trajectory.deflection, again.trajectory.deflection)
+    assert (tmp_path / "print" / "phase_plane.pdf").is_file()
+
+
+@pytest.mark.parametrize("task", ["run", "modes"])
+def test_the_script_says_what_was_done(page: Any, task: str) -> None:
+    text = page.get(f"/api/jobs/{'first' if task == 'run' else task}/script.py").text
+    compile(text, "script.py", "exec")
+    assert f"gr.{task}(model)" in text
+
+
+@pytest.mark.parametrize(
+    ("path", "status"),
+    [
+        ("/api/jobs/nobody/view", 404),
+        ("/api/jobs/..%2f..%2fetc/view", 404),
+        ("/api/jobs/first/figures/none.svg", 404),
+        ("/api/jobs/first/figures/none.json", 404),
+        ("/api/jobs/first/figures/phase_plane.exe", 404),
+        ("/api/jobs/first/trace?channel=angle.nobody", 400),
+        ("/api/jobs/first/trace?channel=angle.hub&from=2&to=1", 400),
+        ("/api/jobs/first/trace?channel=angle.hub&from=nan", 400),
+        ("/api/jobs/modes/traces", 400),
+        ("/api/jobs/modes/sound.wav", 400),
+        ("/api/measured?file=../../etc/passwd", 404),
+        ("/api/measured?file=/etc/passwd", 404),
+        ("/api/measured?file=none.csv", 404),
+        ("/api/compare?jobs=first,nobody", 404),
+        ("/widgets/nothing.js", 404),
+    ],
+)
+def test_what_is_not_there_is_a_problem_in_words(page: Any, path: str, status: int) -> None:
+    answer = page.get(path)
+    assert answer.status_code == status
+    if "%2f" not in path:
+        (problem,) = answer.json()["problems"]
+        assert set(problem) == {"place", "value", "rule", "remedy"}
+
+
+def test_widgets_are_served_as_one_text(page: Any) -> None:
+    answer = page.get("/widgets/result.js")
+    assert answer.headers["content-type"].startswith("text/javascript")
+    assert "const plot = (() =>" in answer.text
+    assert page.get("/widgets/widgets.css").headers["content-type"].startswith("text/css")

@@ -1,0 +1,72 @@
+"""Widgets are one text each, import nothing, and load; the page is light."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from gearrattle.workbench import widgets
+
+STATIC = widgets.FOLDER.parent
+NODE = shutil.which("node")
+HEAVIEST = 600_000
+
+
+@pytest.mark.parametrize("name", widgets.names())
+def test_a_widget_is_one_text_that_imports_nothing(name: str) -> None:
+    text = widgets.text(name)
+    assert re.findall(r"^export default ", text, flags=re.MULTILINE) == ["export default "]
+    assert re.findall(r"^\s*import\b|\bimport\(", text, flags=re.MULTILINE) == []
+    assert "innerHTML" not in text
+    assert not re.search(r"https?://(?!www\.w3\.org/)", text)
+
+
+@pytest.mark.skipif(NODE is None, reason="no node on this machine")
+@pytest.mark.parametrize("name", widgets.names())
+def test_a_widget_loads(name: str, tmp_path: Path) -> None:
+    (tmp_path / "widget.mjs").write_text(widgets.text(name), encoding="utf-8")
+    is_part = name in {"host", "plot"}
+    code = "import('./widget.mjs').then((m) => console.log(typeof m.default.render, Object.keys(m.default).length))"
+    done = subprocess.run([str(NODE), "-e", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    kind, count = done.stdout.split()
+    assert kind == ("undefined" if is_part else "function")
+    assert int(count) >= 1
+
+
+def test_parts_stand_before_what_needs_them_and_once() -> None:
+    text = widgets.text("result")
+    positions = [text.index(f"const {part} = (() =>") for part in ("host", "plot", "verdict", "histories")]
+    assert positions == sorted(positions)
+    assert text.count("const plot = (() =>") == 1
+
+
+def test_an_unknown_widget_is_refused() -> None:
+    with pytest.raises(KeyError):
+        widgets.text("../app")
+
+
+def test_the_page_is_light() -> None:
+    """Everything that is served, each widget with all its parts, as if all were opened."""
+    files = [path for path in STATIC.rglob("*") if path.is_file() and path.parent != widgets.FOLDER]
+    weight = sum(path.stat().st_size for path in files if "LICENSE" not in path.name)
+    weight += sum(len(widgets.text(name).encode()) for name in widgets.names()) + len(widgets.style().encode())
+    assert 100_000 < weight < HEAVIEST
+
+
+def test_nothing_is_inline() -> None:
+    """The policy of the page refuses scripts, styles and style attributes in HTML."""
+    page = (STATIC / "page.html").read_text(encoding="utf-8")
+    assert re.findall(r"<script(?![^>]*\bsrc=)|<style|\sstyle=|\son\w+=", page) == []
+    for path in [*STATIC.glob("*.js"), *widgets.FOLDER.glob("*.js")]:
+        text = path.read_text(encoding="utf-8")
+        assert re.findall(r"""setAttribute\(["']style|\bstyle=["$]|\beval\(|new Function""", text) == [], path.name
+
+
+def test_every_vendored_file_has_its_licence() -> None:
+    licences = {path.name for path in (STATIC / "vendor").glob("*LICENSE*")}
+    assert licences == {"htm-LICENSE.txt", "preact-LICENSE.txt"}
+    assert {path.name for path in (STATIC / "vendor").glob("*.js")} == {"htm-preact.js"}
