@@ -134,8 +134,15 @@ def check_archive(path: str | os.PathLike[str]) -> None:
         within_limit(sum(entry.file_size for entry in archive.infolist()))
 
 
-def opened_hdf5(path: str | os.PathLike[str]) -> Any:
+def opened_hdf5(path: str | os.PathLike[str], *, in_parts: bool = False) -> Any:
     """Open an HDF5 file (``h5py.File``), unless it points elsewhere or its datasets are larger than the limit together.
+
+    Parameters
+    ----------
+    path
+        of the file.
+    in_parts
+        whether the caller reads bounded parts of datasets, so that their size does not matter.
 
     Raises
     ------
@@ -147,7 +154,7 @@ def opened_hdf5(path: str | os.PathLike[str]) -> Any:
     check_regular(path)
     file = h5py.File(path, "r")
     try:
-        _check_hdf5(file)
+        _check_hdf5(file, in_parts=in_parts)
         _check_heaps(path, file)
     except BaseException:
         file.close()
@@ -155,7 +162,7 @@ def opened_hdf5(path: str | os.PathLike[str]) -> Any:
     return file
 
 
-def _check_hdf5(file: Any) -> None:
+def _check_hdf5(file: Any, *, in_parts: bool) -> None:
     import h5py
 
     size = 0
@@ -164,7 +171,8 @@ def _check_hdf5(file: Any) -> None:
         _check_types(item)
         if isinstance(item, h5py.Dataset) and item.shape:
             size += item.size * max(item.dtype.itemsize, 8)
-    within_limit(size)
+    if not in_parts:
+        within_limit(size)
 
 
 def _check_types(item: Any) -> None:

@@ -104,7 +104,13 @@ def impacts_of(folder: Path) -> Hits:
     """Return the impacts of a job's run."""
     if not (folder / TRACES / "impacts.npz").is_file():
         _write_traces(run_of(folder), folder)
-    return Hits.read(folder / TRACES)
+    return _hits(folder / TRACES, (folder / TRACES / "impacts.npz").stat().st_mtime_ns)
+
+
+@lru_cache(8)
+def _hits(folder: Path, changed: int) -> Hits:
+    del changed
+    return Hits.read(folder)
 
 
 def charts_of_job(folder: Path) -> list[Chart]:

@@ -164,7 +164,7 @@ class RunFile(Source):
 
         self.file = file
         self._index = index
-        self._stored = h5netcdf.File(opened_hdf5(file), "r")
+        self._stored = h5netcdf.File(opened_hdf5(file, in_parts=True), "r")
         if not str(self._stored.attrs.get("format", "")).startswith("gearrattle run "):
             raise ModelError(Problem("result", file.name, "has no histories", "those of a run are drawn"))
         time = self._stored["time"]
@@ -367,24 +367,32 @@ class Hits:
         at_most
             marks of a clearance.
         """
-        low, high = np.searchsorted(self.time, [begin, np.nextafter(end, np.inf)])
-        rows = [self._of(k, slice(low, high), (begin, end), at_most) for k in range(len(self.clearances))]
+        rows = [self._of(own, (begin, end), at_most) for own in self._rows]
         chosen = np.concatenate([row for row, _ in rows]) if rows else np.zeros(0, np.int64)
         counts = np.concatenate([count for _, count in rows]) if rows else np.zeros(0, np.int64)
         order = np.argsort(chosen, kind="stable")
         at, count = chosen[order], counts[order]
         return Marks(self.time[at], self.clearance[at], self.velocity[at], self.energy[at], count)
 
-    def _of(self, clearance: int, part: slice, window: tuple[float, float], at_most: int) -> tuple[IntArray, IntArray]:
+    @cached_property
+    def _rows(self) -> list[IntArray]:
+        """Rows of every clearance."""
+        return [np.flatnonzero(self.clearance == k) for k in range(len(self.clearances))]
+
+    def _of(self, own: IntArray, window: tuple[float, float], at_most: int) -> tuple[IntArray, IntArray]:
         """Return rows of one clearance that are drawn, and how many each stands for."""
-        rows = part.start + np.flatnonzero(self.clearance[part] == clearance)
+        first, last = np.searchsorted(self.time[own], [window[0], np.nextafter(window[1], np.inf)])
+        rows = own[first:last]
         if rows.size <= at_most:
             return rows, np.ones(rows.size, np.int64)
         share = (self.time[rows] - window[0]) / (window[1] - window[0])
         bucket = np.minimum((share * at_most).astype(np.int64), at_most - 1)
-        hardest = np.lexsort((-np.abs(self.velocity[rows]), bucket))
-        first = np.append(True, np.diff(bucket[hardest]) > 0)
-        return np.sort(rows[hardest[first]]), np.unique(bucket, return_counts=True)[1]
+        begins = np.flatnonzero(np.append(True, np.diff(bucket) > 0))
+        count = np.diff(np.append(begins, rows.size))
+        speed = np.abs(self.velocity[rows])
+        is_hardest = speed == np.repeat(np.maximum.reduceat(speed, begins), count)
+        hardest = np.flatnonzero(is_hardest)
+        return rows[hardest[np.unique(bucket[hardest], return_index=True)[1]]], count
 
 
 def described(source: Source, hits: Hits | None = None) -> dict[str, Any]:

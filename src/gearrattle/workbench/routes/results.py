@@ -27,6 +27,7 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
 from gearrattle.errors import GearRattleError, ModelError, Problem
+from gearrattle.files import Refused
 from gearrattle.workbench import kept, widgets
 from gearrattle.workbench.differences import differences
 from gearrattle.workbench.lines import density
@@ -59,6 +60,8 @@ def _answering(endpoint: Endpoint) -> Endpoint:
             return _problems(404, [Problem(*missing.args)])
         except ModelError as error:
             return _problems(400, error.problems)
+        except Refused as error:
+            return _problems(400, [Problem("file", "", error.rule, error.remedy)])
         except GearRattleError as error:
             return _problems(400, [Problem("result", "", str(error))])
 
