@@ -182,3 +182,19 @@ def test_widgets_are_served_as_one_text(page: Any) -> None:
     assert answer.headers["content-type"].startswith("text/javascript")
     assert "const plot = (() =>" in answer.text
     assert page.get("/widgets/widgets.css").headers["content-type"].startswith("text/css")
+
+
+def test_a_recording_is_shifted_to_where_it_agrees(page: Any, root: Path) -> None:
+    """A stretch of the run itself, with noise, at a rate of its own, its time counted from elsewhere."""
+    run = gr.simulate(model())
+    t, rng = run.trajectory, np.random.default_rng(3)
+    begin, step = 9.3 * t.layout.period, 1.7 * float(t.time[1])
+    time = np.arange(800) * step
+    values = np.interp(begin + time, t.time, t.velocity[:, 3])
+    values += rng.normal(size=800) * 0.1 * values.std()
+    rows = "\n".join(f"{5.0 + a:.12g},{b:.9g}" for a, b in zip(time, values, strict=True))
+    (root / "stretch.csv").write_text(f"time [s],speed [rad/s]\n{rows}\n", encoding="utf-8")
+    name = page.get("/api/measured", params={"file": "stretch.csv"}).json()["channels"][0]["name"]
+    query = {"job": "first", "file": "stretch.csv", "simulated": "velocity.output_gear", "measured": name}
+    shift = page.get("/api/measured/shift", params=query).json()["shift"]
+    assert shift == pytest.approx(begin - 5.0, abs=step)

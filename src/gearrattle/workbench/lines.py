@@ -1,4 +1,4 @@
-"""The spectrum of one channel of a run or a recording, over frequency, for the page to lay one over the other.
+"""What the page lays over each other: the spectrum of a channel, and the shift of time that makes two channels agree.
 
 Takes a run or a recording; gives JSON.
 """
@@ -7,11 +7,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from gearrattle.assembly import assemble
 from gearrattle.json_types import json_value
 from gearrattle.recording import Recording
 from gearrattle.results import Run
 from gearrattle.signals.spectral.densities import psd
+from gearrattle.trajectory import Array
 
 
 def density(source: Run | Recording, channel: str) -> dict[str, Any]:
@@ -34,3 +37,28 @@ def density(source: Run | Recording, channel: str) -> dict[str, Any]:
         "psd": json_value(data["density"].values),
         "shaft": shaft,
     }
+
+
+def best_shift(simulated: tuple[Array, Array], measured: tuple[Array, Array]) -> float:
+    """Return by how much a measured time is shifted so that the channel agrees best with a simulated one [s].
+
+    The largest cross-correlation, at the measured rate, over all shifts that leave the measured channel, or the part of
+    it that is as long, within the simulated one; means are taken out. A motion that repeats has many; any is as good.
+
+    Parameters
+    ----------
+    simulated, measured
+        times [s] and values, uniform; of the simulated one that part which may be compared.
+    """
+    from scipy.signal import fftconvolve
+
+    (time, values), (other_time, other) = simulated, measured
+    step = float(other_time[-1] - other_time[0]) / (other_time.size - 1)
+    grid = np.arange(time[0], time[-1], step)
+    sampled = np.interp(grid, time, values)
+    pattern = other[: grid.size] - other[: grid.size].mean()
+    ones = np.ones(pattern.size)
+    alike = fftconvolve(sampled, pattern[::-1], mode="valid")
+    mean, square = (fftconvolve(power, ones, mode="valid") / pattern.size for power in (sampled, sampled**2))
+    spread = np.sqrt(np.maximum(square - mean**2, 1e-12 * float(np.var(sampled)) + 1e-300))
+    return float(grid[int(np.argmax(alike / spread))] - other_time[0])

@@ -16,7 +16,7 @@ from gearrattle.report.plots.phase_plane import phase_plane
 from gearrattle.simulation.simulate import simulate
 from gearrattle.workbench.views import chart_json, verdict_numbers
 
-CYCLES, DISCARD, SAMPLES = 100, 50, 512
+CYCLES, DISCARD, SAMPLES = 60, 30, 512
 
 
 def live_view(model: Model, values: Mapping[str, Any]) -> dict[str, Any]:

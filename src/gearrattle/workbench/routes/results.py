@@ -30,7 +30,7 @@ from gearrattle.errors import GearRattleError, ModelError, Problem
 from gearrattle.files import Refused
 from gearrattle.workbench import kept, widgets
 from gearrattle.workbench.differences import differences
-from gearrattle.workbench.lines import density
+from gearrattle.workbench.lines import best_shift, density
 from gearrattle.workbench.script import script
 from gearrattle.workbench.traces import InMemory, Source, described, packed
 from gearrattle.workbench.views import chart_json
@@ -42,6 +42,7 @@ _FIGURE_TYPES = {"svg": "image/svg+xml", "pdf": "application/pdf"}
 _POINTS = (16, 20_000)
 _MOST_CHANNELS = 64
 _MOST_JOBS = 12
+_MOST_ALIGNED = 1_000_000  # samples of a run that are looked through for the best shift
 _BINARY = "application/octet-stream"
 
 
@@ -236,6 +237,18 @@ def _measured_spectrum(request: Request) -> Response:
     return JSONResponse(density(_recording(request), request.query_params.get("channel", "")))
 
 
+def _shift(request: Request) -> Response:
+    """Send the shift of time with which a measured channel agrees best with a simulated one."""
+    source = kept.source_of(_job_folder(request, request.query_params.get("job", "")))
+    recording = InMemory.of_recording(_recording(request))
+    first = int(np.clip(round(source.discard * (source.period or 0.0) / source.step), 0, source.count - 2))
+    last = min(source.count, first + _MOST_ALIGNED)
+    times = source.times(np.arange(first, last)), recording.times(np.arange(recording.count))
+    simulated = source.read(request.query_params.get("simulated", ""), first, last)
+    measured = recording.read(request.query_params.get("measured", ""), 0, recording.count)
+    return JSONResponse({"shift": best_shift((times[0], simulated), (times[1], measured))})
+
+
 def _widget(request: Request) -> Response:
     name = str(request.path_params["name"])
     if name not in widgets.names():
@@ -264,6 +277,7 @@ _PATHS: dict[str, Endpoint] = {
     "/api/measured": _measured,
     "/api/measured/trace": _measured_trace,
     "/api/measured/spectrum": _measured_spectrum,
+    "/api/measured/shift": _shift,
     "/widgets/widgets.css": _style,
     "/widgets/{name}.js": _widget,
 }

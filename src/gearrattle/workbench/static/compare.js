@@ -2,7 +2,11 @@
 
 import { html, useEffect, useState } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
+import { standIn } from "/static/model_stand_in.js";
+import { Widget, widget } from "/static/widget_host.js";
 
+const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6bb1", "#7a5c3e"];
+const OVERLAID = [["phase_plane", "Phase planes"], ["spectrum", "Spectra"], ["impacts", "Impacts"]];
 const WORSE = { quiet: 0, "single-sided": 1, "double-sided": 2 };
 const SMALLER = new Set(["impacts per second", "fastest approach", "hardest impact", "loose-gear margin"]);
 
@@ -22,7 +26,7 @@ export function Compare({ jobs, chosen, onError }) {
     </aside>
     <article class="card">
       ${known.length < 2 ? html`<div class="empty"><h1>Compare variants</h1><p>Mark two runs or more on the left. What differs in their models is named, and what came of it stands side by side.</p></div>`
-        : rows ? html`<${Table} rows=${rows} jobs=${known.map((id) => done.find((job) => job.id === id))} onError=${onError} />` : html`<p class="loading">Reading …</p>`}
+        : rows ? html`<${Table} rows=${rows} jobs=${known.map((id) => done.find((job) => job.id === id))} onError=${onError} /><${Overlay} key=${key} jobs=${known.map((id) => done.find((job) => job.id === id))} />` : html`<p class="loading">Reading …</p>`}
     </article>
   </div>`;
 }
@@ -57,10 +61,61 @@ function Table({ rows, jobs, onError }) {
   return html`<h1>Variants side by side</h1>
     <p class="muted">${rows.model.length ? `${rows.model.length} ${rows.model.length === 1 ? "value differs" : "values differ"} in the models.` : "The models are the same."} The best of a row is green.</p>
     <div class="scroll" tabindex="0" role="region" aria-label="Variants side by side"><table>
-      <thead><tr><th></th>${jobs.map((job) => html`<th scope="col"><a href=${`#/runs/${job.id}`}>${job.name || job.task}</a> <button type="button" class="plain small" onClick=${() => keep(job)}>Keep as …</button></th>`)}</tr></thead>
+      <thead><tr><td></td>${jobs.map((job) => html`<th scope="col"><a href=${`#/runs/${job.id}`}>${job.name || job.task}</a> <button type="button" class="plain small" onClick=${() => keep(job)}>Keep as …</button></th>`)}</tr></thead>
       <tbody>
         ${rows.model.length ? html`<tr class="group"><th colspan=${jobs.length + 1}>What differs</th></tr>${rows.model.map((row) => line(row, row.path, false))}` : null}
         <tr class="group"><th colspan=${jobs.length + 1}>What came of it</th></tr>${first}
         ${parts.map((part) => html`<tr class="group"><th colspan=${jobs.length + 1}>${part}</th></tr>${rows.numbers.filter((row) => row.part === part).map((row) => line(row, `${row.quantity}${row.unit ? ` [${row.unit}]` : ""}`, true))}`)}
       </tbody></table></div>`;
+}
+
+// One figure of several runs, laid over each other: panels of one title together, a colour a run.
+function Overlay({ jobs }) {
+  const [name, setName] = useState("phase_plane");
+  const [model, setModel] = useState(null);
+  const [words, setWords] = useState("");
+  useEffect(() => {
+    const shown = jobs.slice(0, COLOURS.length);
+    let isGone = false;
+    setModel(null);
+    Promise.all(shown.map((job) => api.get(`/api/jobs/${job.id}/figures/${name}.json`).catch(() => null))).then((charts) => laidOver(charts, shown)).then((made) => {
+      if (isGone) return;
+      setWords(made ? "" : "These have no such figure.");
+      if (made) setModel(standIn({ chart: made }));
+    }).catch((error) => setWords(error.message));
+    return () => { isGone = true; };
+  }, [name]);
+  return html`<section aria-label="Laid over each other"><div class="head"><h2 class="title">Laid over each other</h2>
+      <label>Figure <select value=${name} onChange=${(event) => setName(event.target.value)}>${OVERLAID.map(([key, title]) => html`<option value=${key}>${title}</option>`)}</select></label></div>
+    ${words ? html`<p class="muted">${words}</p>` : null}${model ? html`<${Widget} name="figure" model=${model} />` : null}</section>`;
+}
+
+const PREFIXES = { "": 1, k: 1e3, m: 1e-3, "µ": 1e-6, n: 1e-9 };
+
+// What values in one title's unit are multiplied by to be in another's: "deflection [mm]" and "deflection [µm]";
+// null where they are not of one kind.
+function factorOf(from, to) {
+  if (from === to) return 1;
+  const unit = (title) => title.match(/\[(.*)\]/)?.[1] ?? title;
+  for (const [first, size] of Object.entries(PREFIXES)) {
+    for (const [second, other] of Object.entries(PREFIXES)) {
+      const [a, b] = [unit(from), unit(to)];
+      if (a.startsWith(first) && b.startsWith(second) && a.slice(first.length) === b.slice(second.length)) return size / other;
+    }
+  }
+  return null;
+}
+
+async function laidOver(charts, jobs) {
+  const first = charts.find(Boolean), plot = await widget("plot");
+  if (!first) return null;
+  const panels = new Map(), scaled = (values, factor) => (factor === 1 ? values : values.map((value) => factor * value));
+  charts.forEach((chart, k) => (chart ? plot.decoded(chart).panels : []).forEach((panel) => {
+    const old = panels.get(panel.title) ?? { ...panel, lines: [], bars: [], labels: [], x_range: panel.y_log ? panel.x_range : null, y_range: panel.y_log ? panel.y_range : null };
+    const [across, up] = [factorOf(panel.x_title, old.x_title), factorOf(panel.unit, old.unit)];
+    if (across === null || up === null) return;
+    const lines = panel.lines.map((line) => ({ ...line, x: scaled(line.x, across), y: scaled(line.y, up), colour: COLOURS[k], name: jobs[k].name || jobs[k].task, legend: true, opacity: 0.7 }));
+    panels.set(panel.title, { ...old, lines: [...old.lines, ...lines] });
+  }));
+  return { ...first, legend: [], panels: [...panels.values()].filter((panel) => panel.lines.length) };
 }

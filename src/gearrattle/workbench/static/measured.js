@@ -32,6 +32,10 @@ export function Measured({ jobs, query, onError }) {
     try { await api.put(`/api/files/${encodeURIComponent(chosen.name)}`, chosen); await list(); setFile(chosen.name); } catch (error) { onError(error); }
     event.target.value = "";
   };
+  const align = async () => {
+    const query = new URLSearchParams({ job, file, simulated: pair.simulated, measured: pair.measured });
+    try { const { shift } = await api.get(`/api/measured/shift?${query}`); setPair({ ...pair, shift: Number(shift.toPrecision(8)) }); } catch (error) { onError(error); }
+  };
   return html`<div class="page">
     <section class="card"><h1>Measured over simulated</h1>
       <div class="form">
@@ -40,7 +44,7 @@ export function Measured({ jobs, query, onError }) {
         <button type="button" onClick=${() => picker.current.click()}>Import a file …</button>
         <input ref=${picker} class="hidden" type="file" accept=${READ} aria-label="Measured file to import" tabindex="-1" onChange=${upload} />
       </div>
-      ${file && known.simulated && known.measured ? html`<${Pair} known=${known} pair=${pair} set=${(changes) => setPair({ ...pair, ...changes })} />`
+      ${file && known.simulated && known.measured ? html`<${Pair} known=${known} pair=${pair} align=${align} set=${(changes) => setPair({ ...pair, ...changes })} />`
         : html`<p class="muted">CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a measurement.toml that names the channels; up to 20 MB.</p>`}
     </section>
     ${job && file && known.simulated && known.measured && pair.simulated && pair.measured ? html`<${Overlay} key=${`${job}|${file}|${pair.simulated}|${pair.measured}|${pair.shift}`} job=${job} file=${file} known=${known} pair=${pair} />` : null}
@@ -58,12 +62,13 @@ function matching({ simulated, measured }) {
   return { simulated: simulated.channels[0]?.name ?? "", measured: measured.channels[0]?.name ?? "" };
 }
 
-function Pair({ known, pair, set }) {
+function Pair({ known, pair, set, align }) {
   const select = (side, words) => html`<label>${words}<select value=${pair[side]} onChange=${(event) => set({ [side]: event.target.value })}>
     ${known[side].channels.map((channel) => html`<option value=${channel.name}>${channel.name}${channel.unit ? ` [${channel.unit}]` : ""}</option>`)}</select></label>`;
   const units = ["simulated", "measured"].map((side) => known[side].channels.find((channel) => channel.name === pair[side])?.unit);
   return html`<div class="form">${select("simulated", "Simulated channel")}${select("measured", "Measured channel")}
-    <label>Shift of the measured time [s]<input type="text" inputmode="decimal" value=${pair.shift} onChange=${(event) => set({ shift: Number(event.target.value) || 0 })} /></label></div>
+    <label>Shift of the measured time [s]<input type="text" inputmode="decimal" value=${pair.shift} onChange=${(event) => set({ shift: Number(event.target.value) || 0 })} /></label>
+    <button type="button" title="The shift with which both agree best, within the judged part of the run" onClick=${align}>Align</button></div>
     ${units[0] && units[1] && units[0] !== units[1] ? html`<p class="failed small">The units differ: ${units[0]} and ${units[1]}. The values are laid over as they are.</p>` : null}`;
 }
 

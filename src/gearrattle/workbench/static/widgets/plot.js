@@ -28,7 +28,13 @@ function numeral(value, digits = 4) {
   return String(Number(value.toPrecision(digits))).replace("-", "−");
 }
 
+// Round values between two limits: some three of them or more.
 function ticksOf(low, high, most) {
+  const ticks = ticksAt(low, high, most);
+  return ticks.length < 3 ? ticksAt(low, high, 2.2 * most) : ticks;
+}
+
+function ticksAt(low, high, most) {
   const raw = (high - low) / Math.max(1, most);
   const size = 10 ** Math.floor(Math.log10(raw));
   const step = [1, 2, 2.5, 5, 10].map((factor) => factor * size).find((candidate) => candidate >= raw);

@@ -20,7 +20,7 @@ function innerModel(model, values) {
 
 function tableOf(table, caption) {
   const isWord = (k) => table.words.includes(k);
-  const head = table.head.map((cell, k) => element("th", { scope: "col", class: isWord(k) ? null : "gr-n" }, cell));
+  const head = table.head.map((cell, k) => element(cell ? "th" : "td", { scope: cell ? "col" : null, class: isWord(k) ? null : "gr-n" }, cell));
   const rows = table.rows.map((row) => element("tr", {}, row.map((cell, k) =>
     (k === 0 ? element("th", { scope: "row" }, cell) : element("td", { class: isWord(k) ? null : "gr-n" }, cell)))));
   const made = element("table", {}, element("caption", {}, table.title || element("span", { class: "gr-hidden" }, caption)), element("thead", {}, element("tr", {}, head)), element("tbody", {}, rows));
@@ -107,7 +107,7 @@ class ResultView {
   showSummary(into, sections) {
     into.append(element("p", { class: "gr-lead" }, this.view.sentence));
     for (const section of sections) this.showSection(into, { ...section, lead: "" });
-    if (this.view.notes.length) into.append(element("section", { class: "gr-trust" }, element("h3", {}, "Notes"), element("ul", {}, this.view.notes.map((note) => element("li", {}, note)))));
+    if (this.view.notes.length) into.append(element("section", { class: "gr-trust" }, element("h2", {}, "Notes"), element("ul", {}, this.view.notes.map((note) => element("li", {}, note)))));
   }
 
   showSection(into, section) {

@@ -72,7 +72,7 @@ function content(view, open) {
   if (drawing) parts.push(element("div", { class: "gr-drawing gr-scroll", tabindex: 0, role: "region", "aria-label": "Driveline, coloured by regime" }, drawing));
   parts.push(partsTable(verdict.parts, open));
   if (verdict.trust) {
-    parts.push(element("section", { class: "gr-trust", "aria-label": "How far to trust it" }, element("h3", {}, "How far to trust it"),
+    parts.push(element("section", { class: "gr-trust", "aria-label": "How far to trust it" }, element("h2", {}, "How far to trust it"),
       element("ul", {}, [...verdict.trust, ...view.notes].map((words) => element("li", {}, words)))));
   }
   return parts;
