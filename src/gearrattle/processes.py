@@ -37,7 +37,8 @@ class Worker(SpawnProcess):
         main = sys.modules["__main__"].__dict__
         hidden: dict[str, Any] = {name: main[name] for name in ("__spec__", "__file__") if name in main}
         try:
-            main.update(dict.fromkeys(hidden))
+            main.update(dict.fromkeys(hidden.keys() & {"__spec__"}))
+            main.pop("__file__", None)  # absent, not None: inspect, in other threads, takes a module of None for built in
             super().start()
         finally:
             main.update(hidden)
