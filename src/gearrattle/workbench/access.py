@@ -1,0 +1,289 @@
+"""Who may ask the workbench, and what its answers may do: checked before any route is reached.
+
+A request passes if its ``Host`` names this server, its ``Origin`` (where there is one) is this server, and it carries
+the token: as a cookie, or as ``Authorization: Bearer``. The start address carries the token once and exchanges it for
+the cookie. Sockets need an ``Origin``, for browsers send it and forbid no page to open one. Bodies end at a limit while
+they are read; requests without the token, and requests at all, end at a rate.
+
+Takes ASGI scopes; passes them on, or answers.
+"""
+
+from __future__ import annotations
+
+import hmac
+import ipaddress
+import json
+import time
+from collections.abc import Awaitable, Callable, Iterable, MutableMapping
+from http.cookies import CookieError, SimpleCookie
+from typing import Any
+from urllib.parse import parse_qs
+
+from starlette.exceptions import HTTPException
+
+Scope = MutableMapping[str, Any]
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+Application = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+LARGEST = 20_000_000
+"""Bytes of a request's body."""
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+_POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; media-src 'self' blob:; "
+    "font-src 'self'; connect-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+)
+DOCUMENT_POLICY = (
+    "sandbox allow-scripts; default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'unsafe-inline'"
+)
+"""Of a report, a document with a style sheet of its own: it may run its script, and reach nothing here."""
+_HEADERS = {
+    "content-security-policy": _POLICY,
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+    "referrer-policy": "no-referrer",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "permissions-policy": "camera=(), microphone=(), geolocation=()",
+    "cache-control": "no-cache",
+}
+_TOO_LARGE = f"the body is larger than {LARGEST / 1e6:.0f} MB"
+_MOST_SOCKETS = 64
+_SIGN_IN = "/api/session"
+_START = """<!doctype html><html lang="en"><meta charset="utf-8"><title>gearrattle</title>
+<h1>Open the workbench by its start address</h1>
+<p>This page needs the address that <code>gearrattle serve</code> printed when it started:
+the first line in its terminal.</p>
+{form}</html>"""
+_FORM = """<form method="post" action="/api/session"><label>Password <input type="password" name="password" required
+autocomplete="current-password"></label> <button>Sign in</button></form>"""
+
+
+class Pace:
+    """So many events at once, and so many a second after that.
+
+    Examples
+    --------
+    >>> from gearrattle.workbench.access import Pace
+    >>> pace = Pace(2, 1.0, clock=lambda: 0.0)
+    >>> [pace.allows() for _ in range(3)]
+    [True, True, False]
+    """
+
+    def __init__(self, at_once: int, a_second: float, clock: Callable[[], float] = time.monotonic) -> None:
+        self._most, self._rate, self._clock = float(at_once), a_second, clock
+        self._left, self._at = self._most, clock()
+
+    def allows(self) -> bool:
+        """Whether one more may happen now; if so it counts."""
+        now = self._clock()
+        self._left = min(self._most, self._left + (now - self._at) * self._rate)
+        self._at = now
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True
+
+
+class Access:
+    """The application behind its checks.
+
+    Parameters
+    ----------
+    application
+        what is asked when a request has passed.
+    host
+        that the server listens on.
+    token
+        that opens the page.
+    password
+        that opens it as well; empty: none.
+    """
+
+    def __init__(self, application: Application, host: str, token: str, password: str = "") -> None:
+        self._application, self._host, self._token, self._password = application, host, token, password
+        self._strangers, self._requests, self._sockets = Pace(60, 5.0), Pace(2000, 400.0), 0
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer, or pass on."""
+        if scope["type"] == "http":
+            await self._http(scope, receive, _with_headers(send))
+        elif scope["type"] == "websocket":
+            await self._socket(scope, receive, send)
+        else:
+            await self._application(scope, receive, send)
+
+    async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
+        headers = _headers(scope)
+        if (refusal := self._stranger(scope, headers)) is not None:
+            await _answer(send, 403, refusal)
+        elif not self._requests.allows():
+            await _answer(send, 429, "too many requests at once; try again in a second")
+        elif int(headers["content-length"]) > LARGEST if headers.get("content-length", "").isdigit() else False:
+            await _answer(send, 413, _TOO_LARGE)
+        elif self._knows(scope, headers):
+            await self._pass_on(scope, receive, send)
+        elif not self._strangers.allows():
+            await _answer(send, 429, "too many requests without the token; try again in a minute")
+        elif scope["path"] == "/" and scope["method"] == "GET":
+            await self._start(send)
+        elif scope["path"] == _SIGN_IN and scope["method"] == "POST" and self._password:
+            await self._sign_in(scope, receive, send)
+        else:
+            await _answer(send, 401, "open the workbench by the start address that gearrattle serve printed")
+
+    async def _socket(self, scope: Scope, receive: Receive, send: Send) -> None:
+        headers = _headers(scope)
+        refused = (
+            "origin" not in headers
+            or self._stranger(scope, headers) is not None
+            or not self._knows(scope, headers)
+            or self._sockets >= _MOST_SOCKETS
+        )
+        if refused:
+            await receive()
+            await send({"type": "websocket.close", "code": 1008})
+            return
+        self._sockets += 1
+        try:
+            await self._application(scope, receive, send)
+        finally:
+            self._sockets -= 1
+
+    async def _pass_on(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Call the application with a body that ends at the limit."""
+        size = 0
+
+        async def limited() -> Message:
+            nonlocal size
+            message = await receive()
+            size += len(message.get("body", b""))
+            if size > LARGEST:
+                raise HTTPException(413, _TOO_LARGE, {"connection": "close"})
+            return message
+
+        if scope["path"] == "/" and b"token=" in scope.get("query_string", b""):
+            await _redirect(send, self._cookie(scope))
+        else:
+            await self._application(scope, limited, send)
+
+    def _stranger(self, scope: Scope, headers: dict[str, str]) -> str | None:
+        """Why a request comes from elsewhere; None if it does not."""
+        host = headers.get("host", "")
+        if not self._is_here(scope, host):
+            return "the Host of the request is not this server"
+        origin = headers.get("origin")
+        if origin is not None and origin != f"http://{host}":
+            return "the Origin of the request is not this server"
+        site = headers.get("sec-fetch-site")
+        is_start = scope.get("method") == "GET" and scope["path"] == "/"
+        if site not in (None, "none", "same-origin") and not is_start:
+            return "the request comes from another site"
+        return None
+
+    def _is_here(self, scope: Scope, host: str) -> bool:
+        """Whether a Host names this server; a name that anybody may point here (DNS rebinding) does not."""
+        name, port = _split(host)
+        server = scope.get("server")
+        if server is None or port != server[1]:
+            return False
+        if self._host in LOOPBACK:
+            return name in LOOPBACK
+        return name in (self._host, "localhost") or _is_address(name)
+
+    def _knows(self, scope: Scope, headers: dict[str, str]) -> bool:
+        """Whether a request carries the token."""
+        words = [headers.get("authorization", "").removeprefix("Bearer "), _cookie(headers, _cookie_name(scope))]
+        if scope["path"] == "/":
+            words += parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [])[:1]
+        return any(hmac.compare_digest(word.encode(), self._token.encode()) for word in words)
+
+    async def _start(self, send: Send) -> None:
+        page = _START.format(form=_FORM if self._password else "")
+        await _answer(send, 401, page, kind="text/html; charset=utf-8")
+
+    async def _sign_in(self, scope: Scope, receive: Receive, send: Send) -> None:
+        body = b""
+        while len(body) < 4096:
+            message = await receive()
+            body += message.get("body", b"")
+            if not message.get("more_body"):
+                break
+        password = parse_qs(body.decode("latin-1"), encoding="utf-8").get("password", [""])[0]
+        if hmac.compare_digest(password.encode(), self._password.encode()):
+            await _redirect(send, self._cookie(scope))
+        else:
+            await _answer(send, 401, "this is not the password")
+
+    def _cookie(self, scope: Scope) -> str:
+        return f"{_cookie_name(scope)}={self._token}; Path=/; HttpOnly; SameSite=Strict"
+
+
+def _headers(scope: Scope) -> dict[str, str]:
+    """Headers by name; of one that is repeated all values, so that no check sees another one than the application."""
+    headers: dict[str, str] = {}
+    for raw_name, raw_value in scope["headers"]:
+        name, value = raw_name.decode("latin-1").lower(), raw_value.decode("latin-1")
+        headers[name] = f"{headers[name]}, {value}" if name in headers else value
+    return headers
+
+
+def _split(host: str) -> tuple[str, int]:
+    """Name and port of a Host; -1 where there is no number."""
+    name, colon, port = host.rpartition(":")
+    if not colon or (host.startswith("[") and host.endswith("]")):
+        name, port = host, "80"
+    return name.strip("[]").lower(), int(port) if port.isascii() and port.isdigit() else -1
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
+def _cookie_name(scope: Scope) -> str:
+    """The cookie's name: cookies are shared between the ports of a machine."""
+    return f"gearrattle-{(scope.get('server') or ('', 0))[1]}"
+
+
+def _cookie(headers: dict[str, str], name: str) -> str:
+    try:
+        morsel = SimpleCookie(headers.get("cookie", "")).get(name)
+    except CookieError:
+        return ""
+    return "" if morsel is None else morsel.value
+
+
+def _with_headers(send: Send) -> Send:
+    """Return a ``send`` that adds the headers of every answer, unless it has them."""
+
+    async def sending(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            present = {name.lower() for name, _ in message.get("headers", [])}
+            more = _encoded((name, value) for name, value in _HEADERS.items() if name.encode() not in present)
+            message["headers"] = [*message.get("headers", []), *more]
+        await send(message)
+
+    return sending
+
+
+def _encoded(headers: Iterable[tuple[str, str]]) -> list[tuple[bytes, bytes]]:
+    return [(name.encode(), value.encode()) for name, value in headers]
+
+
+async def _answer(send: Send, status: int, words: str, kind: str = "") -> None:
+    """Send a problem, or a page."""
+    body = words if kind else json.dumps({"problems": [{"place": "request", "value": "", "rule": words, "remedy": ""}]})
+    headers = {"content-type": kind or "application/json", "connection": "close"}
+    await send({"type": "http.response.start", "status": status, "headers": _encoded(headers.items())})
+    await send({"type": "http.response.body", "body": body.encode()})
+
+
+async def _redirect(send: Send, cookie: str) -> None:
+    headers = {"location": "/", "set-cookie": cookie, "cache-control": "no-store"}
+    await send({"type": "http.response.start", "status": 303, "headers": _encoded(headers.items())})
+    await send({"type": "http.response.body", "body": b""})

@@ -1,0 +1,143 @@
+"""The workspace folder: its files by name, and no file outside it.
+
+A name is a relative path with ``/``. Names with ``..``, hidden parts, backslashes, drive letters or control characters
+are refused by their text; a symbolic link that leads outside is refused by what it leads to.
+
+Takes names; gives paths and listings.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.files import Refused, read_bytes
+from gearrattle.writing import put
+
+_LONGEST = 240
+_MOST_FILES = 2000
+_KINDS = {
+    ".toml": "model",
+    ".csv": "measured",
+    ".txt": "measured",
+    ".mf4": "measured",
+    ".mat": "measured",
+    ".wav": "measured",
+    ".unv": "measured",
+    ".uff": "measured",
+    ".h5": "measured",
+    ".hdf5": "measured",
+    ".npz": "measured",
+    ".nc": "motion",
+}
+
+
+@dataclass(frozen=True)
+class Folder:
+    """A folder of which files are read and written.
+
+    Attributes
+    ----------
+    root
+        the folder, without symbolic links.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from gearrattle.workbench.folder import Folder
+    >>> folder = Folder(Path(tempfile.mkdtemp()).resolve())
+    >>> folder.write("models/idle.toml", b"schema = 1")
+    >>> [entry["path"] for entry in folder.files()]
+    ['models/idle.toml']
+    >>> folder.path("../secret")
+    Traceback (most recent call last):
+        ...
+    gearrattle.errors.ModelError: file: found ../secret; must name a file within the folder (letters, digits and / ...
+    """
+
+    root: Path
+
+    @property
+    def jobs(self) -> Path:
+        """Where jobs are kept."""
+        return self.root / ".gearrattle" / "jobs"
+
+    def path(self, name: str) -> Path:
+        """Return the path of a file by its name.
+
+        Raises
+        ------
+        ModelError
+            it is no name, or leads outside.
+        """
+        parts = name.split("/")
+        fine = 0 < len(name) <= _LONGEST and name.isprintable() and not any(sign in name for sign in '\\:*?"<>|')
+        if not fine or any(part.startswith(".") or part != part.strip() or not part for part in parts):
+            raise _outside(name)
+        try:
+            path = (self.root / name).resolve()
+        except (OSError, RuntimeError):
+            raise _outside(name) from None
+        if not path.is_relative_to(self.root) or any(
+            part.startswith(".") for part in path.relative_to(self.root).parts
+        ):
+            raise _outside(name)
+        return path
+
+    def read(self, name: str) -> bytes:
+        """Return what a file holds.
+
+        Raises
+        ------
+        FileNotFoundError
+            there is none.
+        """
+        path = self.path(name)
+        if not path.is_file():
+            raise FileNotFoundError(name)
+        try:
+            return read_bytes(path)
+        except Refused as refused:
+            raise ModelError(Problem("file", name, refused.rule, refused.remedy)) from None
+
+    def write(self, name: str, content: bytes) -> None:
+        """Write a file, whole or not at all; its folders are made."""
+        path = self.path(name)
+        if path.is_dir():
+            raise ModelError(Problem("file", name, "is a folder", "choose another name"))
+        path.parent.mkdir(parents=True, exist_ok=True)
+        put(path, content)
+
+    def tag(self, name: str) -> str:
+        """Return what tells this content of a file from another (an ETag); empty: there is no file."""
+        path = self.path(name)
+        return f'"{hashlib.sha256(read_bytes(path)).hexdigest()[:32]}"' if path.is_file() else ""
+
+    def files(self) -> list[dict[str, Any]]:
+        """Return path, bytes, time of change and kind of every file of a kind that is known, by path."""
+        entries: list[dict[str, Any]] = []
+        for where, folders, names in os.walk(self.root):
+            folders[:] = sorted(name for name in folders if not name.startswith("."))
+            for name in sorted(names):
+                path = Path(where) / name
+                kind = _KINDS.get(path.suffix.lower())
+                if kind is None or name.startswith(".") or path.is_symlink():
+                    continue
+                state = path.stat()
+                relative = path.relative_to(self.root).as_posix()
+                entries.append({"path": relative, "bytes": state.st_size, "modified": state.st_mtime, "kind": kind})
+                if len(entries) >= _MOST_FILES:
+                    return entries
+        return entries
+
+
+def _outside(name: str) -> ModelError:
+    rule = "must name a file within the folder (letters, digits and / between folders)"
+    return ModelError(
+        Problem("file", name[:_LONGEST].encode("unicode_escape").decode(), rule, "leave out .. and hidden names")
+    )

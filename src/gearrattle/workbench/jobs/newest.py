@@ -1,0 +1,69 @@
+"""Answers that follow a slider: one at a time, and of those that wait only the newest.
+
+Takes requests as they come; gives an answer to each, or says that a newer one has taken its place.
+"""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import Any
+
+from gearrattle.errors import GearRattleError
+from gearrattle.workbench.jobs.worker import WarmProcess
+
+
+class SupersededError(GearRattleError):
+    """A newer request took the place of this one before it began."""
+
+
+class Newest:
+    """A warm process, and the newest request that waits for it.
+
+    Parameters
+    ----------
+    root
+        the workspace folder.
+    memory
+        bytes that the process may hold.
+    """
+
+    def __init__(self, root: Path, memory: float) -> None:
+        self._root, self._process = root, WarmProcess(memory)
+        self._changed = threading.Condition()
+        self._latest, self._is_busy = 0, False
+        threading.Thread(target=self._process.start, daemon=True).start()
+
+    def ask(self, text: str, values: dict[str, Any]) -> dict[str, Any]:
+        """Return what a model does with some values changed.
+
+        Raises
+        ------
+        SupersededError
+            a newer request came before this one began.
+        FailedError
+            the model or a value is wrong.
+        EndedError
+            the process ended.
+        """
+        with self._changed:
+            self._latest += 1
+            number = self._latest
+            self._changed.notify_all()
+            while self._is_busy and number == self._latest:
+                self._changed.wait()
+            if number != self._latest:
+                raise SupersededError("a newer request took its place")
+            self._is_busy = True
+        try:
+            content = {"text": text, "values": values, "root": str(self._root)}
+            answer: dict[str, Any] = self._process.ask("live", content)
+            return answer
+        finally:
+            with self._changed:
+                self._is_busy = False
+                self._changed.notify_all()
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.end()

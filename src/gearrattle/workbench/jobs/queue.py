@@ -1,0 +1,214 @@
+"""The queue of jobs: what waits, what runs, and who is told when that changes.
+
+Takes requests; gives jobs, which live in the workspace folder and survive the server.
+"""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import loads
+from gearrattle.workbench.folder import Folder
+from gearrattle.workbench.jobs.record import ENDED, Job, now, read_jobs
+from gearrattle.workbench.jobs.tasks import check_options
+from gearrattle.workbench.jobs.worker import EndedError, FailedError, WarmProcess
+from gearrattle.writing import put
+
+Listener = Callable[[dict[str, Any]], None]
+MOST_WAITING = 200
+_LONGEST_NAME = 120
+
+
+class Jobs:
+    """All jobs of a workspace folder, and the processes that compute them.
+
+    Parameters
+    ----------
+    folder
+        the workspace folder.
+    processes
+        how many jobs run at a time.
+    memory
+        bytes that one may hold.
+    """
+
+    def __init__(self, folder: Folder, processes: int, memory: float) -> None:
+        self._folder = folder
+        self._jobs = {job.id: job for job in read_jobs(folder.jobs)}
+        self._changed = threading.Condition()
+        self._listeners: list[Listener] = []
+        self._running: dict[str, WarmProcess] = {}
+        self._cancelled: set[str] = set()
+        self._is_open = True
+        for job in self._jobs.values():
+            if job.state not in ENDED:
+                self._end(job, "broken", [Problem("job", job.id, "the server ended before it", "start it again")])
+        self._threads = [threading.Thread(target=self._serve, args=(memory,), daemon=True) for _ in range(processes)]
+        for thread in self._threads:
+            thread.start()
+
+    def all(self) -> list[Job]:
+        """Return all jobs, the earliest first."""
+        with self._changed:
+            return list(self._jobs.values())
+
+    def get(self, job: str) -> Job:
+        """Return a job.
+
+        Raises
+        ------
+        KeyError
+            there is none of this id.
+        """
+        with self._changed:
+            return self._jobs[job]
+
+    def submit(self, task: str, text: str, options: Mapping[str, Any], name: str, parent: str | None) -> Job:
+        """Put a job into the queue; its model and options are checked first.
+
+        Raises
+        ------
+        ModelError
+            of the model, the task or its options.
+        """
+        check_options(task, options, self._folder)
+        model = loads(text, str(self._folder.root / "model.toml"))
+        with self._changed:
+            if sum(job.state == "waiting" for job in self._jobs.values()) >= MOST_WAITING:
+                raise ModelError(Problem("job", "", f"{MOST_WAITING} jobs wait already", "cancel some, or wait"))
+            known = parent if parent in self._jobs else None
+            job = Job(task, name.strip()[:_LONGEST_NAME] or model.name or task, known, dict(options))
+            job.write(self._folder.jobs)
+            put(self.path(job.id) / "model.toml", text.encode())
+            self._jobs[job.id] = job
+            self._tell(job)
+            self._changed.notify()
+            return job
+
+    def path(self, job: str) -> Path:
+        """Return the folder of a job."""
+        return self._folder.jobs / job
+
+    def rename(self, job: str, name: str) -> Job:
+        """Give a job another name."""
+        with self._changed:
+            renamed = self._jobs[job]
+            renamed.name = name.strip()[:_LONGEST_NAME] or renamed.task
+            renamed.write(self._folder.jobs)
+            self._tell(renamed)
+            return renamed
+
+    def cancel(self, job: str) -> Job:
+        """Take a job from the queue, or end its process; one that has ended stays as it is."""
+        with self._changed:
+            cancelled = self._jobs[job]
+            if cancelled.state == "waiting":
+                self._end(cancelled, "cancelled", [])
+            elif cancelled.state == "running":
+                self._cancelled.add(job)
+                self._running[job].end()
+            return cancelled
+
+    def delete(self, job: str) -> None:
+        """Remove a job that has ended, with all its files.
+
+        Raises
+        ------
+        ModelError
+            it has not ended.
+        """
+        with self._changed:
+            if self._jobs[job].state not in ENDED:
+                raise ModelError(Problem("job", job, "has not ended", "cancel it first"))
+            del self._jobs[job]
+            shutil.rmtree(self.path(job), ignore_errors=True)
+            self._say({"deleted": job})
+
+    def listen(self, listener: Listener) -> Callable[[], None]:
+        """Have a function told of every change; returns what ends that. It is called in threads of the queue."""
+        with self._changed:
+            self._listeners.append(listener)
+
+        def leave() -> None:
+            with self._changed:
+                self._listeners.remove(listener)
+
+        return leave
+
+    def close(self) -> None:
+        """End all processes; jobs under way are broken then."""
+        with self._changed:
+            self._is_open = False
+            for process in self._running.values():
+                process.end()
+            self._changed.notify_all()
+        for thread in self._threads:
+            thread.join(10.0)
+
+    def _serve(self, memory: float) -> None:
+        """Compute one job after the other."""
+        process = WarmProcess(memory)
+        process.start()
+        while (job := self._next(process)) is not None:
+            content = {"folder": str(self.path(job.id)), "root": str(self._folder.root), "task": job.task}
+            try:
+                sentence = process.ask("job", content | {"options": job.options}, partial(self._progress, job))
+            except FailedError as failure:
+                self._finish(job, "failed", failure.problems)
+            except EndedError as ended:
+                self._finish(job, "failed", [Problem("job", job.id, str(ended), "ask for fewer cycles or samples")])
+            else:
+                job.sentence = sentence
+                self._finish(job, "done", [])
+        process.end()
+
+    def _next(self, process: WarmProcess) -> Job | None:
+        """Wait for a job and begin it; None: the queue is closed."""
+        with self._changed:
+            while self._is_open:
+                job = next((job for job in self._jobs.values() if job.state == "waiting"), None)
+                if job is not None:
+                    job.state, job.started = "running", now()
+                    self._running[job.id] = process
+                    job.write(self._folder.jobs)
+                    self._tell(job)
+                    return job
+                self._changed.wait()
+        return None
+
+    def _progress(self, job: Job, fraction: float) -> None:
+        with self._changed:
+            job.progress = {"fraction": min(1.0, max(0.0, fraction)), "text": "computing"}
+            self._tell(job)
+
+    def _finish(self, job: Job, state: Any, problems: list[Problem]) -> None:
+        with self._changed:
+            del self._running[job.id]
+            if job.id in self._cancelled:
+                self._cancelled.discard(job.id)
+                state, problems = ("cancelled", []) if state == "failed" else (state, problems)
+            elif not self._is_open and state == "failed":
+                state, problems = "broken", [Problem("job", job.id, "the server ended before it", "start it again")]
+            if state == "done":
+                job.progress = {"fraction": 1.0, "text": ""}
+            self._end(job, state, problems)
+
+    def _end(self, job: Job, state: Any, problems: list[Problem]) -> None:
+        job.state, job.ended = state, now()
+        job.problems = [asdict(problem) for problem in problems]
+        job.write(self._folder.jobs)
+        self._tell(job)
+
+    def _tell(self, job: Job) -> None:
+        self._say({"job": job.to_dict()})
+
+    def _say(self, message: dict[str, Any]) -> None:
+        for listener in list(self._listeners):
+            listener(message)

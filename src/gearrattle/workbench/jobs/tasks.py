@@ -1,0 +1,134 @@
+"""What can be computed: the table of tasks, each a public function of gearrattle on a model.
+
+A task's options are the function's keyword arguments in JSON types; files among them are names within the workspace
+folder. To add one: its line here.
+
+Takes a model, options and progress; gives a result of any kind.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import gearrattle
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.workbench.folder import Folder
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Task:
+    """One line of the table.
+
+    Attributes
+    ----------
+    function
+        public name of the function, with dots.
+    files
+        options that name files of the workspace folder.
+    fixed
+        arguments that the workbench sets, by name.
+    """
+
+    function: str
+    files: tuple[str, ...] = ()
+    fixed: Mapping[str, Any] | None = None
+
+    def callable(self) -> Callable[..., Any]:
+        """Return the function; it is imported now."""
+        value: Any = gearrattle
+        for part in self.function.split("."):
+            value = getattr(value, part)
+        function: Callable[..., Any] = value
+        return function
+
+    def options(self) -> list[str]:
+        """Return the names of its options."""
+        names = list(inspect.signature(self.callable()).parameters)[1:]
+        return [name for name in names if name not in _OWN and name not in (self.fixed or {})]
+
+
+_OWN = ("progress", "phase", "output", "resume", "retry_failed", "scheduler", "function", "calibration", "prior")
+_HERE = {"workers": 1}
+TASKS: dict[str, Task] = {
+    "run": Task("run"),
+    "simulate": Task("simulate"),
+    "advise": Task("advise"),
+    "modes": Task("modes"),
+    "equilibrium": Task("equilibrium"),
+    "stiffness": Task("stiffness"),
+    "reduce": Task("reduce"),
+    "compare": Task("compare"),
+    "study": Task("study", fixed=_HERE),
+    "bifurcation": Task("bifurcation", fixed=_HERE),
+    "basins": Task("basins", fixed=_HERE),
+    "screen": Task("screen", fixed=_HERE),
+    "periodic": Task("periodic"),
+    "continuation": Task("continuation"),
+    "validate": Task("validate", files=("measurement",)),
+    "fit": Task("identification.fit", files=("data",)),
+}
+"""Name of a task -> what it calls."""
+
+
+def check_options(task: str, options: Mapping[str, Any], folder: Folder) -> None:
+    """Check a task and the names of its options before anything runs.
+
+    Raises
+    ------
+    ModelError
+        no such task, an unknown option, or a file that is not within the folder.
+    """
+    if task not in TASKS:
+        raise ModelError(Problem("task", task[:40], f"must be one of {', '.join(TASKS)}"))
+    known = TASKS[task].options()
+    problems = [
+        Problem(f"options.{name}"[:80], "", "is no option of this task", _meant(name, known))
+        for name in options
+        if name not in known
+    ]
+    if problems:
+        raise ModelError(problems)
+    for name in TASKS[task].files:
+        if isinstance(options.get(name), str):
+            folder.path(str(options[name]))
+
+
+def carry_out(task: str, model: Model, options: Mapping[str, Any], root: Path, progress: Progress) -> Any:
+    """Return the result of a task.
+
+    Parameters
+    ----------
+    task
+        its name.
+    model
+        the driveline.
+    options
+        by name, in JSON types.
+    root
+        the workspace folder.
+    progress
+        is told the finished share.
+    """
+    entry = TASKS[task]
+    function, folder = entry.callable(), Folder(root)
+    arguments: dict[str, Any] = dict(options)
+    for name in entry.files:
+        if isinstance(options.get(name), str):
+            arguments[name] = folder.path(options[name])
+    arguments |= dict(entry.fixed or {})
+    if "progress" in inspect.signature(function).parameters:
+        arguments["progress"] = lambda fraction, *_: progress(float(fraction))
+    return function(model, **arguments)
+
+
+def _meant(name: str, known: list[str]) -> str:
+    close = get_close_matches(name, known, 1)
+    return f'did you mean "{close[0]}"?' if close else f"known: {', '.join(known)}"

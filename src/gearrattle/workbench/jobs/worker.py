@@ -1,0 +1,202 @@
+"""A process that computes one thing after the other and stays warm; whoever asks may end it at any time.
+
+The process imports gearrattle and loads compiled loops when it starts, so that the first answer comes at once. Compiled
+loops do not hear a request to stop: to cancel is to end the process. Its memory is watched, and ends it as well.
+
+Takes what is to be done, by name; gives what it returned.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, ClassVar
+
+from gearrattle.errors import GearRattleError, ModelError, Problem
+from gearrattle.processes import Worker, Workers
+
+_LOOKED = 0.1  # seconds between two looks at memory
+_TOLD = 0.1  # seconds between two reports of progress
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class EndedError(GearRattleError):
+    """The process ended before its answer: it was cancelled, crashed, or took too much memory."""
+
+
+class FailedError(GearRattleError):
+    """The work failed; ``problems`` say why."""
+
+    def __init__(self, problems: list[Problem]) -> None:
+        self.problems = problems
+        super().__init__("; ".join(map(str, problems)))
+
+
+class WarmProcess:
+    """A process of one's own, started again when it has ended.
+
+    Parameters
+    ----------
+    memory
+        bytes that it may hold.
+    """
+
+    def __init__(self, memory: float) -> None:
+        self._memory = memory
+        self._process: Worker | None = None
+        self._connection: Connection | None = None
+
+    def start(self) -> None:
+        """Start it, unless it runs."""
+        if self._process is not None and self._process.is_alive():
+            return
+        context = _WithoutMain()
+        here, there = context.Pipe()
+        process = context.Process(target=_work, args=(there,), daemon=True)
+        process.start()
+        there.close()
+        self._process, self._connection = process, here
+
+    def ask(self, what: str, content: dict[str, Any], progress: Callable[[float], None] | None = None) -> Any:
+        """Return the answer to a request.
+
+        Raises
+        ------
+        FailedError
+            the work failed.
+        EndedError
+            the process ended.
+        """
+        self.start()
+        process, connection = self._process, self._connection
+        if process is None or connection is None:
+            raise EndedError("the process could not be started")
+        try:
+            connection.send((what, content))
+            while True:
+                while not connection.poll(_LOOKED):
+                    self._check(process)
+                kind, value = connection.recv()
+                if kind == "progress":
+                    if progress is not None:
+                        progress(value)
+                elif kind == "failed":
+                    raise FailedError(value)
+                else:
+                    return value
+        except (EOFError, OSError):
+            process.join(5.0)
+            raise EndedError(_how(process.exitcode)) from None
+
+    def _check(self, process: Worker) -> None:
+        resident = resident_bytes(process.pid)
+        if resident > self._memory:
+            self.end()
+            words = f"it held {resident / 1e9:.1f} GB of memory, of {self._memory / 1e9:.1f} GB that a job may hold"
+            raise EndedError(words)
+
+    def end(self) -> None:
+        """End it at once; the next request starts another."""
+        if self._process is not None and self._process.is_alive():
+            self._process.kill()
+            self._process.join(5.0)
+
+
+def resident_bytes(process: int | None) -> int:
+    """Return the memory that a process holds; 0 where the machine does not tell."""
+    try:
+        pages = int(Path(f"/proc/{process}/statm").read_text(encoding="ascii").split()[1])
+    except (OSError, ValueError, IndexError):
+        return 0
+    return pages * os.sysconf("SC_PAGE_SIZE")
+
+
+def _how(code: int | None) -> str:
+    if code is not None and code < 0:
+        return f"its process was ended by signal {-code}"
+    return f"its process ended with code {code}"
+
+
+class _Apart(Worker):
+    """A process that imports nothing of the main module."""
+
+    imports_main: ClassVar[bool] = False
+
+
+class _WithoutMain(Workers):
+    """Starts such processes, of one thread each: matrices here are small, and cores are for jobs."""
+
+    Process = _Apart
+
+
+def _work(connection: Connection) -> None:
+    """Answer requests until the pipe ends."""
+    for name in _ONE_THREAD:
+        os.environ.setdefault(name, "1")
+    warm_up()
+    while True:
+        try:
+            what, content = connection.recv()
+        except (EOFError, OSError):
+            return
+        connection.send(_answer(connection, what, content))
+
+
+def _answer(connection: Connection, what: str, content: dict[str, Any]) -> tuple[str, Any]:
+    told = 0.0
+
+    def progress(fraction: float) -> None:
+        nonlocal told
+        if time.monotonic() - told >= _TOLD:
+            told = time.monotonic()
+            connection.send(("progress", fraction))
+
+    try:
+        return "done", _REQUESTS[what](content, progress)
+    except ModelError as error:
+        return "failed", list(error.problems)
+    except GearRattleError as error:
+        return "failed", [Problem("computation", "", str(error), getattr(error, "remedy", ""))]
+    except MemoryError:
+        return "failed", [Problem("memory", "", "there is not enough", "ask for fewer cycles or samples")]
+    except OSError as error:
+        return "failed", [Problem("files", str(error.filename or ""), (error.strerror or str(error)).lower())]
+    except Exception as error:  # a job's fault must not end the process
+        return "failed", [Problem("internal error", type(error).__name__, str(error), "please report it")]
+
+
+def warm_up() -> None:
+    """Import what jobs use and load compiled loops, by a short run."""
+    import gearrattle
+    from gearrattle.workbench.live import live_view
+
+    live_view(gearrattle.example("rattle_oscillator"), {})
+
+
+def _job(content: dict[str, Any], progress: Callable[[float], None]) -> str:
+    """Compute a job and keep it in its folder; return the sentence."""
+    from gearrattle.model import loads
+    from gearrattle.report.kinds import presentation_of
+    from gearrattle.workbench.jobs.tasks import carry_out
+    from gearrattle.workbench.kept import keep
+
+    folder, root = Path(content["folder"]), Path(content["root"])
+    text = (folder / "model.toml").read_text(encoding="utf-8")
+    model = loads(text, str(root / "model.toml"))
+    result = carry_out(content["task"], model, content["options"], root, progress)
+    keep(result, folder)
+    return presentation_of(result).sentence
+
+
+def _live(content: dict[str, Any], progress: Callable[[float], None]) -> dict[str, Any]:
+    del progress
+    from gearrattle.model import loads
+    from gearrattle.workbench.live import live_view
+
+    return live_view(loads(content["text"], str(Path(content["root"]) / "model.toml")), content["values"])
+
+
+_REQUESTS: dict[str, Callable[[dict[str, Any], Callable[[float], None]], Any]] = {"job": _job, "live": _live}

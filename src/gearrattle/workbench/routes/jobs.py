@@ -1,0 +1,97 @@
+"""Jobs over HTTP: started, listed, named, cancelled, removed, and told of over a socket; answers that follow a slider.
+
+Takes requests for ``/api/jobs`` and ``/api/live``, and the socket ``/api/events``; gives jobs in JSON.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+from starlette.requests import Request
+from starlette.routing import BaseRoute, Route, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from gearrattle.workbench.jobs.queue import Jobs
+from gearrattle.workbench.routes.answers import answering, object_of, text_of
+
+_MOST_TOLD = 1000
+
+
+def _jobs(request: Request) -> Jobs:
+    jobs: Jobs = request.app.state.jobs
+    return jobs
+
+
+def _list(request: Request) -> list[dict[str, Any]]:
+    return [job.to_dict() for job in _jobs(request).all()]
+
+
+def _submit(request: Request, body: dict[str, Any]) -> tuple[int, dict[str, Any]]:
+    text = text_of(body, "text", "") or request.app.state.folder.read(text_of(body, "file")).decode("utf-8", "replace")
+    parent = body.get("parent")
+    arguments = text_of(body, "name", ""), parent if isinstance(parent, str) else None
+    job = _jobs(request).submit(text_of(body, "task"), text, object_of(body, "options"), *arguments)
+    return 201, job.to_dict()
+
+
+def _get(request: Request) -> dict[str, Any]:
+    return _jobs(request).get(request.path_params["job"]).to_dict()
+
+
+def _rename(request: Request, body: dict[str, Any]) -> dict[str, Any]:
+    return _jobs(request).rename(request.path_params["job"], text_of(body, "name")).to_dict()
+
+
+def _cancel(request: Request) -> dict[str, Any]:
+    return _jobs(request).cancel(request.path_params["job"]).to_dict()
+
+
+def _delete(request: Request) -> dict[str, Any]:
+    _jobs(request).delete(request.path_params["job"])
+    return {}
+
+
+def _live(request: Request, body: dict[str, Any]) -> dict[str, Any]:
+    answer = request.app.state.newest.ask(text_of(body, "text"), object_of(body, "values"))
+    return {"sequence": body.get("sequence"), **answer}
+
+
+async def _events(socket: WebSocket) -> None:
+    """Tell of every change of a job, until the page leaves; a page that does not listen loses the oldest."""
+    await socket.accept()
+    messages: asyncio.Queue[dict[str, Any]] = asyncio.Queue(_MOST_TOLD)
+    loop = asyncio.get_running_loop()
+
+    def put(message: dict[str, Any]) -> None:
+        if messages.full():
+            messages.get_nowait()
+        messages.put_nowait(message)
+
+    leave = socket.app.state.jobs.listen(lambda message: loop.call_soon_threadsafe(put, message))
+
+    async def tell() -> None:
+        while True:
+            await socket.send_json(await messages.get())
+
+    telling = asyncio.create_task(tell())
+    try:
+        while (await socket.receive())["type"] != "websocket.disconnect":
+            pass
+    except (WebSocketDisconnect, RuntimeError):
+        pass
+    finally:
+        leave()
+        telling.cancel()
+
+
+ROUTES: list[BaseRoute] = [
+    Route("/api/jobs", answering(_list), methods=["GET"]),
+    Route("/api/jobs", answering(_submit, has_body=True), methods=["POST"]),
+    Route("/api/jobs/{job}", answering(_get), methods=["GET"]),
+    Route("/api/jobs/{job}", answering(_rename, has_body=True), methods=["PATCH"]),
+    Route("/api/jobs/{job}", answering(_delete), methods=["DELETE"]),
+    Route("/api/jobs/{job}/cancel", answering(_cancel), methods=["POST"]),
+    Route("/api/live", answering(_live, has_body=True), methods=["POST"]),
+    WebSocketRoute("/api/events", _events),
+]

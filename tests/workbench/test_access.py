@@ -1,0 +1,234 @@
+"""Who gets in: no foreign origin, no request without the token, no path outside, no body without end."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from urllib.parse import quote
+
+import httpx
+import pytest
+
+from gearrattle.errors import ModelError
+from gearrattle.workbench.folder import Folder
+from gearrattle.workbench.jobs.worker import resident_bytes
+
+pytest.importorskip("starlette")
+pytest.importorskip("uvicorn")
+
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from gearrattle.workbench.application import ROUTES
+from tests.workbench.server import MODEL, Server, serving
+
+pytestmark = pytest.mark.compiled
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    outer = tmp_path_factory.mktemp("outer")
+    (outer / "secret.toml").write_text("secret", encoding="utf-8")
+    inner = outer / "inner"
+    inner.mkdir()
+    (inner / "link.toml").symlink_to(outer / "secret.toml")
+    (inner / "up").symlink_to(outer)
+    (inner / "model.toml").write_text(MODEL, encoding="utf-8")
+    return inner
+
+
+@pytest.fixture(scope="module")
+def server(folder: Path) -> Iterator[Server]:
+    with serving(folder) as server:
+        yield server
+
+
+def foreign(port: int) -> list[str]:
+    return [
+        "http://example.com",
+        "https://example.com",
+        f"http://example.com:{port}",
+        f"https://127.0.0.1:{port}",
+        "http://127.0.0.1",
+        "http://127.0.0.1:1",
+        f"http://127.0.0.1:{port}.example.com",
+        f"http://127.0.0.1.example.com:{port}",
+        f"http://127.0.0.1:{port}@example.com",
+        f"http://example.com/127.0.0.1:{port}",
+        f"http://127.0.0.2:{port}",
+        f"http://[::1]:{port}",
+        f"http://localhost:{port}",
+        f"http://0.0.0.0:{port}",
+        f"http://127.0.0.1:{port}/",
+        f"ftp://127.0.0.1:{port}",
+        "null",
+        "file://",
+        "",
+        "chrome-extension://abcdefgh",
+    ]
+
+
+def test_no_foreign_origin_is_accepted(server: Server) -> None:
+    origins = foreign(server.port)
+    assert len(origins) == 20
+    cookies = "; ".join(f"{name}={value}" for name, value in server.client.cookies.items())
+    for origin in origins:
+        for method, path in (("GET", "/api/jobs"), ("POST", "/api/jobs"), ("GET", "/")):
+            assert server.client.request(method, path, headers={"origin": origin}).status_code == 403, origin
+        with pytest.raises(InvalidStatus):
+            connect(f"ws://127.0.0.1:{server.port}/api/events", origin=origin, additional_headers={"Cookie": cookies})  # type: ignore[arg-type]
+    own = f"http://127.0.0.1:{server.port}"
+    assert server.client.get("/api/jobs", headers={"origin": own}).status_code == 200
+    with connect(f"ws://127.0.0.1:{server.port}/api/events", origin=own, additional_headers={"Cookie": cookies}):  # type: ignore[arg-type]
+        pass
+
+
+def test_a_name_that_anybody_may_point_here_is_no_host_of_it(server: Server) -> None:
+    for host in ("example.com", f"example.com:{server.port}", "127.0.0.1", f"127.0.0.1:{server.port + 1}", ""):
+        assert server.client.get("/api/jobs", headers={"host": host}).status_code in (400, 403), host
+    assert server.client.get("/api/jobs", headers={"host": f"localhost:{server.port}"}).status_code == 200
+
+
+def test_another_site_may_not_ask_even_where_it_hides_its_origin(server: Server) -> None:
+    for site in ("cross-site", "same-site"):
+        assert server.client.get("/api/jobs", headers={"sec-fetch-site": site}).status_code == 403
+
+
+def test_nothing_answers_without_the_token(server: Server) -> None:
+    paths = {route.path.replace("{path:path}", "model.toml") for route in ROUTES if hasattr(route, "methods")}  # type: ignore[attr-defined]
+    assert len(paths) > 20
+    for path in [*paths, "/", "/static/app.js", "/static/page.html", "/nothing"]:
+        for headers in ({}, {"cookie": f"gearrattle-{server.port}=x"}, {"authorization": "Bearer x"}):
+            for method in ("GET", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "HEAD"):
+                status = httpx.request(method, server.address + path, headers=headers).status_code
+                assert status in (401, 429), (method, path, status)
+    with pytest.raises(InvalidStatus):
+        connect(f"ws://127.0.0.1:{server.port}/api/events", origin=server.address)  # type: ignore[arg-type]
+
+
+def test_the_token_is_exchanged_for_a_cookie_that_scripts_do_not_see(server: Server) -> None:
+    answer = server.client.get(f"/?token={server.token}")
+    assert answer.status_code == 303
+    assert answer.headers["location"] == "/"
+    assert {"HttpOnly", "SameSite=Strict"} <= {part.strip() for part in answer.headers["set-cookie"].split(";")}
+    page = server.client.get("/")
+    assert page.status_code == 200
+    policy = page.headers["content-security-policy"]
+    assert "unsafe" not in policy
+    assert "access-control-allow-origin" not in page.headers
+    assert page.headers["x-content-type-options"] == "nosniff"
+
+
+PATHS = [
+    *("../" * n + "secret.toml" for n in range(1, 21)),
+    *("inner/../" * n + "../secret.toml" for n in range(1, 11)),
+    *(f"..{sign}secret.toml" for sign in ("\\", "//", "/./", "%2f", "%5c", "\0/", "/\0")),
+    *(
+        f"{name}/secret.toml"
+        for name in ("..", "...", "....", ". .", " ..", ".. ", "..;", "~", "$HOME", "up", "up/inner/..")
+    ),
+    *(f"/{'x/../' * n}etc/passwd" for n in range(10)),
+    *("link.toml", "up/secret.toml", "up/inner/link.toml", "./link.toml", ".gearrattle/jobs", ".gearrattle/.lock"),
+    *(f"C:{sign}secret.toml" for sign in ("\\", "/", "")),
+    *("file:///etc/passwd", "//etc/passwd", "///etc/passwd", "\\\\server\\share", "con:", "a" * 5000, "a/" * 200, "."),
+    *(f"{'%2e%2e/' * n}secret.toml" for n in range(1, 11)),
+    *(f"{'%252e%252e/' * n}secret.toml" for n in range(1, 6)),
+    *(
+        "..%c0%afsecret.toml",
+        "..%ef%bc%8fsecret.toml",
+        "%00../secret.toml",
+        "..\u2215secret.toml",
+        "\uff0e\uff0e/secret.toml",
+    ),
+    *("secret.toml\r\nx: y", "\n../secret.toml", "..\t/secret.toml", "\x7f/../secret.toml", "..\u202e/secret.toml"),
+]
+
+
+def test_no_path_leads_outside(server: Server, folder: Path) -> None:
+    assert len(PATHS) >= 100
+    paths = Folder(folder)
+    for name in PATHS:
+        with suppress(ModelError):
+            assert paths.path(name).is_relative_to(folder), name
+        for text in (name, quote(name, safe=""), quote(name, safe="/%")):
+            for path in (
+                f"/api/files/{text}",
+                f"/static/{text}",
+                f"/api/jobs/{text}/model.toml",
+                f"/widgets/{text}.js",
+            ):
+                try:
+                    answer = server.client.get(path)
+                except (httpx.InvalidURL, httpx.LocalProtocolError):
+                    continue
+                assert answer.text != "secret", path
+                assert "root:" not in answer.text, path
+        written = server.client.put(f"/api/files/{quote(name, safe='')}", content="changed")
+        assert written.status_code in (200, 400, 404, 405), name
+    assert (folder.parent / "secret.toml").read_text(encoding="utf-8") == "secret"
+    assert {path.name for path in folder.parent.iterdir()} == {"secret.toml", "inner"}
+
+
+def test_a_gigabyte_is_refused_while_it_is_read(server: Server) -> None:
+    before = resident_bytes(server.process.pid)
+    for head in (b"Content-Length: 1000000000\r\n", b"Transfer-Encoding: chunked\r\n"):
+        cookie = f"gearrattle-{server.port}={server.token}".encode()
+        with socket.create_connection(("127.0.0.1", server.port)) as wire:
+            wire.settimeout(30.0)
+            host = f"127.0.0.1:{server.port}".encode()
+            wire.sendall(
+                b"PUT /api/files/big.csv HTTP/1.1\r\nHost: "
+                + host
+                + b"\r\nCookie: "
+                + cookie
+                + b"\r\n"
+                + head
+                + b"\r\n"
+            )
+            answers: list[bytes] = []
+            reader = threading.Thread(target=_answer_into, args=(wire, answers))
+            reader.start()
+            sent, part = 0, b"0" * 1_000_000
+            try:
+                while sent < 1_000_000_000 and not answers:
+                    wire.sendall(b"f4240\r\n" + part + b"\r\n" if b"chunked" in head else part)
+                    sent += len(part)
+            except OSError:
+                pass
+            reader.join(30.0)
+            assert answers[0].startswith(b"HTTP/1.1 413")
+            assert sent < 100_000_000
+    assert resident_bytes(server.process.pid) - before < 100_000_000
+    assert not [entry for entry in server.client.get("/api/files").json() if entry["path"] == "big.csv"]
+
+
+def _answer_into(wire: socket.socket, answers: list[bytes]) -> None:
+    answers.append(wire.recv(4096))
+
+
+def test_a_thousand_connections_leave_nothing(server: Server) -> None:
+    def opened() -> int:
+        return len(list(Path(f"/proc/{server.process.pid}/fd").iterdir()))
+
+    def visit(count: int) -> None:
+        for _ in range(count):
+            with socket.create_connection(("127.0.0.1", server.port)) as wire:
+                wire.sendall(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
+
+    def answers() -> bool:
+        end = time.monotonic() + 10.0
+        while server.client.get("/api/jobs").status_code != 200 and time.monotonic() < end:
+            time.sleep(0.05)
+        return server.client.get("/api/jobs").status_code == 200
+
+    visit(100)
+    assert answers()
+    descriptors, memory = opened(), resident_bytes(server.process.pid)
+    visit(1000)
+    assert answers()
+    assert opened() <= descriptors + 20
+    assert resident_bytes(server.process.pid) - memory < 20_000_000

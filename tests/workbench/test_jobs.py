@@ -1,0 +1,200 @@
+"""Jobs: computed in processes of their own, cancelled, crashed, and kept when the server is killed."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import gearrattle as gr
+
+pytest.importorskip("starlette")
+pytest.importorskip("uvicorn")
+
+from websockets.sync.client import connect
+
+from gearrattle.cli import main
+from tests.workbench.server import MODEL, Server, serving
+
+pytestmark = pytest.mark.compiled
+LONG = {"cycles": 400_000, "samples_per_cycle": 2, "discard": 0}
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with serving(tmp_path_factory.mktemp("workspace")) as server:
+        yield server
+
+
+def children(server: Server) -> list[int]:
+    text = Path(f"/proc/{server.process.pid}/task/{server.process.pid}/children").read_text(encoding="ascii")
+    others = [
+        Path(f"/proc/{server.process.pid}/task/{task}/children")
+        for task in os.listdir(f"/proc/{server.process.pid}/task")
+    ]
+    ids = {int(word) for path in others for word in path.read_text(encoding="ascii").split()} | {
+        int(word) for word in text.split()
+    }
+    return sorted(child for child in ids if b"multiprocessing" in Path(f"/proc/{child}/cmdline").read_bytes())
+
+
+def test_a_run_gives_the_numbers_of_the_call(server: Server) -> None:
+    job = server.ended(server.job(name="first")["id"])
+    assert job["state"] == "done"
+    assert job["name"] == "first"
+    assert job["sentence"] == gr.run(gr.loads(MODEL)).sentence
+    assert server.client.get(f"/api/jobs/{job['id']}/view").status_code == 200
+    assert server.client.get(f"/api/jobs/{job['id']}/model.toml").text == MODEL
+
+
+def test_what_is_wrong_is_said_before_anything_runs(server: Server) -> None:
+    known = len(server.client.get("/api/jobs").json())
+    for request, place, remedy in (
+        ({"text": MODEL.replace("stiffness", "stifness")}, "model.toml:4", "did you mean"),
+        ({"options": {"cyles": 3}}, "options.cyles", "did you mean"),
+        ({"task": "fly"}, "task", ""),
+        ({"text": 3}, "text", ""),
+        ({"task": "validate", "options": {"measurement": "../rig.csv"}}, "file", "hidden"),
+    ):
+        answer = server.client.post("/api/jobs", json={"task": "run", "text": MODEL, **request})
+        assert answer.status_code == 400
+        problem = answer.json()["problems"][0]
+        assert place in problem["place"]
+        assert remedy in problem["remedy"]
+    assert server.client.post("/api/jobs", content=b"[").status_code == 400
+    assert len(server.client.get("/api/jobs").json()) == known
+
+
+def test_what_fails_says_why(server: Server) -> None:
+    job = server.ended(server.job(options={"algorithm": "none"})["id"])
+    assert job["state"] == "failed"
+    assert job["problems"][0]["rule"]
+
+
+def test_a_socket_tells_of_every_change(server: Server) -> None:
+    cookie = f"gearrattle-{server.port}={server.token}"
+    headers = {"Cookie": cookie}
+    with connect(f"ws://127.0.0.1:{server.port}/api/events", origin=server.address, additional_headers=headers) as wire:  # type: ignore[arg-type]
+        job = server.job()
+        states: list[str] = []
+        while not states or states[-1] != "done":
+            message: dict[str, Any] = json.loads(wire.recv(60.0))
+            if message.get("job", {}).get("id") == job["id"]:
+                states.append(message["job"]["state"])
+        assert states[0] == "waiting"
+        assert "running" in states
+        server.client.delete(f"/api/jobs/{job['id']}")
+        assert json.loads(wire.recv(60.0)) == {"deleted": job["id"]}
+
+
+def test_cancelled_jobs_end_and_the_next_one_runs(server: Server) -> None:
+    first, second = server.job(options=LONG), server.job(options=LONG)
+    server.until(first["id"], "running")
+    assert server.state(second["id"])["state"] == "waiting"
+    assert server.client.delete(f"/api/jobs/{first['id']}").status_code == 400
+    for job in (second, first):
+        server.client.post(f"/api/jobs/{job['id']}/cancel")
+    assert [server.ended(job["id"])["state"] for job in (first, second)] == ["cancelled", "cancelled"]
+    assert server.ended(server.job()["id"])["state"] == "done"
+
+
+def test_a_crash_of_a_job_is_its_own(server: Server) -> None:
+    job = server.job(options=LONG)
+    server.until(job["id"], "running")
+    for child in children(server):
+        os.kill(child, signal.SIGKILL)
+    assert server.ended(job["id"])["state"] == "failed"
+    assert "signal 9" in server.state(job["id"])["problems"][0]["rule"]
+    assert server.ended(server.job()["id"])["state"] == "done"
+
+
+def test_names_parents_and_removal(server: Server) -> None:
+    first = server.ended(server.job()["id"])
+    child = server.ended(server.job(parent=first["id"])["id"])
+    assert child["parent"] == first["id"]
+    assert server.client.patch(f"/api/jobs/{child['id']}", json={"name": " narrow gap "}).json()["name"] == "narrow gap"
+    assert server.client.delete(f"/api/jobs/{child['id']}").status_code == 200
+    assert server.client.get(f"/api/jobs/{child['id']}").status_code == 404
+
+
+def test_of_answers_that_follow_a_slider_the_newest_wins(server: Server) -> None:
+    statuses: dict[int, int] = {}
+
+    def ask(number: int) -> None:
+        values = {"coupling.gap.clearance": f"{0.5 + 0.01 * number} deg"}
+        with server.client.__class__(base_url=server.address, cookies=server.client.cookies, timeout=120.0) as client:
+            answer = client.post("/api/live", json={"text": MODEL, "values": values, "sequence": number})
+        statuses[number] = answer.status_code
+        if answer.status_code == 200:
+            assert answer.json()["sequence"] == number
+
+    threads = []
+    for number in range(20):
+        threads.append(threading.Thread(target=ask, args=(number,)))
+        threads[-1].start()
+    for thread in threads:
+        thread.join()
+    assert set(statuses.values()) <= {200, 409}
+    assert 200 in statuses.values()
+    wrong = server.client.post("/api/live", json={"text": MODEL, "values": {"coupling.gap.clearance": "1 kg"}})
+    assert wrong.status_code == 400
+
+
+def test_a_killed_server_loses_no_run_that_has_ended(tmp_path: Path) -> None:
+    with serving(tmp_path) as server:
+        done = server.ended(server.job(name="kept")["id"])
+        view = server.client.get(f"/api/jobs/{done['id']}/view").json()
+        running = server.job(options=LONG)
+        waiting = server.job()
+        server.until(running["id"], "running")
+        server.process.kill()
+        server.process.wait(10)
+    with serving(tmp_path) as server:
+        assert server.state(done["id"]) == done
+        assert server.client.get(f"/api/jobs/{done['id']}/view").json() == view
+        assert [server.state(job["id"])["state"] for job in (running, waiting)] == ["broken", "broken"]
+        assert server.state(running["id"])["problems"][0]["remedy"] == "start it again"
+
+
+def test_a_job_that_takes_too_much_memory_ends_and_the_server_does_not(tmp_path: Path) -> None:
+    with serving(tmp_path, "--memory", "0.05") as server:
+        job = server.ended(server.job()["id"])
+        assert job["state"] == "failed"
+        assert "memory" in job["problems"][0]["rule"]
+        assert server.client.get("/api/jobs").status_code == 200
+
+
+def test_a_folder_has_one_server_at_a_time(tmp_path: Path) -> None:
+    with serving(tmp_path):
+        words = [sys.executable, "-m", "gearrattle", "serve", str(tmp_path)]
+        second = subprocess.run(words, capture_output=True, text=True, check=False, timeout=60)
+        assert second.returncode == 2
+        assert "another program writes into it" in second.stderr
+
+
+def test_what_cannot_be_served_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["serve", str(tmp_path / "none")]) == 2
+    assert "must be a folder" in capsys.readouterr().err
+    assert main(["serve", str(tmp_path), "--host", "0.0.0.0"]) == 2
+    assert "GEARRATTLE_PASSWORD" in capsys.readouterr().err
+    assert main(["serve", str(tmp_path), "--port", "99999"]) == 2
+    assert "--port" in capsys.readouterr().err
+
+
+def test_a_password_opens_a_server_that_others_reach(tmp_path: Path) -> None:
+    with serving(tmp_path, "--host", "0.0.0.0", GEARRATTLE_PASSWORD="a long password") as server:
+        address = f"http://127.0.0.1:{server.port}"
+        with server.client.__class__(base_url=address) as client:
+            assert "password" in client.get("/").text
+            assert client.post("/api/session", data={"password": "wrong"}).status_code == 401
+            assert client.get("/api/jobs").status_code == 401
+            assert client.post("/api/session", data={"password": "a long password"}).status_code == 303
+            assert client.get("/api/jobs").status_code == 200
