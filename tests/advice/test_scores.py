@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from benchmarks.advice import TIMES, shares, tried
 from benchmarks.drivelines import FILES, drawn
 
@@ -16,6 +17,7 @@ LEAST = {
 }
 
 
+@pytest.mark.long
 def test_forecasts_come_true_as_often_as_the_page_says() -> None:
     drivelines = list(drawn(bodies=EACH))
     assert len(drivelines) == len(FILES) * EACH >= 30

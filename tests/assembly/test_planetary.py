@@ -25,13 +25,13 @@ def agrees(seed: int) -> int:
     return crossings
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(1))
 def test_random_sets_move_as_an_independent_integrator_says(seed: int) -> None:
     assert agrees(seed) > 15
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(4, 104))
+@pytest.mark.parametrize("seed", range(1, 101))
 def test_a_hundred_random_sets_move_as_an_independent_integrator_says(seed: int) -> None:
     agrees(seed)
 

@@ -12,7 +12,7 @@ from tests.architecture.public import FUNCTIONS
 from tests.compositions import calls, commands
 from tests.compositions.kinds import KINDS
 from tests.compositions.outcomes import WORKS
-from tests.compositions.table import PAGE, ROWS, kept, outcomes, page, quick_rows
+from tests.compositions.table import HARDEST, LARGE, PAGE, ROWS, kept, outcomes, page, quick_rows
 
 
 def test_every_public_function_has_a_row() -> None:
@@ -39,7 +39,20 @@ def test_the_manual_tells_every_row_and_kind_as_computed() -> None:
     assert all(reported[row]["harmonics"] == WORKS for row in ROWS if not row.startswith(("validate_run_up",)))
 
 
-@pytest.mark.parametrize("kind", KINDS)
+ALWAYS = (
+    "harmonics",
+    *HARDEST,
+    "planetary set",
+    "Hooke joint",
+    "motion with all",
+    "run-up with all",
+    "one body",
+    LARGE,
+)
+"""Kinds whose quick rows are always computed; ``make test-long`` computes every row of every kind."""
+
+
+@pytest.mark.parametrize("kind", ALWAYS)
 def test_quick_calls_and_commands_work_or_say_why_not(kind: str) -> None:
     rows, reported = quick_rows(kind), kept()
     assert outcomes(kind, rows) == {row: reported[row][kind] for row in rows}

@@ -49,7 +49,7 @@ def test_a_missing_switch_is_noticed():
     assert not switch_faults(run, exact)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", range(1))
 @pytest.mark.parametrize("family", FAMILIES)
 def test_random_driveline(family, seed):
     outcome, exact = hold(dressed_problem(family, seed))
@@ -58,7 +58,7 @@ def test_random_driveline(family, seed):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(2, 42))
+@pytest.mark.parametrize("seed", range(1, 41))
 @pytest.mark.parametrize("family", FAMILIES)
 def test_many_random_drivelines(family, seed):
     hold(dressed_problem(family, seed))

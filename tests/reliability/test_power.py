@@ -17,8 +17,9 @@ def written() -> list[Scene]:
     return scenes()
 
 
-def test_sixty_power_cuts_leave_nothing_corrupt(written: list[Scene]) -> None:
-    assert [(scene.name, cuts(scene, 10, seed)) for seed, scene in enumerate(written)] == [
+@pytest.mark.parametrize("count", [2, pytest.param(10, marks=pytest.mark.long)])
+def test_power_cuts_in_every_scene_leave_nothing_corrupt(written: list[Scene], count: int) -> None:
+    assert [(scene.name, cuts(scene, count, seed)) for seed, scene in enumerate(written)] == [
         (scene.name, []) for scene in written
     ]
 

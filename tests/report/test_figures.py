@@ -40,8 +40,17 @@ def run_up() -> gr.Run:
     return gr.simulate(gr.load(EXAMPLES / "run_up.toml"))
 
 
-@pytest.mark.parametrize("example", ["paper/case3.toml", "manual_transmission.toml", "run_up.toml"])
-@pytest.mark.parametrize("width", ["single", "double"])
+@pytest.mark.parametrize(
+    ("example", "width"),
+    [
+        ("paper/case3.toml", "single"),
+        pytest.param("paper/case3.toml", "double", marks=pytest.mark.long),
+        ("manual_transmission.toml", "double"),
+        pytest.param("manual_transmission.toml", "single", marks=pytest.mark.long),
+        ("run_up.toml", "single"),
+        pytest.param("run_up.toml", "double", marks=pytest.mark.long),
+    ],
+)
 def test_every_figure_of_examples_keeps_the_laws(example: str, width: str, request: pytest.FixtureRequest) -> None:
     ready = {"manual_transmission.toml": "run", "run_up.toml": "run_up"}
     motion = (

@@ -266,7 +266,7 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_bits(search: xr.Dataset, 
     np.testing.assert_array_equal(longer["value"].values[:24], search["value"].values)
 
 
-@pytest.mark.parametrize("scheduler", ["local", "threads"])
+@pytest.mark.parametrize("scheduler", [pytest.param("local", marks=pytest.mark.long), "threads"])
 def test_any_scheduler_gives_the_same_bits(search: xr.Dataset, scheduler: str) -> None:
     again = gr.optimize(
         model(),
