@@ -52,7 +52,8 @@ class ResultView {
     if (view.verdict) tabs.push({ key: "verdict", title: "Verdict", show: (into) => this.showVerdict(into) });
     else {
       const first = sections.length && sections[0].key === "summary" ? sections.shift() : null;
-      const beside = sections.length && sections[0].figures.length ? sections.shift() : null;
+      const isBare = !first?.tables.length && !first?.figures.length; // the answer is what follows
+      const beside = sections.length && (isBare || sections[0].figures.length) ? sections.shift() : null;
       tabs.push({ key: "summary", title: "Summary", show: (into) => this.showSummary(into, [first, beside].filter(Boolean)) });
     }
     if (this.model.get("has_histories")) tabs.push({ key: "histories", title: "Histories", show: (into) => this.widget(into, histories, {}) });
