@@ -15,6 +15,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.report.plots.thinning import thin
+from gearrattle.workbench.script import script
 from tests.workbench.jobs import client, make_job
 
 pytest.importorskip("starlette")
@@ -198,3 +199,37 @@ def test_a_recording_is_shifted_to_where_it_agrees(page: Any, root: Path) -> Non
     query = {"job": "first", "file": "stretch.csv", "simulated": "velocity.output_gear", "measured": name}
     shift = page.get("/api/measured/shift", params=query).json()["shift"]
     assert shift == pytest.approx(begin - 5.0, abs=step)
+
+
+def test_a_view_that_was_not_written_is_made_from_the_files(page: Any, root: Path) -> None:
+    for job in ("second", "modes"):
+        path = root / ".gearrattle" / "jobs" / job / "view.json"
+        before = page.get(f"/api/jobs/{job}/view").json()
+        path.unlink()
+        again = page.get(f"/api/jobs/{job}/view").json()
+        assert again["title"] == before["title"]
+        assert again["sentence"] == before["sentence"]
+        charts = [
+            [f["key"] for s in view["sections"] for f in s["figures"] if f["is_chart"]] for view in (before, again)
+        ]
+        assert charts[0] == charts[1]
+
+
+@pytest.mark.parametrize(
+    ("task", "options", "call"),
+    [
+        ("run", {"cycles": 20}, "gr.run(model, cycles=20)"),
+        (
+            "continuation",
+            {"path": "excitation.speed", "range": [10, 20]},
+            "gr.continuation(model, 'excitation.speed', [10, 20])",
+        ),
+        ("validate", {"measurement": "rig.toml"}, "gr.validate(model, gr.read('rig.toml'))"),
+        ("fit", {"data": "d.toml", "free": ["a"]}, "gr.identification.fit(model, 'd.toml', ['a'])"),
+        ("modes", {"speeds": [1.0]}, "gr.modes(model)"),
+    ],
+)
+def test_a_script_calls_what_the_task_called(task: str, options: dict[str, Any], call: str) -> None:
+    text = script(task, options, 'with """ in its name', "1")
+    compile(text, "script.py", "exec")
+    assert f"result = {call}\n" in text

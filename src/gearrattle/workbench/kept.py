@@ -19,15 +19,18 @@ from typing import Any
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import json_value
+from gearrattle.measured.readers import format_of
 from gearrattle.pipeline import Findings
 from gearrattle.report.kinds import presentation_of
+from gearrattle.report.page import figure_sections
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.stored import read_charts
-from gearrattle.report.saved import save
+from gearrattle.report.saved import SUMMARY, save
 from gearrattle.report.static_figures import CHARTS
+from gearrattle.result import KIND
 from gearrattle.results import Run, open_run
 from gearrattle.workbench.traces import Hits, RunFile, write_index
-from gearrattle.workbench.views import view_of
+from gearrattle.workbench.views import section_json, view_of
 from gearrattle.writing import whole
 
 RESULT, VIEW, TRACES = "result", "view.json", "traces"
@@ -47,7 +50,8 @@ def keep(result: Any, folder: Path) -> None:
     presentation = presentation_of(result)
     save(presentation, folder / RESULT)
     _write_view(view_of(presentation), folder)
-    motion = result.motion if isinstance(result, Findings) else result
+    shown = presentation.result
+    motion = shown.motion if isinstance(shown, Findings) else shown
     if isinstance(motion, Run):
         _write_traces(motion, folder)
 
@@ -67,9 +71,25 @@ def _write_traces(run: Run, folder: Path) -> None:
 def read_view(folder: Path) -> dict[str, Any]:
     """Return the view of a job's result."""
     if not (folder / VIEW).is_file():
-        _write_view(view_of(presentation_of(run_of(folder))), folder)
+        path = folder / RESULT / "results.nc"
+        is_run = path.is_file() and format_of(path) == "run"
+        _write_view(view_of(presentation_of(run_of(folder))) if is_run else _plain_view(folder), folder)
     view: dict[str, Any] = json.loads((folder / VIEW).read_text(encoding="utf-8"))
     return view
+
+
+def _plain_view(folder: Path) -> dict[str, Any]:
+    """Return what summary.json and the figures tell of a result whose view was not written."""
+    path = folder / RESULT / SUMMARY
+    if not path.is_file():
+        raise ModelError(Problem("job", folder.name, "has no result yet", "wait until it is done"))
+    summary = json.loads(path.read_text(encoding="utf-8"))
+    sections = [section_json(section) for section in figure_sections(charts_of_job(folder))]
+    return {
+        **{key: summary[key] for key in ("title", "sentence", "notes")},
+        "kind": summary[KIND],
+        "sections": sections,
+    }
 
 
 def run_of(folder: Path) -> Run:

@@ -32,6 +32,20 @@ _OWN = ("run", "simulate", "advise", "periodic", "continuation", "modes", "reduc
 """Tasks whose function gives a result that saves itself; others give labelled data."""
 
 
+_CALLS = {"fit": "identification.fit"}
+"""Functions that have another name than their task."""
+_FIRST = {
+    "continuation": ("path", "range"),
+    "compare": ("algorithms",),
+    "fit": ("data", "free"),
+    "validate": ("measurement",),
+}
+"""Options that follow the model without a name."""
+_READ = "measurement"
+_LEFT_OUT = {"modes": ("speeds",), "study": ("workers",), "screen": ("workers",)}
+"""Options that change what is shown beside the result, or how fast it comes, and not the result."""
+
+
 def script(task: str, options: Mapping[str, Any], title: str, version: str) -> str:
     """Return the script of a job.
 
@@ -46,7 +60,17 @@ def script(task: str, options: Mapping[str, Any], title: str, version: str) -> s
     version
         of gearrattle.
     """
-    words = "".join(f", {name}={value!r}" for name, value in options.items())
+    first = [name for name in _FIRST.get(task, ()) if name in options]
+    named = [name for name in options if name not in (*first, *_LEFT_OUT.get(task, ()))]
+    words = "".join(f", {_value(name, options[name])}" for name in first)
+    words += "".join(f", {name}={options[name]!r}" for name in named)
     body = _RUN if task in _OWN else _DATA
     clean = title.replace("\\", " ").replace('"""', "'").strip() or task
-    return _HEAD.format(title=clean, version=version) + body.format(call=task, options=words) + _FIGURES
+    return (
+        _HEAD.format(title=clean, version=version) + body.format(call=_CALLS.get(task, task), options=words) + _FIGURES
+    )
+
+
+def _value(name: str, value: object) -> str:
+    """Return a value as it is written; a measured file is read."""
+    return f"gr.read({value!r})" if name == _READ else repr(value)

@@ -50,7 +50,7 @@ def view_of(presentation: Presentation[Any]) -> dict[str, Any]:
         "title": page.title,
         "sentence": presentation.sentence,
         "notes": list(presentation.notes),
-        "sections": [_section(section) for section in page.sections],
+        "sections": [section_json(section) for section in page.sections],
         **({"verdict": verdict_block(findings, page.values)} if isinstance(findings, Findings) else {}),
         **_moving(findings.modes if isinstance(findings, Findings) else presentation.result),
     }
@@ -72,7 +72,8 @@ def _moving(result: object) -> dict[str, Any]:
     return {"modes": shown}
 
 
-def _section(section: Section) -> dict[str, Any]:
+def section_json(section: Section) -> dict[str, Any]:
+    """Return a section of a page in JSON types."""
     charts = [
         {"key": chart.key, "title": chart.title, "caption": chart.caption, "tab": chart.tab, "is_chart": True}
         for chart in section.charts

@@ -3,6 +3,7 @@
 // Model key "view": the view of a run.
 
 const { element } = host;
+const HEADLINES = { quiet: "Quiet", "single-sided": "Single-sided rattle", "double-sided": "Double-sided rattle" };
 const SIDES = ["coast", "centre", "drive"];
 
 function svgOf(text) {
@@ -10,7 +11,8 @@ function svgOf(text) {
   return parsed.documentElement.nodeName === "svg" ? document.importNode(parsed.documentElement, true) : null;
 }
 
-function shareBar(shares) {
+function shareBar({ shares, contact_share: contact }) {
+  if (!shares) return element("span", {}, `in contact ${plot.numeral(100 * contact, 3)} %`);
   if (!Object.keys(shares).length) return element("small", {}, "always in contact");
   const words = SIDES.map((side) => `${side} ${plot.numeral(100 * shares[side], 3)} %`).join(", ");
   const bar = element("span", { class: "gr-share", role: "img", "aria-label": words, title: words });
@@ -35,19 +37,22 @@ function margin(value) {
   return value === null || value === undefined ? "–" : `${value > 0 ? "+" : ""}${plot.numeral(value, 3)} dB`;
 }
 
+// A gap that is not quiet separates and meets again; a staged spring changes stage.
+const rattles = (part) => part.gap && part.regime !== "quiet";
+
 function partsTable(parts, open) {
   const head = ["Part", "Regime", "Impacts per cycle", "Fastest approach", "Hardest impact", "Margin", "Coast · centre · drive"];
   const rows = parts.map((part) => {
-    const pill = element("span", { class: `gr-pill gr-${part.rattles ? part.regime : "quiet"}` }, part.regime);
+    const pill = element("span", { class: `gr-pill gr-${rattles(part) ? part.regime : "quiet"}` }, part.regime);
     const name = open ? element("button", { class: "gr-link", type: "button", title: `Histories of ${part.name}`, onclick: () => open(part.name) }, part.name) : part.name;
     return element("tr", {},
       element("th", { scope: "row" }, name),
-      element("td", {}, pill, part.rattles || part.regime === "quiet" ? null : element("small", {}, " changes stage")),
+      element("td", {}, pill, rattles(part) || part.regime === "quiet" ? null : element("small", {}, " changes stage")),
       element("td", { class: "gr-n" }, plot.numeral(part.impacts_per_cycle, 3)),
       element("td", { class: "gr-n" }, withUnit(part.max_approach_speed, part.speed_unit)),
       element("td", { class: "gr-n" }, withUnit(part.max_impact_energy, part.energy_unit)),
       element("td", { class: "gr-n" }, margin(part.margin_db)),
-      element("td", {}, shareBar(part.shares)));
+      element("td", {}, shareBar(part)));
   });
   const titles = head.map((title, k) => element("th", { scope: "col", class: k > 1 && k < 6 ? "gr-n" : null }, title));
   return element("div", { class: "gr-scroll", tabindex: 0, role: "region", "aria-label": "Parts of the verdict" },
@@ -64,7 +69,7 @@ function content(view, open) {
   const { verdict } = view;
   const parts = [
     element("header", { class: `gr-verdict gr-${verdict.verdict}` },
-      element("p", { class: "gr-headline" }, verdict.headline ?? verdict.verdict),
+      element("p", { class: "gr-headline" }, verdict.headline ?? HEADLINES[verdict.verdict]),
       element("p", { class: "gr-lead" }, verdict.sentence)),
     verdict.tiles ? tilesOf(verdict.tiles) : null,
   ];
