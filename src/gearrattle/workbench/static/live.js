@@ -26,15 +26,6 @@ function rangeOf(text) {
   return value ? { unit, low: Math.min(value / 5, value * 2), high: Math.max(value * 2, value / 5), value } : { unit, low: 0, high: 1, value };
 }
 
-// Phase planes as a figure: deflection and rate in SI, corners as rules.
-function planesOf(clearances) {
-  const panels = clearances.map(({ name, corners, deflection, rate }) => ({
-    title: name, unit: "rate [SI]", x_title: "deflection [SI]", lines: [{ x: deflection, y: rate, name, colour: "#17212b", width: 0.9, opacity: 0.75 }],
-    rules: corners.map((at) => ({ at, along: "x" })),
-  }));
-  return { title: "Phase plane", caption: "Deflection rate against deflection over the last cycles; dashed: corners.", panels, columns: Math.min(3, panels.length), panel_height: 232, share_x: false };
-}
-
 export function Live({ id, onStarted, onError }) {
   const [model, setModel] = useState(null);
   const [sliders, setSliders] = useState([]);
@@ -74,7 +65,7 @@ export function Live({ id, onStarted, onError }) {
     if (times.length > 10) times.shift();
     if (times.length > 2) setRate(`${((1000 * (times.length - 1)) / (times.at(-1) - times[0])).toFixed(1)} updates a second`);
     verdict.set("view", { verdict: made.verdict, notes: [] });
-    if (made.clearances) plane.set("chart", planesOf(made.clearances));
+    if (made.phase_plane) plane.set("chart", made.phase_plane);
     setAnswer(made);
   };
   useEffect(() => {

@@ -1,0 +1,35 @@
+"""What follows a slider: a short run of a model with some values changed, its verdict and its phase planes.
+
+Fewer cycles are computed than a run has, so that the answer comes while the hand moves; what is kept is run in full.
+
+Takes a model and values by path; gives JSON.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from gearrattle.model import Model
+from gearrattle.pipeline import Findings, judged
+from gearrattle.report.plots.phase_plane import phase_plane
+from gearrattle.simulation.simulate import simulate
+from gearrattle.workbench.views import chart_json, verdict_numbers
+
+CYCLES, DISCARD, SAMPLES = 60, 30, 512
+
+
+def live_view(model: Model, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the verdict and the phase planes of a model with values changed.
+
+    Parameters
+    ----------
+    model
+        the driveline.
+    values
+        by path, as they are written: ``{"mesh.gear.backlash": "0.1 mm"}``.
+    """
+    changed = model.with_(dict(values)) if values else model
+    motion = simulate(changed, cycles=CYCLES, discard=DISCARD, samples_per_cycle=SAMPLES, audit=False)
+    findings: Findings = judged(motion)
+    return {"verdict": verdict_numbers(findings), "phase_plane": chart_json(phase_plane(findings))}
