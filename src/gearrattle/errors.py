@@ -7,7 +7,7 @@ it breaks and the *remedy*. Takes nothing from other packages; every package abo
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 class GearRattleError(Exception):
@@ -34,6 +34,8 @@ class Problem:
         what is allowed.
     remedy
         what to do, e.g. ``'did you mean "hub"?'``; may be empty.
+    location
+        keys and 0-based indices of the value in the tables of a file; empty where it is in none.
 
     Examples
     --------
@@ -46,6 +48,7 @@ class Problem:
     value: str
     rule: str
     remedy: str = ""
+    location: tuple[int | str, ...] = field(default=(), compare=False, repr=False)
 
     def __str__(self) -> str:
         """Return the problem as one line."""

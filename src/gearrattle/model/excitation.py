@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
@@ -20,6 +20,7 @@ from gearrattle.model.engine import Engine, SquareOfSpeed
 from gearrattle.model.over_speed import OMEGA, OverSpeed
 from gearrattle.model.quantity import Name, Plain, Quantity
 from gearrattle.model.signal import OverTime, Signal
+from gearrattle.model.symbol import Shown, Symbol
 from gearrattle.model.table import Breach, Table
 
 
@@ -52,9 +53,16 @@ class TorqueHarmonic(Harmonic):
     """Amplitude [N m]; may be a table over speed."""
 
 
-class Torque(Table):
+class Torque(Shown):
     """An applied torque on one inertia."""
 
+    noun: ClassVar[str] = "torque"
+    symbol: ClassVar[Symbol] = Symbol("m4 12 a14 14 0 1 1 20 0 m-8 0 h8 v-8 m4 8", 28.0)
+    template: ClassVar[Mapping[str, Any]] = {
+        "on": "a",
+        "mean": "0 N*m",
+        "harmonics": [{"order": 2, "amplitude": "100 N*m"}],
+    }
     on: Name
     """Name of the inertia it acts on."""
     mean: Annotated[float, OverSpeed(units.TORQUE)] = 0.0
@@ -96,12 +104,15 @@ class Torque(Table):
                     yield Breach((key,), table[key], rule, "add another [[torque]] on the same inertia")
 
 
-class Motion(Table):
+class Motion(Shown):
     """A prescribed motion of one inertia, such as a measured flywheel speed.
 
     Exactly one of ``speed``, ``angle`` and ``harmonics``.
     """
 
+    noun: ClassVar[str] = "prescribed motion"
+    symbol: ClassVar[Symbol] = Symbol("c4 -18 10 -18 14 0 c4 18 10 18 14 0", 28.0)
+    template: ClassVar[Mapping[str, Any]] = {"on": "a", "harmonics": [{"order": 2, "amplitude": "0.5 deg"}]}
     on: Name
     """Name of the inertia that moves so."""
     speed: Annotated[Signal, OverTime(units.ANGULAR_VELOCITY)] | None = None
@@ -146,9 +157,12 @@ class Sweep(Table):
     """How long the change takes [s]."""
 
 
-class Excitation(Table):
+class Excitation(Shown):
     """The reference speed, which fixes the period; exactly one of ``speed``, ``frequency`` and ``sweep``."""
 
+    noun: ClassVar[str] = "speed"
+    symbol: ClassVar[Symbol] = Symbol("m2 10 a14 14 0 1 1 24 0 m-12 -4 l7 -9 m7 3", 28.0)
+    template: ClassVar[Mapping[str, Any]] = {"speed": "800 rpm"}
     speed: Annotated[float, Quantity(units.ANGULAR_VELOCITY, "positive")] | None = None
     """Mean speed of the reference shaft [rad/s]."""
     frequency: Annotated[float, Quantity(units.FREQUENCY, "positive")] | None = None

@@ -5,17 +5,21 @@ Takes value kinds from ``quantity``; gives a noun of a ``Model``.
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 from gearrattle.model import units
 from gearrattle.model.over_speed import OverSpeed
 from gearrattle.model.quantity import GROUND, Label, Quantity
-from gearrattle.model.table import Table
+from gearrattle.model.symbol import Shown, Symbol
 
 
-class Inertia(Table):
+class Inertia(Shown):
     """One rigid rotating body: one degree of freedom."""
 
+    noun: ClassVar[str] = "inertia"
+    symbol: ClassVar[Symbol] = Symbol("m0 -18 h18 v36 h-18 z m18 18", 18.0)
+    template: ClassVar[Mapping[str, Any]] = {"name": "inertia", "J": "0.01 kg*m^2", "drag": "0.01 N*m*s/rad"}
     name: Annotated[str, Label(reserved=(GROUND,))]
     """Unique name; "ground" is reserved for the fixed frame."""
     J: Annotated[float, Quantity(units.MOMENT_OF_INERTIA, "positive")]

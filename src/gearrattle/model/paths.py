@@ -79,6 +79,30 @@ def value_at(tables: Mapping[str, Any], path: str) -> Any:
         raise ModelError(Problem(f"path {path}", "", error.rule, error.remedy)) from None
 
 
+def location_of(tables: Mapping[str, Any], path: str) -> tuple[int | str, ...]:
+    """Return the keys and 0-based indices of a path; its last key need not stand there.
+
+    Raises
+    ------
+    ModelError
+        the path leads nowhere.
+    """
+    parts = path.split(".")
+    node: Any = _thawed(tables)
+    location: tuple[int | str, ...] = ()
+    try:
+        for depth, part in enumerate(parts):
+            is_row = isinstance(node, list)
+            location = (*location, _index(node, part, parts[:depth]) if is_row else part)
+            if depth < len(parts) - 1:
+                node = _child(node, part, parts[:depth])
+        if not isinstance(node, dict | list):
+            raise _NoPathError(f"{'.'.join(parts[:-1])} is a single value; it has no {parts[-1]}")
+    except _NoPathError as error:
+        raise ModelError(Problem(f"path {path}", "", error.rule, error.remedy)) from None
+    return location
+
+
 def path_names(tables: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the path of every value in the tables."""
     return tuple(_leaves(tables, ""))

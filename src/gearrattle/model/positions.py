@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import contextlib
 import re
+from typing import NamedTuple
 
 Path = tuple[int | str, ...]
 
@@ -45,6 +46,26 @@ def key_lines(text: str) -> dict[Path, int]:
     return scanner.lines
 
 
+class Header(NamedTuple):
+    """A header, ``[a]`` or ``[[a]]``: the table or array entry it opens, and its line counted from 1."""
+
+    path: Path
+    line: int
+
+
+def headers(text: str) -> list[Header]:
+    """Return the headers of a valid TOML document, in their order.
+
+    Raises
+    ------
+    NestingError
+        as ``key_lines``.
+    """
+    scanner = _Scanner(text.replace("\r\n", "\n"))
+    scanner.document()
+    return scanner.headers
+
+
 class NestingError(ValueError):
     """Tables, arrays or dotted keys are nested too deeply, at a line counted from 1."""
 
@@ -64,6 +85,7 @@ class _Scanner:
         self.text = text
         self.at = 0
         self.lines: dict[Path, int] = {}
+        self.headers: list[Header] = []
         self._entries: dict[Path, int] = {}
         self._counted = 0
         self._line = 1
@@ -99,6 +121,7 @@ class _Scanner:
             self._entries[path] = self._entries.get(path, -1) + 1
             path = (*path, self._entries[path])
             self._note(path, start)
+        self.headers.append(Header(path, self._line_of(start)))
         return path
 
     def _pair(self, table: Path) -> None:

@@ -55,7 +55,7 @@ def model_error(
         rule = context.get("rule", entry["msg"])
         where = context.get("place", "")
         at, value = (where, context["value"]) if where else (place(location, names, positions), value)
-        problem = Problem(at, value, rule, context.get("remedy", ""))
+        problem = Problem(at, value, rule, context.get("remedy", ""), location)
         distinct.setdefault((location, rule, value), problem)
     ordered = sorted(distinct.items(), key=lambda item: positions.line(item[0][0]) or 0)
     return ModelError(problem for _, problem in ordered)

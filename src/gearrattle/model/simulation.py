@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
 from gearrattle.model import units
 from gearrattle.model.quantity import Choice, Count, Plain, Quantity
+from gearrattle.model.symbol import Shown, Symbol
 from gearrattle.model.table import Breach, Table, breach, did_you_mean
 
 ALGORITHMS = (
@@ -62,9 +63,12 @@ class _Start:
         return {"anyOf": [{"enum": list(STARTS)}, handler(schema)]}
 
 
-class Simulation(Table):
+class Simulation(Shown):
     """The ``[simulation]`` table; None where the file is silent."""
 
+    noun: ClassVar[str] = "simulation"
+    symbol: ClassVar[Symbol] = Symbol("a12 12 0 1 1 24 0 a12 12 0 1 1 -24 0 m12 -8 v8 h6 m6 0", 24.0)
+    template: ClassVar[Mapping[str, Any]] = {"cycles": 100, "discard": 50}
     algorithm: Annotated[str, Choice(ALGORITHMS)] | None = None
     """Name of the algorithm."""
     initial: Annotated[str | Initial, _Start()] | None = None

@@ -36,19 +36,19 @@ def _lines(table: Mapping[str, Any]) -> Iterator[str]:
             continue
         if _is_block(value) and not isinstance(value, Mapping):
             yield f"{key} = ["
-            yield from (f"  {_value(row)}," for row in value)
+            yield from (f"  {value_text(row)}," for row in value)
             yield "]"
         else:
-            yield f"{key} = {_value(value)}"
+            yield f"{key} = {value_text(value)}"
 
 
-def _value(value: Any) -> str:
-    """Return one value."""
+def value_text(value: Any) -> str:
+    """Return one value as it stands in a file."""
     if isinstance(value, Mapping):
-        inner = ", ".join(f"{key} = {_value(item)}" for key, item in value.items() if item is not None)
+        inner = ", ".join(f"{key} = {value_text(item)}" for key, item in value.items() if item is not None)
         return "{ " + inner + " }" if inner else "{}"
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_value(item) for item in value) + "]"
+        return "[" + ", ".join(value_text(item) for item in value) + "]"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, bool):

@@ -19,7 +19,8 @@ from gearrattle.model import units
 from gearrattle.model.components.alternation import Alternation
 from gearrattle.model.excitation import Harmonic
 from gearrattle.model.quantity import GROUND, Name, Quantity
-from gearrattle.model.table import Location, Table
+from gearrattle.model.symbol import Shown, Symbol
+from gearrattle.model.table import Location
 
 TorsionalStiffness = Annotated[float, Quantity(units.TORSIONAL_STIFFNESS, "non-negative")]
 TorsionalDamping = Annotated[float, Quantity(units.TORSIONAL_DAMPING, "non-negative")]
@@ -136,11 +137,11 @@ class Leaf(Protocol):
         ...
 
 
-class Component(Table):
+class Component(Shown):
     """A table that makes elements."""
 
-    noun: ClassVar[str]
-    """What it is called."""
+    gap_symbol: ClassVar[Symbol | None] = None
+    """How it is drawn where an element of it has a gap; None: alike."""
     plural: ClassVar[str]
     """What several of them are called."""
     scaling: ClassVar[Mapping[str, Any]]

@@ -29,6 +29,7 @@ from gearrattle.model.components.friction import Hysteresis, StickStiffness, fri
 from gearrattle.model.components.hooke import HookeJoint, joint_rules
 from gearrattle.model.excitation import AngularHarmonic
 from gearrattle.model.quantity import GROUND, Between, Quantity, Ratio, attempt
+from gearrattle.model.symbol import Symbol
 from gearrattle.model.table import Breach, Table
 
 _until = Quantity(units.ANGLE, "positive")
@@ -79,6 +80,16 @@ class Coupling(Component):
 
     noun: ClassVar[str] = "coupling"
     plural: ClassVar[str] = "couplings"
+    symbol: ClassVar[Symbol] = Symbol("l4 -7 l4 7 l4 7 l4 -7 l4 -7 l4 7 l4 7 l4 -7", 32.0)
+    gap_symbol: ClassVar[Symbol] = Symbol(
+        "l4 -7 l4 7 l4 7 l4 -7 l4 -7 l4 7 l4 7 l4 -7 h10 m0 -10 v20 m14 -20 v20 m0 -10", 56.0
+    )
+    template: ClassVar[Mapping[str, Any]] = {
+        "name": "coupling",
+        "between": ["a", "b"],
+        "stiffness": "10 kN*m/rad",
+        "damping": "1 N*m*s/rad",
+    }
     scaling: ClassVar[Mapping[str, Any]] = {
         "stiffness": "torsional_stiffness",
         "damping": "torsional_damping",

@@ -25,6 +25,7 @@ from gearrattle.model.components.base import (
 from gearrattle.model.components.contact_damping import ContactDamping, clipping_rules
 from gearrattle.model.excitation import Harmonic
 from gearrattle.model.quantity import Between, two
+from gearrattle.model.symbol import Symbol
 from gearrattle.model.table import Breach
 
 
@@ -33,6 +34,20 @@ class Mesh(Component):
 
     noun: ClassVar[str] = "mesh"
     plural: ClassVar[str] = "meshes"
+    symbol: ClassVar[Symbol] = Symbol(
+        "m0 -18 v5 l12 3 v5 l-12 3 v4 l12 3 v5 l-12 3 v5 m18 -36 v13 l-12 3 v4 l12 3 v13 m0 -18", 18.0
+    )
+    gap_symbol: ClassVar[Symbol] = Symbol(
+        "m0 -18 v5 l12 3 v5 l-12 3 v4 l12 3 v5 l-12 3 v5 m23 -36 v13 l-12 3 v4 l12 3 v13 m0 -18", 23.0
+    )
+    template: ClassVar[Mapping[str, Any]] = {
+        "name": "mesh",
+        "between": ["a", "b"],
+        "radii": ["50 mm", "50 mm"],
+        "stiffness": "3e8 N/m",
+        "damping": "1500 N*s/m",
+        "backlash": "0.1 mm",
+    }
     scaling: ClassVar[Mapping[str, Any]] = {
         "radii": "radius",
         "stiffness": "linear_stiffness",

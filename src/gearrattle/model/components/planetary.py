@@ -30,6 +30,7 @@ from gearrattle.model.components.base import (
 from gearrattle.model.components.contact_damping import ContactDamping, clipping_rules
 from gearrattle.model.excitation import Harmonic
 from gearrattle.model.quantity import GROUND, Name, Quantity, attempt
+from gearrattle.model.symbol import Symbol
 from gearrattle.model.table import Breach, Location, Table
 
 Side = Literal["sun", "ring"]
@@ -100,6 +101,22 @@ class Planetary(Component):
 
     noun: ClassVar[str] = "planetary set"
     plural: ClassVar[str] = "planetary sets"
+    symbol: ClassVar[Symbol] = Symbol(
+        "a18 18 0 1 1 36 0 a18 18 0 1 1 -36 0 m12 0 a6 6 0 1 1 12 0 a6 6 0 1 1 -12 0 "
+        "m1 -11 a5 5 0 1 1 10 0 a5 5 0 1 1 -10 0 m0 22 a5 5 0 1 1 10 0 a5 5 0 1 1 -10 0 m23 -11",
+        36.0,
+    )
+    template: ClassVar[Mapping[str, Any]] = {
+        "name": "planetary",
+        "sun": "a",
+        "ring": "b",
+        "carrier": "c",
+        "planets": ["d"],
+        "radii": {"sun": "30 mm", "planet": "20 mm", "ring": "70 mm"},
+        "stiffness": {"sun": "2e8 N/m", "ring": "2e8 N/m"},
+        "damping": {"sun": "1000 N*s/m", "ring": "1000 N*s/m"},
+        "backlash": {"sun": "0.1 mm", "ring": "0.1 mm"},
+    }
     scaling: ClassVar[Mapping[str, Any]] = {
         "radii": dict.fromkeys(("sun", "planet", "ring"), "radius"),
         "stiffness": dict.fromkeys(SIDES, "linear_stiffness"),

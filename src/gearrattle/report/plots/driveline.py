@@ -77,10 +77,10 @@ class Scene:
 
 def scene(layout: Layout, frame: Frame) -> Scene:
     """Lay a driveline out."""
-    return Scene(layout, place(layout), _disc_heights(layout.inertia), frame)
+    return Scene(layout, place(layout), disc_heights(layout.inertia), frame)
 
 
-def _disc_heights(inertia: Array) -> Array:
+def disc_heights(inertia: Array) -> Array:
     """Return half heights of the discs [px], by the logarithm of their inertia."""
     size = np.log10(inertia)
     spread = float(np.ptp(size)) or 1.0

@@ -5,20 +5,46 @@ transmission drawing; a carrier stands at the end of its planets' line. A body t
 shaft: one *seat* for each of them, side by side. Each train begins with an end of its shaft, the driven body if that
 is one.
 
-Takes a Layout; gives grid cells to ``sketch``.
+Takes what connects bodies, such as a Layout; gives grid cells to drawings.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gearrattle.trajectory import Layout
+from gearrattle.trajectory import Array, IntArray
 
 Cell = tuple[int, int]
 """Column, row."""
+
+
+class Connections(Protocol):
+    """The attributes of a ``Layout`` that say what connects its bodies."""
+
+    @property
+    def between(self) -> IntArray:
+        """Return by element the two bodies it lies between, (m, 2); -1 is ground."""
+        ...
+
+    @property
+    def is_mesh(self) -> NDArray[np.bool_]:
+        """Return by element whether it is a gear mesh, (m,)."""
+        ...
+
+    @property
+    def rows(self) -> Array:
+        """Return deflections from angles, (m, n)."""
+        ...
+
+    @property
+    def reference(self) -> int:
+        """Return the driven body."""
+        ...
 
 
 @dataclass
@@ -52,7 +78,7 @@ class Placement:
         return [*self.bodies.values(), *self.grounds.values(), *self.seats.values(), *feet]
 
 
-def place(layout: Layout) -> Placement:
+def place(layout: Connections) -> Placement:
     """Place all bodies, and one ground symbol for every element that is tied to ground."""
     placement = Placement()
     degree = np.count_nonzero(layout.rows, axis=0).tolist()
@@ -65,7 +91,7 @@ def place(layout: Layout) -> Placement:
     return placement
 
 
-def _grow(layout: Layout, start: int, placement: Placement) -> None:
+def _grow(layout: Connections, start: int, placement: Placement) -> None:
     """Walk one train breadth first: of each body first the gears below it, then what its couplings lead to."""
     queue = deque([start])
     while queue:
@@ -97,7 +123,7 @@ def _join(body: int, element: int, other: int, placement: Placement, *, meshes: 
     return True
 
 
-def carriers(layout: Layout, planet: int) -> list[int]:
+def carriers(layout: Connections, planet: int) -> list[int]:
     """Return the bodies on which a planet's axle turns: those its meshes touch beside the two gears."""
     meshes = np.flatnonzero(layout.between[:, 1] == planet)
     touched = {int(body) for element in meshes for body in np.flatnonzero(layout.rows[element])}

@@ -1,12 +1,15 @@
 """The drawing symbols of a driveline sketch, as SVG.
 
-A zigzag is a spring, two vertical bars a clearance, teeth facing teeth a gear mesh, hatching the ground.
+A zigzag is a spring, two vertical bars a clearance, teeth facing teeth a gear mesh, hatching the ground. Those of
+components are theirs (``model/symbol.py``).
 
 Takes positions [px] and colours; gives SVG text to ``sketch``.
 """
 
 from __future__ import annotations
 
+from gearrattle.model import Coupling, Mesh
+from gearrattle.model.symbol import Symbol
 from gearrattle.report.plots.palette import INK
 
 Point = tuple[float, float]
@@ -37,24 +40,18 @@ def shaft(left: float, right: float, y: float) -> str:
 
 def spring(left: float, right: float, y: float, colour: str, *, gap: bool) -> str:
     """Draw a shaft line with a spring, and with a clearance after it where there is one."""
-    middle = 0.5 * (left + right)
-    start = middle - (28 if gap else 16)
-    zigzag = "".join(f" l4 {step} l4 {-step}" for step in (-7, 7, -7, 7))
-    if not gap:
-        return _path(f"M{left:g} {y:g} H{start:g}{zigzag} H{right:g}", colour)
-    bars = start + 42
-    line = f"M{left:g} {y:g} H{start:g}{zigzag} H{bars:g} M{bars + 14:g} {y:g} H{right:g}"
-    return _path(f"{line} M{bars:g} {y - 10:g} v20 M{bars + 14:g} {y - 10:g} v20", colour)
+    return _path(_along(Coupling.gap_symbol if gap else Coupling.symbol, left, right, y), colour)
 
 
 def mesh(x: float, top: float, bottom: float, colour: str, *, gap: bool) -> str:
     """Draw two gears in mesh, teeth from above and from below, apart where there is backlash."""
-    middle = 0.5 * (top + bottom)
-    apart = 2.5 if gap else 0.0
-    upper, lower = middle - 9 - apart, middle + 9 + apart
-    above = f"M{x:g} {top:.1f} V{upper:.1f} M{x - 18:g} {upper:.1f} h5 l3 12 h5 l3 -12 h4 l3 12 h5 l3 -12 h5"
-    below = f"M{x:g} {bottom:.1f} V{lower:.1f} M{x - 18:g} {lower:.1f} h13 l3 -12 h4 l3 12 h13"
-    return _path(f"{above} {below}", colour)
+    path = _along(Mesh.gap_symbol if gap else Mesh.symbol, 0.0, bottom - top, 0.0)
+    return f'<path class="link" stroke="{colour}" transform="translate({x:g} {top:.1f}) rotate(90)" d="{path}"/>'
+
+
+def _along(symbol: Symbol, left: float, right: float, y: float) -> str:
+    """Return the path data of a line with a symbol in its middle."""
+    return f"M{left:g} {y:g} H{0.5 * (left + right - symbol.width):g} {symbol.path} H{right:g}"
 
 
 def bow(a: Point, b: Point, depth: float, colour: str) -> tuple[str, Point]:

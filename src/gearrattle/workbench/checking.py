@@ -1,0 +1,99 @@
+"""A text is checked as ``gearrattle check`` does, and every problem is led to its field and its line.
+
+Takes a text; gives problems, the drawing and the tables as written, in JSON types.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from gearrattle.analysis.statics import equilibrium
+from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Problem
+from gearrattle.files import allowed_root
+from gearrattle.model import Model
+from gearrattle.model.file import read_tables
+from gearrattle.model.positions import headers
+from gearrattle.workbench.drawing import drawing
+
+NAME = "model.toml"
+
+
+def checked(text: str, folder: Path | None = None, name: str = NAME) -> dict[str, Any]:
+    """Check a model file that may be incomplete.
+
+    Parameters
+    ----------
+    text
+        its content.
+    folder
+        the workspace; other files that the text names are read from there.
+    name
+        of the file in it.
+
+    Returns
+    -------
+    dict
+        ``problems`` with ``path`` and ``line``, ``notes``, ``drawing`` and ``tables`` (None where the text is no TOML),
+        ``headers`` with ``path`` and ``line``, ``title``.
+    """
+    file = name if folder is None else str(folder / name)
+    with allowed_root(folder):
+        try:
+            tables, positions = read_tables(text, file)
+        except ModelError as error:
+            return _answer(error.problems, file, name)
+        problems: Sequence[Problem] = ()
+        notes: Sequence[str] = ()
+        try:
+            notes = equilibrium(Model.from_tables(tables, positions)).notes
+        except ModelError as error:
+            problems = error.problems
+        except ConvergenceError as error:
+            problems = [Problem("model", "", error.message, error.remedy)]
+    return _answer(problems, file, name) | {
+        "notes": list(notes),
+        "drawing": drawing(tables),
+        "tables": tables,
+        "headers": [{"path": list(header.path), "line": header.line} for header in headers(text)],
+        "title": tables["name"] if isinstance(tables.get("name"), str) else "",
+    }
+
+
+def problems_of(error: GearRattleError) -> list[dict[str, Any]]:
+    """Return the problems of an error in JSON types."""
+    if isinstance(error, ModelError):
+        return [_problem(problem, "", "") for problem in error.problems]
+    return [_problem(Problem("", "", str(error)), "", "")]
+
+
+def _answer(problems: Sequence[Problem], file: str, name: str) -> dict[str, Any]:
+    entries = [_problem(problem, file, name) for problem in problems]
+    return {"problems": entries, "notes": [], "drawing": None, "tables": None, "headers": [], "title": ""}
+
+
+def _problem(problem: Problem, file: str, name: str) -> dict[str, Any]:
+    """Return a problem with the path of its field and its line in the text."""
+    line = re.match(rf"{re.escape(file)}:(\d+)", problem.place) if file else None
+    return {
+        "place": problem.place.replace(file, name, 1) if file else problem.place,
+        "value": problem.value,
+        "rule": problem.rule,
+        "remedy": problem.remedy,
+        "path": list(problem.location),
+        "line": int(line[1]) if line else None,
+    }
+
+
+def plain(tables: Mapping[str, Any]) -> Any:
+    """Return tables in the types that JSON has: dates as text, numbers that are none as text."""
+    if isinstance(tables, Mapping):
+        return {key: plain(value) for key, value in tables.items()}
+    if isinstance(tables, list):
+        return [plain(value) for value in tables]
+    is_json = (
+        tables is None or isinstance(tables, bool | str) or (isinstance(tables, int | float) and abs(tables) < 1e308)
+    )
+    return tables if is_json else str(tables)

@@ -1,0 +1,356 @@
+"""A model file is edited as its author would: one value or table changes, comments and layout stay.
+
+Edits are ``{"op": "set", "path", "value" | "typed"}``, ``{"op": "add", "table", "value"}``,
+``{"op": "delete", "path"}`` and ``{"op": "rename", "table", "name", "to"}``. A path is a text as ``Model.with_`` takes
+it, "mesh.gear.backlash", or the keys and 0-based indices, ``["mesh", 0, "backlash"]``; the text need be no sound model,
+only TOML. ``typed`` is what a person types into a field: a number stays the number typed, anything else is text.
+
+Whatever the edit does to the text, the values in it are compared with those of the same edit of plain tables.
+
+Takes a text; gives a text.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import tomlkit
+from tomlkit.items import InlineTable, Item
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.model.file import read_tables
+from gearrattle.model.paths import location_of
+from gearrattle.model.writing import value_text
+from gearrattle.wording import listed
+from gearrattle.workbench import blocks as documents
+from gearrattle.workbench.blocks import Block, Location
+from gearrattle.workbench.references import BODY, dependents, label, references, rows_of
+
+_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
+_MOST = 1000
+Edit = Mapping[str, Any]
+Step = tuple[str, Location, str]
+"""What is done ("set", "add", "delete"), where, and the value as it stands in TOML."""
+
+
+class Edited(NamedTuple):
+    """A text after its edits, and what else they took away."""
+
+    text: str
+    notes: tuple[str, ...]
+
+
+def edited(text: str, edits: Sequence[Edit]) -> Edited:
+    """Edit a model file.
+
+    Parameters
+    ----------
+    text
+        the content of the file, TOML.
+    edits
+        one after another, each on what the one before left.
+
+    Returns
+    -------
+    Edited
+        The text, comments kept, and sentences on what went with a deleted body.
+
+    Raises
+    ------
+    ModelError
+        the text is no TOML, an edit is none, or its path leads nowhere.
+    """
+    if not isinstance(edits, Sequence) or isinstance(edits, str) or len(edits) > _MOST:
+        raise _refused("edits", "", f"must be a list of at most {_MOST} edits")
+    notes: list[str] = []
+    for edit in edits:
+        tables, _ = read_tables(text, "text")
+        steps, note = _steps(tables, edit)
+        notes += [note] if note else []
+        for step in steps:
+            text = _carried_out(text, step)
+    return Edited(text, tuple(notes))
+
+
+def literal_of(typed: str) -> str:
+    """Return the TOML of what is typed into a field: a number as it is typed, anything else as text."""
+    text = typed.strip()
+    if not _NUMBER.fullmatch(text):
+        return value_text(text.strip('"'))
+    try:
+        tomllib.loads(f"x = {text}")
+    except tomllib.TOMLDecodeError:
+        return value_text(float(text))
+    return text
+
+
+def _steps(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
+    """Return the steps of an edit, and a sentence where it does more than it says."""
+    makers: dict[str, Callable[[Mapping[str, Any], Edit], tuple[list[Step], str]]] = {
+        "set": _setting,
+        "add": _adding,
+        "delete": _deleting,
+        "rename": _renaming,
+    }
+    op = edit.get("op") if isinstance(edit, Mapping) else None
+    if not isinstance(op, str) or op not in makers:
+        raise _refused("edits", str(op), f"an edit is one of {', '.join(makers)}")
+    return makers[op](tables, edit)
+
+
+def _setting(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
+    location = _location(tables, edit, "path")
+    if isinstance(edit.get("typed"), str):
+        if not edit["typed"].strip():
+            return _deleting(tables, edit)
+        return [("set", location, literal_of(edit["typed"]))], ""
+    if edit.get("value") is None:
+        return _deleting(tables, edit)
+    return [("set", location, value_text(edit["value"]))], ""
+
+
+def _adding(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
+    location, value = _location(tables, edit, "table"), edit.get("value")
+    if value is None:
+        raise _refused("edits", "", "an added row needs a value")
+    steps: list[Step] = [("add", location, value_text(value))]
+    if location == (BODY,):
+        steps += [("add", start, "0.0") for start in _starts(tables)]
+    return steps, ""
+
+
+def _deleting(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
+    location = _location(tables, edit, "path")
+    if not _stands(tables, location):
+        return [], ""
+    name = _value_at(tables, location).get("name") if location[:1] == (BODY,) and len(location) == 2 else None
+    if not isinstance(name, str) or sum(row.get("name") == name for row in rows_of(tables, BODY)) > 1:
+        return [("delete", location, "")], ""
+    gone = sorted(
+        dependents(tables, name), key=lambda row: [(str(key), 0) if isinstance(key, str) else ("", key) for key in row]
+    )
+    gone += [(*start, location[1]) for start in _starts(tables)]
+    steps: list[Step] = [("delete", row, "") for row in [*reversed(gone), location]]
+    rows = [label(tables, row) for row in gone if row[0] != "simulation"]
+    return steps, f"{listed(rows)} went with {name}" if rows else ""
+
+
+def _renaming(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
+    kind, name, to = (edit.get(key) for key in ("table", "name", "to"))
+    if not isinstance(kind, str) or not isinstance(name, str) or not isinstance(to, str):
+        raise _refused("edits", "", "a rename has the texts table, name and to")
+    own = [index for index, row in enumerate(rows_of(tables, kind)) if row.get("name") == name]
+    if not own:
+        raise _refused(f"{kind}.{name}", "", f"no {kind} is named {name}")
+    locations: list[Location] = [(kind, own[0], "name")]
+    if kind == BODY and len(own) == 1:
+        locations += references(tables, name)
+    return [("set", location, value_text(to)) for location in locations], ""
+
+
+def _starts(tables: Mapping[str, Any]) -> list[Location]:
+    """Return the lists of an initial state that have one entry an inertia."""
+    count, keys = len(rows_of(tables, BODY)), ("angle", "velocity")
+    locations: list[Location] = [("simulation", "initial", key) for key in keys]
+    return [
+        location
+        for location in locations
+        if _stands(tables, location) and isinstance(row := _value_at(tables, location), list) and len(row) == count
+    ]
+
+
+def _location(tables: Mapping[str, Any], edit: Edit, key: str) -> Location:
+    """Read the path of an edit."""
+    path = edit.get(key)
+    if isinstance(path, str) and path:
+        return location_of(tables, path)
+    if isinstance(path, Sequence) and path and all(type(part) in {str, int} for part in path):
+        return tuple(path)
+    raise _refused(key, str(path), 'must be a path, such as "mesh.gear.backlash" or ["mesh", 0, "backlash"]')
+
+
+def _stands(tables: Mapping[str, Any], location: Location) -> bool:
+    """Tell whether something stands at a location."""
+    try:
+        _value_at(tables, location)
+    except LookupError:
+        return False
+    return True
+
+
+def _value_at(tables: Mapping[str, Any], location: Location) -> Any:
+    """Return the value at a location, or raise a ``LookupError``."""
+    node: Any = tables
+    for part in location:
+        holder: Any = dict if isinstance(part, str) else list
+        if not isinstance(node, holder):
+            raise LookupError(part)
+        node = node[part]
+    return node
+
+
+def _carried_out(text: str, step: Step) -> str:
+    """Return the text after one step; its values must be those of the same step on plain tables."""
+    op, location, literal = step
+    document = documents.blocks_of(text if text.endswith("\n") or not text else text + "\n")
+    words = ".".join(str(part) for part in location)
+    if op == "delete":
+        location = _last_of_its_kind(tomllib.loads(text), location)
+    try:
+        expected = _on_tables(tomllib.loads(text), op, location, literal)
+        {"set": _set, "add": _add, "delete": _delete}[op](document, location, literal)
+        changed = documents.text_of(document)
+        if tomllib.loads(changed) != expected:
+            raise ValueError("other values")
+    except LookupError:
+        raise _refused(f"path {words}", "", "leads nowhere") from None
+    except (ValueError, TypeError, tomlkit.exceptions.TOMLKitError):
+        raise _refused(f"path {words}", "", "cannot be edited here", "edit the text") from None
+    return changed
+
+
+def _last_of_its_kind(tables: Mapping[str, Any], location: Location) -> Location:
+    """Return the array in place of its only entry: it goes with it."""
+    only = isinstance(location[-1], int) and _value_at(tables, location[:-1])
+    return location[:-1] if isinstance(only, list) and len(only) == 1 else location
+
+
+def _on_tables(tables: dict[str, Any], op: str, location: Location, literal: str) -> dict[str, Any]:
+    """Carry a step out on plain tables."""
+    value = tomllib.loads(f"x = {literal}")["x"] if literal else None
+    fresh = deepcopy(tables)
+    node: Any = fresh
+    for part, following in pairwise(location):
+        node = node.setdefault(part, {}) if isinstance(part, str) and isinstance(following, str) else node[part]
+    last = location[-1]
+    if op == "delete":
+        del node[last]
+    elif op == "add":
+        node.setdefault(last, []).append(value)
+    else:
+        node[last] = value
+    return fresh
+
+
+def _set(document: list[Block], location: Location, literal: str) -> None:
+    block = documents.around(document, location)
+    rest = location[len(block.path) :]
+    if not block.path and len(rest) > 1 and isinstance(rest[1], str) and rest[0] not in tomllib.loads(block.body):
+        _new_table(document, rest, literal)
+    elif not rest:
+        raise ValueError("a whole table")
+    else:
+        _in_body(block, rest, lambda node, key: _put(node, key, _item(literal)), literal)
+
+
+def _new_table(document: list[Block], location: Location, literal: str) -> None:
+    """Open a table for its first key."""
+    for part in reversed(location[2:]):
+        literal = f"{{ {part} = {literal} }}"
+    documents.insert(
+        document, _above(document, str(location[0])), location[:1], f"{location[1]} = {literal}\n", is_array=False
+    )
+
+
+def _add(document: list[Block], location: Location, literal: str) -> None:
+    rows = [block.path for block in document if block.path[:-1] == location and isinstance(block.path[-1], int)]
+    block = documents.around(document, location)
+    is_new = not rows and len(location) == 1 and location[0] not in tomllib.loads(block.body)
+    if rows or (is_new and literal.startswith("{")):
+        after = documents.within(document, rows[-1])[-1] if rows else _above(document, str(location[0]))
+        keys = tomllib.loads(f"x = {literal}")["x"]
+        documents.insert(document, after, (*location, len(rows)), _lines(keys), is_array=True)
+        return
+    _in_body(block, location[len(block.path) :], lambda node, key: _append(node, key, literal), "")
+
+
+def _delete(document: list[Block], location: Location, _literal: str) -> None:
+    if own := documents.within(document, location):
+        documents.remove(document, own)
+        return
+    block = documents.around(document, location)
+
+    def take_out(node: Any, key: int | str) -> None:
+        del node[key]
+
+    _in_body(block, location[len(block.path) :], take_out, "")
+
+
+def _in_body(block: Block, rest: Location, change: Callable[[Any, int | str], None], literal: str) -> None:
+    """Change the keys of one block; a table that is missing on the way begins with the key alone."""
+    keys = tomlkit.parse(block.body)
+    node: Any = keys
+    for depth, part in enumerate(rest[:-1]):
+        if isinstance(part, str) and part not in node and literal:
+            for key in reversed(rest[depth + 1 :]):
+                literal = f"{{ {key} = {literal} }}"
+            _put(node, part, _item(literal))
+            break
+        node = node[part]
+    else:
+        change(node, rest[-1])
+    body = tomlkit.dumps(keys)
+    block.body = body if body.endswith("\n") or not body else body + "\n"
+
+
+def _item(literal: str) -> Item:
+    """Return a value of TOML as it is written."""
+    value = tomlkit.parse(f"x = {literal}\n").item("x")
+    if not isinstance(value, Item):
+        raise TypeError("no value")
+    return value
+
+
+def _put(node: Any, key: int | str, value: Item) -> None:
+    """Set a value; the comment behind it stays in its column."""
+    old = node.item(key) if isinstance(key, str) and key in node else None
+    if old is not None and old.trivia.comment and not isinstance(node, InlineTable):
+        shift = len(old.as_string()) - len(value.as_string())
+        value.trivia.comment = old.trivia.comment
+        value.trivia.comment_ws = " " * max(len(old.trivia.comment_ws) + shift, 1)
+    is_new = old is None and isinstance(node, InlineTable)
+    spaced = is_new and node.as_string().endswith(" }")
+    node[key] = value
+    if spaced:
+        value.trivia.trail = " "
+
+
+def _append(node: Any, key: int | str, literal: str) -> None:
+    """Add an entry to an array; a new array of tables has one on each line."""
+    if key in node if isinstance(key, str) else True:
+        node[key].append(_item(literal))
+    else:
+        text = (
+            f"[\n  {literal},\n]" if literal.startswith("{") and not isinstance(node, InlineTable) else f"[{literal}]"
+        )
+        _put(node, key, _item(text))
+
+
+def _above(document: Sequence[Block], kind: str) -> int:
+    """Return the last block that stands above a table of a kind in the usual order."""
+    order = {key: number for number, key in enumerate(Model.keys())}
+    rank = order.get(kind, len(order))
+    ranks = [order.get(str(block.path[0]), len(order)) if block.path else -1 for block in document]
+    return max(number for number, own in enumerate(ranks) if own <= rank)
+
+
+def _lines(keys: Mapping[str, Any]) -> str:
+    """Return the keys of a new table, one a line."""
+    return "".join(f"{key} = {_shown(value)}\n" for key, value in keys.items())
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, list) and value and isinstance(value[0], Mapping):
+        return "[\n" + "".join(f"  {value_text(row)},\n" for row in value) + "]"
+    return value_text(value)
+
+
+def _refused(where: str, value: str, rule: str, remedy: str = "") -> ModelError:
+    """Return the error of an edit that cannot be made."""
+    return ModelError(Problem(where, value, rule, remedy))

@@ -1,0 +1,149 @@
+"""Drawings of models and of what is none yet; every component of the shelf has symbol, template and ends."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.model.test_components import tables
+
+import gearrattle as gr
+from gearrattle.assembly import assemble
+from gearrattle.model.components import COMPONENTS
+from gearrattle.model.examples import example_files
+from gearrattle.model.symbol import BOX
+from gearrattle.report.plots.placement import place
+from gearrattle.workbench.checking import checked
+from gearrattle.workbench.drawing import PITCH, drawing, law_of
+from gearrattle.workbench.references import ends_of
+from gearrattle.workbench.shelf import TABLES, shelf
+
+START = 'schema = 1\n[[inertia]]\nname = "a"\nJ = 1\n'
+
+
+@pytest.mark.parametrize("name", example_files())
+def test_bodies_stand_as_in_the_report(name: str) -> None:
+    model = gr.example(name)
+    cells = place(assemble(model).layout).bodies
+    drawn = drawing(model.to_tables())
+    assert [(body["x"], body["y"]) for body in drawn["bodies"]] == [
+        (PITCH[0] * cells[k][0], PITCH[1] * cells[k][1]) for k in range(len(cells))
+    ]
+    assert [link["element"] for link in drawn["links"]] == [element.name for element in model.elements]
+
+
+@pytest.mark.parametrize("name", example_files())
+def test_a_law_is_that_of_the_solver(name: str) -> None:
+    driveline = assemble(gr.example(name))
+    layout = driveline.layout
+    for number, element in enumerate(driveline.model.elements):
+        points = np.array(law_of(element))
+        assert (np.diff(points[:, 0]) > 0.0).all()
+        slopes = np.diff(points[:, 1]) / np.diff(points[:, 0])
+        if number in layout.clearance:
+            at = layout.clearance.tolist().index(number)
+            np.testing.assert_allclose(
+                np.unique(slopes.round(6)), np.unique(layout.stiffness_of_piece[at].round(6)), rtol=1e-6
+            )
+            assert set(layout.corners[at].round(12)) <= set(points[:, 0].round(12))
+        else:
+            np.testing.assert_allclose(slopes, layout.stiffness[number])
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_every_table_has_a_symbol_and_a_template(table: str) -> None:
+    entry = next(entry for entry in shelf() if entry["table"] == table)
+    assert entry["title"]
+    assert entry["symbol"] != BOX.path
+    assert entry["template"]
+
+
+@pytest.mark.parametrize("kind", COMPONENTS)
+def test_a_template_is_a_sound_component_between_its_ends(kind: str) -> None:
+    entry = next(entry for entry in shelf() if entry["table"] == kind)
+    names = list(dict.fromkeys(ends_of(kind, entry["template"]).values()))
+    assert len(names) == len(entry["ends"])
+    bodies = [{"name": name, "J": 0.01} for name in names]
+    model = gr.Model.from_tables(
+        {"schema": 1, "inertia": bodies, kind: [entry["template"]], "excitation": {"speed": 9.0}}
+    )
+    drawn = drawing(model.to_tables())
+    assert all(link["sound"] and link["symbol"] for link in drawn["links"])
+
+
+def test_only_ends_that_bear_it_may_be_ground() -> None:
+    grounds = {entry["table"]: [end["ground"] for end in entry["ends"]] for entry in shelf()}
+    assert grounds["coupling"] == [True, True]
+    assert grounds["mesh"] == [False, False]
+    assert grounds["planetary"] == [True, True, True, False]
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        {},
+        {"inertia": 3},
+        {"inertia": [{}]},
+        {"inertia": [{"name": 3, "J": "heavy"}], "mesh": [{}, {"between": 4}, {"between": ["a", "a"]}]},
+        {"inertia": [{"name": "a"}, {"name": "a"}], "coupling": [{"between": ["a", "nowhere"]}]},
+        {"coupling": [{"between": ["a", "b"]}], "torque": [{"on": []}, {"on": "a", "harmonics": [1, {}]}]},
+        {"inertia": [{"name": "a"}], "planetary": [{"sun": "a", "planets": ["a", 3]}, {"planets": {}}], "motion": [{}]},
+    ],
+)
+def test_what_is_no_model_yet_is_drawn(rows: dict[str, Any]) -> None:
+    drawn = drawing(rows)
+    count = len(rows["inertia"]) if isinstance(rows.get("inertia"), list) else 0
+    assert len(drawn["bodies"]) == count
+    for link in drawn["links"]:
+        assert all(-2 <= end["body"] < count for end in link["ends"])
+
+
+@pytest.mark.parametrize("kind", COMPONENTS)
+def test_a_broken_component_still_joins_its_bodies(kind: str) -> None:
+    broken = tables(kind, stiffness="soft")
+    drawn = drawing(broken)
+    ends = {body["name"] for link in drawn["links"] for end in link["ends"] for body in [drawn["bodies"][end["body"]]]}
+    assert ends == set(ends_of(kind, broken[kind][0]).values())
+    assert not any(link["sound"] for link in drawn["links"])
+
+
+def test_problems_are_those_of_the_command_line_at_their_fields() -> None:
+    text = START + '[[coupling]]\nname = "c"\nbetween = ["a", "b"]\nstiffness = "5 kg"\n[excitation]\nspeed = "5 rpm"\n'
+    with pytest.raises(gr.ModelError) as caught:
+        gr.loads(text, "model.toml")
+    answer = checked(text)
+    kept = [{key: entry[key] for key in ("place", "value", "rule", "remedy")} for entry in answer["problems"]]
+    assert kept == [
+        {"place": p.place, "value": p.value, "rule": p.rule, "remedy": p.remedy} for p in caught.value.problems
+    ]
+    assert [(entry["path"], entry["line"]) for entry in answer["problems"]] == [
+        (["coupling", 0, "between"], 7),
+        (["coupling", 0, "stiffness"], 8),
+    ]
+
+
+def test_a_text_that_is_no_toml_says_where() -> None:
+    answer = checked("schema = 1\n[[inertia\n")
+    assert answer["drawing"] is None
+    assert [(entry["line"], entry["path"]) for entry in answer["problems"]] == [(2, [])]
+
+
+def test_an_equilibrium_that_does_not_exist_is_a_problem() -> None:
+    text = START + '[[coupling]]\nname = "c"\nbetween = ["a", "ground"]\n'
+    text += "stages = [{ stiffness = 1, until = 0.1 }, { stiffness = 0 }]\n"
+    text += '[excitation]\nspeed = "5 rpm"\n[[torque]]\non = "a"\nmean = 1\n'
+    with pytest.raises(gr.ModelError) as caught:
+        gr.equilibrium(gr.loads(text))
+    assert [entry["rule"] for entry in checked(text)["problems"]] == [problem.rule for problem in caught.value.problems]
+
+
+def test_files_that_a_text_names_are_read_in_the_workspace_alone(tmp_path: Path) -> None:
+    text = START + '[excitation]\nspeed = "5 rpm"\n[[torque]]\non = "a"\n'
+    text += 'signal = { file = "torque.csv", time = "t", value = "T" }\n'
+    (tmp_path / "in").mkdir()
+    (tmp_path / "torque.csv").write_text("t [s],T [N*m]\n0,1\n1,2\n2,1\n3,0\n")
+    assert [entry["rule"] for entry in checked(text, tmp_path / "in")["problems"]] == ["no such file"]
+    assert checked(text.replace("torque.csv", "../torque.csv"), tmp_path / "in")["problems"] != []
+    assert checked(text, tmp_path)["problems"] == []
