@@ -38,7 +38,9 @@ class Worker(SpawnProcess):
         hidden: dict[str, Any] = {name: main[name] for name in ("__spec__", "__file__") if name in main}
         try:
             main.update(dict.fromkeys(hidden.keys() & {"__spec__"}))
-            main.pop("__file__", None)  # absent, not None: inspect, in other threads, takes a module of None for built in
+            main.pop(
+                "__file__", None
+            )  # absent, not None: inspect, in other threads, takes a module of None for built in
             super().start()
         finally:
             main.update(hidden)

@@ -158,6 +158,7 @@ CALLS: Mapping[str, Call] = {
     "spectral.order_cuts": lambda kit: gr.spectral.order_cuts(kit.run, "acceleration.engine", [1.0], turns=1),
     "spectral.waterfall": lambda kit: gr.spectral.waterfall(kit.run, "acceleration.engine"),
     "listen": lambda kit: gr.listen(kit.run),
+    "view": lambda kit: gr.view(kit.run),
     "figures: run": lambda kit: list(gr.figures(kit.run)),
     "figures: study": lambda kit: list(gr.figures(kit.study)),
     "screen": lambda kit: gr.screen(kit.model, [80.0, 90.0]),

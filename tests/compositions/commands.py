@@ -106,7 +106,7 @@ COMMAND_LINES: Mapping[str, Words] = {
 }
 """By command, with a word where one command is typed in several ways."""
 
-WITHOUT_MODEL = frozenset({"examples", "loop", "reproduce", "schema"})
+WITHOUT_MODEL = frozenset({"examples", "loop", "reproduce", "schema", "serve"})
 """Commands that take neither a model nor anything made of one."""
 
 

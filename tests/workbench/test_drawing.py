@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.model.test_components import tables
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
@@ -19,6 +18,7 @@ from gearrattle.workbench.checking import checked
 from gearrattle.workbench.drawing import PITCH, drawing, law_of
 from gearrattle.workbench.references import ends_of
 from gearrattle.workbench.shelf import TABLES, shelf
+from tests.model.test_components import tables
 
 START = 'schema = 1\n[[inertia]]\nname = "a"\nJ = 1\n'
 

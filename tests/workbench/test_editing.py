@@ -6,7 +6,6 @@ import tomllib
 from typing import Any
 
 import pytest
-from tests.model.test_components import EXAMPLES, tables
 
 import gearrattle as gr
 from gearrattle.model.components import COMPONENTS
@@ -14,6 +13,7 @@ from gearrattle.model.examples import example_files
 from gearrattle.model.file import load
 from gearrattle.workbench.editing import edited, literal_of
 from gearrattle.workbench.references import references
+from tests.model.test_components import EXAMPLES, tables
 
 TEXTS = {name: path.read_text(encoding="utf-8") for name, path in example_files().items()}
 TEXT = """\

@@ -22,11 +22,11 @@ from gearrattle.workbench.access import Access
 from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.jobs.newest import Newest
 from gearrattle.workbench.jobs.queue import Jobs
-from gearrattle.workbench.routes import files, jobs, results
+from gearrattle.workbench.routes import files, jobs, model, results
 from gearrattle.workbench.routes.answers import problems
 
 STATIC = Path(__file__).parent / "static"
-ROUTES: list[BaseRoute] = [*files.ROUTES, *jobs.ROUTES, *results.ROUTES]
+ROUTES: list[BaseRoute] = [*files.ROUTES, *jobs.ROUTES, *model.ROUTES, *results.ROUTES]
 """The HTTP interface."""
 
 

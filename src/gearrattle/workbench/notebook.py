@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Callable
-from dataclasses import asdict
 from functools import cache, cached_property
 from importlib.util import find_spec
 from typing import Any, Protocol
@@ -22,6 +21,7 @@ from gearrattle.report.kinds import presentation_of
 from gearrattle.report.notebook import notebook_view
 from gearrattle.results import Run
 from gearrattle.workbench import widgets
+from gearrattle.workbench.problems import written
 from gearrattle.workbench.traces import Hits, InMemory, described, packed
 from gearrattle.workbench.views import chart_json, view_of
 
@@ -78,9 +78,9 @@ class Answers:
         try:
             return asked[str(question["ask"])](question)
         except ModelError as error:
-            return {"problems": [asdict(problem) for problem in error.problems]}, []
+            return {"problems": written(error.problems)}, []
         except (GearRattleError, KeyError, StopIteration) as error:
-            return {"problems": [asdict(Problem("view", "", str(error) or "there is no such thing"))]}, []
+            return {"problems": written([Problem("view", "", str(error) or "there is no such thing")])}, []
 
     def _figure(self, question: dict[str, Any]) -> Answer:
         if question.get("is_chart", True):

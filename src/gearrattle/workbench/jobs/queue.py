@@ -8,7 +8,6 @@ from __future__ import annotations
 import shutil
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.jobs.record import ENDED, Job, now, read_jobs
 from gearrattle.workbench.jobs.tasks import check_options
 from gearrattle.workbench.jobs.worker import EndedError, FailedError, WarmProcess
+from gearrattle.workbench.problems import written
 from gearrattle.writing import put
 
 Listener = Callable[[dict[str, Any]], None]
@@ -202,7 +202,7 @@ class Jobs:
 
     def _end(self, job: Job, state: Any, problems: list[Problem]) -> None:
         job.state, job.ended = state, now()
-        job.problems = [asdict(problem) for problem in problems]
+        job.problems = written(problems)
         job.write(self._folder.jobs)
         self._tell(job)
 

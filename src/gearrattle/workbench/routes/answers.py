@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Awaitable, Callable, Iterable
-from dataclasses import asdict
 from functools import wraps
 from typing import Any
 
@@ -15,13 +14,14 @@ from starlette.responses import JSONResponse, Response
 from gearrattle.errors import GearRattleError, ModelError, Problem
 from gearrattle.workbench.jobs.newest import SupersededError
 from gearrattle.workbench.jobs.worker import FailedError
+from gearrattle.workbench.problems import written
 
 Endpoint = Callable[[Request], Awaitable[Response]]
 
 
 def problems(status: int, those: Iterable[Problem]) -> JSONResponse:
     """Return problems as an answer."""
-    return JSONResponse({"problems": [asdict(problem) for problem in those]}, status_code=status)
+    return JSONResponse({"problems": written(those)}, status_code=status)
 
 
 def answering(work: Callable[..., Any], *, has_body: bool = False) -> Endpoint:

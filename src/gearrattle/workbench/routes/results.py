@@ -14,7 +14,6 @@ import re
 import tempfile
 import zipfile
 from collections.abc import Callable
-from dataclasses import asdict
 from functools import wraps
 from importlib.metadata import version
 from pathlib import Path
@@ -31,6 +30,7 @@ from gearrattle.files import Refused
 from gearrattle.workbench import kept, widgets
 from gearrattle.workbench.differences import differences
 from gearrattle.workbench.lines import best_shift, density
+from gearrattle.workbench.problems import written
 from gearrattle.workbench.script import script
 from gearrattle.workbench.traces import InMemory, Source, described, packed
 from gearrattle.workbench.views import chart_json
@@ -70,7 +70,7 @@ def _answering(endpoint: Endpoint) -> Endpoint:
 
 
 def _problems(status: int, problems: Any) -> JSONResponse:
-    return JSONResponse({"problems": [asdict(problem) for problem in problems]}, status_code=status)
+    return JSONResponse({"problems": written(problems)}, status_code=status)
 
 
 def _folder(request: Request) -> Path:
