@@ -16,6 +16,8 @@ proportion to how it moves the deflection (``system.variation``); so does p, whi
 A, G and corners are closed forms of p. Their derivatives are central differences of these, not of motions: two
 variants beside the one that is marched are laid out in its scales.
 
+If asked, the extremum of a clearance's deflection near an instant is found too, and how far it lies beyond a corner.
+
 Arrays: ``located`` (workspace), ``packed`` (regions, march, samples, log), ``variants``.
 
 N. J. Higham, Functions of Matrices, SIAM 2008, section 3.2 and theorem 3.6.
@@ -28,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearrattle.engine.kernels._jit import kernel, strict, strict_entry
-from gearrattle.engine.kernels.arrays import Array3, Matrix, Vector
+from gearrattle.engine.kernels.arrays import Array3, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.laid_out import lay_out
 from gearrattle.engine.kernels.levels import norm_of_rows
 from gearrattle.engine.kernels.located import common_at, laws_at, region_at
@@ -43,6 +45,11 @@ TERMS = 7
 """Of the Taylor series over the finest step."""
 _WIDEST = 1.0 / 64.0  # norm of the rates times the finest step: the first term left out is below 1e-16
 _LEVELS = 60
+NEAR = 1.0 / 64.0
+"""Periods that an extremum may move in one step of Newton's method."""
+FARTHEST = 1.0 / 16.0
+"""Periods from an instant within which its extremum lies."""
+_ITERATIONS, _SETTLED = 30, 1e-11  # of Newton's method in time; a step after which the depth is exact, in periods
 
 
 class Map(NamedTuple):
@@ -52,6 +59,9 @@ class Map(NamedTuple):
     turned: Vector  # (R,) how far the reference inertia of every free train has turned [rad]
     gradient: Matrix  # (N, N) of the end with respect to the start [SI]
     slope: Vector  # (N,) of the end with respect to the parameter [SI], times half the distance of both neighbours
+    corner: IntVector  # (2,) clearance whose approach to a corner is asked for (-1: none), and 1 for the upper corner
+    approach: Vector  # (3,) instant nearby [periods]; then of the extremum: instant, how far beyond it lies (NaN: there
+    # is none), and second derivative over periods
 
 
 class Rates(NamedTuple):
@@ -71,6 +81,14 @@ class Tables(NamedTuple):
 
     increment: Array3  # (levels, P, P) exp(Z h) - 1
     moved: Array3  # (levels, N, P) D(h)
+
+
+class Course(NamedTuple):
+    """Where a motion stands at its start and after each of its E crossings."""
+
+    time: Vector  # (E + 2,) in periods; the last one is its end
+    slot: IntVector  # (E + 1,) of the region from there on
+    z: Matrix  # (E + 1, P)
 
 
 class Carried(NamedTuple):
@@ -314,9 +332,74 @@ def slot_of(regions, slots, pieces):
     return 0
 
 
+@kernel
+def write_products(matrix, z, out):
+    """Write the product of a square matrix and a vector."""
+    for i in range(z.size):
+        out[i] = dot(matrix, i, z)
+
+
+@kernel
+def carry_state(increment, generator, h, z, term, product):
+    """Carry z alone over an interval, as ``carry`` does; the others are room."""
+    left = h
+    length = 1.0
+    for level in range(increment.shape[0]):
+        while left >= length:
+            write_products(increment[level], z, product)
+            for i in range(z.size):
+                z[i] += product[i]
+            left -= length
+        length *= 0.5
+    for i in range(z.size):
+        term[i] = z[i]
+    for m in range(1, TERMS + 1):
+        write_products(generator, term, product)
+        for i in range(z.size):
+            term[i] = left / m * product[i]
+            z[i] += term[i]
+
+
 @strict
-def _follow(workspace, neighbours, regions, rates, log, events, initial, end, carried):
-    """Carry perturbations and s along a motion of so many crossings that ends after ``end`` periods."""
+def _write_approach(laws, clearances, regions, rates, increment, course, corner, approach):
+    """Write when the deflection of a clearance has an extremum near an instant, and how far beyond a corner that is."""
+    k, asked, end = corner[0], approach[0], course.time[course.time.size - 1]
+    z, term, product = np.empty(course.z.shape[1]), np.empty(course.z.shape[1]), np.empty(course.z.shape[1])
+    time, i = asked, 0
+    approach[1] = np.nan
+    for _ in range(_ITERATIONS):
+        now = time - end * np.floor(time / end)
+        i = 0
+        while i < course.slot.size - 1 and course.time[i + 1] <= now:
+            i += 1
+        slot = course.slot[i]
+        for j in range(z.size):
+            z[j] = course.z[i, j]
+        carry_state(increment[slot], rates.generator[slot], now - course.time[i], z, term, product)
+        value = dot(rates.deflection, k, z)
+        write_products(rates.generator[slot], z, product)
+        rate = dot(rates.deflection, k, product)
+        write_products(rates.generator[slot], product, term)
+        bend = dot(rates.deflection, k, term)
+        if (bend >= 0.0) == (corner[1] == 1):
+            return
+        change = min(max(-rate / bend, -NEAR), NEAR)
+        time += change
+        if abs(time - asked) > FARTHEST:
+            return
+        if abs(change) < _SETTLED:
+            piece = laws.first[clearances[k]] + regions.piece[slot, k]
+            approach[0], approach[2] = time, bend
+            approach[1] = value - laws.upper[piece] if corner[1] == 1 else laws.lower[piece] - value
+            return
+
+
+@strict
+def _follow(workspace, neighbours, regions, rates, log, events, initial, end, carried, asked):
+    """Carry perturbations and s along a motion of so many crossings that ends after ``end`` periods.
+
+    ``asked``: ``corner`` and ``approach`` of a ``Map``.
+    """
     common, laws = common_at(workspace), laws_at(workspace)
     slots, states, size = rates.shift.shape
     levels = levels_for(common, rates)
@@ -324,8 +407,12 @@ def _follow(workspace, neighbours, regions, rates, log, events, initial, end, ca
     is_written, term, moved_term = np.zeros(slots, np.bool_), np.empty((size, size)), np.empty((states, size))
     pieces, before = initial.copy(), 0.0
     below, above = neighbours
+    course = Course(np.zeros(events + 2), np.zeros(events + 1, np.int64), np.empty((events + 1, size)))
     for i in range(events + 1):
         slot = slot_of(regions, slots, pieces)
+        course.time[i], course.slot[i], course.time[i + 1] = before, slot, end
+        for j in range(size):
+            course.z[i, j] = carried.z[j]
         tables = Tables(increment[slot], moved[slot])
         if not is_written[slot]:
             write_tables(rates.generator[slot], rates.shift[slot], tables, term, moved_term)
@@ -347,6 +434,8 @@ def _follow(workspace, neighbours, regions, rates, log, events, initial, end, ca
                 corner_shift = 0.5 * (above.lower[piece] - below.lower[piece])
             rows = rates.deflection[crossed], rates.deflection_shift[crossed]
             cross(common, k, jump, corner_shift, rows[0], rows[1], carried)
+    if asked[0][0] >= 0:
+        _write_approach(laws, common.clearances, regions, rates, increment, course, asked[0], asked[1])
 
 
 @strict_entry
@@ -386,7 +475,8 @@ def differentiate(workspace, cases, buffers, regions, march, samples, log, curso
         z[states + h] = scales.inputs[h]
     neighbours = numbers_of(cases.numbers, v - NEIGHBOURS).laws, numbers_of(cases.numbers, v - 1).laws
     end = float(samples.first) / samples.per_cycle
-    _follow(workspace, neighbours, regions, rates, log, march.counts[EVENTS], buffers.initial, end, carried)
+    asked = out.corner, out.approach
+    _follow(workspace, neighbours, regions, rates, log, march.counts[EVENTS], buffers.initial, end, carried, asked)
     last = samples.states[samples.states.shape[0] - 1]
     for i in range(states):
         out.end[i], out.slope[i] = last[i] / scale[i], columns[i, states] / scale[i]

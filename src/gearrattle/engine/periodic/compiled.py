@@ -14,6 +14,8 @@ from gearrattle.engine.kernels import many, packed
 from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.periods import NEIGHBOURS, Map, differentiate
 from gearrattle.engine.kernels.variants import Coefficients, Judged
+from gearrattle.engine.periodic.period_map import Approach
+from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.solvers.many import Batch, Pattern
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -42,10 +44,12 @@ class PeriodBatch(Batch):
         pattern = Pattern(system, False, cycles, judged)
         frame = pattern.frame()
         states = len(frame.elements) + system.size
-        out = Map(np.zeros(states), np.zeros(len(frame.references)), np.zeros((states, states)), np.zeros(states))
+        asked = np.full(2, -1, np.int64), np.full(3, np.nan)
+        ends = np.zeros(states), np.zeros(len(frame.references))
+        out = Map(*ends, np.zeros((states, states)), np.zeros(states), *asked)
         super().__init__(pattern, numbers, (start[0], start[1]), window, (vectorised(differentiate), out))
 
-    def follow(self, numbers: Coefficients, angle: Array, velocity: Array) -> bool:
+    def follow(self, numbers: Coefficients, angle: Array, velocity: Array, touch: Touch | None = None) -> bool:
         """Follow a motion to its end, which ``out`` then holds; whether it was followed.
 
         Parameters
@@ -54,7 +58,11 @@ class PeriodBatch(Batch):
             of three variants: with a smaller, with a larger parameter, and of the motion.
         angle, velocity
             (n,) at the start [rad, rad/s].
+        touch
+            a corner and an instant, of which ``out.approach`` is written.
         """
+        self.out.corner[:] = (-1, 0) if touch is None else (touch.watch, touch.upward)
+        self.out.approach[:] = (np.nan if touch is None else touch.time, np.nan, np.nan)
         self.cases = self.cases._replace(numbers=numbers)
         self.cases.angle[-1], self.cases.velocity[-1] = angle, velocity
         self.cursor[:] = 0
@@ -72,3 +80,8 @@ class PeriodBatch(Batch):
         velocity = log.rate[:count] * self.buffers.scales.corner[watch] / period
         time = (log.cycle[:count] + log.fraction[:count]) * period
         return Passages(time, watch, log.upward[:count].copy(), velocity, np.zeros((count, 0)))
+
+    def approach(self, period: float) -> Approach | None:
+        """Return the extremum that was asked for; None if there is none, or no corner near it."""
+        time, depth, bend = self.out.approach.tolist()
+        return Approach(depth, time, bend / period**2) if np.isfinite(depth) else None

@@ -26,13 +26,14 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.equations import shortest_solution
 from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.patterns import Pattern, pairs_of, rotated, word_of
 from gearrattle.engine.periodic.period_map import Pass, State
 from gearrattle.engine.periodic.shooting import multipliers_of
+from gearrattle.engine.periodic.touch import Touch
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-Pattern = tuple[tuple[int, int], ...]
 
 _TOLERANCE = 1e-12  # of the residual, over the size of the state
 _ROUNDING = 1e-14  # the same, for each unit of the gradient's norm
@@ -108,20 +109,19 @@ class Point:
         return multipliers_of(self.gradient)
 
     @cached_property
+    def word(self) -> str:
+        """Its pattern, as a word of ``patterns``."""
+        return rotated(word_of(self.motion.crossings))
+
+    @property
     def pattern(self) -> Pattern:
         """What crosses its bounds, and which bound (1: the upper one), in order of time."""
-        return pattern_of(self.motion)
+        return pairs_of(self.word)
 
 
 def pattern_of(motion: Pass) -> Pattern:
-    """Return the crossings of a motion in order of time, as pairs (watch, 1 for the upper bound); see ``rotated``."""
-    crossings = motion.crossings
-    return rotated(list(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True)))
-
-
-def rotated(order: list[tuple[int, int]]) -> Pattern:
-    """Return the smallest rotation: a pattern does not depend on where a period begins."""
-    return tuple(min((order[i:] + order[:i] for i in range(len(order))), default=[]))
+    """Return the crossings of a motion in order of time, wherever it begins."""
+    return pairs_of(rotated(word_of(motion.crossings)))
 
 
 class Continuation:
@@ -205,7 +205,7 @@ class Continuation:
         if share <= 0.0 or share >= 1.0:
             return before if share <= 0.0 else after
         chord = (after.w - before.w) / np.linalg.norm(after.w - before.w)
-        predicted = _interpolated(before, after, share)
+        predicted = interpolated(before, after, share)
         point = self._corrected(predicted, chord, before.tangent, before.motion.end.auxiliary_pieces)
         return replace(point, length=before.length + share * (after.length - before.length))
 
@@ -234,6 +234,30 @@ class Continuation:
         """
         return self._corrected(point.w, point.tangent, point.tangent, point.motion.end.auxiliary_pieces)
 
+    def near(
+        self, predicted: Array, normal: Array, like: Point, *, slack: float = 0.0, touch: Touch | None = None
+    ) -> Point:
+        """Return the motion in the plane through a prediction at right angles to a direction.
+
+        Parameters
+        ----------
+        predicted, normal
+            (N + 1,).
+        like
+            a motion nearby: the tangent points to the side of its tangent.
+        slack
+            change of w at which Newton's method may end; the motion is then the last one followed.
+        touch
+            a corner and an instant, for the depth of the motion.
+
+        Raises
+        ------
+        ConvergenceError
+            Newton's method does not converge.
+        """
+        pieces = like.motion.end.auxiliary_pieces
+        return self._newton(predicted, normal, like.tangent, pieces, slack=slack, touch=touch)[0]
+
     def beside(self, point: Point, direction: Array, distance: float) -> Point:
         """Return a point of another branch through a point, in a direction (N,) of balanced states, at a distance [w].
 
@@ -257,7 +281,7 @@ class Continuation:
         if after.w[-1] == before.w[-1]:
             raise ConvergenceError("the branch does not pass the parameter there")
         share = (target - before.w[-1]) / (after.w[-1] - before.w[-1])
-        predicted = _interpolated(before, after, share)
+        predicted = interpolated(before, after, share)
         predicted[-1] = target
         normal = np.append(np.zeros(predicted.size - 1), 1.0)
         point = self._corrected(predicted, normal, before.tangent, before.motion.end.auxiliary_pieces)
@@ -331,9 +355,9 @@ class Continuation:
         message = f"the branch cannot be followed beyond the parameter {point.parameter:.9g}"
         raise ConvergenceError(message, remedy="another start, or another range")
 
-    def _followed(self, w: Array, pieces: IntArray | None) -> tuple[Pass, Array]:
+    def _followed(self, w: Array, pieces: IntArray | None, touch: Touch | None = None) -> tuple[Pass, Array]:
         """The motion from w (N + 1,), and its slope (N,) [SI]."""
-        return self.family.follow(State(w[:-1] / self._scale, pieces), float(w[-1] * self.family.unit))
+        return self.family.follow(State(w[:-1] / self._scale, pieces), float(w[-1] * self.family.unit), touch)
 
     def _matrix(self, motion: Pass, slope: Array) -> Array:
         """(N, N + 1) [dF/du, dF/dp] in the branch's units."""
@@ -364,7 +388,7 @@ class Continuation:
         share = float(chord @ (begin.w - point.w)) / float(chord @ chord)
         if not 0.0 < share <= 1.0:
             return False
-        return bool(np.linalg.norm(_interpolated(point, following, share) - begin.w) < _CLOSED * self._longest)
+        return bool(np.linalg.norm(interpolated(point, following, share) - begin.w) < _CLOSED * self._longest)
 
     def _corrected(self, predicted: Array, normal: Array, direction: Array, pieces: IntArray | None) -> Point:
         return self._newton(predicted, normal, direction, pieces)[0]
@@ -377,17 +401,19 @@ class Continuation:
         pieces: IntArray | None,
         *,
         is_near: bool = False,
+        slack: float = 0.0,
+        touch: Touch | None = None,
     ) -> tuple[Point, int]:
         """The point of the branch in the plane through a prediction at right angles to ``normal``, and the iterations.
 
-        ``predicted``, ``normal`` and ``direction`` are (N + 1,); the tangent points to the side of ``direction``. A
-        prediction that is near is given up once the residual grows: then Newton's method goes round in circles between
-        two patterns of crossings, and a shorter step costs less.
+        ``predicted``, ``normal`` and ``direction`` are (N + 1,); the tangent points to the side of ``direction``;
+        ``slack`` and ``touch`` are those of ``near``. A prediction that is near is given up once the residual grows:
+        then Newton's method goes round in circles between two patterns of crossings, and a shorter step costs less.
         """
         w, last = predicted.copy(), np.inf
         for iteration in range(_ITERATIONS):
             parameter = float(w[-1] * self.family.unit)
-            motion, slope = self._followed(w, pieces)
+            motion, slope = self._followed(w, pieces, touch)
             matrix = self._matrix(motion, slope)
             residual = self._scale * motion.gap
             norm = float(np.linalg.norm(residual))
@@ -398,10 +424,11 @@ class Continuation:
                 break
             change, _ = shortest_solution(np.vstack([matrix, normal]), np.append(-residual, -plane))
             is_settled = norm <= least or (norm <= 100.0 * least and norm > 0.5 * last)
-            if is_settled and abs(plane) < 1e-12:
+            error = float(np.linalg.norm(change))
+            if (is_settled or error <= slack) and abs(plane) < 1e-12:
                 tangent, free = _tangent(matrix, direction)
                 way = 0.0 if free else float(np.linalg.det(np.vstack([matrix, tangent])))
-                error = float(np.linalg.norm(change))
+                w = w + change if slack > 0.0 else w
                 point = Point(parameter, motion, slope, *self._units, w, tangent, free, way, error, 0.0)
                 return point, iteration + 1
             w, last = w + change, norm
@@ -423,7 +450,7 @@ def _predicted(earlier: Point, point: Point, step: float) -> Array:
     if last <= 0.0 or step > 2.0 * last or point.free:
         return np.asarray(along)
     share = (last + step) / last
-    cubic = _interpolated(earlier, point, share)
+    cubic = interpolated(earlier, point, share)
     bend = cubic - along
     return np.asarray(along + bend - (bend @ point.tangent) * point.tangent)
 
@@ -447,8 +474,8 @@ def appended(point: Point, following: Point) -> Point:
     return replace(following, length=point.length + float(np.linalg.norm(following.w - point.w)))
 
 
-def _interpolated(before: Point, after: Point, share: float) -> Array:
-    """(N + 1,) value at a share of the cubic through two points that has their tangents."""
+def interpolated(before: Point, after: Point, share: float) -> Array:
+    """Return the value (N + 1,) at a share of the cubic through two points that has their tangents."""
     chord = after.w - before.w
     length = np.linalg.norm(chord)
     s, rest = share, 1.0 - share

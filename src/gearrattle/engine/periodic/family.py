@@ -11,13 +11,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.variants import Coefficients, picked
 from gearrattle.engine.periodic.compiled import PeriodBatch
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.period_map import Approach, Pass, PeriodMap, State
+from gearrattle.engine.periodic.touch import Touch, depth
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.laid_out import system_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -47,20 +50,32 @@ class Family(ABC):
         n, periods that a motion lasts.
     unit
         scale of the parameter: a change by it counts as one.
+    clearances
+        number of them: what crosses bounds counts from 0, clearances first.
     """
 
     scale: Array
     size: float
     cycles: int
     unit: float
+    clearances: int
 
     @abstractmethod
     def map_at(self, parameter: float) -> PeriodMap:
         """Return the map of one driveline."""
 
     @abstractmethod
-    def follow(self, state: State, parameter: float) -> tuple[Pass, Array]:
+    def follow(self, state: State, parameter: float, touch: Touch | None = None) -> tuple[Pass, Array]:
         """Follow a state.
+
+        Parameters
+        ----------
+        state
+            at the start.
+        parameter
+            of the driveline.
+        touch
+            a corner and an instant, for the approach in the Pass; None: none.
 
         Returns
         -------
@@ -93,15 +108,17 @@ class GeneralFamily(Family):
         self._system_of, self.cycles, self.unit = system_of, cycles, unit
         period_map = self.map_at(first)
         self.scale, self.size = period_map.scale, period_map.size
+        self.clearances = len(period_map.system.clearances)
 
     def map_at(self, parameter: float) -> PeriodMap:
         """Return the map of one driveline."""
         return PeriodMap(self._system_of(parameter), self.cycles)
 
-    def follow(self, state: State, parameter: float) -> tuple[Pass, Array]:
+    def follow(self, state: State, parameter: float, touch: Touch | None = None) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""
         step = DIFFERENCE * self.unit
-        motion, ends = self.map_at(parameter)(state), {}
+        period_map = self.map_at(parameter)
+        motion, ends = period_map(state), {}
         for side in (-step, step):
             try:
                 ends[side] = self.map_at(parameter + side).later(state).y
@@ -110,6 +127,10 @@ class GeneralFamily(Family):
         if len(ends) < 2:
             raise ConvergenceError(f"there is no driveline on either side of the parameter {parameter:.9g}")
         low, high = min(ends), max(ends)
+        if touch is not None and touch.watch < self.clearances:
+            with suppress(ConvergenceError):
+                beyond, located = depth(period_map, state, touch)
+                motion = replace(motion, approach=Approach(beyond, located.time))
         return motion, (ends[high] - ends[low]) / (high - low)
 
 
@@ -130,7 +151,7 @@ class CompiledFamily(Family):
     def __init__(self, general: GeneralFamily, system: PiecewiseSystem, coefficients_of: CoefficientsOf) -> None:
         self._general, self._coefficients_of = general, coefficients_of
         self.scale, self.size = general.scale, general.size
-        self.cycles, self.unit = general.cycles, general.unit
+        self.cycles, self.unit, self.clearances = general.cycles, general.unit, general.clearances
         self._angle_from_basis = relative_coordinates(system).angle_from_basis
         self._batch: PeriodBatch | None = None
         self._system = system
@@ -142,18 +163,19 @@ class CompiledFamily(Family):
             return self._general.map_at(parameter)
         return PeriodMap(system_of(self._system, picked(numbers, 0)), self.cycles)
 
-    def follow(self, state: State, parameter: float) -> tuple[Pass, Array]:
+    def follow(self, state: State, parameter: float, touch: Touch | None = None) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""
         step = _SHARE * min(self.unit, max(abs(parameter), _LEAST * self.unit))
         numbers, is_alike = self._coefficients_of(np.array([parameter - step, parameter + step, parameter]))
         if not is_alike.all():
-            return self._general.follow(state, parameter)
+            return self._general.follow(state, parameter, touch)
         if self._batch is None:
             self._batch = PeriodBatch(self._system, self.cycles, numbers)
         deflection, velocity = np.split(state.y, [self._angle_from_basis.shape[1]])
         batch = self._batch
-        if not batch.follow(numbers, self._angle_from_basis @ deflection, velocity):
-            return self._general.follow(state, parameter)
-        end, turned, gradient, slope = (part.copy() for part in batch.out)
+        if not batch.follow(numbers, self._angle_from_basis @ deflection, velocity, touch):
+            return self._general.follow(state, parameter, touch)
+        end, turned, gradient, slope = (part.copy() for part in batch.out[:4])
         period = float(numbers.period[-1, 0])
-        return Pass(state, State(end), gradient, turned, batch.passages(), period, self.cycles), slope / step
+        passed = batch.passages(), period, self.cycles, batch.approach(period)
+        return Pass(state, State(end), gradient, turned, *passed), slope / step

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation, Point
 from gearrattle.engine.periodic.period_map import PeriodMap
-from gearrattle.engine.periodic.touch import Touch, before_touch
+from gearrattle.engine.periodic.touch import Touch, pieces_before
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.errors import ConvergenceError
 
@@ -59,7 +59,7 @@ class Grazing:
     root: float = np.nan
 
 
-def grazing_of(curve: Continuation, point: Point, touch: Touch, side: float) -> Grazing:
+def grazing_of(curve: Continuation, point: Point, touch: Touch, side: float, spread: float = np.nan) -> Grazing:
     """Return the kind of a grazing and the strength of its square root.
 
     Parameters
@@ -72,6 +72,8 @@ def grazing_of(curve: Continuation, point: Point, touch: Touch, side: float) -> 
         what is touched.
     side
         1 if motions touch farther along the branch, -1 if they touch before.
+    spread
+        how long a touch lasts, squared, over the arclength from the grazing [s^2], in the limit; NaN: not known.
     """
     period_map = curve.family.map_at(point.parameter)
     system = period_map.system
@@ -80,16 +82,23 @@ def grazing_of(curve: Continuation, point: Point, touch: Touch, side: float) -> 
         return Grazing(JUMP if is_slider else COMPLIANT)
     rate = _rate(period_map, point, touch)
     kind = RIGID if np.sqrt(8.0 * RESOLVED) * system.inputs.period * rate > 1.0 else COMPLIANT
+    least = _LEAST * max(abs(point.parameter), abs(curve.family.unit))
     for distance in _BEYOND:
+        if rate * np.sqrt(spread * distance) > 2.0 * _SMALL:
+            continue
         try:
-            motions = [curve.moved_along(point, side * distance / times) for times in (1.0, 4.0, 16.0)]
+            far = curve.moved_along(point, side * distance)
+            lasts = _duration(far, touch)
+            if abs(far.parameter - point.parameter) < 16.0 * least:
+                break
+            if not 0.0 < rate * lasts < _SMALL:
+                continue
+            motions = [far, *(curve.moved_along(point, side * distance / times) for times in (4.0, 16.0))]
         except ConvergenceError:
             continue
         away = np.array([abs(motion.parameter - point.parameter) for motion in motions])
         traces = np.array([np.trace(motion.gradient) for motion in motions])
-        lasts = _duration(motions[0], touch)
-        is_small = 0.0 < lasts < _SMALL / rate and abs(traces[0] - traces[2]) < _SMALL
-        if is_small and away.min() > _LEAST * max(abs(point.parameter), abs(curve.family.unit)):
+        if abs(traces[0] - traces[2]) < _SMALL and away.min() > least:
             return Grazing(kind, _root(away, traces))
     return Grazing(kind)
 
@@ -117,7 +126,7 @@ def _duration(point: Point, touch: Touch) -> float:
 def _rate(period_map: PeriodMap, point: Point, touch: Touch) -> float:
     """The rate w of what is entered at a corner [rad/s]."""
     flow, system = period_map.flow, period_map.system
-    pieces = before_touch(period_map, point.motion.start, touch)[1]
+    pieces = pieces_before(period_map, point.motion, touch)
     beyond = system.beyond(pieces, touch.watch, touch.upward)
     element = system.clearances[touch.watch]
     lightness = float((system.rows[element] ** 2 / system.inertia).sum())

@@ -13,6 +13,7 @@ Takes a PiecewiseSystem; gives Passes.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,14 @@ class State:
     auxiliary_pieces: IntArray | None = None
 
 
+class Approach(NamedTuple):
+    """An extremum of a clearance's deflection near a corner."""
+
+    depth: float  # how far it lies beyond the corner [SI]
+    time: float  # in periods from the start
+    acceleration: float = np.nan  # of the deflection [SI]; NaN: not known
+
+
 @dataclass(frozen=True)
 class Pass:
     """A motion over n periods.
@@ -75,6 +84,8 @@ class Pass:
         T [s].
     cycles
         n.
+    approach
+        of a clearance to a corner; None: there is no extremum, or none was asked for.
     """
 
     start: State
@@ -84,6 +95,7 @@ class Pass:
     crossings: Passages
     period: float
     cycles: int
+    approach: Approach | None = None
 
     @property
     def gap(self) -> Array:

@@ -16,7 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.system.flow import Pieces
+from gearrattle.engine.system.passages import Passages
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -73,10 +75,11 @@ def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Tou
         change = -float(rate @ now) / float(rate @ generator @ now)
         time += float(np.clip(change, -_NEAR, _NEAR))
         if abs(change) < _SETTLED * max(1.0, time):
-            law, piece = system.laws[element], pieces[element]
-            deflection = float(flow.deflection[element] @ now)
-            corner = float(law.corners[piece if touch.upward else piece - 1])
-            return (deflection - corner) * (1.0 if touch.upward else -1.0), replace(touch, time=time)
+            corners, nearest = system.laws[element].corners, pieces[element] - 1 + touch.upward
+            if not 0 <= nearest < len(corners):
+                break
+            beyond = float(flow.deflection[element] @ now) - float(corners[nearest])
+            return beyond * (1.0 if touch.upward else -1.0), replace(touch, time=time)
     raise ConvergenceError("the extremum at a corner is lost")
 
 
@@ -89,11 +92,7 @@ def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Arr
     march = period_map.marched(state, samples_per_cycle=_SAMPLES)
     crossings = period_map.passages(march)
     times = crossings.time / system.inputs.period
-    ours = np.flatnonzero(crossings.watch == touch.watch)
-    limit = touch.time
-    for i, j in pairwise(ours.tolist()):
-        if crossings.upward[i] == touch.upward and times[i] - _NEAR < touch.time < times[j] + _NEAR:
-            limit = min(limit, float(times[i]))
+    limit = _begin_of(crossings, times, touch)
     row = max(0, int(np.ceil(limit * _SAMPLES)) - 1)
     cycle, fraction = divmod(row, _SAMPLES)
     inputs = flow.inputs_at(np.array([float(cycle)]), np.array([fraction / _SAMPLES]))[0]
@@ -106,3 +105,23 @@ def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Arr
         z = expm(flow.generator(pieces) * (times[i] - time)) @ z
         pieces, time = system.beyond(pieces, int(crossings.watch[i]), int(crossings.upward[i])), float(times[i])
     return z, pieces, time
+
+
+def pieces_before(period_map: PeriodMap, motion: Pass, touch: Touch) -> Pieces:
+    """Return the pieces of the region in which a motion is before a touch."""
+    crossings, system = motion.crossings, period_map.system
+    times, pieces = crossings.time / motion.period, period_map.along(motion)[0]
+    limit = _begin_of(crossings, times, touch)
+    for i in np.flatnonzero(times < limit).tolist():
+        pieces = system.beyond(pieces, int(crossings.watch[i]), int(crossings.upward[i]))
+    return pieces
+
+
+def _begin_of(crossings: Passages, times: Array, touch: Touch) -> float:
+    """When a touch begins, in periods: the corner is crossed, or where it is not, the instant of the extremum."""
+    ours = np.flatnonzero(crossings.watch == touch.watch)
+    limit = touch.time
+    for i, j in pairwise(ours.tolist()):
+        if crossings.upward[i] == touch.upward and times[i] - _NEAR < touch.time < times[j] + _NEAR:
+            limit = min(limit, float(times[i]))
+    return limit

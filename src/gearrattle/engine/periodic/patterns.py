@@ -1,0 +1,82 @@
+"""Patterns of crossings: what crosses which bound in the course of a motion, in order of time, wherever it begins.
+
+A crossing is a letter, a motion a word, its pattern the smallest rotation of that word. Words compare and rotate in a
+small part of the time that lists of pairs take.
+
+Takes watches and directions; gives words, and how two of them differ.
+"""
+
+from __future__ import annotations
+
+from gearrattle.engine.system.passages import Passages
+
+Pattern = tuple[tuple[int, int], ...]
+"""Crossings in order, as pairs (watch, 1 for the upper bound)."""
+
+
+def word_of(crossings: Passages) -> str:
+    """Return the word of some crossings."""
+    letters = (2 * crossings.watch + crossings.upward).tolist()
+    return "".join(map(chr, letters))
+
+
+def watch_of(letter: str) -> int:
+    """Return what crosses."""
+    return ord(letter) // 2
+
+
+def is_upward(letter: str) -> int:
+    """Return 1 if it crosses its upper bound, else 0."""
+    return ord(letter) % 2
+
+
+def pairs_of(word: str) -> Pattern:
+    """Return the crossings of a word as pairs."""
+    return tuple((watch_of(letter), is_upward(letter)) for letter in word)
+
+
+def rotated(word: str) -> str:
+    """Return the smallest rotation of a word: a pattern does not depend on where a period begins."""
+    least = min(word, default="")
+    return min((word[i:] + word[:i] for i, letter in enumerate(word) if letter == least), default=word)
+
+
+def is_rotation(one: str, other: str) -> bool:
+    """Return whether two words have the same pattern."""
+    return len(one) == len(other) and one in other + other
+
+
+def without(word: str, i: int) -> str | None:
+    """Return a word without crossings i and the next, if these cross one bound out and back; else None."""
+    j = (i + 1) % len(word)
+    if ord(word[i]) ^ 1 != ord(word[j]):
+        return None
+    return word[1:-1] if j == 0 else word[:i] + word[j + 1 :]
+
+
+def exchanged(word: str, i: int) -> str:
+    """Return a word with crossing i and the next exchanged."""
+    j = (i + 1) % len(word)
+    letters = list(word)
+    letters[i], letters[j] = letters[j], letters[i]
+    return "".join(letters)
+
+
+def touches(fewer: str, more: str) -> list[int]:
+    """Return the crossings i of a word such that it has the pattern of another one without i and the next."""
+    if len(more) != len(fewer) + 2:
+        return []
+    return [i for i in range(len(more)) if (rest := without(more, i)) is not None and is_rotation(rest, fewer)]
+
+
+def swaps(one: str, other: str) -> list[int]:
+    """Return the crossings i of a word such that it has the pattern of another one with i and the next exchanged."""
+    if sorted(one) != sorted(other):
+        return []
+    neighbours = [i for i in range(len(one)) if one[i] != one[(i + 1) % len(one)]]
+    return [i for i in neighbours if is_rotation(exchanged(one, i), other)]
+
+
+def is_one_change(one: str, other: str) -> bool:
+    """Return whether two patterns are the same, or differ by one touch or by one exchange."""
+    return is_rotation(one, other) or bool(touches(one, other) or touches(other, one) or swaps(one, other))

@@ -1,0 +1,111 @@
+"""The stretch of a branch between two points that follow one another, and the motions that are followed on it.
+
+Every motion of the stretch lies in a plane at right angles to its chord, as in ``Continuation.between``. It is
+predicted by the cubic through the two nearest motions known. So the nearer an event is enclosed, the fewer iterations a
+motion takes: in the end one, whose change is below what matters.
+
+Takes a Continuation and two of its Points; gives Points between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.periodic.continuation import Continuation, Point, interpolated
+from gearrattle.engine.periodic.touch import Touch
+
+Array = NDArray[np.float64]
+
+_LOCATED = 1e-13  # of the way between two points, and of arclength
+_SLACK = 0.1  # change of w that a trial may be off by, over the square of the distance to the nearest motion known
+_LEAST_ALONG = 0.1  # cosine between chord and tangent from which a prediction goes along the tangent
+_CLOSER = 0.25  # of the way between two motions: by so much their cubic may be moved along to the plane
+_SAME = 1e-9  # change of w below which a motion is the same
+_FARTHEST = 2.0  # distances between both nearest motions: up to there the cubic through them is better than a tangent
+
+
+class Stretch:
+    """Motions between two points, by their share of the way.
+
+    Parameters
+    ----------
+    curve
+        the Continuation of the branch.
+    before, after
+        both points.
+
+    Attributes
+    ----------
+    distance
+        between both [w].
+    located
+        how near an event can be located, as a share of the way: no motion is known better than to so much arclength.
+    """
+
+    def __init__(self, curve: Continuation, before: Point, after: Point) -> None:
+        self._curve, self.before, self.after = curve, before, after
+        self._known: list[tuple[float, Point]] = [(0.0, before), (1.0, after)]
+        self.distance = float(np.linalg.norm(after.w - before.w))
+        self.located = min(0.1, _LOCATED * max(1.0, 1.0 / (after.length - before.length)))
+        self._chord = (after.w - before.w) / self.distance
+
+    def at(
+        self,
+        share: float,
+        *,
+        is_trial: bool = False,
+        touch: Touch | None = None,
+        among: Callable[[Point], bool] | None = None,
+    ) -> Point:
+        """Return the motion at a share of the way.
+
+        Parameters
+        ----------
+        share
+            from 0 to 1.
+        is_trial
+            whether it may be off by an amount that vanishes with the square of the distance to the nearest one known.
+        touch
+            a corner and an instant, for the depth of the motion.
+        among
+            which motions the prediction is made from; None: all.
+
+        Raises
+        ------
+        ConvergenceError
+            Newton's method does not converge.
+        """
+        known = [one for one in self._known if among is None or among(one[1])]
+        known.sort(key=lambda one: abs(one[0] - share))
+        nearest, point = known[0]
+        predicted = self._predicted(share, known)
+        slack = _SLACK * (self.distance * (share - nearest)) ** 2 if is_trial else 0.0
+        following = self._curve.near(predicted, self._chord, point, slack=slack, touch=touch)
+        length = self.before.length + share * (self.after.length - self.before.length)
+        following = replace(following, length=length)
+        self._known.append((share, following))
+        return following
+
+    def again(self, point: Point, touch: Touch) -> Point:
+        """Return a motion of the stretch once more, with its approach to a corner; errors as in ``at``."""
+        return self._curve.near(point.w, point.tangent, point, slack=_SAME, touch=touch)
+
+    def _predicted(self, share: float, known: list[tuple[float, Point]]) -> Array:
+        """(N + 1,) a prediction in the plane of a share, from known motions, the nearest first."""
+        nearest, point = known[0]
+        target = interpolated(self.before, self.after, share)
+        w, apart = point.w, abs(known[1][0] - nearest) if len(known) > 1 else 0.0
+        if apart > 0.0 and abs(share - nearest) <= _FARTHEST * apart:
+            (low, lower), (high, upper) = sorted(known[:2], key=lambda one: one[0])
+            own, length = (share - low) / (high - low), float(self._chord @ (upper.w - lower.w))
+            w = interpolated(lower, upper, own)
+            change = float(self._chord @ (target - w))
+            if abs(change) < _CLOSER * length:
+                w = interpolated(lower, upper, own + change / length)
+        along = float(self._chord @ point.tangent)
+        way = point.tangent / along if along > _LEAST_ALONG else self._chord  # at a corner of the branch
+        return np.asarray(w + float(self._chord @ (target - w)) * way)

@@ -1,0 +1,210 @@
+"""The search for a grazing: two crossings of one corner appear or vanish, and meet there at velocity zero.
+
+From the side without contact the depth of the touch (``touch``) is smooth. The share of the way at which it is zero is
+extrapolated from the last motions, and the next motion leaves a little of the way to there, so that it does not touch.
+Where there is no depth, as at the bounds of sliders, motions that cross are followed instead: their velocity v grows
+with the square root of the distance, so v^2 is extrapolated.
+
+Takes a Continuation and two of its Points; gives the motion that grazes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.stretch import Stretch
+from gearrattle.engine.periodic.touch import Touch
+from gearrattle.engine.periodic.views import View, touch_between
+from gearrattle.errors import ConvergenceError
+
+_MOST = 40  # motions followed
+_NEARER = 0.02  # share of the way to the expected grazing that the next motion leaves, at least
+_FIRST_LEFT = 0.25  # the same, where only a tangent leads to the expected grazing
+_WIDEST_LEFT = 0.5
+_FEW, _ENOUGH = 4, 3  # motions that a grazing is extrapolated from: at most by depths, and by velocities
+_ASIDE = 1e-3  # share of the way from the first motion without contact to the next
+_OUTSIDE = 0.1  # times what a grazing is located to: so far from it its motion still does not touch
+_ROUNDING = 1e-2  # of the depth before: one that lies beyond zero by less does so by rounding
+_LITTLE, _LITTLE_ARC = 1e-4, 1e-10  # by which an expected grazing may move at last: share of the way, and arclength
+_ANOTHER = 1.0 / 64.0  # periods: touches farther apart are different ones
+
+
+class Search:
+    """The search for a grazing between two points that follow one another.
+
+    Parameters
+    ----------
+    curve
+        the Continuation of the branch.
+    before, after
+        the points, one of which touches.
+    view
+        by which they are compared.
+
+    Attributes
+    ----------
+    is_after
+        whether the motions after the grazing touch.
+    """
+
+    def __init__(self, curve: Continuation, before: Point, after: Point, view: View) -> None:
+        self.is_after = is_after = len(view(after)) > len(view(before))
+        self._stretch, self._view = Stretch(curve, before, after), view
+        self._inner, self._outer = (1.0, 0.0) if is_after else (0.0, 1.0)
+        apart, touching = (before, after) if is_after else (after, before)
+        self._fewer, self._nearest = view(apart), apart
+        velocity, touch = touch_between(apart, touching, view)
+        self._velocities, self._touch = [(self._inner, velocity)], touch
+        self._depths: list[tuple[float, float]] = []
+        self._acceleration = np.nan
+        self._left = _NEARER
+        self._ask(touch)
+
+    def grazing(self) -> tuple[Point, Touch]:
+        """Return the motion that grazes, from the side without contact where there is a depth, and its touch.
+
+        Raises
+        ------
+        ConvergenceError
+            the branch cannot be followed in between, or more than one thing changes there.
+        """
+        expected = np.inf
+        for _ in range(_MOST):
+            previous, expected = expected, self._expected()
+            width = abs(self._inner - self._outer)
+            if width < self._stretch.located or self._is_settled(expected, previous):
+                break
+            is_sample = self._follow(expected)
+            expected = expected if is_sample else np.inf  # which would not change
+        return self._limit(expected)
+
+    def _is_settled(self, expected: float, previous: float) -> bool:
+        """Whether a share lies between both sides, and differs little from the one expected before.
+
+        By depths its own error is far smaller than the difference.
+        """
+        little = 10.0 * self._stretch.located
+        if self._depths:
+            little = max(little, min(_LITTLE, _LITTLE_ARC / self._stretch.distance))
+        return self._is_enclosed(expected) and abs(expected - previous) < little
+
+    def _is_enclosed(self, share: float) -> bool:
+        """Whether a share lies between both sides, and enough motions are known to trust it."""
+        has_enough = len(self._depths) > _ENOUGH or (not self._depths and len(self._velocities) >= _ENOUGH)
+        return has_enough and min(self._inner, self._outer) <= share <= max(self._inner, self._outer)
+
+    def _expected(self) -> float:
+        """The share at which the touch is expected; infinite while nothing is known of it."""
+        if len(self._depths) > 1:
+            return _root_of(self._depths[-_FEW:])
+        if self._depths:
+            return np.inf
+        shares, velocities = zip(*self._velocities[-_ENOUGH:], strict=True)
+        return _extrapolated(velocities, shares, self._outer)
+
+    def _follow(self, expected: float) -> bool:
+        """Follow the next motion, and say whether it tells more of where the touch is expected."""
+        if len(self._depths) == 1:
+            share = self._outer + _ASIDE * (self._inner - self._outer)
+        else:
+            start, limit = self._outer if self._depths else self._inner, 0.5 * (self._inner + self._outer)
+            if np.isfinite(expected):
+                low, high = sorted((self._inner, self._outer))
+                limit = min(max(expected, low), high)
+            left = max(_FIRST_LEFT, self._left) if len(self._depths) == 2 else self._left
+            share = limit + left * (start - limit) if np.isfinite(expected) else limit
+        return self._follow_apart(share) if self._depths else self._follow_any(share)
+
+    def _follow_apart(self, share: float) -> bool:
+        """Follow a motion that does not touch, as is expected."""
+        try:
+            point = self._stretch.at(share, is_trial=True, touch=self._touch, among=self._is_apart)
+        except ConvergenceError:  # contact so stiff that Newton's method goes round in circles
+            point = None
+        if point is None or not self._is_apart(point):
+            self._inner, self._left = share, min(_WIDEST_LEFT, 4.0 * self._left)
+            return False
+        self._outer, self._nearest, self._left = share, point, max(_NEARER, 0.5 * self._left)
+        self._add_depth(share, point)
+        return True
+
+    def _follow_any(self, share: float) -> bool:
+        """Follow a motion that touches, as is expected."""
+        point = self._stretch.at(share, touch=self._touch)
+        if self._is_apart(point):
+            self._outer, self._nearest, self._left = share, point, min(_WIDEST_LEFT, 4.0 * self._left)
+            self._add_depth(share, point)
+            return False
+        velocity, touch = touch_between(self._nearest, point, self._view)
+        self._inner, self._left = share, max(_NEARER, 0.5 * self._left)
+        self._velocities.append((share, velocity))
+        is_other = (touch.watch, touch.upward) != (self._touch.watch, self._touch.upward)
+        if is_other or abs(touch.time - self._touch.time) > _ANOTHER:
+            self._ask(touch)
+        self._touch = touch
+        return True
+
+    def _limit(self, expected: float) -> tuple[Point, Touch]:
+        """The motion at the expected share, and its touch."""
+        share = expected if self._is_enclosed(expected) else 0.5 * (self._inner + self._outer)
+        if not self._depths:
+            return self._stretch.at(share), self._touch
+        aside = min(_OUTSIDE * self._stretch.located, abs(share - self._outer))
+        share += aside if self._outer > self._inner else -aside
+        self._stretch.at(share, is_trial=True, among=self._is_apart)
+        return self._stretch.at(share, among=self._is_apart), self._touch
+
+    def spread(self) -> float:
+        """How long a touch lasts, squared, over the arclength from the grazing [s^2], in the limit; NaN: not known."""
+        if len(self._depths) < 2:
+            return np.nan
+        (low, deep), (high, deeper) = self._depths[0], self._depths[-1]
+        slope = abs((deeper - deep) / ((high - low) * self._stretch.distance))
+        return float(8.0 * slope / abs(self._acceleration))
+
+    def _is_apart(self, point: Point) -> bool:
+        return self._view(point) == self._fewer
+
+    def _ask(self, touch: Touch) -> None:
+        """Ask the nearest motion without contact for its depth at a touch."""
+        near, self._touch = self._nearest, touch
+        self._add_depth(self._outer, self._stretch.again(near, touch))
+
+    def _add_depth(self, share: float, point: Point) -> None:
+        """Note the depth of a motion that does not touch; one that is not below zero is that of another extremum."""
+        approach = point.motion.approach
+        rounding = _ROUNDING * abs(self._depths[-1][1]) if len(self._depths) > 1 else 0.0
+        if approach is None or approach.depth > rounding:
+            self._depths.clear()
+            return
+        self._depths.append((share, approach.depth))
+        self._touch, self._acceleration = replace(self._touch, time=approach.time), approach.acceleration
+
+
+def _root_of(samples: list[tuple[float, float]]) -> float:
+    """The share at which the depth is zero, by inverse interpolation through (share, depth)."""
+    shares, depths = [share for share, _ in samples], [depth for _, depth in samples]
+    if len(set(depths)) < len(depths):
+        return np.inf
+    for width in range(1, len(shares)):
+        for i in range(len(shares) - width):
+            low, high = depths[i], depths[i + width]
+            shares[i] = (high * shares[i] - low * shares[i + 1]) / (high - low)
+    return shares[0]
+
+
+def _extrapolated(velocities: Sequence[float], shares: Sequence[float], outer: float) -> float:
+    """The share at which the velocity is zero: s = s0 + a v^2 + b v^3 through the last samples."""
+    if len(velocities) == 1:
+        return 0.5 * (shares[0] + outer)
+    powers = [0, 2, 3][: len(velocities)]
+    matrix = np.array([[v**power for power in powers] for v in velocities])
+    scale = np.abs(matrix).max(axis=0)
+    try:
+        return float(np.linalg.solve(matrix / scale, np.array(shares))[0] / scale[0])
+    except np.linalg.LinAlgError:
+        return 0.5 * (shares[-1] + outer)

@@ -1,0 +1,96 @@
+"""What the crossings of two motions of a branch tell: what touches in one and not in the other, what comes first.
+
+Takes Points; gives words (``patterns``), Touches and times.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.periodic import patterns
+from gearrattle.engine.periodic.continuation import Point
+from gearrattle.engine.periodic.touch import Touch
+from gearrattle.engine.system.passages import Passages
+from gearrattle.errors import ConvergenceError
+
+Array = NDArray[np.float64]
+
+_SHIFTS = 2  # crossings that may pass the begin of the period between two motions
+
+
+@dataclass(frozen=True)
+class View:
+    """The crossings that motions are compared by: those of the first ``watches`` that may cross; None: of all."""
+
+    watches: int | None = None
+
+    def __call__(self, point: Point) -> str:
+        """Return the pattern of a motion, as a word."""
+        return point.word if self.watches is None else patterns.rotated(patterns.word_of(self.crossings(point)))
+
+    def crossings(self, point: Point) -> Passages:
+        """Return the crossings of a motion."""
+        crossings = point.motion.crossings
+        return crossings if self.watches is None else crossings.where(crossings.watch < self.watches)
+
+
+def touch_between(apart: Point, touching: Point, view: View) -> tuple[float, Touch]:
+    """Return velocity [SI] and Touch of two crossings without which the pattern of one motion is that of another.
+
+    If several are left, such as those of a run of impacts, then those without which the instants agree best.
+
+    Raises
+    ------
+    ConvergenceError
+        there are none.
+    """
+    crossings, motion = view.crossings(touching), touching.motion
+    word, length = patterns.word_of(crossings), motion.cycles * motion.period
+    pairs = [(i, (i + 1) % len(word)) for i in patterns.touches(view(apart), word)]
+    if len(pairs) > 1:
+        others = view.crossings(apart)
+        pairs = [min(pairs, key=lambda pair: _difference(crossings, pair, others, length))]
+    if not pairs:  # several touch at once
+        following = [_next_of_same(word, i) for i in range(len(word))]
+        pairs = [(i, j) for i, j in enumerate(following) if ord(word[j]) == ord(word[i]) ^ 1]
+    touches = []
+    for i, j in pairs:
+        lasts = (crossings.time[j] - crossings.time[i]) % length
+        middle = float((crossings.time[i] + 0.5 * lasts) / motion.period)
+        speed = 0.5 * abs(crossings.velocity[i] - crossings.velocity[j])
+        touches.append((speed, Touch(patterns.watch_of(word[i]), patterns.is_upward(word[i]), middle)))
+    if not touches:
+        raise ConvergenceError("the pattern of crossings changes more than once")
+    return min(touches, key=lambda touch: touch[0])
+
+
+def time_between(point: Point, other: str, view: View) -> float:
+    """Return the shortest time between two crossings whose exchange gives another pattern [s]; 0 if there are none."""
+    crossings, motion = view.crossings(point), point.motion
+    word, length = patterns.word_of(crossings), motion.cycles * motion.period
+    times = crossings.time
+    return float(
+        min(((times[(i + 1) % len(word)] - times[i]) % length for i in patterns.swaps(word, other)), default=0)
+    )
+
+
+def _difference(touching: Passages, pair: tuple[int, int], apart: Passages, length: float) -> float:
+    """By how much instants of a motion [s] differ from those of another one that has a pair of crossings less."""
+    kept = np.ones(touching.time.size, np.bool_)
+    kept[list(pair)] = False
+    times, word, fewer = touching.time[kept], patterns.word_of(touching.where(kept)), patterns.word_of(apart)
+    differences = [
+        float(np.abs((np.roll(times, shift) - apart.time + 0.5 * length) % length - 0.5 * length).sum())
+        for shift in range(-_SHIFTS, _SHIFTS + 1)
+        if word[-shift:] + word[:-shift] == fewer
+    ]
+    return min(differences, default=np.inf)
+
+
+def _next_of_same(word: str, i: int) -> int:
+    """Index of the next crossing of what crosses at i."""
+    count, watch = len(word), patterns.watch_of(word[i])
+    return next((i + k) % count for k in range(1, count + 1) if patterns.watch_of(word[(i + k) % count]) == watch)

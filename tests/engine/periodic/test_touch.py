@@ -1,0 +1,43 @@
+"""How near a motion comes to a corner: the compiled loop against the same motion on a dense grid."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gearrattle.engine.periodic.touch import Touch
+from gearrattle.orbits.family import family_of
+from tests.engine.periodic.test_slope import start, train
+
+pytestmark = pytest.mark.compiled  # without compiled kernels every family is a general one
+
+PATH, SPEED = "excitation.speed", 100.0
+GRID = 8192
+
+
+@pytest.mark.parametrize("inertias", [1, 2, 4])
+@pytest.mark.parametrize("upward", [0, 1])
+def test_an_extremum_near_a_corner_is_found_with_its_depth(inertias: int, upward: int) -> None:
+    """Where the motion turns back, and how far that is from the next corner; from instants all over the period."""
+    model, state = train(inertias), start(inertias)
+    family = family_of(model, PATH, SPEED, 1, 10.0)
+    period_map, side = family.map_at(SPEED), 1.0 if upward else -1.0
+    flow, element = period_map.flow, period_map.system.clearances[0]
+    march = period_map.marched(state, samples_per_cycle=GRID)
+    inputs = flow.inputs_at(np.zeros(GRID + 1), np.linspace(0.0, 1.0, GRID + 1))
+    z = np.column_stack([march.samples.states[: GRID + 1, : flow.states], inputs])
+    x, corners = side * (z @ flow.deflection[element]), side * period_map.system.laws[element].corners
+    tops = np.flatnonzero((x[1:-1] > x[:-2]) & (x[1:-1] > x[2:])) + 1
+    for top in tops[x[tops] < corners.max()]:
+        before, here, after = x[top - 1 : top + 2]
+        bend = before - 2.0 * here + after
+        highest = here - (after - before) ** 2 / (8.0 * bend)
+        time = (top + 0.5 * (before - after) / bend) / GRID
+        approach = family.follow(state, SPEED, Touch(0, upward, float(time) + 1e-3))[0].approach
+        assert approach is not None
+        assert approach.time == pytest.approx(time, abs=1e-6)
+        assert approach.depth == pytest.approx(highest - corners[corners > highest].min(), abs=1e-8 * corners.max())
+        assert side * approach.acceleration == pytest.approx(
+            bend * (GRID / march.task.system.inputs.period) ** 2, rel=1e-2
+        )
+    assert tops.size > 0
