@@ -59,7 +59,7 @@ class Server:
         return self.until(job, *ENDED)
 
     def until(self, job: str, *states: str) -> dict[str, Any]:
-        end = time.monotonic() + 240.0
+        end = time.monotonic() + 600.0
         while (record := self.state(job))["state"] not in states:
             assert time.monotonic() < end, record
             time.sleep(0.02)
@@ -75,7 +75,7 @@ def serving(folder: Path, *words: str, **environment: str) -> Iterator[Server]:
         try:
             assert process.stdout is not None
             address, _, token = process.stdout.readline().strip().partition("/?token=")
-            with httpx.Client(base_url=address, timeout=120.0) as client:
+            with httpx.Client(base_url=address, timeout=600.0) as client:
                 _wait(client)
                 assert client.get(f"/?token={token}").status_code == 303
                 yield Server(process, address, token, client)

@@ -130,7 +130,7 @@ def test_of_answers_that_follow_a_slider_the_newest_wins(server: Server) -> None
 
     def ask(number: int) -> None:
         values = {"coupling.gap.clearance": f"{0.5 + 0.01 * number} deg"}
-        with server.client.__class__(base_url=server.address, cookies=server.client.cookies, timeout=120.0) as client:
+        with server.client.__class__(base_url=server.address, cookies=server.client.cookies, timeout=600.0) as client:
             answer = client.post("/api/live", json={"text": MODEL, "values": values, "sequence": number})
         statuses[number] = answer.status_code
         if answer.status_code == 200:

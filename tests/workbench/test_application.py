@@ -1,0 +1,228 @@
+"""The application in this process: the same checks and jobs without a socket."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from multiprocessing import Pipe
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import gearrattle as gr
+from gearrattle.errors import ModelError
+from gearrattle.workbench.folder import Folder
+
+pytest.importorskip("starlette")
+pytest.importorskip("uvicorn")
+
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+from gearrattle.workbench.access import LARGEST, Access, Pace
+from gearrattle.workbench.application import Limits, application
+from gearrattle.workbench.jobs import worker
+from gearrattle.workbench.jobs.record import ENDED, Job, read_jobs
+from gearrattle.workbench.jobs.tasks import TASKS, carry_out, check_options
+from tests.workbench.server import MODEL
+
+pytestmark = pytest.mark.compiled
+BASE = "http://127.0.0.1:8765"
+TOKEN = "the-token-of-the-start-address"
+
+
+@pytest.fixture(scope="module")
+def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("workspace")
+    Job("run", "under way", state="running").write(Folder(folder).jobs)
+    (Folder(folder).jobs / "damaged").mkdir()
+    (Folder(folder).jobs / "damaged" / "job.json").write_text("{", encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def client(root: Path) -> Iterator[TestClient]:
+    app = application(Folder(root), Limits(1, 8e9), host="127.0.0.1", token=TOKEN, password="a long password")
+    with TestClient(app, base_url=BASE, follow_redirects=False) as client:
+        assert client.get(f"/?token={TOKEN}").status_code == 303
+        yield client
+
+
+def stranger(client: TestClient) -> TestClient:
+    return TestClient(client.app, base_url=BASE, follow_redirects=False)
+
+
+def ended(client: TestClient, job: str) -> dict[str, Any]:
+    end = time.monotonic() + 600.0
+    while (record := client.get(f"/api/jobs/{job}").json())["state"] not in ENDED:
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    return dict(record)
+
+
+def test_strangers_get_no_answer_and_the_password_opens(client: TestClient) -> None:
+    other = stranger(client)
+    assert other.get("/api/jobs").status_code == 401
+    assert "start address" in other.get("/").text
+    assert other.post("/api/session", data={"password": "wrong"}).status_code == 401
+    assert other.post("/api/session", data={"password": "a long password"}).status_code == 303
+    assert other.get("/api/jobs").status_code == 200
+    bearer = {"authorization": f"Bearer {TOKEN}"}
+    assert stranger(client).get("/api/jobs", headers=bearer).status_code == 200
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"origin": "http://example.com"},
+        {"host": "example.com:8765"},
+        {"host": "127.0.0.1"},
+        {"sec-fetch-site": "cross-site"},
+    ],
+)
+def test_requests_from_elsewhere_are_refused(client: TestClient, headers: dict[str, str]) -> None:
+    assert client.get("/api/jobs", headers=headers).status_code == 403
+
+
+def test_on_a_network_addresses_are_hosts_and_names_are_not(root: Path) -> None:
+    app = Access(lambda *_: None, "0.0.0.0", TOKEN)  # type: ignore[arg-type,return-value]
+    scope = {"server": ("10.0.0.7", 8765)}
+    assert [app._is_here(scope, host) for host in ("10.0.0.7:8765", "localhost:8765", "[::1]:8765")] == [True] * 3
+    assert [app._is_here(scope, host) for host in ("example.com:8765", "10.0.0.7", "")] == [False] * 3
+
+
+def test_large_bodies_and_fast_strangers_are_refused(client: TestClient) -> None:
+    assert client.put("/api/files/a.csv", content=b"0" * (LARGEST + 1)).status_code == 413
+    parts = (b"0" * 1_000_000 for _ in range(21))
+    assert client.put("/api/files/a.csv", content=parts).status_code == 413
+    assert client.get("/api/files").json() == []
+    pace = Pace(3, 0.0)
+    assert [pace.allows() for _ in range(5)] == [True, True, True, False, False]
+
+
+def test_sockets_need_an_origin_and_the_token(client: TestClient) -> None:
+    for headers in ({}, {"origin": "http://example.com"}):
+        with pytest.raises(WebSocketDisconnect), client.websocket_connect("/api/events", headers=headers):
+            pass
+    with client.websocket_connect(
+        f"{BASE.replace('http', 'ws')}/api/events", headers={"origin": BASE, "host": "127.0.0.1:8765"}
+    ) as wire:
+        job = client.post("/api/jobs", json={"task": "modes", "text": MODEL}).json()
+        states = []
+        while not states or states[-1] not in ENDED:
+            message = wire.receive_json()
+            if message["job"]["id"] == job["id"]:
+                states.append(message["job"]["state"])
+    assert states[-1] == "done"
+
+
+def test_jobs_of_an_ended_server_are_broken_and_damaged_records_are_left_alone(client: TestClient, root: Path) -> None:
+    states = {job.name: job.state for job in read_jobs(Folder(root).jobs)}
+    assert states["under way"] == "broken"
+    assert {job["id"] for job in client.get("/api/jobs").json()} == {job.id for job in read_jobs(Folder(root).jobs)}
+
+
+def test_a_job_from_its_start_to_its_removal(client: TestClient, root: Path) -> None:
+    first = ended(client, client.post("/api/jobs", json={"task": "run", "text": MODEL, "name": "a"}).json()["id"])
+    assert first["state"] == "done"
+    assert client.get(f"/api/jobs/{first['id']}/view").status_code == 200
+    assert client.patch(f"/api/jobs/{first['id']}", json={"name": "b"}).json()["name"] == "b"
+    wrong = ended(
+        client,
+        client.post("/api/jobs", json={"task": "run", "text": MODEL, "options": {"algorithm": "none"}}).json()["id"],
+    )
+    assert wrong["state"] == "failed"
+    assert "algorithm" in wrong["problems"][0]["place"]
+    long = {"cycles": 400_000, "samples_per_cycle": 2, "discard": 0}
+    running, waiting = (
+        client.post("/api/jobs", json={"task": "run", "text": MODEL, "options": long}).json() for _ in range(2)
+    )
+    assert client.delete(f"/api/jobs/{waiting['id']}").status_code == 400
+    for job in (waiting, running):
+        client.post(f"/api/jobs/{job['id']}/cancel")
+    assert [ended(client, job["id"])["state"] for job in (running, waiting)] == ["cancelled"] * 2
+    assert client.delete(f"/api/jobs/{first['id']}").status_code == 200
+    assert not (Folder(root).jobs / first["id"]).exists()
+    assert client.get(f"/api/jobs/{first['id']}").status_code == 404
+
+
+def test_wrong_requests_are_problems(client: TestClient) -> None:
+    for body in (
+        b"[",
+        b"[]",
+        b'{"task": "run", "text": 1}',
+        b'{"task": "run", "text": "x", "options": []}',
+        b'{"task": "fly", "text": "x"}',
+    ):
+        answer = client.post("/api/jobs", content=body)
+        assert answer.status_code == 400
+        assert answer.json()["problems"][0]["rule"]
+    assert client.get("/api/nothing").status_code == 404
+    assert client.delete("/api/jobs").status_code == 405
+
+
+def test_files_are_written_whole_and_never_over_what_is_newer(client: TestClient, root: Path) -> None:
+    assert client.put("/api/files/models/idle.toml", content=MODEL).status_code == 200
+    answer = client.get("/api/files/models/idle.toml")
+    assert answer.text == MODEL
+    tag = answer.headers["etag"]
+    assert client.put("/api/files/models/idle.toml", content="schema = 1", headers={"if-match": tag}).status_code == 200
+    assert client.put("/api/files/models/idle.toml", content=MODEL, headers={"if-match": tag}).status_code == 412
+    assert client.put("/api/files/models", content=MODEL).status_code == 400
+    assert client.put("/api/files/..%2Fx.toml", content=MODEL).status_code == 400
+    assert client.get("/api/files/none.toml").status_code == 404
+    assert [entry["path"] for entry in client.get("/api/files").json()] == ["models/idle.toml"]
+    job = client.post("/api/jobs", json={"task": "modes", "file": "models/idle.toml"})
+    assert job.status_code == 400
+    with pytest.raises(ModelError, match="must name a file within"):
+        Folder(root).path("a/../../b")
+
+
+def test_every_example_opens(client: TestClient) -> None:
+    for example in client.get("/api/examples").json():
+        text = client.get(f"/api/examples/{example['name']}").json()["text"]
+        assert gr.loads(text).name == example["title"]
+
+
+def test_what_follows_a_slider(client: TestClient) -> None:
+    answer = client.post(
+        "/api/live", json={"text": MODEL, "values": {"coupling.gap.clearance": "1 deg"}, "sequence": 7}
+    )
+    assert answer.status_code == 200
+    assert answer.json()["sequence"] == 7
+    assert (
+        client.post("/api/live", json={"text": MODEL, "values": {"coupling.gap.clearance": "1 kg"}}).status_code == 400
+    )
+
+
+def test_tasks_call_public_functions_with_the_options_they_have(tmp_path: Path) -> None:
+    folder = Folder(tmp_path.resolve())
+    for name, task in TASKS.items():
+        assert callable(task.callable())
+        check_options(name, dict.fromkeys(set(task.options()) - set(task.files)), folder)
+    shares: list[float] = []
+    model = gr.loads(MODEL)
+    study = carry_out("study", model, {"axes": {"coupling.gap.clearance": [0.01, 0.02]}}, tmp_path, shares.append)
+    assert study.sizes["coupling.gap.clearance"] == 2
+    assert shares[-1] == 1.0
+    with pytest.raises(ModelError, match="within the folder"):
+        check_options("validate", {"measurement": "../rig.csv"}, folder)
+
+
+def test_a_worker_answers_what_it_is_asked(tmp_path: Path) -> None:
+    here, there = Pipe()
+    folder = tmp_path / "job"
+    folder.mkdir()
+    (folder / "model.toml").write_text(MODEL, encoding="utf-8")
+    content = {"folder": str(folder), "root": str(tmp_path), "task": "run", "options": {}}
+    kind, sentence = worker._answer(there, "job", content)
+    assert (kind, sentence) == ("done", gr.run(gr.loads(MODEL)).sentence)
+    assert here.poll()
+    assert here.recv()[0] == "progress"
+    assert worker._answer(there, "job", content | {"options": {"cycles": -1}})[0] == "failed"
+    assert worker._answer(there, "job", content | {"folder": str(tmp_path / "none")})[0] == "failed"
+    assert worker._answer(there, "job", {})[1][0].place == "internal error"
+    kind, view = worker._answer(there, "live", {"text": MODEL, "values": {}, "root": str(tmp_path)})
+    assert kind == "done"
+    assert view["verdict"]
