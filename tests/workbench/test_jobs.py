@@ -57,7 +57,7 @@ def test_a_run_gives_the_numbers_of_the_call(server: Server) -> None:
 
 def test_what_is_wrong_is_said_before_anything_runs(server: Server) -> None:
     known = len(server.client.get("/api/jobs").json())
-    for request, place, remedy in (
+    for request, expected_place, remedy in (
         ({"text": MODEL.replace("stiffness", "stifness")}, "model.toml:4", "did you mean"),
         ({"options": {"cyles": 3}}, "options.cyles", "did you mean"),
         ({"task": "fly"}, "task", ""),
@@ -67,7 +67,7 @@ def test_what_is_wrong_is_said_before_anything_runs(server: Server) -> None:
         answer = server.client.post("/api/jobs", json={"task": "run", "text": MODEL, **request})
         assert answer.status_code == 400
         problem = answer.json()["problems"][0]
-        assert place in problem["place"]
+        assert expected_place in problem["place"]
         assert remedy in problem["remedy"]
     assert server.client.post("/api/jobs", content=b"[").status_code == 400
     assert len(server.client.get("/api/jobs").json()) == known

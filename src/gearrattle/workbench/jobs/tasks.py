@@ -12,10 +12,10 @@ import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import gearrattle
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.workbench.folder import Folder
@@ -30,7 +30,7 @@ class Task:
     Attributes
     ----------
     function
-        public name of the function, with dots.
+        module and name of the public function.
     files
         options that name files of the workspace folder.
     fixed
@@ -43,10 +43,8 @@ class Task:
 
     def callable(self) -> Callable[..., Any]:
         """Return the function; it is imported now."""
-        value: Any = gearrattle
-        for part in self.function.split("."):
-            value = getattr(value, part)
-        function: Callable[..., Any] = value
+        module, _, name = self.function.partition(":")
+        function: Callable[..., Any] = getattr(import_module(module), name)
         return function
 
     def options(self) -> list[str]:
@@ -58,22 +56,22 @@ class Task:
 _OWN = ("progress", "phase", "output", "resume", "retry_failed", "scheduler", "function", "calibration", "prior")
 _HERE = {"workers": 1}
 TASKS: dict[str, Task] = {
-    "run": Task("run"),
-    "simulate": Task("simulate"),
-    "advise": Task("advise"),
-    "modes": Task("modes"),
-    "equilibrium": Task("equilibrium"),
-    "stiffness": Task("stiffness"),
-    "reduce": Task("reduce"),
-    "compare": Task("compare"),
-    "study": Task("study", fixed=_HERE),
-    "bifurcation": Task("bifurcation", fixed=_HERE),
-    "basins": Task("basins", fixed=_HERE),
-    "screen": Task("screen", fixed=_HERE),
-    "periodic": Task("periodic"),
-    "continuation": Task("continuation"),
-    "validate": Task("validate", files=("measurement",)),
-    "fit": Task("identification.fit", files=("data",)),
+    "run": Task("gearrattle.pipeline:run"),
+    "simulate": Task("gearrattle.simulation.simulate:simulate"),
+    "advise": Task("gearrattle.advice:advise"),
+    "modes": Task("gearrattle.analysis.statics:modes"),
+    "equilibrium": Task("gearrattle.analysis.statics:equilibrium"),
+    "stiffness": Task("gearrattle.analysis.stiffness:stiffness"),
+    "reduce": Task("gearrattle.reductions.reduce:reduce"),
+    "compare": Task("gearrattle.comparison.compare:compare"),
+    "study": Task("gearrattle.studies:study", fixed=_HERE),
+    "bifurcation": Task("gearrattle.studies:bifurcation", fixed=_HERE),
+    "basins": Task("gearrattle.studies:basins", fixed=_HERE),
+    "screen": Task("gearrattle.studies:screen", fixed=_HERE),
+    "periodic": Task("gearrattle.orbits:periodic"),
+    "continuation": Task("gearrattle.orbits:continuation"),
+    "validate": Task("gearrattle.measured.validation:validate", files=("measurement",)),
+    "fit": Task("gearrattle.identification:fit", files=("data",)),
 }
 """Name of a task -> what it calls."""
 

@@ -146,12 +146,12 @@ def _work(connection: Connection) -> None:
 
 
 def _answer(connection: Connection, what: str, content: dict[str, Any]) -> tuple[str, Any]:
-    told = 0.0
+    last_report = 0.0
 
     def progress(fraction: float) -> None:
-        nonlocal told
-        if time.monotonic() - told >= _TOLD:
-            told = time.monotonic()
+        nonlocal last_report
+        if time.monotonic() - last_report >= _TOLD:
+            last_report = time.monotonic()
             connection.send(("progress", fraction))
 
     try:
@@ -170,10 +170,10 @@ def _answer(connection: Connection, what: str, content: dict[str, Any]) -> tuple
 
 def warm_up() -> None:
     """Import what jobs use and load compiled loops, by a short run."""
-    import gearrattle
+    from gearrattle.model.examples import example
     from gearrattle.workbench.live import live_view
 
-    live_view(gearrattle.example("rattle_oscillator"), {})
+    live_view(example("rattle_oscillator"), {})
 
 
 def _job(content: dict[str, Any], progress: Callable[[float], None]) -> str:
