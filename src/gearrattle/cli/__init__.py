@@ -52,7 +52,7 @@ COMMANDS = {
     "criteria": ("gearrattle.cli.criteria:criteria", "The verdict on a saved motion."),
     "metrics": ("gearrattle.cli.metrics:metrics", "Rattle metrics of a saved motion or a measured file."),
     "listen": ("gearrattle.cli.listen:listen", "Impacts as sound: WAV files, levels, loudness."),
-    "serve": ("gearrattle.cli.serve:serve", "The workbench: a page to draw, run, hear and compare drivelines."),
+    "serve": ("gearrattle.cli.serve:serve", "The workbench: a page to draw, run and compare drivelines."),
     "examples": ("gearrattle.cli.examples:examples", "Models that come with the package; copies all examples."),
     "schema": ("gearrattle.cli.schema:schema", "The format of model files and study files, for editors."),
 }
