@@ -18,7 +18,8 @@ from gearrattle.model.table import did_you_mean, listed, shown
 _NAMED = ("inertia", *COMPONENTS)
 _LISTS = (*_NAMED, "torque")
 _TABLES = ("excitation", "simulation")
-_SAME_THING = ("speed", "frequency", "sweep")
+SAME_THING = ("speed", "frequency", "sweep")
+"""Keys of ``excitation`` of which one alone may stand."""
 
 
 class _NoPathError(LookupError):
@@ -52,8 +53,8 @@ def changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
             problems.append(Problem(f"path {path}", "", error.rule, error.remedy))
     if problems:
         raise ModelError(problems)
-    keys_set = [key for key in _SAME_THING if changes.get(f"excitation.{key}") is not None]
-    for other in _SAME_THING:
+    keys_set = [key for key in SAME_THING if changes.get(f"excitation.{key}") is not None]
+    for other in SAME_THING:
         if keys_set and f"excitation.{other}" not in changes:
             fresh.get("excitation", {}).pop(other, None)
     return fresh

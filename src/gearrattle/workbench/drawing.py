@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from gearrattle.model import Coupling, Element, Inertia, Mesh, Piece
+from gearrattle.model import Coupling, Element, Inertia, Mesh, Motion, Piece, Torque
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.over_speed import OMEGA
 from gearrattle.model.quantity import GROUND
+from gearrattle.model.symbol import Shown
 from gearrattle.report.plots.driveline import disc_heights
 from gearrattle.report.plots.placement import Placement, carriers, place
 from gearrattle.trajectory import Array, IntArray
@@ -30,7 +31,7 @@ PITCH = (168.0, 168.0)
 """From cell to cell, across and down [px]."""
 MISSING = -2
 """Number of a body that does not exist."""
-_LOADS = ("torque", "motion")
+_LOADS: Mapping[str, type[Shown]] = {"torque": Torque, "motion": Motion}
 
 
 @dataclass(frozen=True)
@@ -231,11 +232,18 @@ def _end(number: int, body: int, seat: tuple[int, int] | None, placement: Placem
 
 def _loads(tables: Mapping[str, Any], numbers: Mapping[Any, int]) -> Iterator[dict[str, Any]]:
     """Yield what drives the bodies, with a few words."""
-    for kind in _LOADS:
+    for kind, shown in _LOADS.items():
         for index, row in enumerate(rows_of(tables, kind)):
             body = numbers.get(row.get("on"), MISSING) if isinstance(row.get("on"), str) else MISSING
             path: Location = (kind, index)
-            yield {"path": list(path), "body": body, "words": _words(row)}
+            symbol = shown.symbol
+            yield {
+                "path": list(path),
+                "body": body,
+                "words": _words(row),
+                "symbol": symbol.path,
+                "width": symbol.width,
+            }
 
 
 def _words(row: Mapping[str, Any]) -> str:

@@ -25,7 +25,7 @@ from tomlkit.items import InlineTable, Item
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.file import read_tables
-from gearrattle.model.paths import location_of
+from gearrattle.model.paths import SAME_THING, location_of
 from gearrattle.model.writing import value_text
 from gearrattle.wording import listed
 from gearrattle.workbench import blocks as documents
@@ -106,13 +106,20 @@ def _steps(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
 
 def _setting(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
     location = _location(tables, edit, "path")
-    if isinstance(edit.get("typed"), str):
-        if not edit["typed"].strip():
-            return _deleting(tables, edit)
-        return [("set", location, literal_of(edit["typed"]))], ""
-    if edit.get("value") is None:
+    typed, value = edit.get("typed"), edit.get("value")
+    if isinstance(typed, str) and typed.strip():
+        literal = literal_of(typed)
+    elif value is not None:
+        literal = value_text(value)
+    else:
         return _deleting(tables, edit)
-    return [("set", location, value_text(edit["value"]))], ""
+    same = (
+        [(*location[:-1], key) for key in SAME_THING]
+        if location[:-1] == ("excitation",) and location[-1] in SAME_THING
+        else []
+    )
+    others: list[Step] = [("delete", key, "") for key in same if key != location and _stands(tables, key)]
+    return [*others, ("set", location, literal)], ""
 
 
 def _adding(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:

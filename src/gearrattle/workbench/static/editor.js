@@ -1,194 +1,348 @@
-// The editor: a driveline as a drawing, the form of what is selected, and the text of the model file. Every change is
-// an edit of the text, made by the server, so that all three always agree; undo goes back to earlier texts.
+// The Edit view: a driveline as drawing, form and text, each of which changes the others through the server.
 
-import { html, render, useEffect, useRef, useState } from "/static/vendor/htm-preact.js";
-import { Drawing } from "/static/driveline.js";
-import { Row } from "/static/form.js";
+import { html, render, useEffect, useMemo, useRef, useState } from "/static/vendor/htm-preact.js";
+import { standIn } from "/static/model_stand_in.js";
+import { Widget } from "/static/widget_host.js";
+import { Form } from "/static/form.js";
+import { TomlText } from "/static/toml.js";
 
-const PAUSE = 300; // ms without a key before the text is checked
-const MOST_UNDONE = 200;
-const NEW = 'schema = 1\nname = "new driveline"\n\n[excitation]\nspeed = "1500 rpm"\n';
+const DRAFT = "gearrattle.draft", TEXT_SHOWN = "gearrattle.text", MOST_KEPT = 500, PAUSE = 250; // ms after typing
+const NEW = 'schema = 1\nname = "New driveline"\nunits = "SI"\n\n[excitation]\nspeed = "800 rpm"\n\n[simulation]\ncycles = 100\ndiscard = 50\n';
+const EMPTY = { problems: [], notes: [], drawing: null, tables: null, headers: [], title: "" };
+const SINGLE = ["excitation", "simulation"];
 
-export async function mountEditor(el, { api, onRun, onError, text }) {
-  const [schema, shelf] = await Promise.all([api.get("/api/schema"), api.get("/api/components")]);
-  render(html`<${Editor} api=${api} onRun=${onRun} onError=${onError} schema=${schema} shelf=${shelf} first=${text ?? NEW} />`, el);
-  return { destroy: () => render(null, el) };
+const keyOf = (path) => path.join(".");
+const pathOf = (key) => (key ? key.split(".").map((part) => (/^\d+$/.test(part) ? Number(part) : part)) : null);
+const copy = (value) => JSON.parse(JSON.stringify(value));
+const rowsOf = (tables, kind) => (Array.isArray(tables?.[kind]) ? tables[kind] : []);
+
+function valueAt(tables, path) {
+  return path.reduce((node, part) => (node && typeof node === "object" ? node[part] : undefined), tables);
 }
 
-// A text, what the server says of it, and the texts before and after it.
-function useModel(api, first, onError) {
-  const [text, setText] = useState(first);
-  const [answer, setAnswer] = useState(null);
-  const history = useRef({ past: [], future: [] });
-  const newest = useRef(0);
-  const ask = async (request) => {
-    const number = ++newest.current;
-    try {
-      const made = await request();
-      if (number === newest.current) setAnswer((old) => ({ ...made, drawing: made.drawing ?? old?.drawing, tables: made.tables ?? old?.tables, isStale: !made.tables }));
-      return made;
-    } catch (error) { if (number === newest.current) onError(error); return null; }
-  };
-  const check = (value) => ask(() => api.post("/api/check", { text: value }));
-  const put = (value) => {
-    if (value === text) return;
-    history.current.past = [...history.current.past, text].slice(-MOST_UNDONE);
-    history.current.future = [];
-    setText(value);
-  };
-  const edit = async (...edits) => {
-    const made = await ask(() => api.post("/api/edit", { text, edits }));
-    if (made) put(made.text);
-    return made;
-  };
-  const go = (from, to) => {
-    const value = history.current[from].at(-1);
-    if (value === undefined) return;
-    history.current[from] = history.current[from].slice(0, -1);
-    history.current[to] = [...history.current[to], text];
-    setText(value);
-    check(value);
-  };
-  useEffect(() => { check(first); }, []);
-  const open = (value) => { put(value); check(value); };
-  return { text, answer, check, put, edit, open, undo: () => go("past", "future"), redo: () => go("future", "past"), canUndo: history.current.past.length > 0, canRedo: history.current.future.length > 0 };
+function put(row, path, value) {
+  const [last, ...before] = [...path].reverse();
+  valueAt(row, before.reverse())[last] = value;
 }
 
-function Editor({ api, onRun, onError, schema, shelf, first }) {
-  const model = useModel(api, first, onError);
-  const [selected, setSelected] = useState(null);
-  const [adding, setAdding] = useState(null);
-  const area = useRef(null);
-  const { answer } = model;
-  const tables = answer?.tables ?? {};
-  const bodies = (tables.inertia ?? []).map((row) => row.name).filter(Boolean);
-  const problems = answer?.problems ?? [];
-  const row = selected && valueAt(tables, selected);
-  const select = (path) => {
-    setSelected(path);
-    setAdding(null);
-    const header = answer?.headers.find((entry) => String(entry.path) === String(path));
-    if (header && area.current) area.current.scrollTop = (header.line - 3) * parseFloat(getComputedStyle(area.current).lineHeight);
-  };
-  const remove = async () => { if (row && (await model.edit({ op: "delete", path: selected }))) setSelected(null); };
-  const parts = shelf.filter(({ table }) => schema.properties[table].type === "array");
-  const add = async (entry, ends) => {
-    const value = withEnds(named(entry, tables), entry, ends);
-    const made = await model.edit({ op: "add", table: entry.table, value });
-    if (made) { setSelected([entry.table, (made.tables[entry.table]?.length ?? 1) - 1]); setAdding(null); }
-  };
-  const keys = (event) => {
-    const isText = /^(INPUT|TEXTAREA|SELECT)$/.test(event.target.tagName);
-    const isUndo = (event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z";
-    if (isUndo && event.target !== area.current) { event.preventDefault(); if (event.shiftKey) model.redo(); else model.undo(); }
-    if (event.key === "Delete" && !isText) remove();
-  };
-  return html`<div class="editor" onKeyDown=${keys}>
-    <${Bar} api=${api} model=${model} onRun=${onRun} onError=${onError} isSound=${answer && !problems.length && bodies.length > 0} />
-    <section class="card canvas" aria-label="Drawing">
-      <div class="palette" role="toolbar" aria-label="Add">${parts.map((entry) => html`<button type="button" key=${entry.table} title=${entry.words}
-        aria-expanded=${adding === entry} disabled=${entry.ends.some((end) => !end.ground) && !bodies.length}
-        onClick=${() => (entry.ends.length ? setAdding(adding === entry ? null : entry) : add(entry, []))}>
-        <svg viewBox=${`-3 -22 ${entry.width + 6} 44`} aria-hidden="true"><path d=${`M0 0 ${entry.symbol}`} /></svg>${entry.title}</button>`)}</div>
-      ${adding ? html`<${Ends} key=${adding.table} entry=${adding} bodies=${bodies} add=${add} />` : null}
-      ${answer?.drawing?.bodies.length ? html`<${Drawing} drawing=${answer.drawing} selected=${selected} select=${select} problems=${problems}
-          connect=${(from, to) => { const entry = shelf.find((one) => one.ends.length === 2); if (entry) setAdding({ ...entry, chosen: [from, to] }); }} />`
-        : html`<p class="loading">Add an inertia, or open an example.</p>`}
-      ${answer?.isStale ? html`<p class="small failed">The text is no TOML now; the drawing shows what it was.</p>` : null}
-    </section>
-    <section class="card form-side" aria-label="Form">
-      ${row ? html`<${Row} key=${String(selected)} schema=${schema} tables=${tables} path=${selected} value=${row} problems=${problems} bodies=${bodies} edit=${model.edit} />
-          <p><button type="button" class="danger" onClick=${remove}>Delete</button></p>`
-        : html`<h2>Driveline</h2><${Top} schema=${schema} tables=${tables} problems=${problems} bodies=${bodies} edit=${model.edit} /><p class="muted small">Select a part of the drawing to change it. Drag from one body to another to connect them.</p>`}
-      ${row ? html`<p><button type="button" class="plain" onClick=${() => setSelected(null)}>Speed and run settings</button></p>` : null}
-    </section>
-    <section class="card text-side" aria-label="Model file"><h2 id="toml">Model file</h2><${Text} model=${model} area=${area} />
-      <${Problems} problems=${problems} notes=${answer?.notes ?? []} select=${select} tables=${tables} /></section>
-  </div>`;
+// A template without units, for a model that has none.
+function plain(value) {
+  if (Array.isArray(value)) return value.map(plain);
+  if (value && typeof value === "object") return Object.fromEntries(Object.entries(value).map(([key, entry]) => [key, plain(entry)]));
+  return typeof value === "string" && /^[+-]?[\d.]/.test(value) ? parseFloat(value) : value;
 }
 
-function Bar({ api, model, onRun, onError, isSound }) {
-  const [lists, setLists] = useState({ examples: [], files: [] });
-  const [name, setName] = useState("driveline.toml");
-  const [saved, setSaved] = useState("");
-  const read = () => Promise.all([api.get("/api/examples"), api.get("/api/files")])
-    .then(([examples, files]) => setLists({ examples, files: files.filter((file) => file.kind === "model") })).catch(onError);
-  useEffect(() => { read(); }, []);
-  const open = async (choice) => {
-    if (!choice) return;
-    const kind = choice.slice(0, 1), key = choice.slice(1);
-    try {
-      model.open(kind === "e" ? (await api.get(`/api/examples/${encodeURIComponent(key)}`)).text : await api.get(`/api/files/${key.split("/").map(encodeURIComponent).join("/")}`));
-      setName(kind === "e" ? `${key}.toml` : key);
-    } catch (error) { onError(error); }
+function useLatest(value) {
+  const latest = useRef(value);
+  latest.current = value;
+  return latest;
+}
+
+// ---- the text and its history: everything that changes goes through here, one change after another
+
+function useDocument({ api, initial, onError }) {
+  const [state, setState] = useState({ text: initial.text, name: initial.name, answer: EMPTY, past: [], future: [], saved: initial.saved ?? null, version: null });
+  const now = useLatest(state);
+  const queue = useRef(Promise.resolve()), timer = useRef(0), typing = useRef(false);
+  const change = (part) => { now.current = { ...now.current, ...part }; setState(now.current); };
+  const failed = (error) => onError(error);
+  const check = async () => {
+    const { text, name } = now.current;
+    const answer = await api.post("/api/check", { text, name: name || "model.toml" });
+    if (now.current.text === text) change({ answer: { ...answer, drawing: answer.drawing ?? now.current.answer.drawing, isParsed: answer.tables !== null } });
   };
-  const save = async (event) => {
+  const step = (text) => ({ text, past: [...now.current.past, now.current.text].slice(-MOST_KEPT), future: [] });
+  const inTurn = (act) => { queue.current = queue.current.then(act).catch(failed); return queue.current; };
+  return {
+    ...state,
+    ready: () => queue.current,
+    check: () => inTurn(check),
+    // Edits of tables; `made` hears of the answer.
+    edit: (edits, made) => inTurn(async () => {
+      clearTimeout(timer.current);
+      const { text, name } = now.current;
+      const { text: changed, ...answer } = await api.post("/api/edit", { text, edits, name: name || "model.toml" });
+      if (now.current.text !== text) return;
+      typing.current = false;
+      change({ ...(changed === text ? {} : step(changed)), answer: { ...answer, isParsed: true } });
+      made?.(answer);
+    }),
+    type: (text) => {
+      change(typing.current ? { text, future: [] } : step(text));
+      typing.current = true;
+      clearTimeout(timer.current);
+      timer.current = setTimeout(() => inTurn(check), PAUSE);
+    },
+    rest: () => { typing.current = false; },
+    undo: () => inTurn(async () => { const { past, text, future } = now.current; if (past.length) { typing.current = false; change({ text: past[past.length - 1], past: past.slice(0, -1), future: [text, ...future] }); await check(); } }),
+    redo: () => inTurn(async () => { const { past, text, future } = now.current; if (future.length) { typing.current = false; change({ text: future[0], past: [...past, text], future: future.slice(1) }); await check(); } }),
+    open: (text, name, saved) => inTurn(async () => { typing.current = false; change({ ...step(text), name, saved: saved ? text : null, answer: EMPTY }); await check(); }),
+    savedAs: (name, text) => change({ name, saved: text }),
+    now,
+  };
+}
+
+// ---- parts of the page
+
+function Symbol({ path, width }) {
+  return html`<svg viewBox=${`${-Math.max(26, width / 2 + 3)} -22 ${2 * Math.max(26, width / 2 + 3)} 44`} aria-hidden="true"><path d=${`M${-width / 2} 0 ${path}`} /></svg>`;
+}
+
+function Dialog({ label, onClose, children }) {
+  const own = useRef(null);
+  useEffect(() => { own.current.showModal(); }, []);
+  return html`<dialog class="ed-dialog" aria-label=${label} ref=${own} onCancel=${(event) => { event.preventDefault(); onClose(); }} onClick=${(event) => event.target === own.current && onClose()}>${children}</dialog>`;
+}
+
+function Open({ api, onOpen, onClose, onError }) {
+  const [lists, setLists] = useState(null);
+  useEffect(() => {
+    const read = (path) => api.get(path).catch(() => []);
+    Promise.all([read("/api/examples"), read("/api/files"), read("/api/jobs")]).then(([examples, files, jobs]) => setLists({ examples, files: files.filter((file) => file.kind === "model"), jobs }));
+  }, []);
+  const open = (path, name, saved) => api.get(path).then((answer) => { onOpen(answer.text ?? answer, name, saved); onClose(); }).catch(onError);
+  const entry = (act, title, small) => html`<li><button type="button" onClick=${act}>${title}${small ? html`<small>${small}</small>` : null}</button></li>`;
+  const list = (title, entries, none) => html`<section aria-label=${title}><h3>${title}</h3>${entries.length ? html`<ul>${entries}</ul>` : html`<p class="muted small">${none}</p>`}</section>`;
+  return html`<${Dialog} label="Open a model" onClose=${onClose}><h2>Open a model</h2>${lists ? html`<div class="ed-lists">
+    ${list("Files of this folder", lists.files.map((file) => entry(() => open(`/api/files/${file.path.split("/").map(encodeURIComponent).join("/")}`, file.path, true), file.path)), "No model files yet: Save puts one here.")}
+    ${list("Runs", lists.jobs.map((job) => entry(() => open(`/api/jobs/${encodeURIComponent(job.id)}/model.toml`, "", false), job.name || job.task, job.sentence)), "No runs yet.")}
+    ${list("Examples", lists.examples.map((example) => entry(() => open(`/api/examples/${encodeURIComponent(example.name)}`, "", false), example.title || example.name, example.title ? example.name : "")), "None.")}
+    </div>` : html`<p class="loading">Reading …</p>`}<div class="ed-foot"><button type="button" onClick=${onClose}>Close</button></div><//>`;
+}
+
+function Save({ name, title, onSave, onClose }) {
+  const [path, setPath] = useState(name || `${(title || "model").toLowerCase().replace(/[^a-z0-9]+/g, "_").replace(/^_|_$/g, "").slice(0, 40) || "model"}.toml`);
+  const save = (event) => { event.preventDefault(); onSave(path.endsWith(".toml") ? path : `${path}.toml`); };
+  return html`<${Dialog} label="Save the model" onClose=${onClose}><h2>Save the model</h2><form onSubmit=${save}><label>File in this folder<input value=${path} autofocus onInput=${(event) => setPath(event.target.value)} /></label>
+    <button type="submit" class="primary">Save</button><button type="button" onClick=${onClose}>Cancel</button></form><//>`;
+}
+
+function Connect({ shelf, from, to, onChoose, onClose }) {
+  const fits = shelf.filter(({ ends }) => ends.length > 1 && (to !== "ground" || ends.some((end) => end.ground)));
+  return html`<${Dialog} label="Connect" onClose=${onClose}><h2>Connect ${from} ${to ? `and ${to}` : "and a new inertia"} by a</h2>
+    <div class="ed-choose">${fits.map((entry, k) => html`<button type="button" autofocus=${k === 0} onClick=${() => onChoose(entry.table)}><${Symbol} path=${entry.symbol} width=${entry.width} />${entry.title}</button>`)}</div>
+    <div class="ed-foot"><button type="button" onClick=${onClose}>Cancel</button></div><//>`;
+}
+
+// Torque or force over deflection, as the file says.
+function Law({ link, isPlain }) {
+  const factor = isPlain ? 1 : link.along_line ? 1e3 : 180 / Math.PI;
+  const points = link.law.map(([x, y]) => [factor * x, y]), xs = points.map(([x]) => x), ys = points.map(([, y]) => y);
+  const w = 310, h = 132, left = 8, top = 14;
+  const [x0, x1] = [Math.min(...xs), Math.max(...xs)], [y0, y1] = [Math.min(0, ...ys), Math.max(0, ...ys)];
+  if (!(y1 > y0) || !(x1 > x0)) return null;
+  const px = (x) => left + (w - 2 * left) * (x - x0) / (x1 - x0), py = (y) => h - top - (h - 2 * top) * (y - y0) / (y1 - y0);
+  const short = (value) => Number(value.toPrecision(3)).toString();
+  const [force, deflection] = isPlain ? ["", ""] : link.along_line ? ["N", "mm"] : ["N m", "°"];
+  const said = `${link.along_line ? "Force" : "Torque"} over deflection, ${short(y0)} to ${short(y1)} ${force}, ${short(x0)} to ${short(x1)} ${deflection}`;
+  return html`<svg class="ed-law" viewBox=${`0 0 ${w} ${h}`} role="img" aria-label=${said}><path class="axis" d=${`M${left} ${py(0)} H${w - left} M${px(0)} ${top} V${h - top}`} />
+    <path d=${points.map(([x, y], k) => `${k ? "L" : "M"}${px(x).toFixed(1)} ${py(y).toFixed(1)}`).join(" ")} />
+    <text x=${px(0) + 5} y="11">${short(y1)} ${force}</text><text x=${w - left} y=${Math.min(h - 3, py(0) + 13)} text-anchor="end">${short(x1)} ${deflection}</text></svg>`;
+}
+
+function Selected({ path, doc, schema, shelf, changes, onDelete, onCopy, onRename }) {
+  const { answer } = doc, [kind] = path, value = valueAt(answer.tables, path);
+  const entry = shelf.find(({ table }) => table === kind);
+  const bodies = rowsOf(answer.tables, "inertia").map((row) => row?.name).filter((name) => typeof name === "string");
+  const link = answer.drawing?.links.find((candidate) => keyOf(candidate.path) === keyOf(path) && candidate.law);
+  const onTyped = (where, text, isNumber) => (where.length === path.length + 1 && where[path.length] === "name" && typeof value?.name === "string" ? onRename(kind, value.name, text) : changes.onTyped(where, text, isNumber));
+  const laws = link ? html`<${Law} link=${link} isPlain=${answer.tables.units === "dimensionless"} />` : null;
+  return html`<h2>${entry?.title ?? kind} <small>${value?.name ?? (value?.on ? `on ${value.on}` : "")}</small></h2>
+    ${SINGLE.includes(kind) ? null : html`<p class="ed-about">${entry?.words}</p><div class="tools"><button type="button" class="danger" onClick=${() => onDelete(path)}>Delete</button><button type="button" onClick=${() => onCopy(path)}>Duplicate</button></div>`}
+    ${laws}<${Form} key=${keyOf(path)} schema=${schema} path=${path} value=${value} problems=${answer.problems} bodies=${bodies} ends=${entry?.ends ?? []} changes=${{ ...changes, onTyped }} />`;
+}
+
+// What concerns the whole model: name, units, speed and settings.
+function Whole({ doc, schema, shelf, changes, onSelect }) {
+  const { answer } = doc, tables = answer.tables ?? {};
+  const root = { ...schema, properties: { model: { type: "object", properties: Object.fromEntries(["name", "units"].filter((key) => schema.properties[key]).map((key) => [key, schema.properties[key]])), required: ["name", "units"] } } };
+  const own = { ...changes, onTyped: (path, text) => changes.onValue(path.slice(1), text), onValue: (path, value) => changes.onValue(path.slice(1), value) };
+  return html`<h2>The model</h2><p class="ed-about">Select something in the drawing to change it.</p>
+    <${Form} schema=${root} path=${["model"]} value=${tables} problems=${answer.problems.map((problem) => ({ ...problem, path: ["model", ...problem.path] })).filter(({ path }) => path.length === 2 && ["name", "units"].includes(path[1]))} bodies=${[]} ends=${[]} changes=${own} />
+    ${SINGLE.map((kind) => { const entry = shelf.find(({ table }) => table === kind); return html`<section><h2>${entry.title} <small><button type="button" class="small-button" onClick=${() => onSelect(kind)}>show in the text</button></small></h2>
+      <${Form} schema=${schema} path=${[kind]} value=${tables[kind]} problems=${answer.problems} bodies=${[]} ends=${[]} changes=${changes} /></section>`; })}`;
+}
+
+// ---- the view
+
+function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
+  const [message, setMessage] = useState("");
+  const doc = useDocument({ api, initial, onError: (error) => setMessage(error.problems?.length ? error.problems.map(({ rule, remedy, place }) => `${place ? `${place}: ` : ""}${rule}${remedy ? ` (${remedy})` : ""}`).join("; ") : error.message) });
+  const [selected, setSelected] = useState("");
+  const [dialog, setDialog] = useState(null);
+  const [isTextShown, setTextShown] = useState(localStorage.getItem(TEXT_SHOWN) !== "no");
+  const [isListed, setListed] = useState(false);
+  const [isBusy, setBusy] = useState(false);
+  const root = useRef(null), wanted = useRef(null);
+  const { answer, text } = doc, tables = answer.tables;
+  const path = pathOf(selected), exists = path && valueAt(tables, path) !== undefined;
+  const isSound = answer.isParsed && !answer.problems.length;
+  const acts = useRef({});
+  const model = useMemo(() => standIn({ drawing: null, selected: "", positions: {}, regimes: {}, problems: {}, editable: true }, {
+    connect: (question) => acts.current.ask(question), insert: (question) => acts.current.ask(question), delete: (question) => acts.current.ask(question), rename: (question) => acts.current.ask(question),
+  }), []);
+
+  const select = (key) => { setSelected(key); if (model.get("selected") !== key) model.set("selected", key); };
+  const field = (where) => { wanted.current = `field-${where.join("-")}`; };
+  const changes = {
+    onTyped: (where, typed, isNumber) => { setMessage(""); doc.edit([{ op: "set", path: where, ...(isNumber ? { typed } : { value: typed || null }) }]); },
+    onValue: (where, value) => { setMessage(""); doc.edit([{ op: "set", path: where, value }]); },
+    onList: (where, entries) => { setMessage(""); doc.edit([{ op: "set", path: where, value: entries.map((entry) => (entry !== "" && !Number.isNaN(Number(entry)) ? Number(entry) : entry)) }]); },
+    onAdd: (where, value) => { setMessage(""); doc.edit([{ op: "add", table: where, value }]); },
+    onDelete: (where) => { setMessage(""); doc.edit([{ op: "delete", path: where }]); },
+  };
+
+  const namesOf = () => new Set(Object.keys(tables ?? {}).flatMap((kind) => rowsOf(tables, kind).map((row) => row?.name)));
+  const fresh = (base, taken) => { let name = base, count = 1; while (taken.has(name)) name = `${base}_${++count}`; taken.add(name); return name; };
+  const bodyNames = () => rowsOf(tables, "inertia").map((row) => row?.name);
+
+  // Adds a table with its template; ends without a body get new inertias.
+  const insert = (table, between = [], at = null) => {
+    const entry = shelf.find((candidate) => candidate.table === table), taken = namesOf(), edits = [];
+    const clean = (template) => (tables?.units === "dimensionless" ? plain(template) : copy(template));
+    const body = (base) => { const name = fresh(base, taken); edits.push({ op: "add", table: ["inertia"], value: { ...clean(shelf[0].template), name } }); return name; };
+    if (SINGLE.includes(table)) { select(table); return; }
+    const row = clean(entry.template);
+    if (row.name) row.name = fresh(table, taken);
+    const chosen = between.length ? between : path?.[0] === "inertia" ? [bodyNames()[path[1]]] : entry.ends.length && bodyNames().length ? [bodyNames()[entry.ends.length > 1 ? bodyNames().length - 1 : 0]] : [];
+    entry.ends.forEach((end, k) => put(row, end.path, chosen[k] ?? body(["on", "from", "to"].includes(end.title) ? "inertia" : end.title.replace(/s$/, ""))));
+    const made = edits.length ? edits[edits.length - 1].value.name : null;
+    if (at && made) model.set("positions", { ...model.get("positions"), [made]: at });
+    edits.push({ op: "add", table: [table], value: row });
+    const key = `${table}.${rowsOf(tables, table).length}`;
+    setMessage("");
+    doc.edit(edits, () => { select(key); field([table, rowsOf(tables, table).length, row.name ? "name" : "on"]); });
+  };
+
+  const remove = (where) => { setMessage(""); doc.edit([{ op: "delete", path: where }], (made) => { select(""); if (made.notes[0]?.includes(" went with ")) setMessage(`${made.notes[0]}. Undo brings them back.`); }); };
+  const duplicate = (where) => {
+    const row = copy(valueAt(tables, where));
+    if (row.name) row.name = fresh(row.name.replace(/_\d+$/, ""), namesOf());
+    const count = rowsOf(tables, where[0]).length;
+    doc.edit([{ op: "add", table: [where[0]], value: row }], () => { select(`${where[0]}.${count}`); field([where[0], count, "name"]); });
+  };
+  const rename = (table, name, to) => {
+    const moved = model.get("positions");
+    if (table === "inertia" && moved[name]) model.set("positions", { ...moved, [to]: moved[name] });
+    setMessage("");
+    doc.edit([{ op: "rename", table, name, to }]);
+  };
+
+  acts.current.ask = async (question) => {
+    const names = bodyNames();
+    if (question.ask === "connect") setDialog({ kind: "connect", from: names[question.from], to: question.to === null ? null : question.to < 0 ? "ground" : names[question.to], at: question.at });
+    if (question.ask === "delete") remove(pathOf(question.path));
+    if (question.ask === "rename") { const where = pathOf(question.path); select(question.path); field([...where, valueAt(tables, where)?.on === undefined ? "name" : "on"]); setSelected((key) => key); focusWanted(); }
+    return { content: {} };
+  };
+
+  const focusWanted = () => {
+    if (!wanted.current) return;
+    const input = document.getElementById(wanted.current);
+    if (!input) return;
+    wanted.current = null;
+    input.closest("details")?.setAttribute("open", "");
+    input.focus();
+    input.select?.();
+  };
+
+  const connected = (table) => {
+    const { from, to, at } = dialog, ends = shelf.find((entry) => entry.table === table).ends;
+    setDialog(null);
+    const between = to === null ? [from] : [from, to];
+    if (to === "ground") { const place = ends.findLastIndex((end) => end.ground); const row = []; row[place] = "ground"; row[place === 0 ? 1 : 0] = from; insert(table, row, at); } else insert(table, between, at);
+  };
+
+  const open = (opened, name, saved) => { model.set("positions", {}); select(""); setMessage(""); doc.open(opened, name, saved); };
+  const save = async (name) => {
+    const written = doc.now.current.text;
+    try { await api.put(`/api/files/${name.split("/").map(encodeURIComponent).join("/")}`, written, name === doc.name ? {} : { "If-None-Match": "*" }); doc.savedAs(name, written); setDialog(null); setMessage(`Saved ${name}.`); } catch (error) { setMessage(error.message); setDialog(null); }
+  };
+  const run = async () => {
+    setBusy(true);
+    try { await doc.ready(); if (!doc.now.current.answer.problems.length && doc.now.current.answer.isParsed) await onRun(doc.now.current.text, { name: doc.now.current.answer.title }); else setListed(true); } finally { setBusy(false); }
+  };
+
+  const pressed = (event) => {
+    if (!(event.ctrlKey || event.metaKey) || dialog) return;
+    const letter = event.key.toLowerCase();
+    const act = { z: () => (event.shiftKey ? doc.redo() : doc.undo()), y: doc.redo, s: () => (doc.name ? save(doc.name) : setDialog({ kind: "save" })), o: () => setDialog({ kind: "open" }), enter: run }[letter];
+    if (!act) return;
+    const input = event.target;
+    if (["z", "y"].includes(letter) && input.matches?.(".field input") && input.value !== input.defaultValue && input.value !== (input.getAttribute("value") ?? "")) return;
     event.preventDefault();
-    const path = name.endsWith(".toml") ? name : `${name}.toml`;
-    try { await api.put(`/api/files/${path.split("/").map(encodeURIComponent).join("/")}`, model.text); setSaved(`saved as ${path}`); read(); } catch (error) { onError(error); }
+    act();
   };
-  return html`<div class="bar">
-    <label><span class="hidden">Open</span><select value="" aria-label="Open" onChange=${(event) => { open(event.target.value); event.target.value = ""; }}><option value="">Open …</option>
-      <optgroup label="Files">${lists.files.map(({ path }) => html`<option value=${`f${path}`}>${path}</option>`)}</optgroup>
-      <optgroup label="Examples">${lists.examples.map(({ name: key, title }) => html`<option value=${`e${key}`}>${title || key}</option>`)}</optgroup></select></label>
-    <button type="button" onClick=${() => model.open(NEW)}>New</button>
-    <button type="button" disabled=${!model.canUndo} onClick=${model.undo} title="Ctrl+Z">Undo</button>
-    <button type="button" disabled=${!model.canRedo} onClick=${model.redo} title="Ctrl+Shift+Z">Redo</button>
-    <form onSubmit=${save}><label><span class="hidden">File name</span><input aria-label="File name" value=${name} onInput=${(event) => { setName(event.target.value); setSaved(""); }} /></label><button>Save</button></form>
-    <span class="muted small" role="status">${saved}</span>
-    <button type="button" class="primary run" disabled=${!isSound} onClick=${() => onRun(model.text)}>Run</button>
-  </div>`;
-}
 
-// What a new component joins: chosen by name, from the keyboard as well.
-function Ends({ entry, bodies, add }) {
-  const [ends, setEnds] = useState(entry.ends.map((end, k) => entry.chosen?.[k] ?? bodies[Math.min(k, bodies.length - 1)] ?? "ground"));
-  return html`<form class="ends" onSubmit=${(event) => { event.preventDefault(); add(entry, ends); }}>
-    ${entry.ends.map((end, k) => html`<label>${end.title}<select value=${ends[k]} onChange=${(event) => setEnds(ends.map((old, j) => (j === k ? event.target.value : old)))}>
-      ${[...bodies, ...(end.ground ? ["ground"] : [])].map((name) => html`<option value=${name}>${name}</option>`)}</select></label>`)}
-    <button class="primary">Add ${entry.title.toLowerCase()}</button></form>`;
-}
+  useEffect(() => { doc.check(); }, []);
+  useEffect(() => { const time = setTimeout(() => localStorage.setItem(DRAFT, JSON.stringify({ text, name: doc.name, saved: doc.saved })), 200); return () => clearTimeout(time); }, [text, doc.name, doc.saved]);
+  useEffect(() => {
+    const counts = {};
+    for (const { path: where } of answer.problems) if (where.length >= 2) { const key = keyOf(where.slice(0, 2)); counts[key] = (counts[key] ?? 0) + 1; }
+    model.set("problems", counts);
+    model.set("drawing", answer.drawing ?? { bodies: [], links: [], axles: [], loads: [] });
+  }, [answer]);
+  useEffect(() => { const heard = () => setSelected(model.get("selected")); model.on("change:selected", heard); return () => model.off("change:selected", heard); }, []);
+  useEffect(focusWanted);
+  useEffect(() => { handle({ text: () => doc.now.current.text, open, setRegimes: (regimes) => model.set("regimes", regimes) }); });
 
-function Top({ schema, tables, problems, bodies, edit }) {
-  return ["excitation", "simulation"].map((name) => html`<${Row} key=${name} schema=${schema} tables=${tables} path=${[name]} value=${tables[name] ?? {}} problems=${problems} bodies=${bodies} edit=${edit} />`);
-}
-
-function Text({ model, area }) {
-  const timer = useRef(0);
-  const typed = (event) => {
-    const value = event.target.value;
-    model.put(value);
-    clearTimeout(timer.current);
-    timer.current = setTimeout(() => model.check(value), PAUSE);
+  const header = path && answer.headers.filter((entry) => keyOf(entry.path) === selected)[0];
+  const next = header && answer.headers.find((entry) => entry.line > header.line && keyOf(entry.path.slice(0, path.length)) !== selected);
+  const range = header ? [header.line, next ? next.line - 1 : text.split("\n").length] : null;
+  const onLine = (line) => {
+    const at = answer.headers.filter((entry) => entry.line <= line).pop();
+    select(at ? keyOf(at.path.slice(0, typeof at.path[1] === "number" ? 2 : 1)) : "");
   };
-  return html`<textarea ref=${area} class="model-text" aria-labelledby="toml" spellcheck="false" wrap="off" value=${model.text} onInput=${typed}></textarea>`;
+  const toProblem = (problem) => {
+    const where = problem.path, isRow = typeof where[1] === "number";
+    select(isRow ? keyOf(where.slice(0, 2)) : SINGLE.includes(where[0]) ? "" : "");
+    if (where.length) { field(where); setTimeout(focusWanted, 60); }
+    if (!where.length && problem.line) { const area = root.current.querySelector(".toml-area"); if (area) { const start = text.split("\n").slice(0, problem.line - 1).join("\n").length + (problem.line > 1 ? 1 : 0); area.focus(); area.setSelectionRange(start, start); } }
+  };
+  const isEmpty = answer.isParsed && !rowsOf(tables, "inertia").length;
+  const count = answer.problems.length;
+  const isChanged = doc.saved !== text;
+  const title = answer.title || "Untitled";
+  return html`<section class="editor" aria-label="Editor" ref=${root} onKeyDown=${pressed}>
+    <div class="ed-bar" role="toolbar" aria-label="Model">
+      <button type="button" onClick=${() => open(NEW, "", false)}>New</button><button type="button" title="Ctrl+O" onClick=${() => setDialog({ kind: "open" })}>Open …</button>
+      <button type="button" title="Ctrl+S" onClick=${() => (doc.name ? save(doc.name) : setDialog({ kind: "save" }))}>Save</button><button type="button" onClick=${() => setDialog({ kind: "save" })}>Save as …</button>
+      <span class="ed-gap"></span><button type="button" title="Ctrl+Z" disabled=${!doc.past.length} onClick=${doc.undo}>Undo</button><button type="button" title="Ctrl+Shift+Z" disabled=${!doc.future.length} onClick=${doc.redo}>Redo</button>
+      <h1 class="ed-name" title=${doc.name ? `${title} (${doc.name})` : title}>${title}${isChanged ? html`<span class="muted" title="not saved"> •</span>` : null}</h1>
+      <div class="ed-end">
+        <span role="status">${!answer.isParsed && !count ? html`<span class="ed-state muted">checking …</span>` : count ? html`<button type="button" class="ed-state wrong" aria-expanded=${isListed} onClick=${() => setListed(!isListed)}>${count} ${count === 1 ? "problem" : "problems"}</button>` : html`<span class="ed-state ready">✓ ready to run</span>`}</span>
+        <button type="button" aria-pressed=${isTextShown} onClick=${() => { setTextShown(!isTextShown); localStorage.setItem(TEXT_SHOWN, isTextShown ? "no" : "yes"); }}>Text</button>
+        <button type="button" class="primary" title="Ctrl+Enter" disabled=${!isSound || isBusy} onClick=${run}>Run</button>
+      </div>
+    </div>
+    <div class=${`ed-panes${isTextShown ? "" : " no-text"}`}>
+      <div class="ed-drawing">
+        <div class="ed-palette" role="toolbar" aria-label="Add"><span class="ed-word">Add</span>${shelf.filter(({ table }) => !SINGLE.includes(table)).map((entry) => html`<button type="button" title=${entry.words} disabled=${!answer.isParsed} onClick=${() => insert(entry.table)}><${Symbol} path=${entry.symbol} width=${entry.width} />${entry.title}</button>`)}</div>
+        <div class="ed-sheet"><${Widget} name="driveline" model=${model} label="Drawing" />
+          ${isEmpty ? html`<div class="ed-start"><h2>An empty sheet</h2><p>Add an inertia, then pull the small circle beside it to the next one. Or begin with something that works.</p><div class="choices"><button type="button" class="primary" onClick=${() => insert("inertia")}>Add an inertia</button><button type="button" onClick=${() => setDialog({ kind: "open" })}>Open an example …</button></div></div>` : null}</div>
+        ${message ? html`<p class="ed-note" role="status"><span>${message}</span><button type="button" class="small-button" aria-label="Close the message" onClick=${() => setMessage("")}>×</button></p>` : null}
+        ${count && (isListed || !answer.isParsed) ? html`<ul class="ed-problems" aria-label="Problems">${answer.problems.map((problem) => html`<li><button type="button" onClick=${() => toProblem(problem)}><b>${problem.place.replace(/^[^:]*:(\d+):? ?/, "line $1 ").replace(/^model\.toml: /, "")}</b> ${problem.value ? `found ${problem.value}; ` : ""}${problem.rule}${problem.remedy ? ` (${problem.remedy})` : ""}</button></li>`)}</ul>` : null}
+        <p class="ed-keys"><kbd>arrows</kbd> walk · <kbd>Enter</kbd> select · <kbd>C</kbd> connect · <kbd>N</kbd> next inertia · <kbd>F2</kbd> rename · <kbd>Del</kbd> delete · <kbd>Alt</kbd>+<kbd>arrows</kbd> move</p>
+      </div>
+      <div class="ed-form" role="region" aria-label="Properties" tabindex="0">${!schema ? null : exists && typeof path[1] === "number" ? html`<${Selected} path=${path} doc=${doc} schema=${schema} shelf=${shelf} changes=${changes} onDelete=${remove} onCopy=${duplicate} onRename=${rename} />`
+        : html`<${Whole} doc=${doc} schema=${schema} shelf=${shelf} changes=${changes} onSelect=${select} />`}</div>
+      ${isTextShown ? html`<div class="ed-text"><${TomlText} text=${text} problems=${answer.problems} range=${range} onText=${doc.type} onLine=${onLine} /></div>` : null}
+    </div>
+    ${dialog?.kind === "open" ? html`<${Open} api=${api} onOpen=${open} onClose=${() => setDialog(null)} onError=${onError} />` : null}
+    ${dialog?.kind === "save" ? html`<${Save} name=${doc.name} title=${answer.title} onSave=${save} onClose=${() => setDialog(null)} />` : null}
+    ${dialog?.kind === "connect" ? html`<${Connect} shelf=${shelf} from=${dialog.from} to=${dialog.to} onChoose=${connected} onClose=${() => setDialog(null)} />` : null}
+  </section>`;
 }
 
-function Problems({ problems, notes, select, tables }) {
-  const rowOf = (path) => (Array.isArray(valueAt(tables, path.slice(0, 1))) ? path.slice(0, 2) : path.slice(0, 1));
-  return html`<ul class="problems" aria-live="polite" aria-label="Problems">${problems.map((problem) => html`<li>
-      <button type="button" class="plain" disabled=${!problem.path?.length} onClick=${() => select(rowOf(problem.path))}>${problem.place}</button>
-      ${problem.value ? html` <code>${problem.value}</code>` : null} ${problem.rule}${problem.remedy ? html` <span class="muted">(${problem.remedy})</span>` : null}</li>`)}
-    ${notes.map((note) => html`<li class="muted">${note}</li>`)}</ul>`;
+// Mounts the editor; returns {text(), open(text, name), setRegimes({element: {regime, words}}), destroy()}.
+export async function mountEditor(el, { api, onRun, onError = () => {}, text }) {
+  const [schema, shelf] = await Promise.all([api.get("/api/schema"), api.get("/api/components")]);
+  let draft = null;
+  try { draft = JSON.parse(localStorage.getItem(DRAFT)); } catch { /* no draft */ }
+  const initial = text !== undefined ? { text, name: "" } : draft?.text ? draft : { text: NEW, name: "" };
+  const editor = { destroy: () => render(null, el) };
+  render(html`<${Editor} ...${{ api, schema, shelf, initial, onRun, onError, handle: (parts) => Object.assign(editor, parts) }} />`, el);
+  return editor;
 }
 
-export const valueAt = (tables, path) => path.reduce((value, key) => value?.[key], tables);
-
-// The template of a component under a name that no other row of its table has.
-function named(entry, tables) {
-  const value = structuredClone(entry.template);
-  if (!("name" in value)) return value;
-  const names = new Set(Object.values(tables).filter(Array.isArray).flat().map((row) => row?.name));
-  let number = 1;
-  while (names.has(`${entry.table}_${number}`)) number += 1;
-  return { ...value, name: `${entry.table}_${number}` };
-}
-
-function withEnds(value, entry, ends) {
-  entry.ends.forEach(({ path, many }, k) => {
-    const last = path.at(-1), node = path.slice(0, -1).reduce((inner, key) => inner[key], value);
-    node[last] = ends[k];
-    if (many && Array.isArray(node)) node.length = 1;
-  });
-  return value;
-}
+export default mountEditor;

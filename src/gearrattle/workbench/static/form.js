@@ -1,87 +1,198 @@
-// Forms made from the JSON Schema of a model file: a component that is new on the shelf needs nothing here.
+// A form of one table of the model file, made of the JSON Schema that reads it: no key is named here.
 
-import { html, useState } from "/static/vendor/htm-preact.js";
+import { html, useEffect, useRef, useState } from "/static/vendor/htm-preact.js";
 
-const UNKNOWN = {};
+const STEPPED = /^\s*([+-]?\d*\.?\d+)((?:[eE][+-]?\d+)?)(.*)$/;
+const SIMPLE = ["string", "number", "integer", "boolean"];
 
-// The schema of a value, with references followed.
-export function resolved(schema, node) {
-  const reference = node?.$ref ?? node?.allOf?.[0]?.$ref;
-  return reference ? { ...schema.$defs[reference.split("/").at(-1)], description: node.description ?? schema.$defs[reference.split("/").at(-1)].description } : node ?? UNKNOWN;
+// ---- the schema
+
+export function resolved(root, node) {
+  if (!node?.$ref) return node ?? {};
+  const { $ref, ...own } = node;
+  return { ...root.$defs[$ref.split("/").pop()], ...own };
 }
 
-export function schemaAt(schema, path) {
-  return path.reduce((node, key) => {
-    const known = resolved(schema, node);
-    return resolved(schema, typeof key === "number" ? known.prefixItems?.[key] ?? known.items : known.properties?.[key] ?? tableIn(schema, known)?.properties?.[key]);
-  }, schema);
+const optionsOf = (root, node) => (resolved(root, node).anyOf ?? [node]).map((option) => resolved(root, option));
+const isTable = (node) => node.type === "object" && node.properties;
+export const words = (key) => key.replace(/_/g, " ");
+
+function unitOf(description = "") {
+  return description.match(/\[([^\]]+)\]/)?.[1] ?? "";
 }
 
-// Of a value that may have several forms, the one that is a table.
-const tableIn = (schema, node) => (node.anyOf ?? node.oneOf ?? []).map((option) => resolved(schema, option)).find((option) => option.properties);
-
-export function Row({ schema, tables, path, value, problems, bodies, edit }) {
-  const table = path[0], known = schemaAt(schema, path);
-  const own = problems.filter((problem) => String(problem.path) === String(path));
-  const rename = (to) => edit({ op: "rename", table, name: value.name, to });
-  return html`<fieldset class="row-form"><legend>${known.title ?? table}${value.name ? html` <span class="path">${value.name}</span>` : null}</legend>
-    ${own.map((problem) => html`<p class="failed small">${problem.rule} ${problem.remedy}</p>`)}
-    <${Fields} schema=${schema} known=${known} path=${path} value=${value} problems=${problems} bodies=${bodies} edit=${edit} rename=${path.length === 2 ? rename : null} /></fieldset>`;
+function exampleOf(root, node) {
+  for (const option of optionsOf(root, node)) if (option.examples?.length) return option.examples[0];
+  return "";
 }
 
-// The fields that a table has, and a choice of those that it may have.
-function Fields({ schema, known, path, value, problems, bodies, edit, rename }) {
-  const all = Object.entries(known.properties ?? {});
-  const isShown = ([name]) => name in value || (known.required ?? []).includes(name) || problems.some((problem) => String(problem.path?.slice(0, path.length + 1)) === String([...path, name]));
-  const [more, setMore] = useState([]);
-  const shown = all.filter((entry) => isShown(entry) || more.includes(entry[0]));
-  const hidden = all.filter((entry) => !shown.includes(entry));
-  return html`${shown.map(([name, node]) => html`<${Field} key=${name} schema=${schema} name=${name} node=${resolved(schema, node)} path=${[...path, name]} value=${value[name]} problems=${problems} bodies=${bodies} edit=${edit} rename=${name === "name" ? rename : null} />`)}
-    ${hidden.length ? html`<label class="more"><span class="hidden">More</span><select aria-label="Add a value" value="" onChange=${(event) => { setMore([...more, event.target.value]); event.target.value = ""; }}><option value="">More …</option>
-      ${hidden.map(([name, node]) => html`<option value=${name} title=${resolved(schema, node).description}>${name.replaceAll("_", " ")}</option>`)}</select></label>` : null}`;
+// The least that a new table may hold: examples of what it must have.
+export function beginning(root, node) {
+  const table = optionsOf(root, node).find(isTable);
+  if (!table) return exampleOf(root, node) || 0;
+  const keys = table.required?.length ? table.required : Object.keys(table.properties).slice(0, 1);
+  return Object.fromEntries(keys.map((key) => [key, first(root, resolved(root, table.properties[key]))]));
 }
 
-function Field({ schema, name, node, path, value, problems, bodies, edit, rename }) {
-  const shared = { schema, path, problems, bodies, edit };
-  const table = node.properties ? node : tableIn(schema, node);
-  if (Array.isArray(value) || node.type === "array") return html`<${List} ...${shared} name=${name} node=${node} value=${value ?? []} />`;
-  if (table && (value === undefined || typeof value === "object")) {
-    return html`<fieldset class="inner"><legend title=${node.description}>${name.replaceAll("_", " ")}</legend><${Fields} ...${shared} known=${table} value=${value ?? {}} /></fieldset>`;
-  }
-  return html`<${Scalar} name=${name} node=${node} path=${path} value=${value} problems=${problems} bodies=${bodies} edit=${edit} rename=${rename} />`;
+function first(root, node) {
+  if (node.enum) return node.enum[0];
+  if (node.prefixItems) return node.prefixItems.map((entry) => first(root, resolved(root, entry)));
+  if (node.type === "array") return Array.from({ length: node.minItems ?? 1 }, () => beginning(root, node.items));
+  if (optionsOf(root, node).some(isTable)) return beginning(root, node);
+  return exampleOf(root, node) || (node.minLength ? "column" : Math.max(1, node.minimum ?? 1));
 }
 
-// Values one after the other, or rows of a table.
-function List({ schema, name, node, path, value, problems, bodies, edit }) {
-  const shared = { schema, problems, bodies, edit };
-  const item = (k) => resolved(schema, node.prefixItems?.[k] ?? node.items);
-  const isFixed = node.minItems !== undefined && node.minItems === node.maxItems;
-  const count = Math.max(value.length, isFixed ? node.minItems : 0);
-  const isBody = BODIES.has(name);
-  const fresh = item(value.length).properties ? Object.fromEntries((item(value.length).required ?? []).map((key) => [key, 1])) : isBody ? bodies[0] ?? "ground" : 1;
-  return html`<fieldset class="inner"><legend title=${node.description}>${name.replaceAll("_", " ")}</legend>
-    ${Array.from({ length: count }, (_, k) => html`<div class="entry" key=${k}>
-      <${Field} ...${shared} name=${`${name} ${k + 1}`} node=${isBody ? { ...item(k), isBody } : item(k)} path=${[...path, k]} value=${value[k]} />
-      ${isFixed ? null : html`<button type="button" class="plain" aria-label=${`Remove ${name} ${k + 1}`} onClick=${() => edit({ op: "delete", path: [...path, k] })}>Remove</button>`}</div>`)}
-    ${isFixed ? null : html`<button type="button" onClick=${() => edit({ op: "set", path, value: [...value, fresh] })}>Add</button>`}</fieldset>`;
+// ---- fields
+
+// Raise the last digit of a number with its unit; what is no number stays.
+export function stepped(text, steps) {
+  const match = text.match(STEPPED);
+  if (!match) return text;
+  const digits = (match[1].split(".")[1] ?? "").length;
+  return `${(Number(match[1]) + steps * 10 ** -digits).toFixed(digits)}${match[2]}${match[3]}`;
 }
 
-const BODIES = new Set(["between", "on", "sun", "ring", "carrier", "planets", "reference"]);
+export function shown(value) {
+  if (typeof value !== "number") return value === undefined || value === null ? "" : String(value);
+  const plain = String(value);
+  return Math.abs(value) >= 1e6 || (value && Math.abs(value) < 1e-4) ? value.toExponential().replace("e+", "e") : plain;
+}
 
-function Scalar({ name, node, path, value, problems, bodies, edit, rename }) {
-  const own = problems.filter((problem) => problem.path?.length && String(problem.path) === String(path));
-  const key = path.filter((part) => typeof part === "string").at(-1);
-  const written = value === undefined ? "" : typeof value === "object" ? JSON.stringify(value) : String(value);
-  const options = node.enum ?? (node.isBody || BODIES.has(key) ? [...bodies, "ground"] : node.type === "boolean" ? [true, false] : null);
-  const change = (typed) => {
-    if (typed === written) return;
-    if (rename && value) rename(typed); else edit({ op: "set", path, ...(node.type === "boolean" ? { value: typed === "" ? null : typed === "true" } : { typed }) });
-  };
-  const example = node.anyOf?.flatMap((option) => option.examples ?? [])[0] ?? (node.default === undefined || node.default === null || typeof node.default === "object" ? "" : String(node.default));
+const startsWith = (path, start) => start.every((part, k) => part === path[k]);
+
+function Problems({ list, id }) {
+  return list.length ? html`<div class="field-problems" id=${id} role="alert">${list.map(({ value, rule, remedy }) => html`<p>${value ? `found ${value}; ` : ""}${rule}${remedy ? ` (${remedy})` : ""}</p>`)}</div>` : null;
+}
+
+function TextField({ path, value, label, unit, example, description, problems, isNumber, isRequired, onTyped, hidesLabel }) {
+  const [typed, setTyped] = useState(shown(value));
+  const own = useRef(null);
+  useEffect(() => setTyped(shown(value)), [shown(value)]);
   const id = `field-${path.join("-")}`;
-  const shared = { id, "aria-invalid": own.length > 0, "aria-describedby": `${id}-help`, onChange: (event) => change(event.target.value) };
-  return html`<div class="field"><label for=${id}>${name.replaceAll("_", " ")}</label>
-    ${options ? html`<select ...${shared} value=${written}>${written === "" || !node.enum ? html`<option value=""></option>` : null}${options.map((option) => html`<option value=${String(option)} selected=${String(option) === written}>${String(option)}</option>`)}</select>`
-      : html`<input ...${shared} value=${written} placeholder=${example} autocomplete="off" spellcheck="false" />`}
-    <p id=${`${id}-help`} class=${own.length ? "failed small" : "muted small"}>${own.length ? own.map((problem) => `${problem.rule}${problem.remedy ? ` (${problem.remedy})` : ""}`).join("; ") : node.description ?? ""}</p></div>`;
+  const commit = (text) => { if (text !== shown(value)) onTyped(path, text, isNumber); };
+  const pressed = (event) => {
+    const steps = { ArrowUp: 1, ArrowDown: -1, PageUp: 10, PageDown: -10 }[event.key];
+    if (event.key === "Enter") commit(event.target.value);
+    else if (event.key === "Escape") setTyped(shown(value));
+    else if (steps && isNumber && STEPPED.test(typed)) {
+      event.preventDefault();
+      const next = stepped(typed, steps);
+      setTyped(next);
+      clearTimeout(own.timer);
+      own.timer = setTimeout(() => commit(next), 250);
+    }
+  };
+  return html`<div class=${`field${problems.length ? " wrong" : ""}`}>
+    <label for=${id} class=${hidesLabel ? "hidden" : ""} title=${description}>${label}${isRequired ? html`<span class="must" aria-hidden="true"> *</span>` : null}</label>
+    <span class="entry"><input id=${id} type="text" autocomplete="off" spellcheck="false" value=${typed} placeholder=${example ? `e.g. ${example}` : ""} aria-required=${isRequired ? "true" : null} aria-invalid=${problems.length ? "true" : null}
+      aria-describedby=${problems.length ? `${id}-problems` : null} onInput=${(event) => setTyped(event.target.value)} onChange=${(event) => commit(event.target.value)} onKeyDown=${pressed} />${unit && !hidesLabel ? html`<span class="unit" aria-hidden="true">${unit}</span>` : null}</span>
+    ${description && !hidesLabel ? html`<p class="describe">${description}</p>` : null}
+    <${Problems} list=${problems} id=${`${id}-problems`} /></div>`;
+}
+
+function Choice({ path, value, label, options, problems, description, onValue, isRequired }) {
+  const id = `field-${path.join("-")}`;
+  const every = options.includes(value) || value === undefined ? options : [value, ...options];
+  return html`<div class=${`field${problems.length ? " wrong" : ""}`}><label for=${id} title=${description}>${label}${isRequired ? html`<span class="must" aria-hidden="true"> *</span>` : null}</label>
+    <span class="entry"><select id=${id} value=${value ?? ""} aria-invalid=${problems.length ? "true" : null} onChange=${(event) => onValue(path, event.target.value || null)}>
+      ${value === undefined ? html`<option value="">–</option>` : null}${every.map((option) => html`<option value=${option} selected=${option === value}>${option}</option>`)}</select></span>
+    ${description ? html`<p class="describe">${description}</p>` : null}
+    <${Problems} list=${problems} id=${`${id}-problems`} /></div>`;
+}
+
+// Any value of the schema. `around` holds root, problems, bodies, ends and the functions that change the text.
+function Field({ node, path, value, name, label, isRequired, around, hidesLabel }) {
+  const { root } = around, options = optionsOf(root, node), full = resolved(root, node);
+  const isHere = (problem) => startsWith(problem.path, path), description = full.description?.replace(/``/g, "").replace(/\s+/g, " ");
+  const end = around.ends.find((entry) => around.depth + entry.path.length === path.length && entry.path.every((part, k) => part === path[around.depth + k] || (entry.many && typeof part === "number" && typeof path[around.depth + k] === "number")));
+  const all = around.problems.filter(isHere);
+  if (end) {
+    const bodies = [...around.bodies, ...(end.ground ? ["ground"] : [])];
+    return html`<${Choice} path=${path} value=${value} label=${label} options=${bodies} problems=${all} isRequired=${isRequired} onValue=${around.onValue} />`;
+  }
+  const choices = options.find((option) => option.enum)?.enum;
+  if (choices && typeof value !== "object") return html`<${Choice} path=${path} value=${value} label=${label} options=${choices} problems=${all} description=${description} isRequired=${isRequired} onValue=${around.onValue} />`;
+  const array = options.find((option) => option.type === "array");
+  if (array?.prefixItems) return html`<${Pair} ...${{ array, path, value, label, isRequired, around, description }} />`;
+  if (array && optionsOf(root, array.items ?? {}).some(isTable)) return html`<${Rows} ...${{ item: optionsOf(root, array.items).find(isTable), path, value, label, around, description }} />`;
+  if (array && around.ends.some((entry) => entry.many && entry.path[0] === name)) return html`<${Bodies} ...${{ array, path, value, label, around }} />`;
+  if (array) return html`<${List} ...${{ path, value, label, problems: all, description, around, items: array.items }} />`;
+  const tables = options.filter(isTable), isSimple = options.some((option) => SIMPLE.includes(option.type) || option.const !== undefined);
+  if (value && typeof value === "object") return html`<${Group} ...${{ tables, path, value, label, around, description }} />`;
+  if (!isSimple && tables.length) return html`<${Begin} ...${{ tables, path, label, around, problems: all, description }} />`;
+  const isNumber = options.some((option) => ["number", "integer"].includes(option.type));
+  const field = html`<${TextField} path=${path} value=${value} label=${label} unit=${unitOf(full.description)} example=${exampleOf(root, node)} description=${description} problems=${all} isNumber=${isNumber} isRequired=${isRequired} onTyped=${around.onTyped} hidesLabel=${hidesLabel} />`;
+  return tables.length && !hidesLabel ? html`<div class="with-more">${field}<${Begin} ...${{ tables, path, label: "as a table", around, problems: [], small: true }} /></div>` : field;
+}
+
+function Pair({ array, path, value, label, around, description }) {
+  const entries = Array.isArray(value) ? value : [];
+  const own = around.problems.filter((problem) => startsWith(problem.path, path) && problem.path.length === path.length);
+  const typed = (where, text, isNumber) => (entries.length === array.prefixItems.length ? around.onTyped(where, text, isNumber)
+    : around.onValue(path, array.prefixItems.map((entry, k) => (k === where[path.length] ? text : entries[k] ?? exampleOf(around.root, entry)))));
+  const chosen = (where, text) => typed(where, text ?? "", false);
+  const names = around.ends.filter((entry) => entry.path[0] === path[around.depth]).map((entry) => entry.title);
+  return html`<fieldset class="pair"><legend title=${description}>${label}</legend><div class="pair-entries">${array.prefixItems.map((entry, k) => html`<${Field} node=${entry} path=${[...path, k]} value=${entries[k]} name=${k} label=${names[k] ?? `${label} ${k + 1}`} isRequired=${true} around=${{ ...around, onTyped: typed, onValue: chosen }} />`)}</div>
+    ${description ? html`<p class="describe">${description}</p>` : null}<${Problems} list=${own} /></fieldset>`;
+}
+
+function List({ path, value, label, problems, description, around, items }) {
+  const entries = Array.isArray(value) ? value : [];
+  const commit = (_, text) => around.onList(path, text.split(/[,;]\s*/).map((entry) => entry.trim()).filter(Boolean));
+  return html`<${TextField} path=${path} value=${entries.map(shown).join(", ")} label=${label} unit=${unitOf(items?.description)} example=${exampleOf(around.root, items ?? {}) || "1, 2"} description=${description} problems=${problems} onTyped=${commit} />`;
+}
+
+function Bodies({ path, value, label, around }) {
+  const entries = Array.isArray(value) ? value : [];
+  const free = around.bodies.filter((body) => !entries.includes(body));
+  return html`<fieldset class="bodies"><legend>${label}</legend>${entries.map((_, k) => html`<div class="body-row"><${Field} node=${{ type: "string" }} path=${[...path, k]} value=${entries[k]} label=${`${label} ${k + 1}`} around=${around} />
+    <button type="button" class="small-button" aria-label=${`Remove ${entries[k]}`} onClick=${() => around.onDelete([...path, k])}>×</button></div>`)}
+    <button type="button" class="small-button" disabled=${!free.length} onClick=${() => around.onAdd(path, free[0])}>Add one</button></fieldset>`;
+}
+
+// Rows of equal tables, such as stages and harmonics, as a table.
+function Rows({ item, path, value, label, around, description }) {
+  const rows = Array.isArray(value) ? value : [];
+  const keys = Object.keys(item.properties), { root } = around;
+  const own = around.problems.filter((problem) => startsWith(problem.path, path) && problem.path.length === path.length);
+  const add = () => around.onAdd(path, rows.length ? rows[rows.length - 1] : beginning(root, item));
+  return html`<fieldset class="rows"><legend title=${description}>${label}</legend>
+    ${rows.length ? html`<div class="scroll"><table class="grid"><thead><tr>${keys.map((key) => html`<th scope="col" title=${resolved(root, item.properties[key]).description}>${words(key)}</th>`)}<th><span class="hidden">Remove</span></th></tr></thead>
+      <tbody>${rows.map((row, k) => html`<tr key=${k}>${keys.map((key) => html`<td>${row[key] && typeof row[key] === "object" ? html`<span class="muted" title=${JSON.stringify(row[key])}>table</span>`
+        : html`<${Field} node=${item.properties[key]} path=${[...path, k, key]} value=${row[key]} name=${key} label=${`${words(key)} of ${label} ${k + 1}`} around=${around} hidesLabel=${true} />`}</td>`)}
+        <td><button type="button" class="small-button" aria-label=${`Remove ${label} ${k + 1}`} onClick=${() => around.onDelete([...path, k])}>×</button></td></tr>`)}</tbody></table></div>` : null}
+    <button type="button" class="small-button" onClick=${add}>Add ${rows.length ? "a row" : label}</button><${Problems} list=${own} /></fieldset>`;
+}
+
+function Group({ tables, path, value, label, around, description }) {
+  const table = tables.find((option) => Object.keys(value).every((key) => key in option.properties)) ?? tables[0] ?? { properties: {} };
+  const own = around.problems.filter((problem) => startsWith(problem.path, path) && problem.path.length === path.length);
+  return html`<fieldset class="group"><legend title=${description}>${label} <button type="button" class="small-button" aria-label=${`Remove ${label}`} onClick=${() => around.onDelete(path)}>×</button></legend>
+    <${Fields} table=${table} path=${path} value=${value} around=${around} /><${Problems} list=${own} /></fieldset>`;
+}
+
+function Begin({ tables, path, label, around, problems, description, small }) {
+  const name = (table) => (tables.length > 1 ? ` (${(table.required ?? Object.keys(table.properties)).map(words).join(", ")})` : "");
+  return html`<div class=${small ? "begin small" : "begin"}>${tables.map((table) => html`<button type="button" class="small-button" title=${description} onClick=${() => around.onValue(path, beginning(around.root, table))}>${small ? label : `Add ${label}`}${name(table)}</button>`)}<${Problems} list=${problems} /></div>`;
+}
+
+// The keys of a table: those that stand there, must, or are wrong; the others below "More".
+function Fields({ table, path, value, around }) {
+  const required = table.required ?? [], keys = Object.keys(table.properties);
+  const isNear = (key) => key in value || required.includes(key) || around.problems.some((problem) => startsWith(problem.path, [...path, key]));
+  const near = keys.filter(isNear), far = keys.filter((key) => !isNear(key));
+  const field = (key) => html`<${Field} key=${key} node=${table.properties[key]} path=${[...path, key]} value=${value[key]} name=${key} label=${words(key)} isRequired=${required.includes(key)} around=${around} />`;
+  const strange = Object.keys(value).filter((key) => !(key in table.properties));
+  return html`${near.map(field)}
+    ${strange.map((key) => html`<${TextField} key=${key} path=${[...path, key]} value=${typeof value[key] === "object" ? JSON.stringify(value[key]) : value[key]} label=${key} problems=${around.problems.filter((problem) => startsWith(problem.path, [...path, key]))} onTyped=${around.onTyped} />`)}
+    ${far.length ? html`<details class="far" open=${!near.length}><summary>${near.length ? "More" : "Values"} (${far.map(words).join(", ")})</summary>${far.map(field)}</details>` : null}`;
+}
+
+// schema: the model's; path: where the table stands; changes: {onTyped, onValue, onList, onAdd, onDelete}.
+export function Form({ schema, path, value, problems, bodies, ends, changes }) {
+  const node = resolved(schema, schema.properties[path[0]]);
+  const table = resolved(schema, node.type === "array" ? node.items : node);
+  const own = problems.filter((problem) => startsWith(problem.path, path) && problem.path.length === path.length);
+  const around = { root: schema, problems, bodies, ends, depth: path.length, ...changes };
+  return html`<div class="fields"><${Problems} list=${own} /><${Fields} table=${table} path=${path} value=${value ?? {}} around=${around} /></div>`;
 }
