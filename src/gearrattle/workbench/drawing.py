@@ -27,7 +27,7 @@ from gearrattle.trajectory import Array, IntArray
 from gearrattle.workbench.blocks import Location
 from gearrattle.workbench.references import BODY, ends_of, rows_of
 
-PITCH = (168.0, 168.0)
+PITCH = (152.0, 152.0)
 """From cell to cell, across and down [px]."""
 MISSING = -2
 """Number of a body that does not exist."""

@@ -32,6 +32,25 @@ function plain(value) {
   return typeof value === "string" && /^[+-]?[\d.]/.test(value) ? parseFloat(value) : value;
 }
 
+// Bodies stay where they stand when something is added: a drawing keeps the positions of the one before, and a new body
+// stands as far from a neighbour as it would in the fresh arrangement.
+function kept(before, drawing, moved) {
+  const old = Object.fromEntries((before?.bodies ?? []).map(({ name, x, y }) => [name, moved[name] ?? [x, y]]));
+  const isSame = drawing.bodies.every(({ name, x, y }) => !old[name] || (!moved[name] && old[name][0] === x && old[name][1] === y));
+  if (isSame) return moved;
+  const at = { ...moved };
+  for (const { name } of drawing.bodies) if (old[name]) at[name] = old[name];
+  drawing.bodies.forEach((body, k) => {
+    if (at[body.name]) return;
+    const link = drawing.links.find(({ ends }) => ends.some((end) => end.body === k) && ends.every((end) => end.body === k || at[drawing.bodies[end.body]?.name]));
+    const home = link && drawing.bodies[link.ends.find((end) => end.body !== k).body];
+    const from = home ? at[home.name] : [0, 0], to = home ? [from[0] + body.x - home.x, from[1] + body.y - home.y] : [body.x, body.y];
+    while (Object.values(at).some(([x, y]) => Math.abs(x - to[0]) < 60 && Math.abs(y - to[1]) < 60)) to[1] += 76;
+    at[body.name] = to;
+  });
+  return at;
+}
+
 function useLatest(value) {
   const latest = useRef(value);
   latest.current = value;
@@ -146,7 +165,7 @@ function Selected({ path, doc, schema, shelf, changes, onDelete, onCopy, onRenam
   const bodies = rowsOf(answer.tables, "inertia").map((row) => row?.name).filter((name) => typeof name === "string");
   const link = answer.drawing?.links.find((candidate) => keyOf(candidate.path) === keyOf(path) && candidate.law);
   const onTyped = (where, text, isNumber) => (where.length === path.length + 1 && where[path.length] === "name" && typeof value?.name === "string" ? onRename(kind, value.name, text) : changes.onTyped(where, text, isNumber));
-  const laws = link ? html`<${Law} link=${link} isPlain=${answer.tables.units === "dimensionless"} />` : null;
+  const laws = link && link.law.length > 3 ? html`<${Law} link=${link} isPlain=${answer.tables.units === "dimensionless"} />` : null;
   return html`<h2>${entry?.title ?? kind} <small>${value?.name ?? (value?.on ? `on ${value.on}` : "")}</small></h2>
     ${SINGLE.includes(kind) ? null : html`<p class="ed-about">${entry?.words}</p><div class="tools"><button type="button" class="danger" onClick=${() => onDelete(path)}>Delete</button><button type="button" onClick=${() => onCopy(path)}>Duplicate</button></div>`}
     ${laws}<${Form} key=${keyOf(path)} schema=${schema} path=${path} value=${value} problems=${answer.problems} bodies=${bodies} ends=${entry?.ends ?? []} changes=${{ ...changes, onTyped }} />`;
@@ -158,7 +177,7 @@ function Whole({ doc, schema, shelf, changes, onSelect }) {
   const root = { ...schema, properties: { model: { type: "object", properties: Object.fromEntries(["name", "units"].filter((key) => schema.properties[key]).map((key) => [key, schema.properties[key]])), required: ["name", "units"] } } };
   const own = { ...changes, onTyped: (path, text) => changes.onValue(path.slice(1), text), onValue: (path, value) => changes.onValue(path.slice(1), value) };
   return html`<h2>The model</h2><p class="ed-about">Select something in the drawing to change it.</p>
-    <${Form} schema=${root} path=${["model"]} value=${tables} problems=${answer.problems.map((problem) => ({ ...problem, path: ["model", ...problem.path] })).filter(({ path }) => path.length === 2 && ["name", "units"].includes(path[1]))} bodies=${[]} ends=${[]} changes=${own} />
+    <${Form} schema=${root} path=${["model"]} value=${{ name: tables.name, units: tables.units }} problems=${answer.problems.map((problem) => ({ ...problem, path: ["model", ...problem.path] })).filter(({ path }) => path.length === 2 && ["name", "units"].includes(path[1]))} bodies=${[]} ends=${[]} changes=${own} />
     ${SINGLE.map((kind) => { const entry = shelf.find(({ table }) => table === kind); return html`<section><h2>${entry.title} <small><button type="button" class="small-button" onClick=${() => onSelect(kind)}>show in the text</button></small></h2>
       <${Form} schema=${schema} path=${[kind]} value=${tables[kind]} problems=${answer.problems} bodies=${[]} ends=${[]} changes=${changes} /></section>`; })}`;
 }
@@ -253,7 +272,8 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
     if (to === "ground") { const place = ends.findLastIndex((end) => end.ground); const row = []; row[place] = "ground"; row[place === 0 ? 1 : 0] = from; insert(table, row, at); } else insert(table, between, at);
   };
 
-  const open = (opened, name, saved) => { model.set("positions", {}); select(""); setMessage(""); doc.open(opened, name, saved); };
+  const arrange = () => { model.set("drawing", null); model.set("positions", {}); model.set("drawing", answer.drawing); };
+  const open = (opened, name, saved) => { model.set("drawing", null); model.set("positions", {}); select(""); setMessage(""); doc.open(opened, name, saved); };
   const save = async (name) => {
     const written = doc.now.current.text;
     try { await api.put(`/api/files/${name.split("/").map(encodeURIComponent).join("/")}`, written, name === doc.name ? {} : { "If-None-Match": "*" }); doc.savedAs(name, written); setDialog(null); setMessage(`Saved ${name}.`); } catch (error) { setMessage(error.message); setDialog(null); }
@@ -269,7 +289,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
     const act = { z: () => (event.shiftKey ? doc.redo() : doc.undo()), y: doc.redo, s: () => (doc.name ? save(doc.name) : setDialog({ kind: "save" })), o: () => setDialog({ kind: "open" }), enter: run }[letter];
     if (!act) return;
     const input = event.target;
-    if (["z", "y"].includes(letter) && input.matches?.(".field input") && input.value !== input.defaultValue && input.value !== (input.getAttribute("value") ?? "")) return;
+    if (["z", "y"].includes(letter) && input.dataset.typed !== undefined) return; // the field's own
     event.preventDefault();
     act();
   };
@@ -280,7 +300,9 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
     const counts = {};
     for (const { path: where } of answer.problems) if (where.length >= 2) { const key = keyOf(where.slice(0, 2)); counts[key] = (counts[key] ?? 0) + 1; }
     model.set("problems", counts);
-    model.set("drawing", answer.drawing ?? { bodies: [], links: [], axles: [], loads: [] });
+    const drawing = answer.drawing ?? { bodies: [], links: [], axles: [], loads: [] };
+    model.set("positions", kept(model.get("drawing"), drawing, model.get("positions")));
+    model.set("drawing", drawing);
   }, [answer]);
   useEffect(() => { const heard = () => setSelected(model.get("selected")); model.on("change:selected", heard); return () => model.off("change:selected", heard); }, []);
   useEffect(focusWanted);
@@ -317,7 +339,8 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
     </div>
     <div class=${`ed-panes${isTextShown ? "" : " no-text"}`}>
       <div class="ed-drawing">
-        <div class="ed-palette" role="toolbar" aria-label="Add"><span class="ed-word">Add</span>${shelf.filter(({ table }) => !SINGLE.includes(table)).map((entry) => html`<button type="button" title=${entry.words} disabled=${!answer.isParsed} onClick=${() => insert(entry.table)}><${Symbol} path=${entry.symbol} width=${entry.width} />${entry.title}</button>`)}</div>
+        <div class="ed-palette" role="toolbar" aria-label="Add"><span class="ed-word">Add</span>${shelf.filter(({ table }) => !SINGLE.includes(table)).map((entry) => html`<button type="button" title=${entry.words} disabled=${!answer.isParsed} onClick=${() => insert(entry.table)}><${Symbol} path=${entry.symbol} width=${entry.width} />${entry.title}</button>`)}
+          <button type="button" class="ed-arrange" title="Lay the driveline out anew" disabled=${!answer.drawing} onClick=${arrange}>Arrange</button></div>
         <div class="ed-sheet"><${Widget} name="driveline" model=${model} label="Drawing" />
           ${isEmpty ? html`<div class="ed-start"><h2>An empty sheet</h2><p>Add an inertia, then pull the small circle beside it to the next one. Or begin with something that works.</p><div class="choices"><button type="button" class="primary" onClick=${() => insert("inertia")}>Add an inertia</button><button type="button" onClick=${() => setDialog({ kind: "open" })}>Open an example …</button></div></div>` : null}</div>
         ${message ? html`<p class="ed-note" role="status"><span>${message}</span><button type="button" class="small-button" aria-label="Close the message" onClick=${() => setMessage("")}>×</button></p>` : null}

@@ -61,15 +61,19 @@ export function shown(value) {
 const startsWith = (path, start) => start.every((part, k) => part === path[k]);
 
 function Problems({ list, id }) {
-  return list.length ? html`<div class="field-problems" id=${id} role="alert">${list.map(({ value, rule, remedy }) => html`<p>${value ? `found ${value}; ` : ""}${rule}${remedy ? ` (${remedy})` : ""}</p>`)}</div>` : null;
+  return list.length ? html`<div class="field-problems" id=${id} role="alert">${list.map(({ at, value, rule, remedy }) => html`<p>${at ? html`<b>${at}</b>` : null}${value ? `found ${value}; ` : ""}${rule}${remedy ? ` (${remedy})` : ""}</p>`)}</div>` : null;
 }
 
-function TextField({ path, value, label, unit, example, description, problems, isNumber, isRequired, onTyped, hidesLabel }) {
+function TextField({ path, value, label, unit, example, description, problems, isNumber, isRequired, onTyped, hidesLabel, describedBy }) {
   const [typed, setTyped] = useState(shown(value));
   const own = useRef(null);
-  useEffect(() => setTyped(shown(value)), [shown(value)]);
+  useEffect(() => { own.sent = undefined; setTyped(shown(value)); }, [shown(value)]);
   const id = `field-${path.join("-")}`;
-  const commit = (text) => { if (text !== shown(value)) onTyped(path, text, isNumber); };
+  const commit = (text) => { // once: Enter and leaving the field both say so
+    if (text === shown(value) || text === own.sent) return;
+    own.sent = text;
+    onTyped(path, text, isNumber);
+  };
   const pressed = (event) => {
     const steps = { ArrowUp: 1, ArrowDown: -1, PageUp: 10, PageDown: -10 }[event.key];
     if (event.key === "Enter") commit(event.target.value);
@@ -84,10 +88,10 @@ function TextField({ path, value, label, unit, example, description, problems, i
   };
   return html`<div class=${`field${problems.length ? " wrong" : ""}`}>
     <label for=${id} class=${hidesLabel ? "hidden" : ""} title=${description}>${label}${isRequired ? html`<span class="must" aria-hidden="true"> *</span>` : null}</label>
-    <span class="entry"><input id=${id} type="text" autocomplete="off" spellcheck="false" value=${typed} placeholder=${example ? `e.g. ${example}` : ""} aria-required=${isRequired ? "true" : null} aria-invalid=${problems.length ? "true" : null}
-      aria-describedby=${problems.length ? `${id}-problems` : null} onInput=${(event) => setTyped(event.target.value)} onChange=${(event) => commit(event.target.value)} onKeyDown=${pressed} />${unit && !hidesLabel ? html`<span class="unit" aria-hidden="true">${unit}</span>` : null}</span>
+    <span class="entry"><input id=${id} type="text" autocomplete="off" spellcheck="false" value=${typed} placeholder=${example ? `e.g. ${example}` : ""} aria-required=${isRequired ? "true" : null} aria-invalid=${problems.length ? "true" : null} data-typed=${typed === shown(value) ? null : ""}
+      aria-describedby=${problems.length ? `${describedBy ?? id}-problems` : null} onInput=${(event) => { own.sent = undefined; setTyped(event.target.value); }} onChange=${(event) => commit(event.target.value)} onKeyDown=${pressed} />${unit && !hidesLabel && !/[^\d.eE+\s-]/.test(typed) ? html`<span class="unit" aria-hidden="true">${unit}</span>` : null}</span>
     ${description && !hidesLabel ? html`<p class="describe">${description}</p>` : null}
-    <${Problems} list=${problems} id=${`${id}-problems`} /></div>`;
+    ${hidesLabel ? null : html`<${Problems} list=${problems} id=${`${id}-problems`} />`}</div>`;
 }
 
 function Choice({ path, value, label, options, problems, description, onValue, isRequired }) {
@@ -121,7 +125,7 @@ function Field({ node, path, value, name, label, isRequired, around, hidesLabel 
   if (value && typeof value === "object") return html`<${Group} ...${{ tables, path, value, label, around, description }} />`;
   if (!isSimple && tables.length) return html`<${Begin} ...${{ tables, path, label, around, problems: all, description }} />`;
   const isNumber = options.some((option) => ["number", "integer"].includes(option.type));
-  const field = html`<${TextField} path=${path} value=${value} label=${label} unit=${unitOf(full.description)} example=${exampleOf(root, node)} description=${description} problems=${all} isNumber=${isNumber} isRequired=${isRequired} onTyped=${around.onTyped} hidesLabel=${hidesLabel} />`;
+  const field = html`<${TextField} path=${path} value=${value} label=${label} unit=${unitOf(full.description)} example=${exampleOf(root, node)} description=${description} problems=${all} isNumber=${isNumber} isRequired=${isRequired} onTyped=${around.onTyped} hidesLabel=${hidesLabel} describedBy=${around.describedBy} />`;
   return tables.length && !hidesLabel ? html`<div class="with-more">${field}<${Begin} ...${{ tables, path, label: "as a table", around, problems: [], small: true }} /></div>` : field;
 }
 
@@ -154,14 +158,15 @@ function Bodies({ path, value, label, around }) {
 function Rows({ item, path, value, label, around, description }) {
   const rows = Array.isArray(value) ? value : [];
   const keys = Object.keys(item.properties), { root } = around;
-  const own = around.problems.filter((problem) => startsWith(problem.path, path) && problem.path.length === path.length);
+  const own = around.problems.filter((problem) => startsWith(problem.path, path)).map((problem) => ({ ...problem, at: problem.path.length > path.length + 1 ? `${words(String(problem.path[path.length + 1]))} of row ${problem.path[path.length] + 1}: ` : "" }));
+  const id = `field-${path.join("-")}`;
   const add = () => around.onAdd(path, rows.length ? rows[rows.length - 1] : beginning(root, item));
   return html`<fieldset class="rows"><legend title=${description}>${label}</legend>
     ${rows.length ? html`<div class="scroll"><table class="grid"><thead><tr>${keys.map((key) => html`<th scope="col" title=${resolved(root, item.properties[key]).description}>${words(key)}</th>`)}<th><span class="hidden">Remove</span></th></tr></thead>
       <tbody>${rows.map((row, k) => html`<tr key=${k}>${keys.map((key) => html`<td>${row[key] && typeof row[key] === "object" ? html`<span class="muted" title=${JSON.stringify(row[key])}>table</span>`
-        : html`<${Field} node=${item.properties[key]} path=${[...path, k, key]} value=${row[key]} name=${key} label=${`${words(key)} of ${label} ${k + 1}`} around=${around} hidesLabel=${true} />`}</td>`)}
+        : html`<${Field} node=${item.properties[key]} path=${[...path, k, key]} value=${row[key]} name=${key} label=${`${words(key)} of ${label} ${k + 1}`} around=${{ ...around, describedBy: id }} hidesLabel=${true} />`}</td>`)}
         <td><button type="button" class="small-button" aria-label=${`Remove ${label} ${k + 1}`} onClick=${() => around.onDelete([...path, k])}>×</button></td></tr>`)}</tbody></table></div>` : null}
-    <button type="button" class="small-button" onClick=${add}>Add ${rows.length ? "a row" : label}</button><${Problems} list=${own} /></fieldset>`;
+    <button type="button" class="small-button" onClick=${add}>Add ${rows.length ? "a row" : label}</button><${Problems} list=${own} id=${`${id}-problems`} /></fieldset>`;
 }
 
 function Group({ tables, path, value, label, around, description }) {

@@ -4,7 +4,7 @@
 // {ask: "connect" | "insert" | "delete" | "rename", ...}.
 
 const NS = "http://www.w3.org/2000/svg";
-const HALF = 13, MARGIN = 118, LARGEST_SCALE = 1.25, STEP = 12, LINE = 15;
+const HALF = 13, MARGIN = 22, LARGEST_SCALE = 1.25, STEP = 12, LINE = 15;
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 function svg(name, attributes, ...children) {
@@ -63,9 +63,17 @@ function render({ model, el }) {
 
   function endOf(link, side) {
     const end = link.ends[side], other = link.ends[1 - side];
-    if (end.body >= 0) return { ...plus(state.at[end.body], { x: end.offset, y: 0 }), w: HALF, h: drawing().bodies[end.body].height / 2 };
+    if (end.body >= 0) return { ...plus(state.at[end.body], { x: discOf(link, side), y: 0 }), w: HALF, h: drawing().bodies[end.body].height / 2 };
     const home = drawing().bodies[other.body], from = state.at[other.body] ?? { x: 0, y: 0 };
     return { x: end.x + (home ? from.x - home.x : 0), y: end.y + (home ? from.y - home.y : 0), w: HALF, h: 20, missing: end.body === -2, isFrame: true };
+  }
+
+  // A mesh hangs from the disc of its own; whatever else begins at the disc that is nearest to its other end.
+  function discOf(link, side) {
+    const end = link.ends[side], other = link.ends[1 - side], { discs } = drawing().bodies[end.body];
+    if (link.along_line || discs.length < 2) return end.offset;
+    const towards = other.body >= 0 ? state.at[other.body].x : state.at[end.body].x + other.x - drawing().bodies[end.body].x;
+    return discs.reduce((best, x) => (Math.abs(state.at[end.body].x + x - towards) < Math.abs(state.at[end.body].x + best - towards) ? x : best));
   }
 
   const reach = (end, u) => Math.min(end.w / (Math.abs(u.x) || 1e-9), end.h / (Math.abs(u.y) || 1e-9));
@@ -160,7 +168,7 @@ function render({ model, el }) {
     const shaft = body.discs.length > 1 ? svg("path", { class: "gr-shaft", d: `M${Math.min(...body.discs)} 0 H${Math.max(...body.discs)}` }) : null;
     const name = Object.assign(svg("text", { class: "gr-name" }), { textContent: body.name || "unnamed" });
     const inertia = Object.assign(svg("text", { class: "gr-size" }), { textContent: body.inertia ? `J = ${pretty(body.inertia)}` : "J = ?" });
-    const node = item(keyOf(body.path), `inertia ${body.name}`, "gr-body", shaft, discs, name, inertia);
+    const node = item(keyOf(body.path), `inertia ${body.name}`, "gr-node", shaft, discs, name, inertia);
     node.dataset.body = k;
     const chips = loads.map((load) => {
       const text = Object.assign(svg("text", {}), { textContent: pretty(load.words) || load.path[0] });
@@ -191,16 +199,14 @@ function render({ model, el }) {
       const width = 6.3 * text.textContent.length + 20, start = aside ? left + 20 : -width / 2 + 20;
       text.setAttribute("x", start);
       text.setAttribute("y", first + LINE * (2 + row));
-      chip.querySelector("path").setAttribute("transform", `translate(${start - 3} ${first + LINE * (2 + row) - 4}) scale(${shift})`);
+      chip.querySelector("path").setAttribute("transform", `translate(${start - 6} ${first + LINE * (2 + row) - 4}) scale(${shift})`);
     });
     group.querySelector(".gr-handle")?.setAttribute("transform", `translate(${Math.max(...body.discs) + HALF + 14} ${half > 24 ? 12 - half : -half})`);
   }
 
   function fit() {
-    const points = [...state.at.flatMap((p, k) => drawing().bodies[k].discs.map((x) => ({ x: p.x + x, y: p.y }))), ...state.links.flatMap((link) => [link.at, ...shapeOf(link).ends])];
-    if (!points.length) points.push({ x: 0, y: 0 });
-    const xs = points.map((p) => p.x), ys = points.map((p) => p.y);
-    const box = { x: Math.min(...xs) - MARGIN, y: Math.min(...ys) - MARGIN, w: Math.max(...xs) - Math.min(...xs) + 2 * MARGIN, h: Math.max(...ys) - Math.min(...ys) + 2 * MARGIN };
+    const drawn = marks.childElementCount ? marks.getBBox() : { x: 0, y: 0, width: 0, height: 0 };
+    const box = { x: drawn.x - MARGIN, y: drawn.y - MARGIN, w: drawn.width + 2 * MARGIN, h: drawn.height + 2 * MARGIN };
     const size = { w: sheet.clientWidth || 800, h: sheet.clientHeight || 500 };
     const scale = Math.min(LARGEST_SCALE, size.w / box.w, size.h / box.h);
     const w = size.w / scale, h = size.h / scale;
@@ -276,6 +282,7 @@ function render({ model, el }) {
 
   function begin(k) {
     state.connecting = k;
+    state.origin = drawing().bodies[k].name;
     frame.classList.add("gr-connecting");
     say(`Connect ${drawing().bodies[k].name}: arrow keys to a body and Enter; G for ground; N for a new inertia; Escape to leave.`);
   }
@@ -395,7 +402,6 @@ function render({ model, el }) {
 
   function redraw() {
     const focused = marks.contains(document.activeElement) ? document.activeElement.dataset.key : "";
-    if (state.connecting !== null) end();
     draw();
     if (focused && state.nodes.has(focused)) focusOn(focused);
   }
@@ -410,6 +416,8 @@ function render({ model, el }) {
   sheet.addEventListener("focusin", (event) => { const key = event.target.closest?.("[data-key]")?.dataset.key; if (key) { state.focus = key; rove(key); } });
   const names = ["drawing", "selected", "positions", "regimes", "problems", "editable"];
   for (const name of names) model.on(`change:${name}`, redraw);
+  const lost = () => { if (state.connecting !== null && drawing().bodies[state.connecting]?.name !== state.origin) end(); };
+  model.on("change:drawing", lost);
   const shown = (message) => { if (message?.focus) focusOn(message.focus); };
   model.on("msg:custom", shown);
   const sized = new ResizeObserver(() => { if (!state.isMine) fit(); });
@@ -417,6 +425,7 @@ function render({ model, el }) {
   draw();
   return () => {
     for (const name of names) model.off(`change:${name}`, redraw);
+    model.off("change:drawing", lost);
     model.off("msg:custom", shown);
     sized.disconnect();
     frame.remove();

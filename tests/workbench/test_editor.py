@@ -1,0 +1,263 @@
+"""The editor in a real browser: a driveline from nothing by keys and clicks, errors at fields, undo, fifty bodies."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import gearrattle as gr
+from gearrattle.model.components import COMPONENTS
+from gearrattle.workbench.shelf import TABLES, shelf
+from tests.browser import BROWSER, MARKS
+from tests.workbench.server import Server, serving
+
+pytest.importorskip("uvicorn")
+playwright = pytest.importorskip("playwright.sync_api")
+pytestmark = MARKS
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with serving(tmp_path_factory.mktemp("editor")) as running:
+        yield running
+
+
+@pytest.fixture
+def tab(server: Server) -> Iterator[Any]:
+    """The Edit view with an empty sheet; errors on the console and requests that leave the machine fail the test."""
+    wrong: list[str] = []
+    with playwright.sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        opened = browser.new_page(viewport={"width": 1280, "height": 800})
+        opened.on(
+            "console", lambda line: wrong.append(f"{line.text} {line.location}") if line.type == "error" else None
+        )
+        opened.on("pageerror", lambda error: wrong.append(str(error)))
+        opened.on("request", lambda sent: None if sent.url.startswith(server.address) else wrong.append(sent.url))
+        opened.goto(f"{server.address}/?token={server.token}")
+        opened.wait_for_selector(".ed-start")
+        yield opened
+        browser.close()
+    assert wrong == [], "\n".join(wrong)
+
+
+def text_of(tab: Any) -> str:
+    return str(tab.locator(".toml-area").input_value())
+
+
+def waits(tab: Any, condition: str) -> None:
+    """Wait until the text fulfils a condition on ``text``."""
+    tab.wait_for_function(f"() => {{ const text = document.querySelector('.toml-area').value; return {condition}; }}")
+
+
+def name_it(tab: Any, old: str, name: str) -> None:
+    """Type a name into the field that has the focus."""
+    tab.wait_for_function(f"() => document.activeElement.value === '{old}'")
+    tab.keyboard.type(name)
+    tab.keyboard.press("Enter")
+    waits(tab, f"text.includes('\"{name}\"')")
+
+
+def fill(tab: Any, label: str, value: str) -> None:
+    field = tab.locator(".ed-form").get_by_label(label, exact=True)
+    field.fill(value)
+    field.press("Enter")
+    waits(tab, f"text.includes({value!r})")
+
+
+def opened(tab: Any, name: str) -> None:
+    tab.get_by_role("button", name="Open …", exact=True).click()
+    tab.locator("dialog li button").filter(has=tab.locator(f"small:text-is('{name}')")).click()
+    playwright.expect(tab.locator("dialog")).to_have_count(0)
+    playwright.expect(tab.locator(".ed-state.ready")).to_be_visible()
+
+
+def selected(tab: Any, key: str) -> Any:
+    mark = tab.locator(f'[data-key="{key}"]').first
+    mark.focus()
+    tab.keyboard.press("Enter")
+    playwright.expect(mark).to_have_attribute("aria-pressed", "true")
+    return mark
+
+
+def test_a_driveline_of_four_bodies_from_nothing_by_keys_and_clicks(tab: Any, server: Server) -> None:
+    tab.get_by_role("button", name="Add an inertia").click()
+    name_it(tab, "inertia", "flywheel")
+    fill(tab, "J *", "0.3 kg*m^2")
+    for key, new, old, name in (("n", "Coupling", "coupling", "damper"), ("n", "Coupling", "coupling", "spline")):
+        last = tomllib.loads(text_of(tab)).get("inertia", [])
+        selected(tab, f"inertia.{len(last) - 1}")
+        tab.keyboard.press(key)
+        tab.get_by_role("dialog").get_by_role("button", name=new).click()
+        name_it(tab, old, name)
+    selected(tab, "inertia.2")
+    tab.keyboard.press("n")
+    tab.get_by_role("dialog").get_by_role("button", name="Mesh").click()
+    name_it(tab, "mesh", "gear")
+    for number, name in ((1, "hub"), (2, "input_gear"), (3, "output_gear")):
+        selected(tab, f"inertia.{number}")
+        tab.keyboard.press("F2")
+        old = tomllib.loads(text_of(tab))["inertia"][number]["name"]
+        name_it(tab, old, name)
+    selected(tab, "inertia.0")
+    tab.get_by_role("toolbar", name="Add").get_by_role("button", name="Torque").click()
+    waits(tab, "text.includes('[[torque]]')")
+    playwright.expect(tab.locator(".ed-state.ready")).to_be_visible()
+    model = gr.loads(text_of(tab))
+    assert [body.name for body in model.inertias] == ["flywheel", "hub", "input_gear", "output_gear"]
+    assert [element.between for element in model.elements] == [
+        ("flywheel", "hub"),
+        ("hub", "input_gear"),
+        ("input_gear", "output_gear"),
+    ]
+    assert model.torques[0].on == "flywheel"
+    tab.get_by_role("button", name="Run", exact=True).click()
+    tab.wait_for_url("**/#/runs/*")
+    job = server.ended(tab.url.rpartition("/")[2])
+    assert job["state"] == "done"
+    tab.wait_for_selector(".gr-headline", timeout=60_000)
+
+
+def test_a_connection_is_drawn_by_the_pointer_and_by_keys(tab: Any) -> None:
+    opened(tab, "case3")
+    bodies = [tab.locator(f'[data-key="inertia.{k}"] .gr-disc').first for k in (0, 2)]
+    first, second = (body.bounding_box() for body in bodies)
+    selected(tab, "inertia.0")
+    handle = tab.locator('[data-handle="0"] circle').first.bounding_box()
+    tab.mouse.move(handle["x"] + handle["width"] / 2, handle["y"] + handle["height"] / 2)
+    tab.mouse.down()
+    tab.mouse.move(second["x"] + second["width"] / 2, second["y"] + second["height"] / 2, steps=6)
+    tab.mouse.up()
+    tab.get_by_role("dialog").get_by_role("button", name="Coupling").click()
+    waits(tab, 'text.includes(\'between = ["flywheel", "input_gear"]\')')
+    tab.wait_for_function("() => document.activeElement.value === 'coupling'")
+    selected(tab, "inertia.1")
+    tab.keyboard.press("c")
+    tab.keyboard.press("g")
+    playwright.expect(tab.get_by_role("dialog").get_by_role("button", name="Coupling")).to_be_focused()
+    playwright.expect(tab.get_by_role("dialog").get_by_role("button", name="Mesh")).to_have_count(0)
+    tab.keyboard.press("Enter")
+    waits(tab, 'text.includes(\'between = ["hub", "ground"]\')')
+    assert first["x"] < second["x"]
+
+
+def test_a_wrong_unit_is_refused_at_its_field_in_the_words_of_the_command_line(tab: Any) -> None:
+    opened(tab, "case3")
+    selected(tab, "mesh.0")
+    field = tab.locator(".ed-form").get_by_label("backlash", exact=True)
+    field.fill("0.1 kg")
+    field.press("Enter")
+    wrong = tab.locator(".field.wrong")
+    with pytest.raises(gr.ModelError) as caught:
+        gr.example("case3").with_({"mesh.gear.backlash": "0.1 kg"})
+    playwright.expect(wrong.locator(".field-problems")).to_contain_text(caught.value.problems[0].rule)
+    playwright.expect(field).to_have_attribute("aria-invalid", "true")
+    playwright.expect(tab.get_by_role("button", name="Run", exact=True)).to_be_disabled()
+    assert tab.locator(".toml-line.wrong").inner_text().startswith("backlash")
+    assert "1 problem" in tab.locator('[data-key="mesh.0"]').first.get_attribute("aria-label")
+    tab.keyboard.press("Control+z")
+    playwright.expect(wrong).to_have_count(0)
+    playwright.expect(tab.locator(".ed-state.ready")).to_be_visible()
+
+
+def test_undo_and_redo_give_the_texts_back_letter_by_letter(tab: Any) -> None:
+    opened(tab, "clutch_friction")
+    texts = [text_of(tab)]
+    for act in (
+        lambda: (selected(tab, "inertia.1"), tab.keyboard.press("Delete")),
+        lambda: (selected(tab, "mesh.0"), fill(tab, "backlash", "0.2 mm")),
+        lambda: tab.get_by_role("toolbar", name="Add").get_by_role("button", name="Planetary set").click(),
+    ):
+        act()
+        tab.wait_for_function("before => document.querySelector('.toml-area').value !== before", arg=texts[-1])
+        texts.append(text_of(tab))
+    for expected in reversed(texts[:-1]):
+        tab.get_by_role("button", name="Undo").click()
+        waits(tab, f"text === {_js(expected)}")
+    for expected in texts[1:]:
+        tab.get_by_role("button", name="Redo").click()
+        waits(tab, f"text === {_js(expected)}")
+
+
+def _js(text: str) -> str:
+    import json
+
+    return json.dumps(text)
+
+
+def test_the_text_changes_the_drawing_and_the_form(tab: Any) -> None:
+    opened(tab, "case3")
+    area = tab.locator(".toml-area")
+    area.fill(text_of(tab).replace('"input_gear"', '"shaft"'))
+    playwright.expect(tab.locator('[data-key="inertia.2"] .gr-name')).to_have_text("shaft")
+    area.fill(text_of(tab) + "\n[[mesh\n")
+    playwright.expect(tab.locator(".ed-problems li")).to_have_count(1)
+    playwright.expect(tab.locator(".gr-node")).to_have_count(4)
+
+
+@pytest.mark.parametrize("table", [table for table in TABLES if table not in ("excitation", "simulation")])
+def test_everything_on_the_shelf_can_be_added_and_has_a_form(tab: Any, table: str) -> None:
+    entry = next(entry for entry in shelf() if entry["table"] == table)
+    button = tab.get_by_role("toolbar", name="Add").get_by_role("button", name=entry["title"], exact=True)
+    assert button.locator("path").get_attribute("d").endswith(entry["symbol"])
+    if table == "motion":  # one body must stay free
+        tab.get_by_role("toolbar", name="Add").get_by_role("button", name="Coupling").click()
+        waits(tab, "text.includes('[[coupling]]')")
+    button.click()
+    waits(tab, f"text.includes('[[{table}]]')")
+    playwright.expect(tab.locator(".ed-state.ready")).to_be_visible()
+    for key in entry["template"]:
+        assert tab.locator(f'[id^="field-{table}-0-{key}"]').count() >= 1, key
+    model = gr.loads(text_of(tab))
+    if table in COMPONENTS:
+        assert len(model.components) == 1
+        assert tab.locator(".gr-link:not(.gr-unsound)").count() == len(model.elements)
+
+
+def test_a_model_is_saved_and_opened_again_and_a_draft_survives_a_reload(tab: Any, server: Server) -> None:
+    opened(tab, "case2")
+    text = text_of(tab)
+    tab.get_by_role("button", name="Save as …").click()
+    tab.get_by_role("dialog").get_by_label("File in this folder").fill("second.toml")
+    tab.keyboard.press("Enter")
+    playwright.expect(tab.locator(".ed-note")).to_contain_text("Saved second.toml")
+    assert server.client.get("/api/files/second.toml").text == text
+    selected(tab, "mesh.0")
+    fill(tab, "backlash", "0.07 mm")
+    tab.wait_for_timeout(400)
+    tab.reload()
+    tab.wait_for_selector(".gr-node")
+    assert '"0.07 mm"' in text_of(tab)
+
+
+def test_fifty_bodies_are_dragged_at_thirty_frames_a_second(tab: Any, tmp_path: Path) -> None:
+    bodies = "".join(f'[[inertia]]\nname = "b{k}"\nJ = 0.01\n\n' for k in range(50))
+    links = "".join(
+        f'[[coupling]]\nname = "c{k}"\nbetween = ["b{k}", "b{k + 1}"]\nstiffness = 100\nclearance = 0.01\n\n'
+        for k in range(49)
+    )
+    tab.locator(".toml-area").fill(f'schema = 1\n\n{bodies}{links}[excitation]\nspeed = "800 rpm"\n')
+    playwright.expect(tab.locator(".gr-node")).to_have_count(50)
+    rate = tab.evaluate(
+        """async () => {
+          const disc = document.querySelector('[data-key="inertia.25"] .gr-disc');
+          const { x, y } = disc.getBoundingClientRect();
+          document.querySelector(".gr-sheet").setPointerCapture = () => {};
+          const send = (type, dx, dy) => disc.dispatchEvent(new PointerEvent(type, {
+            bubbles: true, clientX: x + 2 + dx, clientY: y + 2 + dy, pointerId: 1, button: 0,
+          }));
+          send("pointerdown", 0, 0);
+          const count = 90, start = performance.now();
+          for (let k = 1; k <= count; k++) { send("pointermove", k, k / 2); await new Promise(requestAnimationFrame); }
+          const seconds = (performance.now() - start) / 1000;
+          send("pointerup", count, count / 2);
+          return count / seconds;
+        }"""
+    )
+    print(f"{rate:.0f} frames a second")
+    assert rate > 30.0
+    assert tab.locator('[data-key="inertia.25"]').count() == 1
