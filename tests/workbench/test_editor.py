@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -158,10 +159,27 @@ def test_a_wrong_unit_is_refused_at_its_field_in_the_words_of_the_command_line(t
     playwright.expect(field).to_have_attribute("aria-invalid", "true")
     playwright.expect(tab.get_by_role("button", name="Run", exact=True)).to_be_disabled()
     assert tab.locator(".toml-line.wrong").inner_text().startswith("backlash")
-    assert "1 problem" in tab.locator('[data-key="mesh.0"]').first.get_attribute("aria-label")
+    assert "1 problem" in tab.locator('[data-key="mesh.0"]').first.get_attribute("aria-description")
     tab.keyboard.press("Control+z")
     playwright.expect(wrong).to_have_count(0)
     playwright.expect(tab.locator(".ed-state.ready")).to_be_visible()
+
+
+def test_the_verdict_follows_a_change_and_colours_the_drawing(tab: Any) -> None:
+    opened(tab, "case1")
+    verdict = tab.locator(".ed-verdict:not(.stale)")
+    playwright.expect(verdict).to_contain_text("rattle", timeout=60_000)  # the first answer waits for its process
+    rattling = tab.locator(".gr-link:is(.gr-single-sided, .gr-double-sided)")
+    assert rattling.count() >= 1
+    selected(tab, "mesh.0")
+    for value in ("0.12 mm", "0.08 mm"):
+        fill(tab, "backlash", value)
+        start = time.monotonic()
+        tab.wait_for_selector(".ed-verdict.stale", timeout=2000)
+        tab.wait_for_selector(".ed-verdict:not(.stale)", timeout=10_000)
+        seconds = time.monotonic() - start
+    print(f"verdict after {seconds:.2f} s")
+    assert seconds < 2.0
 
 
 def test_undo_and_redo_give_the_texts_back_letter_by_letter(tab: Any) -> None:

@@ -6,7 +6,7 @@ import { Widget } from "/static/widget_host.js";
 import { Form } from "/static/form.js";
 import { TomlText } from "/static/toml.js";
 
-const DRAFT = "gearrattle.draft", TEXT_SHOWN = "gearrattle.text", MOST_KEPT = 500, PAUSE = 250; // ms after typing
+const DRAFT = "gearrattle.draft", TEXT_SHOWN = "gearrattle.text", MOST_KEPT = 500, PAUSE = 250, VERDICT_PAUSE = 350; // ms after the last change
 const NEW = 'schema = 1\nname = "New driveline"\nunits = "SI"\n\n[excitation]\nspeed = "800 rpm"\n\n[simulation]\ncycles = 100\ndiscard = 50\n';
 const EMPTY = { problems: [], notes: [], drawing: null, tables: null, headers: [], title: "" };
 const SINGLE = ["excitation", "simulation"];
@@ -68,7 +68,7 @@ function useDocument({ api, initial, onError }) {
   const check = async () => {
     const { text, name } = now.current;
     const answer = await api.post("/api/check", { text, name: name || "model.toml" });
-    if (now.current.text === text) change({ answer: { ...answer, drawing: answer.drawing ?? now.current.answer.drawing, isParsed: answer.tables !== null } });
+    if (now.current.text === text) change({ answer: { ...answer, text, drawing: answer.drawing ?? now.current.answer.drawing, isParsed: answer.tables !== null } });
   };
   const step = (text) => ({ text, past: [...now.current.past, now.current.text].slice(-MOST_KEPT), future: [] });
   const inTurn = (act) => { queue.current = queue.current.then(act).catch(failed); return queue.current; };
@@ -83,7 +83,7 @@ function useDocument({ api, initial, onError }) {
       const { text: changed, ...answer } = await api.post("/api/edit", { text, edits, name: name || "model.toml" });
       if (now.current.text !== text) return;
       typing.current = false;
-      change({ ...(changed === text ? {} : step(changed)), answer: { ...answer, isParsed: true } });
+      change({ ...(changed === text ? {} : step(changed)), answer: { ...answer, text: changed, isParsed: true } });
       made?.(answer);
     }),
     type: (text) => {
@@ -99,6 +99,36 @@ function useDocument({ api, initial, onError }) {
     savedAs: (name, text) => change({ name, saved: text }),
     now,
   };
+}
+
+// The verdict that follows every change: one request at a time, and after it the newest text alone.
+function useVerdict(api, text, isSound, model) {
+  const [verdict, setVerdict] = useState(null);
+  const state = useRef({ isBusy: false, wanted: null, sequence: 0 });
+  useEffect(() => {
+    const now = state.current;
+    if (!isSound) { now.wanted = null; setVerdict(null); model.set("regimes", {}); return undefined; }
+    setVerdict((old) => old && { ...old, isStale: old.text !== text });
+    const ask = async () => {
+      now.wanted = text;
+      if (now.isBusy) return;
+      now.isBusy = true;
+      while (now.wanted) {
+        const asked = now.wanted;
+        now.wanted = null;
+        try {
+          const made = (await api.post("/api/live", { text: asked, values: {}, sequence: ++now.sequence })).verdict;
+          if (now.wanted) continue;
+          setVerdict({ ...made, text: asked });
+          model.set("regimes", Object.fromEntries(made.parts.map((part) => [part.name, { regime: part.regime, words: part.impacts_per_cycle ? `${Number(part.impacts_per_cycle.toPrecision(3))} per cycle` : "" }])));
+        } catch (error) { if (!now.wanted) { setVerdict({ sentence: error.message, isFailed: true, text: asked }); model.set("regimes", {}); } }
+      }
+      now.isBusy = false;
+    };
+    const time = setTimeout(ask, VERDICT_PAUSE);
+    return () => clearTimeout(time);
+  }, [text, isSound]);
+  return verdict;
 }
 
 // ---- parts of the page
@@ -200,6 +230,8 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
   const model = useMemo(() => standIn({ drawing: null, selected: "", positions: {}, regimes: {}, problems: {}, editable: true }, {
     connect: (question) => acts.current.ask(question), insert: (question) => acts.current.ask(question), delete: (question) => acts.current.ask(question), rename: (question) => acts.current.ask(question),
   }), []);
+
+  const verdict = useVerdict(api, text, Boolean(isSound) && answer.text === text, model);
 
   const select = (key) => { setSelected(key); if (model.get("selected") !== key) model.set("selected", key); };
   const field = (where) => { wanted.current = `field-${where.join("-")}`; };
@@ -306,7 +338,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
   }, [answer]);
   useEffect(() => { const heard = () => setSelected(model.get("selected")); model.on("change:selected", heard); return () => model.off("change:selected", heard); }, []);
   useEffect(focusWanted);
-  useEffect(() => { handle({ text: () => doc.now.current.text, open, setRegimes: (regimes) => model.set("regimes", regimes) }); });
+  useEffect(() => { handle({ text: () => doc.now.current.text, open }); });
 
   const header = path && answer.headers.filter((entry) => keyOf(entry.path) === selected)[0];
   const next = header && answer.headers.find((entry) => entry.line > header.line && keyOf(entry.path.slice(0, path.length)) !== selected);
@@ -343,6 +375,8 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
           <button type="button" class="ed-arrange" title="Lay the driveline out anew" disabled=${!answer.drawing} onClick=${arrange}>Arrange</button></div>
         <div class="ed-sheet"><${Widget} name="driveline" model=${model} label="Drawing" />
           ${isEmpty ? html`<div class="ed-start"><h2>An empty sheet</h2><p>Add an inertia, then pull the small circle beside it to the next one. Or begin with something that works.</p><div class="choices"><button type="button" class="primary" onClick=${() => insert("inertia")}>Add an inertia</button><button type="button" onClick=${() => setDialog({ kind: "open" })}>Open an example …</button></div></div>` : null}</div>
+        ${verdict ? html`<div class=${`ed-verdict ${verdict.isFailed ? "failed" : verdict.verdict}${verdict.isStale ? " stale" : ""}`} role="status">${verdict.isFailed ? verdict.sentence
+          : html`<details><summary><b>${verdict.headline}</b> <small>a look over 60 cycles; Run gives the whole</small></summary>${verdict.sentence}</details>`}</div>` : null}
         ${message ? html`<p class="ed-note" role="status"><span>${message}</span><button type="button" class="small-button" aria-label="Close the message" onClick=${() => setMessage("")}>×</button></p>` : null}
         ${count && (isListed || !answer.isParsed) ? html`<ul class="ed-problems" aria-label="Problems">${answer.problems.map((problem) => html`<li><button type="button" onClick=${() => toProblem(problem)}><b>${problem.place.replace(/^[^:]*:(\d+):? ?/, "line $1 ").replace(/^model\.toml: /, "")}</b> ${problem.value ? `found ${problem.value}; ` : ""}${problem.rule}${problem.remedy ? ` (${problem.remedy})` : ""}</button></li>`)}</ul>` : null}
         <p class="ed-keys"><kbd>arrows</kbd> walk · <kbd>Enter</kbd> select · <kbd>C</kbd> connect · <kbd>N</kbd> next inertia · <kbd>F2</kbd> rename · <kbd>Del</kbd> delete · <kbd>Alt</kbd>+<kbd>arrows</kbd> move</p>
@@ -357,7 +391,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
   </section>`;
 }
 
-// Mounts the editor; returns {text(), open(text, name), setRegimes({element: {regime, words}}), destroy()}.
+// Mounts the editor; returns {text(), open(text, name), destroy()}.
 export async function mountEditor(el, { api, onRun, onError = () => {}, text }) {
   const [schema, shelf] = await Promise.all([api.get("/api/schema"), api.get("/api/components")]);
   let draft = null;

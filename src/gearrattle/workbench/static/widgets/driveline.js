@@ -122,7 +122,7 @@ function render({ model, el }) {
   function item(key, words, className, ...children) {
     const problems = get("problems", {})[key] ?? 0, isSelected = key === get("selected", "");
     const said = `${words}${problems ? `, ${problems} ${problems === 1 ? "problem" : "problems"}` : ""}`;
-    const node = svg("g", { class: `${className}${isSelected ? " gr-selected" : ""}${problems ? " gr-wrong" : ""}`, "data-key": key, role: "button", "aria-label": said, "aria-pressed": isSelected, tabindex: -1 }, ...children);
+    const node = svg("g", { class: `${className}${isSelected ? " gr-selected" : ""}${problems ? " gr-wrong" : ""}`, "data-key": key, role: "button", "aria-description": said, "aria-pressed": isSelected, tabindex: -1 }, ...children);
     if (!state.nodes.has(key)) state.nodes.set(key, node);
     return node;
   }
