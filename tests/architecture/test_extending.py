@@ -15,7 +15,7 @@ from tests.architecture.places import DOCS
 ROOT = DOCS.parent
 FOLDER = DOCS / "howto" / "extend"
 LAWS = {
-    "component": ["tests/model/test_components.py"],
+    "component": ["tests/model/test_components.py", "tests/workbench/test_drawing.py"],
     "algorithm": ["tests/engine/solvers/test_one_step.py"],
     "quantity": ["tests/quantities/test_vectors.py", "tests/quantities/test_metric_chunks.py"],
 }
