@@ -14,7 +14,7 @@ from gearrattle.assembly import assemble
 from gearrattle.assembly.variants import bound_of, coefficients, repeated
 from gearrattle.engine.kernels.variants import Coefficients
 from gearrattle.engine.periodic.family import CompiledFamily, Family, GeneralFamily
-from gearrattle.engine.solvers.choice import MANY_INERTIAS
+from gearrattle.engine.solvers.choice import MANY_INERTIAS, is_large_for_periods
 from gearrattle.engine.solvers.many import is_supported
 from gearrattle.engine.system.laid_out import coefficients_of as coefficients_of_system
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -94,6 +94,8 @@ def family_of_excitation(system: PiecewiseSystem, cycles: int) -> Family:
 def is_compiled(system: PiecewiseSystem) -> bool:
     """Return whether motions of a driveline's variants are followed in compiled code.
 
-    Many regions are no reason against it: a motion visits few of them in a period.
+    Many regions alone are no reason against it: a motion visits few of them in a period.
     """
-    return is_supported(system) and system.size <= MANY_INERTIAS and bool(system.clearances)
+    if is_large_for_periods(system) or system.size > MANY_INERTIAS:
+        return False
+    return is_supported(system) and bool(system.clearances)

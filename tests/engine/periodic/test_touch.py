@@ -37,7 +37,6 @@ def test_an_extremum_near_a_corner_is_found_with_its_depth(inertias: int, upward
         assert approach is not None
         assert approach.time == pytest.approx(time, abs=1e-6)
         assert approach.depth == pytest.approx(highest - corners[corners > highest].min(), abs=1e-8 * corners.max())
-        assert side * approach.acceleration == pytest.approx(
-            bend * (GRID / march.task.system.inputs.period) ** 2, rel=1e-2
-        )
+        curvature = bend * (GRID / period_map.length) ** 2
+        assert side * approach.acceleration == pytest.approx(curvature, rel=1e-2)
     assert tops.size > 0

@@ -18,11 +18,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.solvers.base import Task
+from gearrattle.engine.kernels import packed
+from gearrattle.engine.solvers.base import Marching, Task
+from gearrattle.engine.solvers.choice import is_large_for_periods
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.solvers.handover import passages_of
 from gearrattle.engine.solvers.slots import Slots, slots_of
 from gearrattle.engine.solvers.start import starting_pieces
+from gearrattle.engine.solvers.sweep import SweepMarch
 from gearrattle.engine.system.flow import Pieces, flow_of
 from gearrattle.engine.system.levels import deflection_levels
 from gearrattle.engine.system.passages import Passages
@@ -103,6 +106,15 @@ class Pass:
         return self.end.y - self.start.y
 
 
+class Marched(NamedTuple):
+    """A march that is done."""
+
+    samples: packed.Samples
+    initial: IntArray  # (W,) pieces of all that may cross, at its start
+    log: packed.Log
+    cycles: int
+
+
 class PeriodMap:
     """The map of one driveline over n of its periods.
 
@@ -174,14 +186,14 @@ class PeriodMap:
         gradient, turned = self.gradient_along(march, crossings), self.turned(march, -1)
         return Pass(state, self.sampled(march, -1), gradient, turned, crossings, self.system.inputs.period, self.cycles)
 
-    def gradient_along(self, march: ExactMarch, crossings: Passages) -> Array:
+    def gradient_along(self, march: Marched, crossings: Passages) -> Array:
         """Return the gradient (N, N) [SI] of a march that is done, over the length of the map, from its crossings."""
         initial = [0] * (len(self.system.laws) + len(self.system.auxiliaries))
         for k, piece in zip(self.system.places, march.initial, strict=True):
             initial[k] = int(piece)
         return variation(self.flow, tuple(initial), crossings, end=self.length).gradient()
 
-    def turned(self, march: ExactMarch, row: int) -> Array:
+    def turned(self, march: Marched, row: int) -> Array:
         """Return how far the reference inertia of every free train has turned (R,) [rad], up to a sample of a march."""
         angles = slice(self.flow.states, self.flow.states + len(self.flow.coordinates.references))
         return np.asarray(march.samples.states[row, angles] - march.samples.states[0, angles])
@@ -201,7 +213,7 @@ class PeriodMap:
         """Return the state after some passes of n periods, without the gradient. Errors as in a call."""
         return self.sampled(self.marched(state, passes), -1)
 
-    def sampled(self, march: ExactMarch, row: int) -> State:
+    def sampled(self, march: Marched, row: int) -> State:
         """Return the state at a sample of a march that is done."""
         clearances = len(self.system.clearances)
         states = march.samples.states[row, : self.flow.states] / self.scale
@@ -212,22 +224,29 @@ class PeriodMap:
         remembers = np.array([auxiliary.remembers for auxiliary in self.system.auxiliaries], dtype=np.bool_)
         return np.where(remembers, pieces, DECIDED).astype(np.int64)
 
-    def passages(self, march: ExactMarch) -> Passages:
+    def passages(self, march: Marched) -> Passages:
         """Return the crossings of a finished march; what changes by the clock at its very end belongs to the next."""
-        path = passages_of(self.flow, march.logged())
+        path = passages_of(self.flow, march.log)
         clock = self.system.clock
         if clock is None:
             return path
         by_clock = np.isin(path.watch - len(self.system.clearances), clock.auxiliary)
-        return path.where(~by_clock | (path.time < march.task.cycles * self.system.inputs.period * (1.0 - _AT_END)))
+        return path.where(~by_clock | (path.time < march.cycles * self.system.inputs.period * (1.0 - _AT_END)))
 
-    def marched(self, state: State, passes: int = 1, samples_per_cycle: int = 1) -> ExactMarch:
+    def marched(self, state: State, passes: int = 1, samples_per_cycle: int = 1) -> Marched:
         """Return the finished march from a state over some passes of n periods. Errors as in a call."""
-        slots = slots_of(self.system) if self._slots is None else self._slots
-        march = ExactMarch(self.task(state, passes * self.cycles, samples_per_cycle), slots)
+        task = self.task(state, passes * self.cycles, samples_per_cycle)
+        if is_large_for_periods(self.system):  # building its regions would take most of the time
+            sweep = SweepMarch(task)
+            self._finish(sweep)
+            return Marched(sweep.stored(), sweep.initial, sweep.logged(), task.cycles)
+        march = ExactMarch(task, slots_of(self.system) if self._slots is None else self._slots)
+        self._finish(march)
+        self._slots = march.slots
+        return Marched(march.samples, march.initial, march.logged(), task.cycles)
+
+    def _finish(self, march: Marching) -> None:
         while (outcome := march.advance()) is not Outcome.DONE:
             if outcome is not Outcome.SLICE_SPENT:
                 now = march.position().time
                 raise ConvergenceError(f"exact: {outcome.name} at t = {now:.9g} s", time=now, remedy=outcome.advice)
-        self._slots = march.slots
-        return march

@@ -24,6 +24,7 @@ from gearrattle.engine.solvers.handover import (
     doubled,
     empty_log,
     fastest_of,
+    first_of,
     sampled_quantities,
     sampled_z,
 )
@@ -200,12 +201,21 @@ class SweepMarch:
             out[part] = np.hstack([x, v, columns[part, carried:], columns[part, m + n : carried]])
         return out
 
+    def stored(self) -> packed.Samples:
+        """The samples, with scaled states as of the march through tables."""
+        return self.samples._replace(states=self._states(self.samples.states))
+
+    def logged(self) -> packed.Log:
+        """The crossings so far, in the order in which they came, with rates as of the march through tables."""
+        log = first_of(self.log, int(self.sweep.counts[packed.EVENTS]))
+        return log._replace(rate=log.rate / self.flow.corner_scale[log.clearance])
+
     def motion(self) -> Motion:
         """Sampled states turned into angles, accelerations and forces."""
         task = self.task
         counts = self.sweep.counts
         period = self.flow.system.inputs.period
-        samples = self.samples._replace(states=self._states(self.samples.states))
+        samples = self.stored()
         sampled, _ = sampled_quantities(self.flow, sampled_z(self.flow, samples), samples)
         steps, expansions = int(counts[packed.STEPS]), int(counts[packed.EXPANSIONS])
         step = task.cycles * period / max(steps, 1)
@@ -222,10 +232,7 @@ class SweepMarch:
         )
 
     def _crossings(self) -> Crossings:
-        count = int(self.sweep.counts[packed.EVENTS])
-        log = packed.Log._make(a[:count] for a in self.log)
-        log = log._replace(rate=log.rate / self.flow.corner_scale[log.clearance])
-        return crossings_of(self.flow, log)
+        return crossings_of(self.flow, self.logged())
 
 
 def _sweep(plan: Plan, pieces: tuple[int, ...], side: NDArray[np.int64], columns: Array) -> Any:
