@@ -194,7 +194,9 @@ def test_undo_and_redo_give_the_texts_back_letter_by_letter(tab: Any) -> None:
         tab.wait_for_function("before => document.querySelector('.toml-area').value !== before", arg=texts[-1])
         texts.append(text_of(tab))
         if len(texts) == 2:
-            playwright.expect(tab.locator(".ed-note")).to_contain_text("coupling damper and coupling spline went with hub")
+            playwright.expect(tab.locator(".ed-note")).to_contain_text(
+                "coupling damper and coupling spline went with hub"
+            )
     for expected in reversed(texts[:-1]):
         tab.get_by_role("button", name="Undo").click()
         waits(tab, f"text === {_js(expected)}")
