@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -113,7 +114,7 @@ def test_bad_usage_is_told_and_writes_nothing(
     before = sorted(Path().iterdir())
     assert main(words) == 2
     err = capsys.readouterr().err
-    assert err.startswith("error: ")
+    assert re.search("^error: ", err, re.MULTILINE)
     assert message in err
     assert sorted(Path().iterdir()) == before
 
