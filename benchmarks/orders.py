@@ -32,7 +32,7 @@ CALLS: dict[str, tuple[str, str, tuple[object, ...], dict[str, float]]] = {
 }
 
 
-def record(samples: int) -> gr.Recording:
+def record(samples: int) -> gr.measured.Recording:
     """Return the run-up."""
     time = np.arange(samples) / RATE
     rise = (LAST - FIRST) / time[-1]
@@ -40,10 +40,10 @@ def record(samples: int) -> gr.Recording:
     noise = np.random.default_rng(1).standard_normal(samples)
     wave = np.sin(2.0 * angle + 0.3) + 0.02 * np.sin(20.0 * angle) + 0.1 * noise
     channels = [
-        gr.Channel("a", "acceleration", "hub", "rad/s^2", wave),
-        gr.Channel("n", "speed", "", "rad/s", 2.0 * np.pi * (FIRST + rise * time)),
+        gr.measured.Channel("a", "acceleration", "hub", "rad/s^2", wave),
+        gr.measured.Channel("n", "speed", "", "rad/s", 2.0 * np.pi * (FIRST + rise * time)),
     ]
-    return gr.Recording(time, tuple(channels), "made")
+    return gr.measured.Recording(time, tuple(channels), "made")
 
 
 def measure(call: str) -> None:
@@ -51,7 +51,7 @@ def measure(call: str) -> None:
     gr.spectral.order_map(record(200_000), "a")  # compiles
     signal = record(SAMPLES)
     if call == "coherence":
-        other = gr.Channel("b", "torque", "hub", "N m", signal["a"].values + signal["n"].values)
+        other = gr.measured.Channel("b", "torque", "hub", "N m", signal["a"].values + signal["n"].values)
         signal = signal.with_(channels=(*signal.channels, other))
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     begin = perf_counter()

@@ -52,5 +52,5 @@ assert abs(swing / (0.02 * 50.0 * np.pi) - 1.0) < 5e-3
 
 gr.write(record, folder / "record.h5")
 model = gr.example("case3")
-driven = gr.drive(model, gr.read(folder / "record.h5"), "n_engine")
+driven = gr.measured.drive(model, gr.read(folder / "record.h5"), "n_engine")
 print(gr.criteria(gr.simulate(driven, cycles=20, discard=10)).verdict)

@@ -21,11 +21,11 @@ assert float(abs(torque / expected_torque - 1.0).max()) < 0.02
 
 # The same motion as a rig's record: an acceleration and a speed, resampled over the shaft's angle.
 time = run.trajectory.time
-record = gr.Recording(
+record = gr.measured.Recording(
     time,
     (
-        gr.Channel("a", "acceleration", "flywheel", "rad/s^2", run.trajectory.acceleration[:, 0]),
-        gr.Channel("n", "speed", "", "rad/s", run.speed),
+        gr.measured.Channel("a", "acceleration", "flywheel", "rad/s^2", run.trajectory.acceleration[:, 0]),
+        gr.measured.Channel("n", "speed", "", "rad/s", run.speed),
     ),
     "rig",
 )

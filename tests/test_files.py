@@ -39,7 +39,7 @@ SECRET = "correct horse battery staple"
 
 @pytest.mark.parametrize("suffix", [".toml", ".csv", ".mat", ".h5", ".mf4", ".uff", ".wav", ".nc", ".npz"])
 @pytest.mark.parametrize("kind", ["pipe", "device"])
-@pytest.mark.parametrize("call", [gr.load, gr.read, gr.look, gr.open_run])
+@pytest.mark.parametrize("call", [gr.load, gr.read, gr.measured.look, gr.open_run])
 def test_what_is_no_regular_file_is_refused_at_once(
     call: Callable[[Path], object], kind: str, suffix: str, tmp_path: Path
 ) -> None:

@@ -135,7 +135,7 @@ def test_what_is_written_opens_and_a_later_version_is_refused_with_the_remedy(
 def test_a_run_of_a_later_version_is_refused_by_every_reader(files: dict[str, Path]) -> None:
     path = files["run"]
     _renamed_hdf5(path, "gearrattle run 19")
-    for opened in (gr.read, gr.look, gr.metrics, lambda file: list(gr.figures(file))):
+    for opened in (gr.read, gr.measured.look, gr.metrics, lambda file: list(gr.figures(file))):
         with pytest.raises(gr.ModelError):
             opened(path)
     assert main(["criteria", str(path)]) == main(["metrics", str(path)]) == main(["orders", str(path), "x"]) == 2

@@ -1,6 +1,7 @@
 # The public names of gearrattle, one a line: the only list of them. __init__.py reads it, and so do type checkers.
 
 from . import identification as identification
+from . import measured as measured
 from . import spectral as spectral
 from . import studies as studies
 from . import typing as typing
@@ -17,9 +18,7 @@ from .errors import Cancelled as Cancelled
 from .errors import ConvergenceError as ConvergenceError
 from .errors import GearRattleError as GearRattleError
 from .errors import ModelError as ModelError
-from .measured.drive import drive as drive
 from .measured.gas_torque import gas_torque as gas_torque
-from .measured.look import look as look
 from .measured.read import read as read
 from .measured.readers import write as write
 from .measured.validation import validate as validate
@@ -33,8 +32,6 @@ from .orbits import periodic as periodic
 from .pipeline import run as run
 from .quantities.criteria import criteria as criteria
 from .quantities.metrics import metrics as metrics
-from .recording import Channel as Channel
-from .recording import Recording as Recording
 from .reductions.condense import condense as condense
 from .reductions.reduce import reduce as reduce
 from .report.figures import figures as figures

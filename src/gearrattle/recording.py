@@ -63,7 +63,7 @@ class Channel:
 
     Examples
     --------
-    >>> channel = gr.Channel("n", "speed", "flywheel", "rad/s", np.array([83.8, 84.0, 83.7]))
+    >>> channel = gr.measured.Channel("n", "speed", "flywheel", "rad/s", np.array([83.8, 84.0, 83.7]))
     >>> channel.unit
     'rad/s'
     """
@@ -97,8 +97,8 @@ class Recording:
 
     Examples
     --------
-    >>> channel = gr.Channel("n", "speed", "flywheel", "rad/s", np.array([83.8, 84.0, 83.7]))
-    >>> record = gr.Recording(np.array([0.0, 0.01, 0.02]), (channel,), "rig")
+    >>> channel = gr.measured.Channel("n", "speed", "flywheel", "rad/s", np.array([83.8, 84.0, 83.7]))
+    >>> record = gr.measured.Recording(np.array([0.0, 0.01, 0.02]), (channel,), "rig")
     >>> float(record["n"].values.max())
     84.0
     """
@@ -157,8 +157,8 @@ class Recording:
 
         Examples
         --------
-        >>> channel = gr.Channel("n", "speed", "flywheel", "rad/s", np.array([83.8, 84.0, 83.7]))
-        >>> record = gr.Recording(np.array([0.0, 0.01, 0.02]), (channel,), "rig")
+        >>> channel = gr.measured.Channel("n", "speed", "flywheel", "rad/s", np.array([83.8, 84.0, 83.7]))
+        >>> record = gr.measured.Recording(np.array([0.0, 0.01, 0.02]), (channel,), "rig")
         >>> float(record.with_(time=record.time + 1.0).time[0])
         1.0
         """

@@ -15,31 +15,33 @@ MEASURED = gr.load(EXAMPLES / "measured_flywheel.toml")
 CASE = gr.load(EXAMPLES / "paper" / "case3.toml")
 
 
-def _record(quantity: str, subject: str = "flywheel", unit: str = "rad/s") -> gr.Recording:
+def _record(quantity: str, subject: str = "flywheel", unit: str = "rad/s") -> gr.measured.Recording:
     time = 3.0 + np.arange(400) * 1e-3
-    return gr.Recording(time, (gr.Channel("x", quantity, subject, unit, 80.0 + np.sin(100.0 * time)),), "rig.mat")
+    return gr.measured.Recording(
+        time, (gr.measured.Channel("x", quantity, subject, unit, 80.0 + np.sin(100.0 * time)),), "rig.mat"
+    )
 
 
 def test_a_measured_flywheel_gives_the_run_of_the_model_that_names_the_file() -> None:
     """The speed of the file, read as a recording, instead of the one the model reads: the same bits."""
     record = gr.read(EXAMPLES / "measured" / "flywheel_speed.csv")
     assert record.channels[0].quantity == "velocity"
-    other = gr.drive(MEASURED, record, "n", "flywheel")
+    other = gr.measured.drive(MEASURED, record, "n", "flywheel")
     one, two = (gr.simulate(m, cycles=2, discard=0, samples_per_cycle=64) for m in (MEASURED, other))
     np.testing.assert_array_equal(one.trajectory.angle, two.trajectory.angle)
     assert other.motions[0].signal.source.endswith("flywheel_speed.csv: n")
 
 
 def test_a_motion_takes_the_place_of_torques_and_a_torque_is_added() -> None:
-    moved = gr.drive(CASE, _record("velocity"))
+    moved = gr.measured.drive(CASE, _record("velocity"))
     assert [torque.on for torque in moved.torques] == ["input_gear"]
     assert moved.motions[0].on == "flywheel"
     assert moved.motions[0].signal.start == 3.0
-    turned = gr.drive(moved, _record("shaft angle", unit="rad"), about=81.0)
+    turned = gr.measured.drive(moved, _record("shaft angle", unit="rad"), about=81.0)
     assert len(turned.motions) == 1
     assert turned.motions[0].angle is not None
     assert turned.motions[0].about == 81.0
-    pushed = gr.drive(CASE, _record("torque", "hub", "N*m"), start=3.1, static=0.0)
+    pushed = gr.measured.drive(CASE, _record("torque", "hub", "N*m"), start=3.1, static=0.0)
     assert len(pushed.torques) == len(CASE.torques) + 1
     signal = pushed.torques[-1].signal
     assert signal is not None
@@ -59,6 +61,6 @@ def test_a_motion_takes_the_place_of_torques_and_a_torque_is_added() -> None:
         (_record("velocity"), {"start": 99.0}, "a run begins at its 99 s"),
     ],
 )
-def test_what_cannot_drive(record: gr.Recording, options: dict[str, object], words: str) -> None:
+def test_what_cannot_drive(record: gr.measured.Recording, options: dict[str, object], words: str) -> None:
     with pytest.raises(ModelError, match=words):
-        gr.drive(CASE, record, **options)  # type: ignore[arg-type]
+        gr.measured.drive(CASE, record, **options)  # type: ignore[arg-type]

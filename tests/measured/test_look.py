@@ -19,7 +19,7 @@ from tests.measured.readers.test_round_trips import SUFFIXES
 def test_the_mapping_reads_the_file_of_every_format(name: str, tmp_path: Path) -> None:
     path = tmp_path / f"record{SUFFIXES[name]}"
     gr.write(rig(), path)
-    contents = gr.look(path)
+    contents = gr.measured.look(path)
     assert len(contents.table) == len(rig().channels)
     assert contents.table["rate"].to_numpy() == pytest.approx(1.0 / rig().interval, rel=1e-9)  # type: ignore[operator]
     mapping = tmp_path / "measurement.toml"
@@ -44,7 +44,7 @@ def test_several_rates_are_brought_to_the_highest(tmp_path: Path) -> None:
         file.save(path)
     with pytest.raises(ModelError, match=r"different times.*gearrattle look"):
         gr.read(path)
-    contents = gr.look(path)
+    contents = gr.measured.look(path)
     assert contents.table["rate"].to_numpy() == pytest.approx([2000.0, 100.0], rel=1e-12)
     (tmp_path / "m.toml").write_text(contents.mapping(tmp_path), encoding="utf-8")
     record = gr.read(tmp_path / "m.toml")
@@ -57,7 +57,7 @@ def test_several_rates_are_brought_to_the_highest(tmp_path: Path) -> None:
 def test_names_that_are_no_labels_get_one_each(tmp_path: Path) -> None:
     path = tmp_path / "rig.csv"
     path.write_text("t [s];M 1 [Nm];M_1 [Nm];° [Nm]\n0;1;2;3\n1;2;3;4\n2;3;4;5\n3;4;5;6\n", encoding="utf-8")
-    (tmp_path / "m.toml").write_text(gr.look(path).mapping(tmp_path), encoding="utf-8")
+    (tmp_path / "m.toml").write_text(gr.measured.look(path).mapping(tmp_path), encoding="utf-8")
     assert gr.read(tmp_path / "m.toml").names == ("M_1", "M_1_2", "channel")
 
 
@@ -65,8 +65,8 @@ def test_a_file_without_times_is_told_its_rate(tmp_path: Path) -> None:
     path = tmp_path / "rig.csv"
     path.write_text("M [Nm];n [rpm]\n1;2\n2;3\n3;4\n4;5\n")
     with pytest.raises(ModelError, match="sampled"):
-        gr.look(path)
-    contents = gr.look(path, sampled=50.0)
+        gr.measured.look(path)
+    contents = gr.measured.look(path, sampled=50.0)
     (tmp_path / "m.toml").write_text(contents.mapping(tmp_path))
     np.testing.assert_allclose(gr.read(tmp_path / "m.toml").time, [0.0, 0.02, 0.04, 0.06], rtol=1e-15)
 

@@ -62,7 +62,7 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "advice": lambda: gr.advise(model(), cycles=20),
     "torque over angle": lambda: gr.torque_angle(model(), "clutch"),
     "gas torque": lambda: gr.gas_torque(**engine(1), speed="1500 rpm"),
-    "contents": lambda: gr.look(Path(__file__).parents[2] / "examples" / "measured" / "flywheel_speed.csv"),
+    "contents": lambda: gr.measured.look(Path(__file__).parents[2] / "examples" / "measured" / "flywheel_speed.csv"),
     "sound": lambda: gr.listen(motion()),
     "loop fit": lambda: gr.identification.fit_loop((ANGLE, 100.0 * ANGLE), stages=1),
     "study": lambda: gr.study(short(), {"torque.0.mean": [10.0, 400.0]}, workers=1),

@@ -47,7 +47,7 @@ def look(
     rate = None if sampled is None else _rate(sampled)
 
     def work(_watch: Watch) -> Contents:
-        return gearrattle.look(source, time=time, sampled=rate)
+        return gearrattle.measured.look(source, time=time, sampled=rate)
 
     emit("contents", work, output, json=json, inputs=[source])
 

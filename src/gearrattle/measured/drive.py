@@ -63,8 +63,8 @@ def drive(
     --------
     >>> time = np.linspace(0.0, 0.3, 301)
     >>> speed = 84.0 + 2.0 * np.sin(168.0 * time)
-    >>> record = gr.Recording(time, (gr.Channel("n", "speed", "flywheel", "rad/s", speed),), "rig")
-    >>> driven = gr.drive(gr.example("case3"), record)
+    >>> record = gr.measured.Recording(time, (gr.measured.Channel("n", "speed", "flywheel", "rad/s", speed),), "rig")
+    >>> driven = gr.measured.drive(gr.example("case3"), record)
     >>> driven.motions[0].on
     'flywheel'
     """

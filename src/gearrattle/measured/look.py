@@ -80,8 +80,9 @@ class Contents(Result):
 
     Examples
     --------
-    >>> gr.write(gr.Recording(np.arange(3.0), (gr.Channel("x", "torque", "", "N m", np.zeros(3)),), "rig"), "x.csv")
-    >>> type(gr.look("x.csv")).__name__
+    >>> load = gr.measured.Channel("x", "torque", "", "N m", np.zeros(3))
+    >>> gr.write(gr.measured.Recording(np.arange(3.0), (load,), "rig"), "x.csv")
+    >>> type(gr.measured.look("x.csv")).__name__
     'Contents'
     """
 
@@ -146,7 +147,7 @@ def look(source: str | os.PathLike[str], *, time: str = "", sampled: float | Non
     --------
     >>> import gearrattle as gr
     >>> _ = open("rig.csv", "w").write("t [s],n [rpm]\\n0,800\\n0.001,801\\n0.002,803\\n")
-    >>> contents = gr.look("rig.csv")
+    >>> contents = gr.measured.look("rig.csv")
     >>> list(map(str, contents.table.loc[0, ["channel", "unit", "quantity", "rate"]]))
     ['n', 'rpm', 'velocity', '1000.0']
     """

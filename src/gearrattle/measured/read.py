@@ -62,9 +62,8 @@ def read(
 
     Examples
     --------
-    >>> record = gr.Recording(
-    ...     np.arange(4) / 1000.0, (gr.Channel("load", "torque", "", "N m", np.array([0.0, 1.0, 0.5, 0.0])),), "rig"
-    ... )
+    >>> load = gr.measured.Channel("load", "torque", "", "N m", np.array([0.0, 1.0, 0.5, 0.0]))
+    >>> record = gr.measured.Recording(np.arange(4) / 1000.0, (load,), "rig")
     >>> gr.write(record, "rig.csv")
     >>> gr.read("rig.csv")["load"].values.tolist()
     [0.0, 1.0, 0.5, 0.0]

@@ -24,7 +24,7 @@ def table(separator: str, decimal: str, head: str) -> str:
     return "\n".join([head, *rows, ""])
 
 
-def assert_is_the_record(path: Path) -> gr.Recording:
+def assert_is_the_record(path: Path) -> gr.measured.Recording:
     """Assert that a file says what ``table`` wrote."""
     record = gr.read(path)
     np.testing.assert_allclose(record.time, TIME, rtol=1e-15)
@@ -136,8 +136,8 @@ def test_our_own_csv_says_quantity_subject_and_unit(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["=1+1", "+cmd", "-2", "@SUM(A1)", "plain"])
 def test_a_spreadsheet_takes_no_name_for_a_formula(name: str, tmp_path: Path) -> None:
-    channel = gr.Channel(name, "velocity", "", "rad/s", np.array([1.0, 2.0]))
-    gr.write(gr.Recording(np.array([0.0, 1.0]), (channel,), "rig"), tmp_path / "rig.csv")
+    channel = gr.measured.Channel(name, "velocity", "", "rad/s", np.array([1.0, 2.0]))
+    gr.write(gr.measured.Recording(np.array([0.0, 1.0]), (channel,), "rig"), tmp_path / "rig.csv")
     head = next(line for line in (tmp_path / "rig.csv").read_text().splitlines() if not line.startswith("#"))
     assert all(cell.strip()[0] not in "=+-@" for cell in head.split(","))
     assert gr.read(tmp_path / "rig.csv").names == (name,)

@@ -45,7 +45,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def _read(folder: Path, text: str) -> gr.Recording:
+def _read(folder: Path, text: str) -> gr.measured.Recording:
     (folder / "measurement.toml").write_text(HEAD + text, encoding="utf-8")
     return gr.read(folder / "measurement.toml")
 

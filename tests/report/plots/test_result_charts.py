@@ -77,7 +77,7 @@ def test_channels_keep_their_extremes_however_long(tmp_path: Path) -> None:
     values[12_345], values[777] = 9.0, -8.0
     lines = [f"{i * 1e-3!r},{value!r},1.0" for i, value in enumerate(values.tolist())]
     (tmp_path / "rig.csv").write_text("t [s],n [rpm],k [N]\n" + "\n".join(lines) + "\n", encoding="utf-8")
-    contents = gr.look(tmp_path / "rig.csv")
+    contents = gr.measured.look(tmp_path / "rig.csv")
     time, shown = contents.outline[0]
     assert time.size == shown.size <= 1002
     assert (shown.max(), shown.min()) == (9.0, -8.0)
@@ -88,7 +88,7 @@ def test_channels_keep_their_extremes_however_long(tmp_path: Path) -> None:
 
 def test_channels_without_two_finite_samples_are_not_drawn(tmp_path: Path) -> None:
     (tmp_path / "rig.csv").write_text("t [s],n [rpm],k [N]\n0,1,nan\n0.1,2,3\n0.2,nan,nan\n", encoding="utf-8")
-    contents = gr.look(tmp_path / "rig.csv")
+    contents = gr.measured.look(tmp_path / "rig.csv")
     assert [values.tolist() for _, values in contents.outline] == [[1.0, 2.0], [3.0]]
     assert [panel.title for panel in chart_of(contents, "channels").panels] == ["n"]
 

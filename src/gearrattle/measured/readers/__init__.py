@@ -134,9 +134,8 @@ def write(recording: Recording, path: str | os.PathLike[str], format: str = "") 
 
     Examples
     --------
-    >>> record = gr.Recording(
-    ...     np.arange(4) / 1000.0, (gr.Channel("load", "torque", "", "N m", np.array([0.0, 1.0, 0.5, 0.0])),), "rig"
-    ... )
+    >>> load = gr.measured.Channel("load", "torque", "", "N m", np.array([0.0, 1.0, 0.5, 0.0]))
+    >>> record = gr.measured.Recording(np.arange(4) / 1000.0, (load,), "rig")
     >>> gr.write(record, "rig.h5")
     >>> gr.read("rig.h5")["load"].unit
     'N*m'

@@ -341,8 +341,8 @@ class Validation(Result, Record):
     >>> run = gr.simulate(gr.example("case3"), cycles=40, discard=20)
     >>> speed = run.data["velocity"].sel(inertia="output_gear")
     >>> speed = speed[speed.time >= 20.0 * run.data.attrs["period"]]
-    >>> channel = gr.Channel("n", "velocity", "output_gear", "rad/s", 1.02 * speed.values)
-    >>> rig = gr.Recording(speed.time.values, (channel,), "rig")
+    >>> channel = gr.measured.Channel("n", "velocity", "output_gear", "rad/s", 1.02 * speed.values)
+    >>> rig = gr.measured.Recording(speed.time.values, (channel,), "rig")
     >>> len(gr.validate(run, rig).pairs)
     1
     """

@@ -87,9 +87,10 @@ def validate_run_up(
     --------
     >>> run = gr.simulate(gr.example("run_up"), samples_per_cycle=64, audit=False)
     >>> data = run.data["velocity"]
-    >>> gear = gr.Channel("gear", "velocity", "input_shaft", "rad/s", 1.1 * data.sel(inertia="input_shaft").values)
-    >>> speed = gr.Channel("n", "speed", "", "rad/s", run.data["speed"].values)
-    >>> rig = gr.Recording(data.time.values, (gear, speed), "rig")
+    >>> shaft = 1.1 * data.sel(inertia="input_shaft").values
+    >>> gear = gr.measured.Channel("gear", "velocity", "input_shaft", "rad/s", shaft)
+    >>> speed = gr.measured.Channel("n", "speed", "", "rad/s", run.data["speed"].values)
+    >>> rig = gr.measured.Recording(data.time.values, (gear, speed), "rig")
     >>> answer = gr.validate_run_up(run, rig, [2.0], speed="n")
     >>> round(answer.tracks[0].sigma, 1)
     9.1

@@ -85,9 +85,9 @@ def order_map(
     --------
     >>> time = np.arange(0.0, 4.0, 1e-3)
     >>> turns = 10.0 * time + 2.5 * time**2
-    >>> speed = gr.Channel("n", "speed", "", "rad/s", 2.0 * np.pi * (10.0 + 5.0 * time))
-    >>> load = gr.Channel("load", "torque", "", "N m", 3.0 * np.cos(2.0 * np.pi * 2.0 * turns))
-    >>> record = gr.Recording(time, (speed, load), "rig")
+    >>> speed = gr.measured.Channel("n", "speed", "", "rad/s", 2.0 * np.pi * (10.0 + 5.0 * time))
+    >>> load = gr.measured.Channel("load", "torque", "", "N m", 3.0 * np.cos(2.0 * np.pi * 2.0 * turns))
+    >>> record = gr.measured.Recording(time, (speed, load), "rig")
     >>> orders = gr.spectral.order_map(record, "load", speed="n", highest=4.0)
     >>> strongest = np.abs(orders["amplitude"]).mean("time").values.argmax()
     >>> float(orders["order"][strongest])
@@ -167,9 +167,9 @@ def order_cuts(
     --------
     >>> time = np.arange(0.0, 4.0, 1e-3)
     >>> turns = 10.0 * time + 2.5 * time**2
-    >>> speed = gr.Channel("n", "speed", "", "rad/s", 2.0 * np.pi * (10.0 + 5.0 * time))
-    >>> load = gr.Channel("load", "torque", "", "N m", 3.0 * np.cos(2.0 * np.pi * 2.0 * turns))
-    >>> record = gr.Recording(time, (speed, load), "rig")
+    >>> speed = gr.measured.Channel("n", "speed", "", "rad/s", 2.0 * np.pi * (10.0 + 5.0 * time))
+    >>> load = gr.measured.Channel("load", "torque", "", "N m", 3.0 * np.cos(2.0 * np.pi * 2.0 * turns))
+    >>> record = gr.measured.Recording(time, (speed, load), "rig")
     >>> cuts = gr.spectral.order_cuts(record, "load", [2.0], speed="n")
     >>> round(float(np.median(np.abs(cuts["amplitude"]))), 2)
     3.0

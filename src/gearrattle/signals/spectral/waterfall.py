@@ -83,9 +83,9 @@ def waterfall(
     --------
     >>> time = np.arange(0.0, 4.0, 1e-3)
     >>> turns = 10.0 * time + 2.5 * time**2
-    >>> speed = gr.Channel("n", "speed", "", "rad/s", 2.0 * np.pi * (10.0 + 5.0 * time))
-    >>> load = gr.Channel("load", "torque", "", "N m", 3.0 * np.cos(2.0 * np.pi * 2.0 * turns))
-    >>> record = gr.Recording(time, (speed, load), "rig")
+    >>> speed = gr.measured.Channel("n", "speed", "", "rad/s", 2.0 * np.pi * (10.0 + 5.0 * time))
+    >>> load = gr.measured.Channel("load", "torque", "", "N m", 3.0 * np.cos(2.0 * np.pi * 2.0 * turns))
+    >>> record = gr.measured.Recording(time, (speed, load), "rig")
     >>> rows = gr.spectral.waterfall(record, "load", speed="n", resolution="2 Hz")
     >>> rows.dims
     ('time', 'frequency')
