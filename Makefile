@@ -37,7 +37,7 @@ run: $(VENV)/.package       ## simulate MODEL, write the report to OUT, print th
 test: $(VENV)/.test         ## all tests but the long ones
 	$(PY) -m pytest -n auto --dist worksteal -m "not long" $(PYTEST_ARGS)
 
-test-long: $(VENV)/.test    ## the long, seeded attacks
+test-long: $(VENV)/.test-long  ## the long, seeded attacks; JupyterLab
 	$(PY) -m pytest -n auto -m long $(PYTEST_ARGS)
 
 coverage: $(VENV)/.test     ## how much of the source the tests run, the kernels as plain Python (add PYTEST_ARGS=--cov to `make test` before)
@@ -115,7 +115,7 @@ images: $(VENV)/.package    ## redraw the pictures in docs/images
 	$(PY) docs/images/draw.py
 	$(PY) docs/images/packages.py
 
-constraints: $(VENV)/.test $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers  ## rewrite constraints.txt from what .venv holds
+constraints: $(VENV)/.test-long $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers  ## rewrite constraints.txt from what .venv holds
 	{ grep '^#' constraints.txt; $(PY) -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > $(VENV)/pins
 	mv $(VENV)/pins constraints.txt
 
@@ -158,7 +158,7 @@ $(VENV)/pyharm: $(VENV)/.python
 	@echo "installing pyHarm in an environment of its own: it asks for older packages"
 	@$(PY) -m venv $@ && $@/bin/pip install -qq --disable-pip-version-check 'pyHarm-os>=1.2' || { rm -rf $@; exit 1; }
 
-$(VENV)/.test $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers: $(VENV)/.%: $(VENV)/.package
+$(VENV)/.test $(VENV)/.test-long $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers: $(VENV)/.%: $(VENV)/.package
 	@echo "installing what 'make $*' needs"
 	@$(PIP) --editable '.[$*]'
 	@touch $@
