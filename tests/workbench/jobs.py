@@ -5,33 +5,35 @@ Takes results; gives folders and a client.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 import gearrattle as gr
+from gearrattle.workbench.folder import Folder
+from gearrattle.workbench.jobs.record import Job
 from gearrattle.workbench.kept import keep
 
 
 def make_job(root: Path, key: str, result: Any, model: gr.Model, **record: Any) -> Path:
-    folder = root / ".gearrattle" / "jobs" / key
-    folder.mkdir(parents=True)
+    """Write a job that is done; ``record`` holds what is other than usual."""
+    job = Job(**{"task": "run", "name": key, "id": key, "state": "done", "started": "2026-01-01T10:00:00Z", **record})
+    job.write(Folder(root).jobs)
+    folder = Folder(root).job(key)
     (folder / "model.toml").write_text(model.to_toml(), encoding="utf-8")
-    (folder / "job.json").write_text(json.dumps({"id": key, "task": "run", "name": key, "options": {}, **record}))
     keep(result, folder)
     return folder
 
 
 def client(root: Path) -> Any:
+    """Return a client that has the token; nothing is computed."""
     pytest.importorskip("starlette")
-    from starlette.applications import Starlette
+    pytest.importorskip("uvicorn")
     from starlette.testclient import TestClient
 
-    from gearrattle.workbench.routes.results import ROUTES
+    from gearrattle.workbench.application import Limits, application
 
-    application = Starlette(routes=ROUTES)
-    application.state.folder = SimpleNamespace(root=root)
-    return TestClient(application)
+    token, port = "the token of the start address", 8765
+    app = application(Folder(root), Limits(1, 8e9), host="127.0.0.1", token=token)
+    return TestClient(app, base_url=f"http://127.0.0.1:{port}", headers={"authorization": f"Bearer {token}"})

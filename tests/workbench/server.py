@@ -67,11 +67,11 @@ class Server:
 
 
 @contextmanager
-def serving(folder: Path, *words: str, **environment: str) -> Iterator[Server]:
+def serving(folder: Path, *words: str, within: Path | None = None, **environment: str) -> Iterator[Server]:
+    """Serve a folder, started in the folder ``within`` (default: this one)."""
     command = [sys.executable, "-m", "gearrattle", "serve", str(folder), "--workers", "1", *words]
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, text=True, env={**os.environ, "OMP_NUM_THREADS": "1", **environment}
-    ) as process:
+    variables = {**os.environ, "OMP_NUM_THREADS": "1", **environment}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=variables, cwd=within) as process:
         try:
             assert process.stdout is not None
             address, _, token = process.stdout.readline().strip().partition("/?token=")

@@ -173,6 +173,29 @@ def test_no_path_leads_outside(server: Server, folder: Path) -> None:
     assert {path.name for path in folder.parent.iterdir()} == {"secret.toml", "inner"}
 
 
+def test_a_model_names_no_file_beside_the_folder(tmp_path: Path) -> None:
+    """Started in the folder above, whose files a model on the command line may name."""
+    folder = tmp_path / "inner"
+    folder.mkdir()
+    (tmp_path / "beside.csv").write_text("t [s],T [N*m]\n0,1\n2,2\n4,1\n6,0\n", encoding="utf-8")
+    text = MODEL.replace(
+        "harmonics = [{ order = 1, amplitude = 2.0 }]", 'signal = { file = "FILE", time = "t", value = "T" }'
+    )
+    outside = text.replace("FILE", "../beside.csv")
+    with serving(folder, within=tmp_path) as server:
+        checked = server.client.post("/api/check", json={"text": outside}).json()["problems"]
+        answers = [
+            server.client.post("/api/live", json={"text": outside, "values": {}}),
+            server.client.post("/api/jobs", json={"text": outside, "task": "run"}),
+        ]
+        assert [answer.status_code for answer in answers] == [400, 400]
+        for problem in (*checked, *(answer.json()["problems"][0] for answer in answers)):
+            assert "lies outside of" in problem["rule"]
+        (folder / "own.csv").write_bytes((tmp_path / "beside.csv").read_bytes())
+        inside = {"text": text.replace("FILE", "own.csv"), "values": {}}
+        assert server.client.post("/api/live", json=inside).status_code == 200
+
+
 def test_a_gigabyte_is_refused_while_it_is_read(server: Server) -> None:
     before = resident_bytes(server.process.pid)
     for head in (b"Content-Length: 1000000000\r\n", b"Transfer-Encoding: chunked\r\n"):

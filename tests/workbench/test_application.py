@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from multiprocessing import Pipe
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 
@@ -35,7 +36,7 @@ TOKEN = "the-token-of-the-start-address"
 @pytest.fixture(scope="module")
 def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("workspace")
-    Job("run", "under way", state="running").write(Folder(folder).jobs)
+    Job("run", "under way", id="under-way", state="running").write(Folder(folder).jobs)
     (Folder(folder).jobs / "damaged").mkdir()
     (Folder(folder).jobs / "damaged" / "job.json").write_text("{", encoding="utf-8")
     return folder
@@ -177,6 +178,49 @@ def test_files_are_written_whole_and_never_over_what_is_newer(client: TestClient
     assert job.status_code == 400
     with pytest.raises(ModelError, match="must name a file within"):
         Folder(root).path("a/../../b")
+
+
+OUTSIDE = ["../x.toml", "a/../../x.toml", "/etc/x.toml", "up/x.toml", ".gearrattle/x.toml", "..\\x.toml", "\0.toml"]
+NAMED: list[tuple[str, str, Callable[[str], dict[str, Any]]]] = [
+    ("POST", "/api/check", lambda name: {"json": {"text": MODEL, "name": name}}),
+    ("POST", "/api/edit", lambda name: {"json": {"text": MODEL, "edits": [], "name": name}}),
+    ("POST", "/api/jobs", lambda name: {"json": {"task": "run", "file": name}}),
+    (
+        "POST",
+        "/api/jobs",
+        lambda name: {"json": {"task": "validate", "text": MODEL, "options": {"measurement": name}}},
+    ),
+    ("POST", "/api/jobs", lambda name: {"json": {"task": "fit", "text": MODEL, "options": {"data": name}}}),
+    ("GET", "/api/files/{name}", lambda _: {}),
+    ("PUT", "/api/files/{name}", lambda _: {"content": MODEL}),
+    ("GET", "/api/measured", lambda name: {"params": {"file": name}}),
+    ("GET", "/api/measured/trace", lambda name: {"params": {"file": name, "channel": "x"}}),
+    ("GET", "/api/measured/spectrum", lambda name: {"params": {"file": name, "channel": "x"}}),
+    ("GET", "/api/measured/shift", lambda name: {"params": {"file": name, "job": "under-way"}}),
+]
+"""Every request that names a file."""
+
+
+@pytest.mark.parametrize(("method", "path", "content"), NAMED)
+def test_no_name_leads_out_of_the_folder(
+    client: TestClient, root: Path, method: str, path: str, content: Callable[[str], dict[str, Any]]
+) -> None:
+    (root.parent / "x.toml").write_text("secret", encoding="utf-8")
+    if not (root / "up").exists():
+        (root / "up").symlink_to(root.parent)
+    for name in OUTSIDE:
+        answer = client.request(method, path.format(name=quote(name, safe="")), **content(name))
+        assert answer.status_code == 400, name
+        (problem,) = answer.json()["problems"]
+        assert problem["rule"].startswith("must name a file within the folder"), name
+    assert (root.parent / "x.toml").read_text(encoding="utf-8") == "secret"
+
+
+def test_what_a_program_could_import_is_not_written(client: TestClient, root: Path) -> None:
+    for name in ("signal.py", "a/sitecustomize.PY", "x.pth", "x.so", "report.html", "toml"):
+        answer = client.put(f"/api/files/{name}", content=b"")
+        assert (answer.status_code, answer.json()["problems"][0]["rule"][:15]) == (400, "must end in one")
+        assert not (root / name).exists()
 
 
 def test_every_example_opens(client: TestClient) -> None:

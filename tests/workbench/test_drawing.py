@@ -16,6 +16,7 @@ from gearrattle.model.symbol import BOX
 from gearrattle.report.plots.placement import place
 from gearrattle.workbench.checking import checked
 from gearrattle.workbench.drawing import PITCH, drawing, law_of
+from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.references import ends_of
 from gearrattle.workbench.shelf import TABLES, shelf
 from tests.model.test_components import tables
@@ -142,8 +143,13 @@ def test_an_equilibrium_that_does_not_exist_is_a_problem() -> None:
 def test_files_that_a_text_names_are_read_in_the_workspace_alone(tmp_path: Path) -> None:
     text = START + '[excitation]\nspeed = "5 rpm"\n[[torque]]\non = "a"\n'
     text += 'signal = { file = "torque.csv", time = "t", value = "T" }\n'
-    (tmp_path / "in").mkdir()
+    inner, outer = Folder(tmp_path / "in"), Folder(tmp_path)
+    inner.root.mkdir()
     (tmp_path / "torque.csv").write_text("t [s],T [N*m]\n0,1\n1,2\n2,1\n3,0\n")
-    assert [entry["rule"] for entry in checked(text, tmp_path / "in")["problems"]] == ["no such file"]
-    assert checked(text.replace("torque.csv", "../torque.csv"), tmp_path / "in")["problems"] != []
-    assert checked(text, tmp_path)["problems"] == []
+    assert [entry["rule"] for entry in checked(text, inner)["problems"]] == ["no such file"]
+    assert checked(text.replace("torque.csv", "../torque.csv"), inner)["problems"] != []
+    assert checked(text, outer)["problems"] == []
+    assert checked(text.replace("torque.csv", "../torque.csv"), outer, "in/model.toml")["problems"] == []
+    for name in ("../model.toml", "/tmp/model.toml", ".hidden/model.toml"):
+        with pytest.raises(gr.ModelError, match="must name a file within the folder"):
+            checked(text, inner, name)

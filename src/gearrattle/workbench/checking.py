@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from gearrattle.analysis.statics import equilibrium
@@ -17,11 +16,12 @@ from gearrattle.model import Model
 from gearrattle.model.file import read_tables
 from gearrattle.model.positions import headers
 from gearrattle.workbench.drawing import drawing
+from gearrattle.workbench.folder import Folder
 
 NAME = "model.toml"
 
 
-def checked(text: str, folder: Path | None = None, name: str = NAME) -> dict[str, Any]:
+def checked(text: str, folder: Folder | None = None, name: str = NAME) -> dict[str, Any]:
     """Check a model file that may be incomplete.
 
     Parameters
@@ -33,14 +33,19 @@ def checked(text: str, folder: Path | None = None, name: str = NAME) -> dict[str
     name
         of the file in it.
 
+    Raises
+    ------
+    ModelError
+        the name leads out of the folder.
+
     Returns
     -------
     dict
         ``problems`` with ``path`` and ``line``, ``notes``, ``drawing`` and ``tables`` (None where the text is no TOML),
         ``headers`` with ``path`` and ``line``, ``title``.
     """
-    file = name if folder is None else str(folder / name)
-    with allowed_root(folder):
+    file = name if folder is None else str(folder.path(name))
+    with allowed_root(None if folder is None else folder.root):
         try:
             tables, positions = read_tables(text, file)
         except ModelError as error:

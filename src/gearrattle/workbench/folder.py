@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from gearrattle.files import Refused, read_bytes
 from gearrattle.writing import put
 
 _LONGEST = 240
+_JOB = re.compile(r"[A-Za-z0-9_-]{1,64}")
 _MOST_FILES = 2000
 _KINDS = {
     ".toml": "model",
@@ -34,6 +36,10 @@ _KINDS = {
     ".npz": "measured",
     ".nc": "motion",
 }
+
+
+class NotThereError(ModelError):
+    """What is asked for by its name does not exist."""
 
 
 @dataclass(frozen=True)
@@ -89,25 +95,52 @@ class Folder:
             raise _outside(name)
         return path
 
-    def read(self, name: str) -> bytes:
-        """Return what a file holds.
+    def file(self, name: str) -> Path:
+        """Return the path of a file that exists.
 
         Raises
         ------
-        FileNotFoundError
-            there is none.
+        ModelError
+            it is no name, or leads outside.
+        NotThereError
+            there is no such file.
         """
         path = self.path(name)
         if not path.is_file():
-            raise FileNotFoundError(name)
+            raise NotThereError(Problem("file", name, "there is no such file in the folder", "upload it first"))
+        return path
+
+    def job(self, job: str) -> Path:
+        """Return the folder of a job that exists.
+
+        Raises
+        ------
+        NotThereError
+            there is no such job.
+        """
+        if not _JOB.fullmatch(job) or not (self.jobs / job).is_dir():
+            raise NotThereError(Problem("job", job[:64], "there is no such job", "look at the list of runs"))
+        return self.jobs / job
+
+    def read(self, name: str) -> bytes:
+        """Return what a file holds; raises as ``file``."""
         try:
-            return read_bytes(path)
+            return read_bytes(self.file(name))
         except Refused as refused:
             raise ModelError(Problem("file", name, refused.rule, refused.remedy)) from None
 
     def write(self, name: str, content: bytes) -> None:
-        """Write a file, whole or not at all; its folders are made."""
+        """Write a file, whole or not at all; its folders are made.
+
+        Raises
+        ------
+        ModelError
+            it is no name, leads outside, names a folder, or a file of a kind that is not kept here.
+        """
         path = self.path(name)
+        if path.suffix.lower() not in _KINDS:
+            kinds = f"must end in one of {', '.join(_KINDS)}"
+            raise ModelError(Problem("file", name, kinds, "models and measured files are kept here"))
         if path.is_dir():
             raise ModelError(Problem("file", name, "is a folder", "choose another name"))
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -5,11 +5,12 @@ Takes a folder; serves it until it is interrupted.
 
 from __future__ import annotations
 
+import contextlib
 import ipaddress
 import os
 import secrets
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from gearrattle.errors import ModelError, NotInstalled, Problem
@@ -90,10 +91,22 @@ def serve(
             announce(
                 f"who reaches port {number} and has the password can read and write {folder}; nothing is encrypted"
             )
-        uvicorn.Server(config).run(sockets=[listening])
+        with _within(workspace.root):
+            uvicorn.Server(config).run(sockets=[listening])
     finally:
         listening.close()
         lock.release()
+
+
+@contextlib.contextmanager
+def _within(folder: Path) -> Iterator[None]:
+    """Work in the folder: a model names files under the working directory too, which may hold much beside the folder.
+
+    Processes that compute jobs start there; none of them may take a file of the folder for a module.
+    """
+    os.environ["PYTHONSAFEPATH"] = "1"
+    with contextlib.chdir(folder):
+        yield
 
 
 def _password(host: str) -> str:

@@ -12,6 +12,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
 from gearrattle.errors import GearRattleError, ModelError, Problem
+from gearrattle.workbench.folder import NotThereError
 from gearrattle.workbench.jobs.newest import SupersededError
 from gearrattle.workbench.jobs.worker import FailedError
 from gearrattle.workbench.problems import written
@@ -48,6 +49,8 @@ def answering(work: Callable[..., Any], *, has_body: bool = False) -> Endpoint:
 
 def _refusal(error: Exception) -> JSONResponse:
     """Return an error as an answer."""
+    if isinstance(error, NotThereError):
+        return problems(404, error.problems)
     if isinstance(error, ModelError | FailedError):
         return problems(400, error.problems)
     if isinstance(error, SupersededError):

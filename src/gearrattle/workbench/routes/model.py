@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 from starlette.concurrency import run_in_threadpool
@@ -20,24 +19,25 @@ from gearrattle.model import json_schema
 from gearrattle.model.file import LARGEST
 from gearrattle.workbench.checking import NAME, checked, plain, problems_of
 from gearrattle.workbench.editing import edited
+from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.shelf import shelf
 
-Answer = Callable[[Mapping[str, Any], Path | None], dict[str, Any]]
+Answer = Callable[[Mapping[str, Any], Folder], dict[str, Any]]
 
 
-def _check(asked: Mapping[str, Any], folder: Path | None) -> dict[str, Any]:
+def _check(asked: Mapping[str, Any], folder: Folder) -> dict[str, Any]:
     """Check a text."""
     return _checked(_text(asked), asked, folder)
 
 
-def _edit(asked: Mapping[str, Any], folder: Path | None) -> dict[str, Any]:
+def _edit(asked: Mapping[str, Any], folder: Folder) -> dict[str, Any]:
     """Edit a text, and check it."""
     made = edited(_text(asked), asked.get("edits", ()))
     answer = _checked(made.text, asked, folder)
     return {"text": made.text, **answer, "notes": [*made.notes, *answer["notes"]]}
 
 
-def _checked(text: str, asked: Mapping[str, Any], folder: Path | None) -> dict[str, Any]:
+def _checked(text: str, asked: Mapping[str, Any], folder: Folder) -> dict[str, Any]:
     name = asked.get("name", NAME)
     answer = checked(text, folder, name if isinstance(name, str) and name else NAME)
     return {**answer, "tables": plain(answer["tables"])}
@@ -54,11 +54,9 @@ def _answering(answer: Answer) -> Callable[[Request], Any]:
     """Make the endpoint of a function: JSON in, JSON out, problems with the status 400."""
 
     async def endpoint(request: Request) -> Response:
-        state = request.app.state
-        folder = Path(state.folder.root) if hasattr(state, "folder") else None
         try:
             asked = await _body(request)
-            return JSONResponse(await run_in_threadpool(answer, asked, folder))
+            return JSONResponse(await run_in_threadpool(answer, asked, request.app.state.folder))
         except GearRattleError as error:
             return JSONResponse({"problems": problems_of(error)}, status_code=400)
 

@@ -29,6 +29,7 @@ from gearrattle.errors import GearRattleError, ModelError, Problem
 from gearrattle.files import Refused
 from gearrattle.workbench import kept, widgets
 from gearrattle.workbench.differences import differences
+from gearrattle.workbench.folder import Folder, NotThereError
 from gearrattle.workbench.lines import best_shift, density
 from gearrattle.workbench.problems import written
 from gearrattle.workbench.script import script
@@ -36,7 +37,6 @@ from gearrattle.workbench.traces import InMemory, Source, described, packed
 from gearrattle.workbench.views import chart_json
 
 Endpoint = Callable[[Request], Response]
-_JOB = re.compile(r"[A-Za-z0-9_-]{1,64}")
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,120}")
 _FIGURE_TYPES = {"svg": "image/svg+xml", "pdf": "application/pdf"}
 _POINTS = (16, 20_000)
@@ -59,6 +59,8 @@ def _answering(endpoint: Endpoint) -> Endpoint:
             return endpoint(request)
         except _NotThereError as missing:
             return _problems(404, [Problem(*missing.args)])
+        except NotThereError as missing:
+            return _problems(404, missing.problems)
         except ModelError as error:
             return _problems(400, error.problems)
         except Refused as error:
@@ -79,9 +81,7 @@ def _folder(request: Request) -> Path:
 
 
 def _job_folder(request: Request, job: str) -> Path:
-    folder: Path = Path(request.app.state.folder.root) / ".gearrattle" / "jobs" / job
-    if not _JOB.fullmatch(job) or not folder.is_dir():
-        raise _NotThereError("job", job[:64], "there is no such job", "look at the list of runs")
+    folder: Path = request.app.state.folder.job(job)
     return folder
 
 
@@ -217,12 +217,8 @@ def _recording(request: Request) -> Any:
     """Read the measured file that is asked for, which must lie in the workspace folder."""
     from gearrattle.measured.read import read
 
-    root = Path(request.app.state.folder.root).resolve()
-    name = request.query_params.get("file", "")
-    path = (root / name).resolve() if "\0" not in name else root
-    if not path.is_relative_to(root) or not path.is_file():
-        raise _NotThereError("file", name[:120], "there is no such file in the folder", "upload it first")
-    return read(path, root=root)
+    folder: Folder = request.app.state.folder
+    return read(folder.file(request.query_params.get("file", "")), root=folder.root)
 
 
 def _measured(request: Request) -> Response:
@@ -239,8 +235,8 @@ def _measured_spectrum(request: Request) -> Response:
 
 def _shift(request: Request) -> Response:
     """Send the shift of time with which a measured channel agrees best with a simulated one."""
-    source = kept.source_of(_job_folder(request, request.query_params.get("job", "")))
     recording = InMemory.of_recording(_recording(request))
+    source = kept.source_of(_job_folder(request, request.query_params.get("job", "")))
     first = int(np.clip(round(source.discard * (source.period or 0.0) / source.step), 0, source.count - 2))
     last = min(source.count, first + _MOST_ALIGNED)
     times = source.times(np.arange(first, last)), recording.times(np.arange(recording.count))
