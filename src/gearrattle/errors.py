@@ -50,6 +50,17 @@ class Problem:
     remedy: str = ""
     location: tuple[int | str, ...] = field(default=(), compare=False, repr=False)
 
+    def to_dict(self) -> dict[str, str]:
+        """Return place, value, rule and remedy, as ``gearrattle check --json`` and the workbench give them.
+
+        Examples
+        --------
+        >>> from gearrattle.typing import Problem
+        >>> Problem("--port", "70000", "must be 0 ... 65535").to_dict()
+        {'place': '--port', 'value': '70000', 'rule': 'must be 0 ... 65535', 'remedy': ''}
+        """
+        return {"place": self.place, "value": self.value, "rule": self.rule, "remedy": self.remedy}
+
     def __str__(self) -> str:
         """Return the problem as one line."""
         value_words = f"found {self.value}; " if self.value else ""

@@ -11,7 +11,6 @@ from gearrattle.cli.options import Json
 from gearrattle.json_types import json_text
 from gearrattle.model.components import COMPONENTS
 from gearrattle.wording import counted
-from gearrattle.workbench.problems import written
 
 if TYPE_CHECKING:
     from gearrattle.model import Model
@@ -33,7 +32,7 @@ def check(model: Path, /, *, json: Json = False) -> None:
         rest = gearrattle.equilibrium(driveline)
     except gearrattle.ModelError as error:
         if json:
-            print(json_text({"ok": False, "problems": written(error.problems)}))
+            print(json_text({"ok": False, "problems": [problem.to_dict() for problem in error.problems]}))
         raise
     if json:
         print(json_text({"ok": True, **_content(driveline), "notes": list(rest.notes)}))

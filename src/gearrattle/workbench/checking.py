@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gearrattle.analysis.statics import equilibrium
-from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Problem
+from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.files import allowed_root
 from gearrattle.model import Model
 from gearrattle.model.file import read_tables
@@ -67,13 +67,6 @@ def checked(text: str, folder: Folder | None = None, name: str = NAME) -> dict[s
     }
 
 
-def problems_of(error: GearRattleError) -> list[dict[str, Any]]:
-    """Return the problems of an error in JSON types."""
-    if isinstance(error, ModelError):
-        return [_problem(problem, "", "") for problem in error.problems]
-    return [_problem(Problem("", "", str(error)), "", "")]
-
-
 def _answer(problems: Sequence[Problem], file: str, name: str) -> dict[str, Any]:
     entries = [_problem(problem, file, name) for problem in problems]
     return {"problems": entries, "notes": [], "drawing": None, "tables": None, "headers": [], "title": ""}
@@ -81,12 +74,10 @@ def _answer(problems: Sequence[Problem], file: str, name: str) -> dict[str, Any]
 
 def _problem(problem: Problem, file: str, name: str) -> dict[str, Any]:
     """Return a problem with the path of its field and its line in the text."""
-    line = re.match(rf"{re.escape(file)}:(\d+)", problem.place) if file else None
+    line = re.match(rf"{re.escape(file)}:(\d+)", problem.place)
     return {
-        "place": problem.place.replace(file, name, 1) if file else problem.place,
-        "value": problem.value,
-        "rule": problem.rule,
-        "remedy": problem.remedy,
+        **problem.to_dict(),
+        "place": problem.place.replace(file, name, 1),
         "path": list(problem.location),
         "line": int(line[1]) if line else None,
     }

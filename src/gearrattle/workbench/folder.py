@@ -135,7 +135,8 @@ class Folder:
         Raises
         ------
         ModelError
-            it is no name, leads outside, names a folder, or a file of a kind that is not kept here.
+            it is no name, leads outside, names a folder or a file of a kind that is not kept here, or the machine
+            refuses.
         """
         path = self.path(name)
         if path.suffix.lower() not in _KINDS:
@@ -143,8 +144,11 @@ class Folder:
             raise ModelError(Problem("file", name, kinds, "models and measured files are kept here"))
         if path.is_dir():
             raise ModelError(Problem("file", name, "is a folder", "choose another name"))
-        path.parent.mkdir(parents=True, exist_ok=True)
-        put(path, content)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            put(path, content)
+        except OSError as error:
+            raise ModelError(Problem("file", name, (error.strerror or "cannot be written").lower())) from None
 
     def tag(self, name: str) -> str:
         """Return what tells this content of a file from another (an ETag); empty: there is no file."""

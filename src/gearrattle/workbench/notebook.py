@@ -21,7 +21,6 @@ from gearrattle.report.kinds import presentation_of
 from gearrattle.report.notebook import notebook_view
 from gearrattle.results import Run
 from gearrattle.workbench import widgets
-from gearrattle.workbench.problems import written
 from gearrattle.workbench.traces import Hits, InMemory, described, packed
 from gearrattle.workbench.views import chart_json, view_of
 
@@ -78,9 +77,9 @@ class Answers:
         try:
             return asked[str(question["ask"])](question)
         except ModelError as error:
-            return {"problems": written(error.problems)}, []
+            return {"problems": [problem.to_dict() for problem in error.problems]}, []
         except (GearRattleError, KeyError, StopIteration) as error:
-            return {"problems": written([Problem("view", "", str(error) or "there is no such thing")])}, []
+            return {"problems": [Problem("view", "", str(error) or "there is no such thing").to_dict()]}, []
 
     def _figure(self, question: dict[str, Any]) -> Answer:
         if question.get("is_chart", True):

@@ -7,18 +7,17 @@ from __future__ import annotations
 
 import shutil
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import loads
-from gearrattle.workbench.folder import Folder
+from gearrattle.workbench.folder import Folder, NotThereError
 from gearrattle.workbench.jobs.record import ENDED, Job, now, read_jobs
 from gearrattle.workbench.jobs.tasks import check_options
 from gearrattle.workbench.jobs.worker import EndedError, FailedError, WarmProcess
-from gearrattle.workbench.problems import written
 from gearrattle.writing import put
 
 Listener = Callable[[dict[str, Any]], None]
@@ -64,10 +63,12 @@ class Jobs:
 
         Raises
         ------
-        KeyError
+        NotThereError
             there is none of this id.
         """
         with self._changed:
+            if job not in self._jobs:
+                raise NotThereError(Problem("job", job[:64], "there is no such job", "look at the list of runs"))
             return self._jobs[job]
 
     def submit(self, task: str, text: str, options: Mapping[str, Any], name: str, parent: str | None) -> Job:
@@ -99,7 +100,7 @@ class Jobs:
     def rename(self, job: str, name: str) -> Job:
         """Give a job another name."""
         with self._changed:
-            renamed = self._jobs[job]
+            renamed = self.get(job)
             renamed.name = name.strip()[:_LONGEST_NAME] or renamed.task
             renamed.write(self._folder.jobs)
             self._tell(renamed)
@@ -108,7 +109,7 @@ class Jobs:
     def cancel(self, job: str) -> Job:
         """Take a job from the queue, or end its process; one that has ended stays as it is."""
         with self._changed:
-            cancelled = self._jobs[job]
+            cancelled = self.get(job)
             if cancelled.state == "waiting":
                 self._end(cancelled, "cancelled", [])
             elif cancelled.state == "running":
@@ -125,7 +126,7 @@ class Jobs:
             it has not ended.
         """
         with self._changed:
-            if self._jobs[job].state not in ENDED:
+            if self.get(job).state not in ENDED:
                 raise ModelError(Problem("job", job, "has not ended", "cancel it first"))
             del self._jobs[job]
             shutil.rmtree(self.path(job), ignore_errors=True)
@@ -188,7 +189,7 @@ class Jobs:
             job.progress = {"fraction": min(1.0, max(0.0, fraction)), "text": "computing"}
             self._tell(job)
 
-    def _finish(self, job: Job, state: Any, problems: list[Problem]) -> None:
+    def _finish(self, job: Job, state: Any, problems: Sequence[Problem]) -> None:
         with self._changed:
             del self._running[job.id]
             if job.id in self._cancelled:
@@ -200,9 +201,9 @@ class Jobs:
                 job.progress = {"fraction": 1.0, "text": ""}
             self._end(job, state, problems)
 
-    def _end(self, job: Job, state: Any, problems: list[Problem]) -> None:
+    def _end(self, job: Job, state: Any, problems: Sequence[Problem]) -> None:
         job.state, job.ended = state, now()
-        job.problems = written(problems)
+        job.problems = [problem.to_dict() for problem in problems]
         job.write(self._folder.jobs)
         self._tell(job)
 

@@ -27,12 +27,8 @@ class EndedError(GearRattleError):
     """The process ended before its answer: it was cancelled, crashed, or took too much memory."""
 
 
-class FailedError(GearRattleError):
-    """The work failed; ``problems`` say why."""
-
-    def __init__(self, problems: list[Problem]) -> None:
-        self.problems = problems
-        super().__init__("; ".join(map(str, problems)))
+class FailedError(ModelError):
+    """The work failed; its problems say why."""
 
 
 class WarmProcess:

@@ -12,21 +12,20 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
 from gearrattle.errors import GearRattleError, ModelError, Problem
+from gearrattle.files import Refused
 from gearrattle.workbench.folder import NotThereError
 from gearrattle.workbench.jobs.newest import SupersededError
-from gearrattle.workbench.jobs.worker import FailedError
-from gearrattle.workbench.problems import written
 
 Endpoint = Callable[[Request], Awaitable[Response]]
 
 
 def problems(status: int, those: Iterable[Problem]) -> JSONResponse:
     """Return problems as an answer."""
-    return JSONResponse({"problems": written(those)}, status_code=status)
+    return JSONResponse({"problems": [problem.to_dict() for problem in those]}, status_code=status)
 
 
-def answering(work: Callable[..., Any], *, has_body: bool = False) -> Endpoint:
-    """Return the endpoint of a function of the request and, with ``has_body``, of the object in its body.
+def answering(work: Callable[..., Any], body: Callable[[bytes], Any] | None = None) -> Endpoint:
+    """Return the endpoint of a function of the request and, with ``body``, of what that makes of its body.
 
     The function runs in a thread, for it may read files; what it returns is sent as JSON, unless it is an answer. A
     tuple is status and content.
@@ -35,9 +34,9 @@ def answering(work: Callable[..., Any], *, has_body: bool = False) -> Endpoint:
     @wraps(work)
     async def answer(request: Request) -> Response:
         try:
-            arguments = (request, await _body(request)) if has_body else (request,)
+            arguments = (request,) if body is None else (request, body(await request.body()))
             content = await run_in_threadpool(work, *arguments)
-        except (GearRattleError, KeyError, FileNotFoundError) as error:
+        except (GearRattleError, Refused) as error:
             return _refusal(error)
         if isinstance(content, Response):
             return content
@@ -47,20 +46,18 @@ def answering(work: Callable[..., Any], *, has_body: bool = False) -> Endpoint:
     return answer
 
 
-def _refusal(error: Exception) -> JSONResponse:
+def _refusal(error: GearRattleError | Refused) -> JSONResponse:
     """Return an error as an answer."""
-    if isinstance(error, NotThereError):
-        return problems(404, error.problems)
-    if isinstance(error, ModelError | FailedError):
-        return problems(400, error.problems)
+    if isinstance(error, ModelError):
+        return problems(404 if isinstance(error, NotThereError) else 400, error.problems)
+    if isinstance(error, Refused):
+        return problems(400, [Problem("file", "", error.rule, error.remedy)])
     if isinstance(error, SupersededError):
         return problems(409, [Problem("request", "", str(error))])
-    if isinstance(error, GearRattleError):
-        return problems(500, [Problem("computation", "", str(error), "try again")])
-    return problems(404, [Problem("request", str(error.args[0])[:120], "there is nothing of this name")])
+    return problems(500, [Problem("computation", "", str(error), getattr(error, "remedy", "") or "try again")])
 
 
-async def _body(request: Request) -> dict[str, Any]:
+def json_object(content: bytes) -> dict[str, Any]:
     """Return the JSON object in a body.
 
     Raises
@@ -69,12 +66,12 @@ async def _body(request: Request) -> dict[str, Any]:
         it is none.
     """
     try:
-        content = json.loads(await request.body())
+        value = json.loads(content)
     except (ValueError, RecursionError):
         raise ModelError(Problem("body", "", "must be JSON")) from None
-    if not isinstance(content, dict):
-        raise ModelError(Problem("body", type(content).__name__, "must be a JSON object"))
-    return content
+    if not isinstance(value, dict):
+        raise ModelError(Problem("body", type(value).__name__, "must be a JSON object"))
+    return value
 
 
 def text_of(body: dict[str, Any], name: str, default: str | None = None) -> str:

@@ -13,7 +13,7 @@ from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from gearrattle.workbench.jobs.queue import Jobs
-from gearrattle.workbench.routes.answers import answering, object_of, text_of
+from gearrattle.workbench.routes.answers import answering, json_object, object_of, text_of
 
 _MOST_TOLD = 1000
 
@@ -87,11 +87,11 @@ async def _events(socket: WebSocket) -> None:
 
 ROUTES: list[BaseRoute] = [
     Route("/api/jobs", answering(_list), methods=["GET"]),
-    Route("/api/jobs", answering(_submit, has_body=True), methods=["POST"]),
+    Route("/api/jobs", answering(_submit, json_object), methods=["POST"]),
     Route("/api/jobs/{job}", answering(_get), methods=["GET"]),
-    Route("/api/jobs/{job}", answering(_rename, has_body=True), methods=["PATCH"]),
+    Route("/api/jobs/{job}", answering(_rename, json_object), methods=["PATCH"]),
     Route("/api/jobs/{job}", answering(_delete), methods=["DELETE"]),
     Route("/api/jobs/{job}/cancel", answering(_cancel), methods=["POST"]),
-    Route("/api/live", answering(_live, has_body=True), methods=["POST"]),
+    Route("/api/live", answering(_live, json_object), methods=["POST"]),
     WebSocketRoute("/api/events", _events),
 ]

@@ -1,8 +1,5 @@
 """What came out of a job: its view, figures, histories, impacts, sound, and what is handed over.
 
-Endpoints are plain functions, which Starlette calls in threads: reading a file or drawing for print never holds up the
-server's loop.
-
 Takes requests for ``/api/jobs/ID/...``, ``/api/compare``, ``/api/measured/...`` and ``/widgets/...``; gives responses.
 """
 
@@ -14,7 +11,6 @@ import re
 import tempfile
 import zipfile
 from collections.abc import Callable
-from functools import wraps
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -23,20 +19,18 @@ import numpy as np
 from starlette.background import BackgroundTask
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response
-from starlette.routing import Route
+from starlette.routing import BaseRoute, Route
 
-from gearrattle.errors import GearRattleError, ModelError, Problem
-from gearrattle.files import Refused
+from gearrattle.errors import ModelError, Problem
 from gearrattle.workbench import kept, widgets
 from gearrattle.workbench.differences import differences
 from gearrattle.workbench.folder import Folder, NotThereError
 from gearrattle.workbench.lines import best_shift, density
-from gearrattle.workbench.problems import written
+from gearrattle.workbench.routes.answers import answering
 from gearrattle.workbench.script import script
 from gearrattle.workbench.traces import InMemory, Source, described, packed
 from gearrattle.workbench.views import chart_json
 
-Endpoint = Callable[[Request], Response]
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,120}")
 _FIGURE_TYPES = {"svg": "image/svg+xml", "pdf": "application/pdf"}
 _POINTS = (16, 20_000)
@@ -44,35 +38,6 @@ _MOST_CHANNELS = 64
 _MOST_JOBS = 12
 _MOST_ALIGNED = 1_000_000  # samples of a run that are looked through for the best shift
 _BINARY = "application/octet-stream"
-
-
-class _NotThereError(Exception):
-    """What is asked for does not exist: place, value and rule."""
-
-
-def _answering(endpoint: Endpoint) -> Endpoint:
-    """Return an endpoint whose errors are problems in JSON."""
-
-    @wraps(endpoint)
-    def answer(request: Request) -> Response:
-        try:
-            return endpoint(request)
-        except _NotThereError as missing:
-            return _problems(404, [Problem(*missing.args)])
-        except NotThereError as missing:
-            return _problems(404, missing.problems)
-        except ModelError as error:
-            return _problems(400, error.problems)
-        except Refused as error:
-            return _problems(400, [Problem("file", "", error.rule, error.remedy)])
-        except GearRattleError as error:
-            return _problems(400, [Problem("result", "", str(error))])
-
-    return answer
-
-
-def _problems(status: int, problems: Any) -> JSONResponse:
-    return JSONResponse({"problems": written(problems)}, status_code=status)
 
 
 def _folder(request: Request) -> Path:
@@ -92,7 +57,7 @@ def _record(folder: Path) -> dict[str, Any]:
 
 def _file(path: Path, media_type: str, name: str = "") -> Response:
     if not path.is_file():
-        raise _NotThereError(path.name, "", "there is no such file", "wait until the job is done")
+        raise NotThereError(Problem(path.name, "", "there is no such file", "wait until the job is done"))
     return FileResponse(path, media_type=media_type, filename=name or None)
 
 
@@ -104,12 +69,12 @@ def _figure(request: Request) -> Response:
     """Send a figure as it stands in the result, as data, or drawn for print."""
     folder, name, form = _folder(request), str(request.path_params["name"]), str(request.path_params["form"])
     if not _NAME.fullmatch(name) or form not in (*_FIGURE_TYPES, "json"):
-        raise _NotThereError("figure", f"{name}.{form}"[:120], "there is no such figure", "svg, pdf or json")
+        raise NotThereError(Problem("figure", f"{name}.{form}"[:120], "there is no such figure", "svg, pdf or json"))
     if form == "svg":
         return _file(folder / kept.RESULT / "figures" / f"{name}.svg", _FIGURE_TYPES[form])
     chart = next((chart for chart in kept.charts_of_job(folder) if chart.key == name), None)
     if chart is None:
-        raise _NotThereError("figure", name, "there is no such figure", "")
+        raise NotThereError(Problem("figure", name, "there is no such figure", ""))
     if form == "json":
         return JSONResponse(chart_json(chart))
     from gearrattle.report.plots.typeset import matplotlib_figure
@@ -248,7 +213,7 @@ def _shift(request: Request) -> Response:
 def _widget(request: Request) -> Response:
     name = str(request.path_params["name"])
     if name not in widgets.names():
-        raise _NotThereError("widget", name[:60], "there is no such widget", "")
+        raise NotThereError(Problem("widget", name[:60], "there is no such widget", ""))
     return Response(widgets.text(name), media_type="text/javascript; charset=utf-8")
 
 
@@ -257,7 +222,7 @@ def _style(request: Request) -> Response:
     return Response(widgets.style(), media_type="text/css; charset=utf-8")
 
 
-_PATHS: dict[str, Endpoint] = {
+_PATHS: dict[str, Callable[[Request], Response]] = {
     "/api/jobs/{job}/view": _view,
     "/api/jobs/{job}/figures/{name}.{form}": _figure,
     "/api/jobs/{job}/traces": _job_channels,
@@ -278,4 +243,4 @@ _PATHS: dict[str, Endpoint] = {
     "/widgets/{name}.js": _widget,
 }
 
-ROUTES = [Route(path, _answering(endpoint)) for path, endpoint in _PATHS.items()]
+ROUTES: list[BaseRoute] = [Route(path, answering(endpoint), methods=["GET"]) for path, endpoint in _PATHS.items()]
