@@ -241,6 +241,7 @@ WRITERS = {
     "studies/optimization.py": "optimization",
     "studies/schedulers/hand_over.py": "read by the workers of the study that wrote it alone",
     "studies/store.py": "study",
+    "workbench/traces.py": "an index of a job's run, read by the workbench that wrote it alone",
 }
 
 

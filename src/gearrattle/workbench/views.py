@@ -25,6 +25,7 @@ from gearrattle.report.presentation import Presentation
 from gearrattle.report.run_report import HEADLINES
 from gearrattle.report.tables import Table
 from gearrattle.report.verdict_tables import side_shares
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     from gearrattle.report.plots.chart import Chart
@@ -99,7 +100,8 @@ def section_json(section: Section) -> dict[str, Any]:
 
 def _table(table: Table) -> dict[str, Any]:
     left = len(table.rows) - _LONGEST_TABLE
-    note = f"{table.note} {left} more rows stand in results.nc.".strip() if left > 0 else table.note
+    more = f"results.nc has {counted(left, 'more row')}."
+    note = f"{table.note} {more}".strip() if left > 0 else table.note
     return {
         "title": plain(table.title),
         "head": [plain(cell) for cell in table.head],
