@@ -170,6 +170,12 @@ def test_files_are_written_whole_and_never_over_what_is_newer(client: TestClient
     tag = answer.headers["etag"]
     assert client.put("/api/files/models/idle.toml", content="schema = 1", headers={"if-match": tag}).status_code == 200
     assert client.put("/api/files/models/idle.toml", content=MODEL, headers={"if-match": tag}).status_code == 412
+    assert client.put("/api/files/models/idle.toml", content=MODEL, headers={"if-none-match": "*"}).status_code == 412
+    assert client.get("/api/files/models/idle.toml").text == "schema = 1"
+    assert client.put("/api/files/gone.toml", content=MODEL, headers={"if-match": tag}).status_code == 412
+    first = client.put("/api/files/new.toml", content=MODEL, headers={"if-none-match": "*"})
+    assert first.headers["etag"] == tag
+    (root / "new.toml").unlink()
     assert client.put("/api/files/models", content=MODEL).status_code == 400
     assert client.put("/api/files/..%2Fx.toml", content=MODEL).status_code == 400
     assert client.get("/api/files/none.toml").status_code == 404

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import time
 import tomllib
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -34,9 +32,7 @@ def tab(server: Server) -> Iterator[Any]:
     with playwright.sync_playwright() as play:
         browser = play.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
         opened = browser.new_page(viewport={"width": 1280, "height": 800})
-        opened.on(
-            "console", lambda line: wrong.append(f"{line.text} {line.location}") if line.type == "error" else None
-        )
+        opened.on("console", lambda line: wrong.append(f"{line.text} {line.location}") if is_fault(line) else None)
         opened.on("pageerror", lambda error: wrong.append(str(error)))
         opened.on("request", lambda sent: None if sent.url.startswith(server.address) else wrong.append(sent.url))
         opened.goto(f"{server.address}/?token={server.token}")
@@ -44,6 +40,11 @@ def tab(server: Server) -> Iterator[Any]:
         yield opened
         browser.close()
     assert wrong == [], "\n".join(wrong)
+
+
+def is_fault(line: Any) -> bool:
+    """Whether a line of the console is an error; a refused precondition is answered by a question of the page."""
+    return line.type == "error" and "status of 412" not in line.text
 
 
 def text_of(tab: Any) -> str:
@@ -173,13 +174,11 @@ def test_the_verdict_follows_a_change_and_colours_the_drawing(tab: Any) -> None:
     assert rattling.count() >= 1
     selected(tab, "mesh.0")
     for value in ("0.12 mm", "0.08 mm"):
-        fill(tab, "backlash", value)
-        start = time.monotonic()
-        tab.wait_for_selector(".ed-verdict.stale", timeout=2000)
-        tab.wait_for_selector(".ed-verdict:not(.stale)", timeout=10_000)
-        seconds = time.monotonic() - start
-    print(f"verdict after {seconds:.2f} s")
-    assert seconds < 2.0
+        with tab.expect_response("**/api/live") as answer:
+            fill(tab, "backlash", value)
+        text = answer.value.request.post_data_json["text"]
+        assert tomllib.loads(text)["mesh"][0]["backlash"] == value
+        playwright.expect(verdict).to_contain_text(answer.value.json()["verdict"]["headline"])
 
 
 def test_undo_and_redo_give_the_texts_back_letter_by_letter(tab: Any) -> None:
@@ -256,7 +255,51 @@ def test_a_model_is_saved_and_opened_again_and_a_draft_survives_a_reload(tab: An
     assert '"0.07 mm"' in text_of(tab)
 
 
-def test_fifty_bodies_are_dragged_at_thirty_frames_a_second(tab: Any, tmp_path: Path) -> None:
+def saved_as(tab: Any, name: str) -> None:
+    tab.get_by_role("button", name="Save as …").click()
+    tab.get_by_role("dialog").get_by_label("File in this folder").fill(name)
+    tab.keyboard.press("Enter")
+
+
+def test_a_file_that_another_program_changed_is_not_lost(tab: Any, server: Server) -> None:
+    opened(tab, "case1")
+    saved_as(tab, "shared.toml")
+    playwright.expect(tab.locator(".ed-note")).to_contain_text("Saved shared.toml")
+    selected(tab, "mesh.0")
+    fill(tab, "backlash", "0.07 mm")
+    tab.keyboard.press("Control+s")
+    playwright.expect(tab.locator(".ed-note")).to_contain_text("Saved shared.toml")
+    assert '"0.07 mm"' in server.client.get("/api/files/shared.toml").text
+    server.client.put("/api/files/shared.toml", content="schema = 1  # of another program")
+    fill(tab, "backlash", "0.08 mm")
+    tab.keyboard.press("Control+s")
+    question = tab.get_by_role("dialog")
+    playwright.expect(question).to_contain_text("shared.toml was changed by another program since it was read")
+    question.get_by_role("button", name="Save under another name …").click()
+    playwright.expect(question.get_by_label("File in this folder")).to_be_visible()
+    question.get_by_label("File in this folder").fill("own.toml")
+    tab.keyboard.press("Enter")
+    playwright.expect(tab.locator(".ed-note")).to_contain_text("Saved own.toml")
+    assert server.client.get("/api/files/shared.toml").text == "schema = 1  # of another program"
+    assert '"0.08 mm"' in server.client.get("/api/files/own.toml").text
+    saved_as(tab, "shared.toml")
+    playwright.expect(question).to_contain_text("shared.toml was changed by another program")
+    question.get_by_role("button", name="Overwrite").click()
+    playwright.expect(tab.locator(".ed-note")).to_contain_text("Saved shared.toml")
+    assert '"0.08 mm"' in server.client.get("/api/files/shared.toml").text
+
+
+def test_a_file_that_this_tab_has_not_read_is_not_written_over(tab: Any, server: Server) -> None:
+    server.client.put("/api/files/there.toml", content="schema = 1")
+    opened(tab, "case1")
+    saved_as(tab, "there.toml")
+    question = tab.get_by_role("dialog")
+    playwright.expect(question).to_contain_text("there.toml exists already")
+    question.get_by_role("button", name="Cancel").click()
+    assert server.client.get("/api/files/there.toml").text == "schema = 1"
+
+
+def test_a_body_of_fifty_is_dragged(tab: Any) -> None:
     bodies = "".join(f'[[inertia]]\nname = "b{k}"\nJ = 0.01\n\n' for k in range(50))
     links = "".join(
         f'[[coupling]]\nname = "c{k}"\nbetween = ["b{k}", "b{k + 1}"]\nstiffness = 100\nclearance = 0.01\n\n'
@@ -264,22 +307,12 @@ def test_fifty_bodies_are_dragged_at_thirty_frames_a_second(tab: Any, tmp_path: 
     )
     tab.locator(".toml-area").fill(f'schema = 1\n\n{bodies}{links}[excitation]\nspeed = "800 rpm"\n')
     playwright.expect(tab.locator(".gr-node")).to_have_count(50)
-    rate = tab.evaluate(
-        """async () => {
-          const disc = document.querySelector('[data-key="inertia.25"] .gr-disc');
-          const { x, y } = disc.getBoundingClientRect();
-          document.querySelector(".gr-sheet").setPointerCapture = () => {};
-          const send = (type, dx, dy) => disc.dispatchEvent(new PointerEvent(type, {
-            bubbles: true, clientX: x + 2 + dx, clientY: y + 2 + dy, pointerId: 1, button: 0,
-          }));
-          send("pointerdown", 0, 0);
-          const count = 90, start = performance.now();
-          for (let k = 1; k <= count; k++) { send("pointermove", k, k / 2); await new Promise(requestAnimationFrame); }
-          const seconds = (performance.now() - start) / 1000;
-          send("pointerup", count, count / 2);
-          return count / seconds;
-        }"""
-    )
-    print(f"{rate:.0f} frames a second")
-    assert rate > 30.0
-    assert tab.locator('[data-key="inertia.25"]').count() == 1
+    box, beside = (tab.locator(f'[data-key="inertia.{number}"] .gr-disc').bounding_box for number in (25, 24))
+    first = (box()["x"] - beside()["x"], box()["y"] - beside()["y"])
+    middle = (box()["x"] + box()["width"] / 2, box()["y"] + box()["height"] / 2)
+    tab.mouse.move(*middle)
+    tab.mouse.down()
+    tab.mouse.move(middle[0] + 40, middle[1] + 30, steps=20)
+    tab.mouse.up()
+    assert box()["x"] - beside()["x"] - first[0] == pytest.approx(40, abs=4)
+    assert box()["y"] - beside()["y"] - first[1] == pytest.approx(30, abs=4)

@@ -5,10 +5,11 @@ Takes requests for ``/api/files`` and ``/api/examples``; gives listings and cont
 
 from __future__ import annotations
 
+from threading import Lock
 from typing import Any
 
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from gearrattle.errors import ModelError, Problem
@@ -16,6 +17,9 @@ from gearrattle.model.examples import example_files
 from gearrattle.model.file import load, loads, text_of
 from gearrattle.workbench.folder import Folder, NotThereError
 from gearrattle.workbench.routes.answers import answering, problems
+
+_WRITING = Lock()
+"""Held while a file is compared and written, so that of two writers one is refused."""
 
 
 def _folder(request: Request) -> Folder:
@@ -34,13 +38,22 @@ def _get(request: Request) -> Response:
     return Response(content, media_type=kind, headers={"etag": _folder(request).tag(name)})
 
 
-def _put(request: Request, content: bytes) -> Response | dict[str, str]:
-    name, folder, expected = request.path_params["path"], _folder(request), request.headers.get("if-match")
-    if expected is not None and expected != folder.tag(name):
-        rule = "was changed by another program since it was read"
-        return problems(412, [Problem("file", name, rule, "open it again, or save it under another name")])
-    folder.write(name, content)
-    return {"path": name, "tag": folder.tag(name)}
+def _put(request: Request, content: bytes) -> Response:
+    name, folder = request.path_params["path"], _folder(request)
+    with _WRITING:
+        refusal = _precondition(request, folder.tag(name))
+        if refusal:
+            return problems(412, [Problem("file", name, refusal, "open it again, or save under another name")])
+        folder.write(name, content)
+        return JSONResponse({"path": name}, headers={"etag": folder.tag(name)})
+
+
+def _precondition(request: Request, tag: str) -> str:
+    """Why a file is not what the writer takes it for, by the tag that it has now; empty if it is."""
+    expected = request.headers.get("if-match")
+    if expected is not None and expected != tag:
+        return "was changed by another program since it was read" if tag else "was removed since it was read"
+    return "exists already" if tag and request.headers.get("if-none-match") == "*" else ""
 
 
 def _examples(request: Request) -> list[dict[str, str]]:

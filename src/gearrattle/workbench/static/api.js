@@ -22,9 +22,21 @@ async function send(path, options) {
 
 async function answer(path, options) {
   const response = await send(path, options);
+  remember(path, response);
   const type = response.headers.get("content-type") ?? "";
   if (type.includes("json")) return response.json();
   return type.startsWith("text/") || type.includes("toml") || type.includes("python") ? response.text() : response.arrayBuffer();
+}
+
+// The tags of files that this tab read or wrote, by path: a file that has changed since is not written over.
+const TAGS = "gearrattle.tags";
+const tags = new Map(JSON.parse(sessionStorage.getItem(TAGS) ?? "[]"));
+
+function remember(path, response) {
+  const tag = response.headers.get("etag");
+  if (!tag || !path.startsWith("/api/files/")) return;
+  tags.set(path, tag);
+  sessionStorage.setItem(TAGS, JSON.stringify([...tags]));
 }
 
 const json = (value) => ({ headers: { "content-type": "application/json" }, body: JSON.stringify(value) });
@@ -34,7 +46,10 @@ export const api = {
   post: (path, value, options) => answer(path, { method: "POST", ...json(value ?? {}), ...options }),
   patch: (path, value) => answer(path, { method: "PATCH", ...json(value) }),
   delete: (path) => answer(path, { method: "DELETE" }),
-  put: (path, body, headers = {}) => answer(path, { method: "PUT", body, headers }),
+  // Writes a file unless another program has changed it (status 412): of one that this tab has not read, unless it exists.
+  put: (path, body) => answer(path, { method: "PUT", body, headers: tags.has(path) ? { "If-Match": tags.get(path) } : { "If-None-Match": "*" } }),
+  // Writes a file over whatever stands there.
+  replace: (path, body) => answer(path, { method: "PUT", body }),
   buffer: async (path, options) => (await send(path, options)).arrayBuffer(),
 
   // callback(message) for every message; callback({joined: true}) when the connection stands, {joined: false} when it

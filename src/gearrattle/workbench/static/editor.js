@@ -166,6 +166,12 @@ function Save({ name, title, onSave, onClose }) {
     <button type="submit" class="primary">Save</button><button type="button" onClick=${onClose}>Cancel</button></form><//>`;
 }
 
+function Conflict({ name, rule, onReplace, onOther, onClose }) {
+  return html`<${Dialog} label="The file is another" onClose=${onClose}><h2>Not saved: ${name} ${rule}</h2>
+    <p>Saving under this name would lose what stands in the file now.</p>
+    <div class="ed-foot"><button type="button" class="primary" autofocus onClick=${onOther}>Save under another name …</button><button type="button" class="danger" onClick=${onReplace}>Overwrite</button><button type="button" onClick=${onClose}>Cancel</button></div><//>`;
+}
+
 function Connect({ shelf, from, to, onChoose, onClose }) {
   const fits = shelf.filter(({ ends }) => ends.length > 1 && (to !== "ground" || ends.some((end) => end.ground)));
   return html`<${Dialog} label="Connect" onClose=${onClose}><h2>Connect ${from} ${to ? `and ${to}` : "and a new inertia"} by a</h2>
@@ -306,9 +312,18 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
 
   const arrange = () => { model.set("drawing", null); model.set("positions", {}); model.set("drawing", answer.drawing); };
   const open = (opened, name, saved) => { model.set("drawing", null); model.set("positions", {}); select(""); setMessage(""); doc.open(opened, name, saved); };
-  const save = async (name) => {
+  const save = async (name, write = api.put) => {
     const written = doc.now.current.text;
-    try { await api.put(`/api/files/${name.split("/").map(encodeURIComponent).join("/")}`, written, name === doc.name ? {} : { "If-None-Match": "*" }); doc.savedAs(name, written); setDialog(null); setMessage(`Saved ${name}.`); } catch (error) { setMessage(error.message); setDialog(null); }
+    try {
+      await write(`/api/files/${name.split("/").map(encodeURIComponent).join("/")}`, written);
+      doc.savedAs(name, written);
+      setDialog(null);
+      setMessage(`Saved ${name}.`);
+    } catch (error) {
+      const isConflict = error.status === 412;
+      setDialog(isConflict ? { kind: "conflict", name, rule: error.problems[0].rule } : null);
+      if (!isConflict) setMessage(error.message);
+    }
   };
   const run = async () => {
     setBusy(true);
@@ -387,6 +402,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
     </div>
     ${dialog?.kind === "open" ? html`<${Open} api=${api} onOpen=${open} onClose=${() => setDialog(null)} onError=${onError} />` : null}
     ${dialog?.kind === "save" ? html`<${Save} name=${doc.name} title=${answer.title} onSave=${save} onClose=${() => setDialog(null)} />` : null}
+    ${dialog?.kind === "conflict" ? html`<${Conflict} ...${dialog} onReplace=${() => save(dialog.name, api.replace)} onOther=${() => setDialog({ kind: "save" })} onClose=${() => setDialog(null)} />` : null}
     ${dialog?.kind === "connect" ? html`<${Connect} shelf=${shelf} from=${dialog.from} to=${dialog.to} onChoose=${connected} onClose=${() => setDialog(null)} />` : null}
   </section>`;
 }

@@ -29,7 +29,15 @@ export function Measured({ jobs, query, onError }) {
   const upload = async (event) => {
     const [chosen] = event.target.files;
     if (!chosen) return;
-    try { await api.put(`/api/files/${encodeURIComponent(chosen.name)}`, chosen); await list(); setFile(chosen.name); } catch (error) { onError(error); }
+    const path = `/api/files/${encodeURIComponent(chosen.name)}`;
+    try {
+      await api.put(path, chosen).catch((error) => {
+        if (error.status !== 412) throw error;
+        return confirm(`${chosen.name} ${error.problems[0].rule}. Overwrite it?`) ? api.replace(path, chosen) : null;
+      });
+      await list();
+      setFile(chosen.name);
+    } catch (error) { onError(error); }
     event.target.value = "";
   };
   const align = async () => {
