@@ -32,8 +32,9 @@ def client(root: Path) -> Any:
     pytest.importorskip("uvicorn")
     from starlette.testclient import TestClient
 
+    from gearrattle.workbench.access import Access
     from gearrattle.workbench.application import Limits, application
 
     token, port = "the token of the start address", 8765
-    app = application(Folder(root), Limits(1, 8e9), host="127.0.0.1", token=token)
+    app = Access(application(Folder(root), Limits(1, 8e9)), "127.0.0.1", token)
     return TestClient(app, base_url=f"http://127.0.0.1:{port}", headers={"authorization": f"Bearer {token}"})

@@ -23,7 +23,7 @@ pytest.importorskip("uvicorn")
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from gearrattle.workbench.application import ROUTES
+from gearrattle.workbench.application import all_routes
 from tests.workbench.server import MODEL, Server, serving
 
 pytestmark = pytest.mark.compiled
@@ -99,7 +99,7 @@ def test_another_site_may_not_ask_even_where_it_hides_its_origin(server: Server)
 
 
 def test_nothing_answers_without_the_token(server: Server) -> None:
-    paths = {route.path.replace("{path:path}", "model.toml") for route in ROUTES if hasattr(route, "methods")}  # type: ignore[attr-defined]
+    paths = {route.path.replace("{path:path}", "model.toml") for route in all_routes() if hasattr(route, "methods")}  # type: ignore[attr-defined]
     assert len(paths) > 20
     for path in [*paths, "/", "/static/app.js", "/static/page.html", "/nothing"]:
         for headers in ({}, {"cookie": f"gearrattle-{server.port}=x"}, {"authorization": "Bearer x"}):

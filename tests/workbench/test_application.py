@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from multiprocessing import Pipe
@@ -18,11 +19,12 @@ from gearrattle.workbench.folder import Folder
 pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
 
+from starlette.routing import Route
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from gearrattle.workbench.access import LARGEST, Access, Pace
-from gearrattle.workbench.application import Limits, application
+from gearrattle.workbench.application import Limits, all_routes, application
 from gearrattle.workbench.jobs import worker
 from gearrattle.workbench.jobs.record import ENDED, Job, read_jobs
 from gearrattle.workbench.jobs.tasks import TASKS, carry_out, check_options
@@ -44,7 +46,7 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def client(root: Path) -> Iterator[TestClient]:
-    app = application(Folder(root), Limits(1, 8e9), host="127.0.0.1", token=TOKEN, password="a long password")
+    app = Access(application(Folder(root), Limits(1, 8e9)), "127.0.0.1", TOKEN, "a long password")
     with TestClient(app, base_url=BASE, follow_redirects=False) as client:
         assert client.get(f"/?token={TOKEN}").status_code == 303
         yield client
@@ -60,6 +62,28 @@ def ended(client: TestClient, job: str) -> dict[str, Any]:
         assert time.monotonic() < end
         time.sleep(0.02)
     return dict(record)
+
+
+def request_of(path: str) -> str:
+    """Return a path with something in the place of every parameter."""
+    return re.sub(r"\{\w+(:path)?\}", "x", path)
+
+
+@pytest.mark.parametrize("route", [route for route in all_routes() if isinstance(route, Route)], ids=str)
+@pytest.mark.parametrize(
+    "headers", [{}, {"cookie": "gearrattle-8765=x"}, {"authorization": "Bearer x"}], ids=["none", "cookie", "bearer"]
+)
+def test_no_route_answers_without_the_token(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch, route: Route, headers: dict[str, str]
+) -> None:
+    monkeypatch.setattr(Pace, "allows", lambda _: True)
+    assert route.methods
+    for method in ("GET", "HEAD", "OPTIONS", "POST", "PUT", "PATCH", "DELETE"):
+        answer = stranger(client).request(method, request_of(route.path), headers=headers)
+        assert answer.status_code == 401, method
+    for method in route.methods:
+        known = client.request(method, request_of(route.path))
+        assert known.status_code not in (401, 405), method
 
 
 def test_strangers_get_no_answer_and_the_password_opens(client: TestClient) -> None:

@@ -172,6 +172,26 @@ def test_a_job_that_takes_too_much_memory_ends_and_the_server_does_not(tmp_path:
         assert server.client.get("/api/jobs").status_code == 200
 
 
+def test_a_server_ends_without_a_fault_whatever_is_under_way(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    statuses: list[int] = []
+    with serving(tmp_path) as server:
+        headers = {"Cookie": f"gearrattle-{server.port}={server.token}"}
+        client = server.client.__class__(base_url=server.address, cookies=server.client.cookies, timeout=600.0)
+        body = {"text": MODEL, "values": {}}
+        asking = threading.Thread(target=lambda: statuses.append(client.post("/api/live", json=body).status_code))
+        with connect(
+            server.address.replace("http", "ws") + "/api/events", origin=server.address, additional_headers=headers
+        ):  # type: ignore[arg-type]
+            asking.start()
+            server.job(options=LONG)
+            server.process.send_signal(signal.SIGINT)
+            assert server.process.wait(60) == 130
+        asking.join()
+        client.close()
+    assert statuses[0] in (200, 500)
+    assert capfd.readouterr().err.splitlines() == ["interrupted: nothing was written"]
+
+
 def test_a_folder_has_one_server_at_a_time(tmp_path: Path) -> None:
     with serving(tmp_path):
         words = [sys.executable, "-m", "gearrattle", "serve", str(tmp_path)]

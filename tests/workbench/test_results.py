@@ -226,7 +226,6 @@ def test_a_view_that_was_not_written_is_made_from_the_files(page: Any, root: Pat
         ),
         ("validate", {"measurement": "rig.toml"}, "gr.validate(model, gr.read('rig.toml'))"),
         ("fit", {"data": "d.toml", "free": ["a"]}, "gr.identification.fit(model, 'd.toml', ['a'])"),
-        ("modes", {"speeds": [1.0]}, "gr.modes(model)"),
     ],
 )
 def test_a_script_calls_what_the_task_called(task: str, options: dict[str, Any], call: str) -> None:

@@ -1,33 +1,43 @@
-"""The application: the table of routes, what they share, and the static files.
+"""The application: the page, the static files, and the HTTP interface with what computes behind it.
 
-Takes the workspace folder and the secrets; gives an ASGI application behind its checks.
+The modules of the interface take seconds to import. The page needs none of them: they are imported in a thread while it
+is sent, and its requests wait for that.
+
+Takes the workspace folder; gives an ASGI application, and the server that ends it.
 """
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
+import socket
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 
+import uvicorn
 from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import State
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
-from starlette.routing import BaseRoute, Mount, Route
+from starlette.routing import BaseRoute, Mount, Route, Router
 from starlette.staticfiles import StaticFiles
 
 from gearrattle.errors import Problem
-from gearrattle.workbench.access import Access
+from gearrattle.workbench.access import Receive, Scope, Send
 from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.jobs.newest import Newest
-from gearrattle.workbench.jobs.queue import Jobs
-from gearrattle.workbench.routes import files, jobs, model, results
+from gearrattle.workbench.routes import widgets
 from gearrattle.workbench.routes.answers import problems
 
 STATIC = Path(__file__).parent / "static"
-ROUTES: list[BaseRoute] = [*files.ROUTES, *jobs.ROUTES, *model.ROUTES, *results.ROUTES]
-"""The HTTP interface."""
+_FIRST, _LAST = ("model", "files", "jobs"), ("results",)
+"""Modules of ``routes`` in the order in which they are imported: what the page asks for first, and the rest."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +56,8 @@ class Limits:
     memory: float
 
 
-def application(folder: Folder, limits: Limits, *, host: str, token: str, password: str = "") -> Access:
-    """Return the application of a workspace folder.
+def application(folder: Folder, limits: Limits) -> Starlette:
+    """Return the application of a workspace folder; ``Access`` stands before it.
 
     Parameters
     ----------
@@ -55,26 +65,80 @@ def application(folder: Folder, limits: Limits, *, host: str, token: str, passwo
         the workspace folder.
     limits
         of jobs.
-    host
-        that the server listens on.
-    token, password
-        what opens it; an empty password opens nothing.
     """
 
     @contextlib.asynccontextmanager
     async def living(app: Starlette) -> AsyncIterator[None]:
-        app.state.jobs = Jobs(folder, limits.processes, limits.memory)
-        app.state.newest = Newest(folder.root, limits.memory)
+        app.state.begun = asyncio.create_task(asyncio.to_thread(_begin, app.state, limits))
         try:
             yield
         finally:
-            app.state.newest.close()
-            app.state.jobs.close()
+            await _end_answers(app.state)
+            await asyncio.to_thread(app.state.jobs.close)
 
-    routes = [Route("/", _page), *ROUTES, Mount("/static", StaticFiles(directory=STATIC))]
+    static = Mount("/static", StaticFiles(directory=STATIC))
+    routes = [Route("/", _page), static, *widgets.ROUTES, Mount("/", _interface)]
     app = Starlette(routes=routes, lifespan=living, exception_handlers={HTTPException: _refusal})
     app.state.folder = folder
-    return Access(app, host, token, password)
+    return app
+
+
+class Server(uvicorn.Server):
+    """A server that, when it is to end, ends answers under way before it waits for them.
+
+    Parameters
+    ----------
+    config
+        of uvicorn.
+    state
+        of the application.
+    """
+
+    def __init__(self, config: uvicorn.Config, state: State) -> None:
+        super().__init__(config)
+        self._state = state
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """End it."""
+        await _end_answers(self._state)
+        await super().shutdown(sockets)
+
+
+def all_routes() -> list[BaseRoute]:
+    """Return the HTTP interface; its modules are imported now."""
+    return [*widgets.ROUTES, *_router(_FIRST).routes, *_router(_LAST).routes]
+
+
+@cache
+def _router(names: tuple[str, ...]) -> Router:
+    """Return what passes requests on to some modules, and others to those that are imported last."""
+    modules = [import_module(f"gearrattle.workbench.routes.{name}") for name in names]
+    return Router([route for module in modules for route in module.ROUTES], default=_rest if names == _FIRST else None)
+
+
+def _begin(state: State, limits: Limits) -> None:
+    """Import the interface and begin to compute."""
+    _router(_FIRST)
+    state.jobs = import_module("gearrattle.workbench.jobs.queue").Jobs(state.folder, limits.processes, limits.memory)
+    state.newest = Newest(state.folder.root, limits.memory)
+    Thread(target=_router, args=(_LAST,), daemon=True).start()
+
+
+async def _end_answers(state: State) -> None:
+    await state.begun
+    await asyncio.to_thread(state.newest.close)
+
+
+async def _interface(scope: Scope, receive: Receive, send: Send) -> None:
+    """Pass a request on to the interface, as soon as that is imported."""
+    state = scope["app"].state
+    if hasattr(state, "begun"):  # not where nothing is computed
+        await asyncio.shield(state.begun)
+    await (await run_in_threadpool(_router, _FIRST))(scope, receive, send)
+
+
+async def _rest(scope: Scope, receive: Receive, send: Send) -> None:
+    await (await run_in_threadpool(_router, _LAST))(scope, receive, send)
 
 
 async def _refusal(request: Request, error: Exception) -> Response:

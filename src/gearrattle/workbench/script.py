@@ -42,8 +42,6 @@ _FIRST = {
 }
 """Options that follow the model without a name."""
 _READ = "measurement"
-_LEFT_OUT = {"modes": ("speeds",), "study": ("workers",), "screen": ("workers",)}
-"""Options that change what is shown beside the result, or how fast it comes, and not the result."""
 
 
 def script(task: str, options: Mapping[str, Any], title: str, version: str) -> str:
@@ -61,7 +59,7 @@ def script(task: str, options: Mapping[str, Any], title: str, version: str) -> s
         of gearrattle.
     """
     first = [name for name in _FIRST.get(task, ()) if name in options]
-    named = [name for name in options if name not in (*first, *_LEFT_OUT.get(task, ()))]
+    named = [name for name in options if name not in first]
     words = "".join(f", {_value(name, options[name])}" for name in first)
     words += "".join(f", {name}={options[name]!r}" for name in named)
     body = _RUN if task in _OWN else _DATA

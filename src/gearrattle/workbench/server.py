@@ -59,7 +59,8 @@ def serve(
     try:
         import uvicorn
 
-        from gearrattle.workbench.application import Limits, application
+        from gearrattle.workbench.access import Access
+        from gearrattle.workbench.application import Limits, Server, application
     except ImportError:
         rule = "needs starlette, uvicorn and websockets"
         raise NotInstalled(Problem("serve", "", rule, "pip install 'gearrattle[workbench]'")) from None
@@ -71,9 +72,9 @@ def serve(
     listening = _listening(host, port)
     token, number = secrets.token_urlsafe(32), listening.getsockname()[1]
     limits = Limits(workers or max(1, (os.cpu_count() or 2) - 1), memory or 0.5 * _memory())
-    app = application(workspace, limits, host=host, token=token, password=password)
+    app = application(workspace, limits)
     config = uvicorn.Config(
-        app,
+        Access(app, host, token, password),
         lifespan="on",
         ws="websockets-sansio",
         ws_max_size=65536,
@@ -92,7 +93,7 @@ def serve(
                 f"who reaches port {number} and has the password can read and write {folder}; nothing is encrypted"
             )
         with _within(workspace.root):
-            uvicorn.Server(config).run(sockets=[listening])
+            Server(config, app.state).run(sockets=[listening])
     finally:
         listening.close()
         lock.release()

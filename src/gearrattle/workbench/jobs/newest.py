@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gearrattle.errors import GearRattleError
-from gearrattle.workbench.jobs.worker import WarmProcess
+from gearrattle.workbench.jobs.worker import EndedError, WarmProcess
 
 
 class SupersededError(GearRattleError):
@@ -31,7 +31,7 @@ class Newest:
     def __init__(self, root: Path, memory: float) -> None:
         self._root, self._process = root, WarmProcess(memory)
         self._changed = threading.Condition()
-        self._latest, self._is_busy = 0, False
+        self._latest, self._is_busy, self._is_open = 0, False, True
         threading.Thread(target=self._process.start, daemon=True).start()
 
     def ask(self, text: str, values: dict[str, Any]) -> dict[str, Any]:
@@ -44,7 +44,7 @@ class Newest:
         FailedError
             the model or a value is wrong.
         EndedError
-            the process ended.
+            the process ended, or the server does.
         """
         with self._changed:
             self._latest += 1
@@ -52,6 +52,8 @@ class Newest:
             self._changed.notify_all()
             while self._is_busy and number == self._latest:
                 self._changed.wait()
+            if not self._is_open:
+                raise EndedError("the server ends")
             if number != self._latest:
                 raise SupersededError("a newer request took its place")
             self._is_busy = True
@@ -65,5 +67,7 @@ class Newest:
                 self._changed.notify_all()
 
     def close(self) -> None:
-        """End the process."""
+        """End the process; what waits is refused."""
+        with self._changed:
+            self._is_open = False
         self._process.end()

@@ -5,6 +5,7 @@ Takes requests for ``/api/files`` and ``/api/examples``; gives listings and cont
 
 from __future__ import annotations
 
+import tomllib
 from threading import Lock
 from typing import Any
 
@@ -58,7 +59,8 @@ def _precondition(request: Request, tag: str) -> str:
 
 def _examples(request: Request) -> list[dict[str, str]]:
     del request
-    return [{"name": name, "title": load(path).name} for name, path in example_files().items()]
+    texts = {name: path.read_text(encoding="utf-8") for name, path in example_files().items()}
+    return [{"name": name, "title": str(tomllib.loads(text).get("name", ""))} for name, text in texts.items()]
 
 
 def _example(request: Request) -> dict[str, str]:

@@ -1,6 +1,6 @@
 """What came out of a job: its view, figures, histories, impacts, sound, and what is handed over.
 
-Takes requests for ``/api/jobs/ID/...``, ``/api/compare``, ``/api/measured/...`` and ``/widgets/...``; gives responses.
+Takes requests for ``/api/jobs/ID/...``, ``/api/compare`` and ``/api/measured/...``; gives responses.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.workbench import kept, widgets
+from gearrattle.workbench import kept
 from gearrattle.workbench.differences import differences
 from gearrattle.workbench.folder import Folder, NotThereError
 from gearrattle.workbench.lines import best_shift, density
@@ -210,18 +210,6 @@ def _shift(request: Request) -> Response:
     return JSONResponse({"shift": best_shift((times[0], simulated), (times[1], measured))})
 
 
-def _widget(request: Request) -> Response:
-    name = str(request.path_params["name"])
-    if name not in widgets.names():
-        raise NotThereError(Problem("widget", name[:60], "there is no such widget", ""))
-    return Response(widgets.text(name), media_type="text/javascript; charset=utf-8")
-
-
-def _style(request: Request) -> Response:
-    del request
-    return Response(widgets.style(), media_type="text/css; charset=utf-8")
-
-
 _PATHS: dict[str, Callable[[Request], Response]] = {
     "/api/jobs/{job}/view": _view,
     "/api/jobs/{job}/figures/{name}.{form}": _figure,
@@ -239,8 +227,6 @@ _PATHS: dict[str, Callable[[Request], Response]] = {
     "/api/measured/trace": _measured_trace,
     "/api/measured/spectrum": _measured_spectrum,
     "/api/measured/shift": _shift,
-    "/widgets/widgets.css": _style,
-    "/widgets/{name}.js": _widget,
 }
 
 ROUTES: list[BaseRoute] = [Route(path, answering(endpoint), methods=["GET"]) for path, endpoint in _PATHS.items()]

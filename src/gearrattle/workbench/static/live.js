@@ -6,7 +6,6 @@ import { standIn } from "/static/model_stand_in.js";
 import { Widget } from "/static/widget_host.js";
 
 const PATTERN = /^\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*)$/;
-const NAMED = ["inertia", "coupling", "mesh", "planetary", "bearing"];
 const STEPS = 200;
 
 // Path and text of every value of a model that is a number or a number with a unit.

@@ -1,0 +1,33 @@
+"""Widgets, each as one text, and their style sheet.
+
+Takes requests for ``/widgets/...``; gives JavaScript and CSS.
+"""
+
+from __future__ import annotations
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from gearrattle.errors import Problem
+from gearrattle.workbench import widgets
+from gearrattle.workbench.folder import NotThereError
+from gearrattle.workbench.routes.answers import answering
+
+
+def _widget(request: Request) -> Response:
+    name = str(request.path_params["name"])
+    if name not in widgets.names():
+        raise NotThereError(Problem("widget", name[:60], "there is no such widget", ""))
+    return Response(widgets.text(name), media_type="text/javascript; charset=utf-8")
+
+
+def _style(request: Request) -> Response:
+    del request
+    return Response(widgets.style(), media_type="text/css; charset=utf-8")
+
+
+ROUTES: list[BaseRoute] = [
+    Route("/widgets/widgets.css", answering(_style), methods=["GET"]),
+    Route("/widgets/{name}.js", answering(_widget), methods=["GET"]),
+]
