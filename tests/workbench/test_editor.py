@@ -11,7 +11,8 @@ import pytest
 import gearrattle as gr
 from gearrattle.model.components import COMPONENTS
 from gearrattle.workbench.shelf import TABLES, shelf
-from tests.browser import BROWSER, MARKS
+from tests.browser import MARKS
+from tests.workbench.page import fill, name_it, opened_page, selected, text_of, waits
 from tests.workbench.server import Server, serving
 
 pytest.importorskip("uvicorn")
@@ -27,48 +28,10 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 @pytest.fixture
 def tab(server: Server) -> Iterator[Any]:
-    """The Edit view with an empty sheet; errors on the console and requests that leave the machine fail the test."""
-    wrong: list[str] = []
-    with playwright.sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        opened = browser.new_page(viewport={"width": 1280, "height": 800})
-        opened.on("console", lambda line: wrong.append(f"{line.text} {line.location}") if is_fault(line) else None)
-        opened.on("pageerror", lambda error: wrong.append(str(error)))
-        opened.on("request", lambda sent: None if sent.url.startswith(server.address) else wrong.append(sent.url))
-        opened.goto(f"{server.address}/?token={server.token}")
-        opened.wait_for_selector(".ed-start")
-        yield opened
-        browser.close()
-    assert wrong == [], "\n".join(wrong)
-
-
-def is_fault(line: Any) -> bool:
-    """Whether a line of the console is an error; a refused precondition is answered by a question of the page."""
-    return line.type == "error" and "status of 412" not in line.text
-
-
-def text_of(tab: Any) -> str:
-    return str(tab.locator(".toml-area").input_value())
-
-
-def waits(tab: Any, condition: str) -> None:
-    """Wait until the text fulfils a condition on ``text``."""
-    tab.wait_for_function(f"() => {{ const text = document.querySelector('.toml-area').value; return {condition}; }}")
-
-
-def name_it(tab: Any, old: str, name: str) -> None:
-    """Type a name into the field that has the focus."""
-    tab.wait_for_function(f"() => document.activeElement.value === '{old}'")
-    tab.keyboard.type(name)
-    tab.keyboard.press("Enter")
-    waits(tab, f"text.includes('\"{name}\"')")
-
-
-def fill(tab: Any, label: str, value: str) -> None:
-    field = tab.locator(".ed-form").get_by_label(label, exact=True)
-    field.fill(value)
-    field.press("Enter")
-    waits(tab, f"text.includes({value!r})")
+    """The Edit view with an empty sheet."""
+    with opened_page(server) as page:
+        page.wait_for_selector(".ed-start")
+        yield page
 
 
 def opened(tab: Any, name: str) -> None:
@@ -76,14 +39,6 @@ def opened(tab: Any, name: str) -> None:
     tab.locator("dialog li button").filter(has=tab.locator(f"small:text-is('{name}')")).click()
     playwright.expect(tab.locator("dialog")).to_have_count(0)
     playwright.expect(tab.locator(".ed-state.ready")).to_be_visible()
-
-
-def selected(tab: Any, key: str) -> Any:
-    mark = tab.locator(f'[data-key="{key}"]').first
-    mark.focus()
-    tab.keyboard.press("Enter")
-    playwright.expect(mark).to_have_attribute("aria-pressed", "true")
-    return mark
 
 
 def test_a_driveline_of_four_bodies_from_nothing_by_keys_and_clicks(tab: Any, server: Server) -> None:

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 import gearrattle as gr
-from tests.browser import BROWSER, MARKS
+from tests.browser import MARKS
 from tests.workbench.jobs import make_job
+from tests.workbench.page import opened_page
 from tests.workbench.server import Server, serving
 from tests.workbench.test_results import model
 
@@ -30,18 +31,8 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 @pytest.fixture
 def tab(server: Server) -> Iterator[Any]:
-    """A tab that fails the test for an error on its console or a request that leaves the machine."""
-    wrong: list[str] = []
-    with playwright.sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        opened = browser.new_page(viewport={"width": 1280, "height": 800})
-        opened.on("console", lambda line: wrong.append(line.text) if line.type == "error" else None)
-        opened.on("pageerror", lambda error: wrong.append(str(error)))
-        opened.on("request", lambda sent: None if sent.url.startswith(server.address) else wrong.append(sent.url))
-        opened.goto(f"{server.address}/?token={server.token}")
-        yield opened
-        browser.close()
-    assert wrong == []
+    with opened_page(server) as page:
+        yield page
 
 
 def test_a_run_is_read_and_zoomed_to_one_impact(tab: Any, server: Server) -> None:

@@ -19,6 +19,7 @@ from markupsafe import Markup
 
 from gearrattle.analysis.statics import Modes
 from gearrattle.json_types import json_value
+from gearrattle.measured.identification.fitted import Fit
 from gearrattle.pipeline import Findings
 from gearrattle.report.page import Section
 from gearrattle.report.presentation import Presentation
@@ -42,7 +43,7 @@ def view_of(presentation: Presentation[Any]) -> dict[str, Any]:
     dict[str, Any]
         kind, title, sentence, notes; sections in reading order, each with key, title, lead, words, notes, figures
         (key, title, caption, tab, group, wide), tables (title, head, rows, words, note), in_columns, folds and text; of
-        a run also verdict.
+        a run also verdict, of a fit also fitted.
     """
     page = presentation.page()
     findings = page.values.get("findings")
@@ -54,6 +55,7 @@ def view_of(presentation: Presentation[Any]) -> dict[str, Any]:
         "sections": [section_json(section) for section in page.sections],
         **({"verdict": verdict_block(findings, page.values)} if isinstance(findings, Findings) else {}),
         **_moving(findings.modes if isinstance(findings, Findings) else presentation.result),
+        **_fitted(presentation.result),
     }
 
 
@@ -71,6 +73,11 @@ def _moving(result: object) -> dict[str, Any]:
         "damping": json_value(result.damping_ratios),
     }
     return {"modes": shown}
+
+
+def _fitted(result: object) -> dict[str, Any]:
+    """Return the values that a fit found, by path; nothing of what is none."""
+    return {"fitted": {p.path: p.value for p in result.parameters}} if isinstance(result, Fit) else {}
 
 
 def section_json(section: Section) -> dict[str, Any]:

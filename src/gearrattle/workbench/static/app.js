@@ -77,7 +77,7 @@ function State({ job }) {
   return html`<span class=${job.state}>${job.state === "done" ? clock : job.state}</span>`;
 }
 
-function Runs({ jobs, id, tab, onError, drop }) {
+function Runs({ jobs, id, tab, onStarted, onError, drop }) {
   const chosen = id ?? jobs?.[0]?.id;
   const job = jobs?.find((entry) => entry.id === chosen);
   if (jobs && !jobs.length) {
@@ -87,7 +87,7 @@ function Runs({ jobs, id, tab, onError, drop }) {
   }
   return html`<div class="page split">
     <aside class="card side" aria-label="Runs"><h2>Runs</h2><${RunList} jobs=${jobs} chosen=${chosen} /></aside>
-    <div>${job ? html`<${ResultPane} key=${job.id} job=${job} tab=${tab} onError=${onError} drop=${drop} />`
+    <div>${job ? html`<${ResultPane} key=${job.id} job=${job} tab=${tab} onStarted=${onStarted} onError=${onError} drop=${drop} />`
       : jobs ? html`<div class="card empty"><p>There is no such run; choose one on the left.</p></div>` : null}</div>
   </div>`;
 }
@@ -116,7 +116,7 @@ function App() {
     edit: () => html`<${Edit} from=${query.get("job")} name=${query.get("name")} jobs=${jobs} onStarted=${started} onError=${onError} />`,
     runs: () => (rest[1] === "vary"
       ? html`<${Live} key=${rest[0]} id=${rest[0]} onStarted=${started} onError=${onError} />`
-      : html`<${Runs} jobs=${jobs} id=${rest[0]} tab=${rest[1]} onError=${onError} drop=${drop} />`),
+      : html`<${Runs} jobs=${jobs} id=${rest[0]} tab=${rest[1]} onStarted=${started} onError=${onError} drop=${drop} />`),
     compare: () => html`<${Compare} jobs=${jobs} chosen=${(query.get("jobs") ?? "").split(",").filter(Boolean)} onError=${onError} />`,
     measured: () => html`<${Measured} jobs=${jobs} query=${query} onStarted=${started} onError=${onError} />`,
     studies: () => html`<${Studies} jobs=${jobs} onStarted=${started} onError=${onError} />`,

@@ -4,18 +4,20 @@ import { html, useEffect, useMemo, useRef, useState } from "/static/vendor/htm-p
 import { api } from "/static/api.js";
 import { fileAnswers, jobAnswers, standIn } from "/static/model_stand_in.js";
 import { Widget } from "/static/widget_host.js";
+import { Fit } from "/static/fit.js";
 
 const READ = ".csv,.mat,.h5,.hdf5,.mf4,.uff,.unv,.wav,.nc,.toml";
 const MOTIONS = ["run", "simulate"];
 const MEASURED = "#d55e00";
 
-export function Measured({ jobs, query, onError }) {
+export function Measured({ jobs, query, onStarted, onError }) {
   const motions = (jobs ?? []).filter((job) => job.state === "done" && MOTIONS.includes(job.task));
   const [job, setJob] = useState(query.get("job") ?? "");
   const [files, setFiles] = useState([]);
   const [file, setFile] = useState(query.get("file") ?? "");
   const [known, setKnown] = useState({ simulated: null, measured: null });
   const [pair, setPair] = useState({ simulated: "", measured: "", shift: 0 });
+  const [peak, setPeak] = useState(null);
   const picker = useRef(null);
   const list = () => api.get("/api/files").then((all) => setFiles(all.filter((entry) => READ.split(",").some((end) => entry.path.toLowerCase().endsWith(end))))).catch(onError);
   useEffect(() => { list(); }, []);
@@ -55,7 +57,8 @@ export function Measured({ jobs, query, onError }) {
       ${file && known.simulated && known.measured ? html`<${Pair} known=${known} pair=${pair} align=${align} set=${(changes) => setPair({ ...pair, ...changes })} />`
         : html`<p class="muted">CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a measurement.toml that names the channels; up to 20 MB.</p>`}
     </section>
-    ${job && file && known.simulated && known.measured && pair.simulated && pair.measured ? html`<${Overlay} key=${`${job}|${file}|${pair.simulated}|${pair.measured}|${pair.shift}`} job=${job} file=${file} known=${known} pair=${pair} />` : null}
+    ${job && file && known.simulated && known.measured && pair.simulated && pair.measured ? html`<${Overlay} key=${`${job}|${file}|${pair.simulated}|${pair.measured}|${pair.shift}`} job=${job} file=${file} known=${known} pair=${pair} onPeak=${setPeak} />` : null}
+    <${Fit} jobs=${jobs} job=${job} files=${files} peak=${file ? peak : null} onStarted=${onStarted} onError=${onError} />
   </div>`;
 }
 
@@ -80,7 +83,7 @@ function Pair({ known, pair, set, align }) {
     ${units[0] && units[1] && units[0] !== units[1] ? html`<p class="failed small">The units differ: ${units[0]} and ${units[1]}. The values are laid over as they are.</p>` : null}`;
 }
 
-function Overlay({ job, file, known, pair }) {
+function Overlay({ job, file, known, pair, onPeak }) {
   const [spectra, setSpectra] = useState(null);
   const [error, setError] = useState(null);
   const histories = useMemo(() => {
@@ -93,10 +96,17 @@ function Overlay({ job, file, known, pair }) {
     Promise.all([
       api.get(`/api/jobs/${job}/spectrum?channel=${encodeURIComponent(pair.simulated)}`),
       api.get(`/api/measured/spectrum?file=${encodeURIComponent(file)}&channel=${encodeURIComponent(pair.measured)}`),
-    ]).then(setSpectra).catch(setError);
+    ]).then((both) => { setSpectra(both); onPeak(highest(both[1])); }).catch(setError);
+    return () => onPeak(null);
   }, []);
   return html`<section class="card" aria-label="Histories"><h2>Histories</h2><${Widget} name="histories" model=${histories} /></section>
     ${spectra ? html`<${Spectra} spectra=${spectra} />` : html`<section class="card" aria-label="Spectra"><h2>Spectra</h2>${error ? html`<p class="failed" role="alert">${error.message}</p>` : html`<p class="loading">Computing …</p>`}</section>`}`;
+}
+
+// The highest peak of a measured spectrum, its mean left out, as a text with its unit.
+function highest({ channel, frequency, psd, frequency_unit: unit }) {
+  const at = psd.reduce((best, value, k) => (k > 1 && value > psd[best] ? k : best), Math.min(2, psd.length - 1));
+  return { channel, text: `${Number(frequency[at].toPrecision(4))} ${unit}` };
 }
 
 function Spectra({ spectra }) {

@@ -8,7 +8,7 @@ import { Widget } from "/static/widget_host.js";
 const ACTIVE = ["waiting", "running"];
 const WITH_MODEL = ["run", "simulate", "advise", "periodic", "modes"];
 
-export function ResultPane({ job, tab, onError, drop }) {
+export function ResultPane({ job, tab, onStarted, onError, drop }) {
   const [view, setView] = useState(null);
   const path = `/api/jobs/${encodeURIComponent(job.id)}`;
   useEffect(() => {
@@ -16,7 +16,7 @@ export function ResultPane({ job, tab, onError, drop }) {
     api.get(`${path}/view`).then(setView).catch(onError);
   }, [job.id, job.state]);
   return html`<article class="card" aria-label=${job.name || job.task}>
-    <${Head} job=${job} view=${view} path=${path} onError=${onError} drop=${drop} />
+    <${Head} job=${job} view=${view} path=${path} onStarted=${onStarted} onError=${onError} drop=${drop} />
     ${ACTIVE.includes(job.state) ? html`<${Running} job=${job} />` : null}
     ${job.problems?.length ? html`<${Problems} problems=${job.problems} />` : null}
     ${job.state === "broken" ? html`<p class="failed">The server ended while this was computed. Nothing of it is kept; run it again.</p>` : null}
@@ -26,7 +26,7 @@ export function ResultPane({ job, tab, onError, drop }) {
   </article>`;
 }
 
-function Head({ job, view, path, onError, drop }) {
+function Head({ job, view, path, onStarted, onError, drop }) {
   const [isNaming, setNaming] = useState(false);
   const rename = (event) => {
     event.preventDefault();
@@ -36,6 +36,13 @@ function Head({ job, view, path, onError, drop }) {
   const remove = () => {
     if (!confirm(`Delete "${job.name || job.task}" and its files?`)) return;
     api.delete(path).then(() => { drop(job.id); location.hash = "#/runs"; }).catch(onError);
+  };
+  const runFitted = async () => {
+    try {
+      const edits = Object.entries(view.fitted).map(([where, value]) => ({ op: "set", path: where, value: Number(value.toPrecision(7)) }));
+      const { text } = await api.post("/api/edit", { text: await api.get(`${path}/model.toml`), edits });
+      onStarted(await api.post("/api/jobs", { task: "run", text, options: {}, name: `fitted ${Object.keys(view.fitted).join(", ")}`.slice(0, 120), parent: job.id }));
+    } catch (error) { onError(error); }
   };
   const parent = job.parent ? html` · from <a href=${`#/runs/${job.parent}`}>its parent</a>` : null;
   return html`<div class="head">
@@ -51,6 +58,7 @@ function Head({ job, view, path, onError, drop }) {
       ${WITH_MODEL.includes(job.task) ? html`<a class="button" href=${`#/runs/${job.id}/vary`}>Vary values</a>` : null}
       <a class="button" href=${`#/compare?jobs=${[job.parent, job.id].filter(Boolean).join(",")}`}>Compare</a>
       ${view?.verdict ? html`<a class="button" href=${`#/measured?job=${job.id}`}>Lay measured over</a>` : null}
+      ${view?.fitted ? html`<button type="button" class="primary" onClick=${runFitted}>Run with the fitted values</button>` : null}
       ${job.state === "done" ? html`<${HandOver} path=${path} />` : null}
       ${ACTIVE.includes(job.state) ? null : html`<button type="button" class="danger" onClick=${remove}>Delete</button>`}
     </div>
@@ -67,13 +75,13 @@ function when(job) {
 
 function HandOver({ path }) {
   const files = [
-    ["archive.zip", "Everything", "model, script, page, numbers, figures (.zip)", true],
-    ["report.html", "Report page", "one file, opens anywhere", false],
-    ["model.toml", "Model file", "TOML, with these settings", true],
-    ["script.py", "Python script", "does the same, figures for print included", true],
+    ["archive.zip", "Everything", "model, script, page, numbers, figures (.zip)"],
+    ["report.html", "Report page", "one file, opens anywhere"],
+    ["model.toml", "Model file", "TOML, with these settings"],
+    ["script.py", "Python script", "does the same, figures for print included"],
   ];
   return html`<details class="menu"><summary class="button">Hand over ▾</summary><div>
-    ${files.map(([file, words, detail, isSaved]) => html`<a href=${`${path}/${file}`} download=${isSaved ? file : null} target=${isSaved ? null : "_blank"} rel="noopener">${words}<small>${detail}</small></a>`)}
+    ${files.map(([file, words, detail]) => html`<a href=${`${path}/${file}`} download=${file}>${words}<small>${detail}</small></a>`)}
   </div></details>`;
 }
 

@@ -1,0 +1,170 @@
+"""A day's work on a gearbox of ten bodies, by clicks and keys: from nothing to what is handed over."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from tests.browser import MARKS
+from tests.workbench.page import fill, name_it, opened_page, selected, text_of, waits
+from tests.workbench.server import Server, serving
+
+pytest.importorskip("uvicorn")
+playwright = pytest.importorskip("playwright.sync_api")
+pytestmark = MARKS
+expect = playwright.expect
+
+SHAFT = (("inertia", "flywheel"), ("damper", "hub"), ("spline", "input_shaft"))
+GEARS = tuple(f"gear_{number}" for number in range(1, 8))
+FREE = "coupling.damper.stiffness"
+TRUE = 1250.0  # N m/rad, of the rig
+ROUGH = 1500.0
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with serving(tmp_path_factory.mktemp("tasks")) as running:
+        yield running
+
+
+@pytest.fixture
+def tab(server: Server) -> Iterator[Any]:
+    with opened_page(server) as opened:
+        opened.wait_for_selector(".ed-start")
+        yield opened
+
+
+def attached(tab: Any, body: int, component: str, names: tuple[str, str], number: int) -> None:
+    """Join a new inertia, the ``number``-th, to one by a coupling or a mesh, and name element and inertia."""
+    element, name = names
+    selected(tab, f"inertia.{body}")
+    tab.keyboard.press("n")
+    tab.get_by_role("dialog").get_by_role("button", name=component.capitalize(), exact=True).click()
+    name_it(tab, component, element)
+    selected(tab, f"inertia.{number}")
+    tab.keyboard.press("F2")
+    name_it(tab, "inertia", name)
+
+
+def built(tab: Any) -> gr.Model:
+    """Draw a flywheel, a hub and an input shaft with seven loose gears, and set what matters."""
+    tab.get_by_role("button", name="Add an inertia").click()
+    name_it(tab, "inertia", "flywheel")
+    fill(tab, "J *", "0.2 kg*m^2")
+    for number, (element, body) in enumerate(SHAFT[1:], 1):
+        attached(tab, number - 1, "coupling", (element, body), number)
+    for number, gear in enumerate(GEARS, 3):
+        attached(tab, 2, "mesh", (f"mesh_{gear}", gear), number)
+    selected(tab, "coupling.0")
+    fill(tab, "stiffness", "1500 N*m/rad")
+    selected(tab, "mesh.0")
+    fill(tab, "backlash", "0.12 mm")
+    selected(tab, "inertia.0")
+    tab.get_by_role("toolbar", name="Add").get_by_role("button", name="Torque", exact=True).click()
+    waits(tab, "text.includes('[[torque]]')")
+    expect(tab.locator(".ed-state.ready")).to_be_visible()
+    return gr.loads(text_of(tab))
+
+
+def run_id(tab: Any) -> str:
+    tab.wait_for_url("**/#/runs/*")
+    return str(tab.url.partition("#/runs/")[2].partition("/")[0])
+
+
+def done(tab: Any, server: Server) -> str:
+    """Wait for the run that the page shows, and for its result there."""
+    job = run_id(tab)
+    assert server.ended(job)["state"] == "done"
+    tab.wait_for_selector(".gr-tabpanel :is(table, canvas, svg)", timeout=60_000)
+    return job
+
+
+def rig(model: gr.Model, path: Path) -> None:
+    """Write what a rig would have measured of the driveline with its true damper."""
+    run = gr.simulate(model.with_({FREE: TRUE}), cycles=60, discard=30)
+    time, speed = run.trajectory.time[-12_000:], run.data["velocity"].sel(inertia="hub").values[-12_000:]
+    noise = 0.01 * speed.std() * np.random.default_rng(1).normal(size=speed.size)
+    rows = "\n".join(f"{t:.12g},{v:.7g}" for t, v in zip(time - time[0], speed + noise, strict=True))
+    path.write_text(f"time [s],hub [rad/s]\n{rows}\n", encoding="utf-8")
+
+
+def test_a_days_work_on_a_gearbox_of_ten_bodies(tab: Any, server: Server, tmp_path: Path) -> None:
+    # From nothing to a verdict.
+    model = built(tab)
+    assert [body.name for body in model.inertias] == [name for _, name in SHAFT] + list(GEARS)
+    assert len(model.elements) == 9
+    tab.get_by_role("button", name="Run", exact=True).click()
+    first = done(tab, server)
+    expect(tab.locator(".gr-headline")).to_be_visible()
+
+    # The measured over the simulated.
+    rig(model, tmp_path / "rig.csv")
+    tab.get_by_role("link", name="Lay measured over").click()
+    tab.get_by_label("Measured file to import").set_input_files(tmp_path / "rig.csv")
+    expect(tab.get_by_role("combobox", name="Measured file")).to_have_value("rig.csv")
+    tab.get_by_label("Simulated channel").select_option("velocity.hub")
+    tab.get_by_role("button", name="Align").click()
+    expect(tab.get_by_label("Shift of the measured time")).not_to_have_value("0")
+    tab.wait_for_selector("section[aria-label=Histories] canvas")
+    spectra = tab.locator("section[aria-label=Spectra]")
+    expect(spectra.locator("canvas").first).to_be_visible()
+    tab.get_by_label("over orders").check()
+    expect(spectra.locator("canvas").first).to_be_visible()
+
+    # One value fitted to a measured natural frequency.
+    frequency = gr.modes(model.with_({FREE: TRUE})).frequencies[1] / (2.0 * np.pi)
+    form = tab.locator("section[aria-label=Fit]")
+    form.get_by_label("Free a value").select_option(FREE)
+    form.get_by_label("Frequency", exact=True).fill(f"{frequency:.5g} Hz")
+    form.get_by_label("Standard error").fill("0.2 Hz")
+    form.get_by_role("button", name="Fit 1 value").click()
+    fit = done(tab, server)
+    expect(tab.locator(".gr-tabpanel")).to_contain_text("the data determine every parameter")
+    fitted = server.client.get(f"/api/jobs/{fit}/view").json()["fitted"]
+    assert fitted == {FREE: pytest.approx(TRUE, rel=1e-3)}
+    tab.get_by_role("button", name="Run with the fitted values").click()
+    tab.wait_for_url(lambda url: fit not in url)
+    second = done(tab, server)
+    expect(tab.locator(".gr-headline")).to_be_visible()
+
+    # Variants side by side; the better one is kept under a name.
+    tab.get_by_role("navigation", name="Workbench").get_by_role("link", name="Compare").click()
+    for job in (first, second):
+        name = server.state(job)["name"]
+        tab.get_by_label("Runs to compare").get_by_label(name, exact=True).check()
+    expect(tab.get_by_role("rowheader", name=FREE)).to_be_visible()
+    expect(tab.get_by_text("1 value differs in the models.")).to_be_visible()
+    tab.once("dialog", lambda dialog: dialog.accept("damper as measured"))
+    tab.get_by_role("button", name="Keep").last.click()
+    expect(tab.get_by_label("Runs to compare").get_by_text("damper as measured")).to_be_visible()
+    assert server.state(second)["name"] == "damper as measured"
+
+    # What is handed over.
+    tab.goto(f"{server.address}/#/runs/{second}")
+    tab.wait_for_selector(".gr-headline")
+    contents = {}
+    for words in ("Everything", "Report page", "Model file", "Python script"):
+        tab.get_by_text("Hand over").click()
+        with tab.expect_download() as download:
+            tab.get_by_role("link", name=words).click()
+        contents[words] = Path(download.value.path()).read_bytes()
+        tab.get_by_text("Hand over").click()
+    handed = gr.loads(contents["Model file"].decode())
+    assert {c.name: c.stiffness for c in handed.couplings}["damper"] == pytest.approx(TRUE, rel=1e-3)
+    compile(contents["Python script"], "script.py", "exec")
+    assert contents["Report page"].startswith(b"<!doctype html>")
+    with zipfile.ZipFile(io.BytesIO(contents["Everything"])) as archive:
+        summary = json.loads(archive.read("result/summary.json"))
+        assert server.state(second)["sentence"].endswith(summary["sentence"])
+    tab.get_by_role("tab", name="Phase plane", exact=True).click()
+    with tab.expect_download() as download:
+        tab.get_by_role("link", name="PDF").first.click()
+    assert Path(download.value.path()).read_bytes().startswith(b"%PDF")
