@@ -18,7 +18,8 @@ from gearrattle.workbench.kept import keep
 
 def make_job(root: Path, key: str, result: Any, model: gr.Model, **record: Any) -> Path:
     """Write a job that is done; ``record`` holds what is other than usual."""
-    job = Job(**{"task": "run", "name": key, "id": key, "state": "done", "started": "2026-01-01T10:00:00Z", **record})
+    times = {"started": "2026-01-01T10:00:00+00:00", "ended": "2026-01-01T10:00:02+00:00"}
+    job = Job(**{"task": "run", "name": key, "id": key, "state": "done", **times, **record})
     job.write(Folder(root).jobs)
     folder = Folder(root).job(key)
     (folder / "model.toml").write_text(model.to_toml(), encoding="utf-8")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -75,3 +76,37 @@ def selected(tab: Any, key: str) -> Any:
     tab.keyboard.press("Enter")
     playwright.expect(mark).to_have_attribute("aria-pressed", "true")
     return mark
+
+
+def violations(tab: Any) -> list[str]:
+    """Return what axe-core finds serious or critical on the page."""
+    axe = pytest.importorskip("axe_playwright_python")
+    tab.evaluate((Path(axe.__file__).parent / "axe.min.js").read_text(encoding="utf-8"))
+    answer = tab.evaluate("() => axe.run(document, { resultTypes: ['violations'] })")
+    serious = [rule for rule in answer["violations"] if rule["impact"] in ("serious", "critical")]
+    return [f"{rule['id']}: {node['target']} {node['failureSummary']}" for rule in serious for node in rule["nodes"]]
+
+
+_CUT_OFF = """() => {
+  const width = document.documentElement.clientWidth, whole = document.documentElement.scrollWidth;
+  const wrong = whole > width ? [`the page is ${whole} wide`] : [];
+  const overflow = (node) => getComputedStyle(node).overflowX;
+  const isInScroll = (node) =>
+    node !== document.body && (overflow(node) !== "visible" || isInScroll(node.parentElement));
+  for (const node of document.querySelectorAll("main *, header *")) {
+    const { left, right, width: wide, height } = node.getBoundingClientRect();
+    const isBeyond = wide && height && (right > width + 1 || left < -1);
+    if (isBeyond && !isInScroll(node.parentElement)) wrong.push(`${node.tagName} from ${left} to ${right}`);
+  }
+  for (const node of document.querySelectorAll("button, a.button, nav a, summary, h1, h2")) {
+    const isCut = overflow(node) !== "visible" && getComputedStyle(node).textOverflow !== "ellipsis";
+    if (isCut && node.scrollWidth > node.clientWidth + 1) wrong.push(`the text ${node.textContent}`);
+  }
+  return wrong;
+}"""
+
+
+def cut_off(tab: Any) -> list[str]:
+    """Return what of a page does not fit: the page itself if it scrolls sideways, and what stands beyond its edge."""
+    beyond: list[str] = tab.evaluate(_CUT_OFF)
+    return beyond

@@ -1,0 +1,97 @@
+"""Every page at three sizes, in both schemes: nothing cut off, nothing that a screen reader or a weak eye misses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.workbench.folder import Folder
+from tests.browser import MARKS
+from tests.workbench.jobs import make_job
+from tests.workbench.page import cut_off, opened_page, violations
+from tests.workbench.server import Server, serving
+from tests.workbench.test_results import model
+
+pytest.importorskip("uvicorn")
+pytest.importorskip("playwright.sync_api")
+pytestmark = MARKS
+
+SIZES = [(1024, 768), (1280, 800), (1920, 1080)]
+PAGES = {
+    "edit": (".ed-start", "#/edit"),
+    "drawing": (".gr-node", "#/edit?job=first"),
+    "verdict": (".gr-headline", "#/runs/first"),
+    "histories": (".gr-canvas", "#/runs/first/histories"),
+    "modes": (".gr-tabpanel table", "#/runs/modes"),
+    "fit": (".gr-tabpanel table", "#/runs/fit"),
+    "study": (".gr-tabpanel :is(svg, canvas)", "#/runs/study"),
+    "vary": (".live canvas", "#/runs/first/vary"),
+    "compare": ("section canvas", "#/compare?jobs=first,second"),
+    "measured": ("section[aria-label=Spectra] canvas", "#/measured?job=first&file=rig.csv"),
+    "studies": (".page h1", "#/studies"),
+}
+"""Page -> what it shows when it is there, and its address."""
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    root = tmp_path_factory.mktemp("screens")
+    make_job(root, "first", gr.run(model()), model(), name="wide")
+    narrow = model().with_({"mesh.gear.backlash": "0.05 mm"})
+    make_job(root, "second", gr.run(narrow), narrow, name="narrow", parent="first")
+    make_job(root, "modes", gr.modes(model()), model(), task="modes")
+    fit = gr.identification.fit(
+        model(), {"mode": [{"number": 2, "frequency": "55 Hz"}]}, ["coupling.clutch.stiffness"], starts=2
+    )
+    make_job(root, "fit", fit, model(), task="fit")
+    axes = {"mesh.gear.backlash": ["0.05 mm", "0.1 mm"], "coupling.clutch.stiffness": [1400.0, 1500.0]}
+    make_job(root, "study", gr.study(model(), axes, workers=1), model(), task="study", options={"axes": axes})
+    rows = "\n".join(f"{k * 1e-3:.12g},{np.sin(k):g}" for k in range(2000))
+    Folder(root).write("rig.csv", f"time [s],speed [rad/s]\n{rows}\n".encode())
+    with serving(root) as running:
+        yield running
+
+
+@pytest.fixture(scope="module", params=SIZES, ids=lambda size: f"{size[0]}x{size[1]}")
+def tab(request: pytest.FixtureRequest, server: Server) -> Iterator[Any]:
+    with opened_page(server, *request.param) as opened:
+        yield opened
+
+
+def shown(tab: Any, server: Server, page: str) -> None:
+    sign, address = PAGES[page]
+    tab.evaluate("() => localStorage.removeItem('gearrattle.draft')")
+    tab.goto("about:blank")
+    tab.goto(f"{server.address}/{address}")
+    tab.wait_for_selector(sign, timeout=60_000)
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_nothing_of_a_page_is_cut_off(tab: Any, server: Server, page: str) -> None:
+    shown(tab, server, page)
+    assert cut_off(tab) == []
+
+
+@pytest.mark.parametrize("tab", SIZES[1:2], indirect=True)
+@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_page_can_be_read_by_all(tab: Any, server: Server, page: str, scheme: str) -> None:
+    tab.emulate_media(color_scheme=scheme)
+    shown(tab, server, page)
+    assert violations(tab) == []
+
+
+@pytest.mark.parametrize("tab", SIZES[1:2], indirect=True)
+def test_what_does_not_fit_or_has_no_name_is_noticed(tab: Any, server: Server) -> None:
+    shown(tab, server, "studies")
+    tab.evaluate(
+        "() => { document.querySelector('h1').style.cssText = 'width: 3000px; color: #ddd; background: #eee'; }"
+    )
+    tab.evaluate("() => document.querySelector('main').append(document.createElement('button'))")
+    assert any("the page is" in words for words in cut_off(tab))
+    rules = {words.partition(":")[0] for words in violations(tab)}
+    assert {"button-name", "color-contrast"} <= rules
