@@ -277,7 +277,9 @@ def test_tasks_call_public_functions_with_the_options_they_have(tmp_path: Path) 
         check_options(name, dict.fromkeys(set(task.options()) - set(task.files)), folder)
     shares: list[float] = []
     model = gr.loads(MODEL)
-    study = carry_out("study", model, {"axes": {"coupling.gap.clearance": [0.01, 0.02]}}, tmp_path, shares.append)
+    axes = {"coupling.gap.clearance": [0.01, 0.02]}
+    study = carry_out("study", model, {"axes": axes}, (tmp_path, tmp_path / "partial"), shares.append)
+    assert gr.open_study(tmp_path / "partial").sizes == study.sizes
     assert study.sizes["coupling.gap.clearance"] == 2
     assert shares[-1] == 1.0
     with pytest.raises(ModelError, match="within the folder"):

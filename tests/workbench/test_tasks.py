@@ -96,6 +96,35 @@ def rig(model: gr.Model, path: Path) -> None:
     path.write_text(f"time [s],hub [rad/s]\n{rows}\n", encoding="utf-8")
 
 
+def test_a_map_fills_while_it_is_computed_and_a_click_opens_its_case(tab: Any, server: Server) -> None:
+    model = gr.example("case3").with_({"simulation.cycles": 2000, "simulation.discard": 20})
+    values = [float(value) for value in np.linspace(0.5, 2.0, 12)]
+    axes = {
+        "mesh.gear.backlash": [f"{0.1 * value:.4g} mm" for value in values],
+        "coupling.clutch.stiffness": [1500.0 * value for value in values],
+    }
+    job = server.job(task="study", text=model.to_toml(), options={"axes": axes}, name="map")["id"]
+    tab.goto(f"{server.address}/#/runs/{job}")
+    so_far = tab.locator("section[aria-label='Computed so far']")
+    maps = so_far.get_by_role("tab", name="Map of").first
+    maps.click(timeout=120_000)
+    drawn = so_far.locator(".gr-tabpanel canvas").first
+    expect(drawn).to_be_visible()
+    assert server.state(job)["state"] == "running"
+    box = drawn.bounding_box()
+    drawn.click(position={"x": 0.5 * box["width"], "y": 0.5 * box["height"]})
+    tab.wait_for_url(f"**/#/studies?job={job}*")
+    expect(tab.get_by_role("heading", name="The case of the map")).to_be_visible()
+    expect(tab.get_by_role("button", name="Run this case")).to_be_visible()
+    server.client.post(f"/api/jobs/{job}/cancel")
+    assert server.ended(job)["state"] == "cancelled"
+    tab.goto(f"{server.address}/#/runs/{job}")
+    expect(maps).to_be_visible()  # what was computed stays
+    partial = server.client.get(f"/api/jobs/{job}/partial").json()
+    assert partial["view"]["kind"] == "study"
+    assert server.client.get("/api/jobs/none/partial").status_code == 404
+
+
 def test_a_days_work_on_a_gearbox_of_ten_bodies(tab: Any, server: Server, tmp_path: Path) -> None:
     # From nothing to a verdict.
     model = built(tab)

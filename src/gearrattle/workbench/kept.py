@@ -3,6 +3,7 @@
     result/         report.html, summary.json, results.nc, figures/: what the user takes along
     view.json       sections and tables for the page
     traces/         of a run: the index of its histories, and its impacts
+    partial/        of a study under way: the cases that are computed, as ``gr.open_study`` opens them
 
 ``keep`` is called once, by the process that computed the result; the server then only reads files. What is not there
 (a job of an earlier version, a motion that was put into the folder) is made from results.nc when it is asked for.
@@ -29,11 +30,12 @@ from gearrattle.report.saved import SUMMARY, save
 from gearrattle.report.static_figures import CHARTS
 from gearrattle.result import KIND
 from gearrattle.results import Run, open_run
+from gearrattle.studies import open_study
 from gearrattle.workbench.traces import Hits, RunFile, write_index
-from gearrattle.workbench.views import section_json, view_of
+from gearrattle.workbench.views import chart_json, section_json, view_of
 from gearrattle.writing import whole
 
-RESULT, VIEW, TRACES = "result", "view.json", "traces"
+RESULT, VIEW, TRACES, PARTIAL = "result", "view.json", "traces", "partial"
 """Names in the folder of a job."""
 
 
@@ -76,6 +78,17 @@ def read_view(folder: Path) -> dict[str, Any]:
         _write_view(view_of(presentation_of(run_of(folder))) if is_run else _plain_view(folder), folder)
     view: dict[str, Any] = json.loads((folder / VIEW).read_text(encoding="utf-8"))
     return view
+
+
+def partial_view(folder: Path) -> dict[str, Any] | None:
+    """Return the view of the cases of a study that are computed, and its figures by key; None: there is none yet."""
+    try:
+        presentation = presentation_of(open_study(folder / PARTIAL))
+    except ModelError:
+        return None
+    charts = {chart.key: chart_json(chart) for chart in presentation.charts()}
+    view: dict[str, Any] = json_value(view_of(presentation))
+    return {"view": view, "charts": charts}
 
 
 def _plain_view(folder: Path) -> dict[str, Any]:

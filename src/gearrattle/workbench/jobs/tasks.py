@@ -35,11 +35,14 @@ class Task:
         options that name files of the workspace folder.
     fixed
         arguments that the workbench sets, by name.
+    fills
+        whether what is computed can be opened, by ``open_study``, before all of it is there.
     """
 
     function: str
     files: tuple[str, ...] = ()
     fixed: Mapping[str, Any] | None = None
+    fills: bool = False
 
     def callable(self) -> Callable[..., Any]:
         """Return the function; it is imported now."""
@@ -64,7 +67,7 @@ TASKS: dict[str, Task] = {
     "stiffness": Task("gearrattle.analysis.stiffness:stiffness"),
     "reduce": Task("gearrattle.reductions.reduce:reduce"),
     "compare": Task("gearrattle.comparison.compare:compare"),
-    "study": Task("gearrattle.studies:study", fixed=_HERE),
+    "study": Task("gearrattle.studies:study", fixed=_HERE, fills=True),
     "bifurcation": Task("gearrattle.studies:bifurcation", fixed=_HERE),
     "basins": Task("gearrattle.studies:basins", fixed=_HERE),
     "screen": Task("gearrattle.studies:screen", fixed=_HERE),
@@ -99,7 +102,9 @@ def check_options(task: str, options: Mapping[str, Any], folder: Folder) -> None
             folder.path(str(options[name]))
 
 
-def carry_out(task: str, model: Model, options: Mapping[str, Any], root: Path, progress: Progress) -> Any:
+def carry_out(
+    task: str, model: Model, options: Mapping[str, Any], folders: tuple[Path, Path], progress: Progress
+) -> Any:
     """Return the result of a task.
 
     Parameters
@@ -110,18 +115,18 @@ def carry_out(task: str, model: Model, options: Mapping[str, Any], root: Path, p
         the driveline.
     options
         by name, in JSON types.
-    root
-        the workspace folder.
+    folders
+        the workspace folder, and that in which what is computed is kept until all of it is there.
     progress
         is told the finished share.
     """
     entry = TASKS[task]
-    function, folder = entry.callable(), Folder(root)
+    function, folder = entry.callable(), Folder(folders[0])
     arguments: dict[str, Any] = dict(options)
     for name in entry.files:
         if isinstance(options.get(name), str):
             arguments[name] = folder.path(options[name])
-    arguments |= dict(entry.fixed or {})
+    arguments |= dict(entry.fixed or {}) | ({"output": folders[1]} if entry.fills else {})
     if "progress" in inspect.signature(function).parameters:
         arguments["progress"] = lambda fraction, *_: progress(float(fraction))
     return function(model, **arguments)

@@ -9,6 +9,7 @@ Takes what is to be done, by name; gives what it returned.
 from __future__ import annotations
 
 import os
+import shutil
 import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
@@ -177,13 +178,14 @@ def _job(content: dict[str, Any], progress: Callable[[float], None]) -> str:
     from gearrattle.model import loads
     from gearrattle.report.kinds import presentation_of
     from gearrattle.workbench.jobs.tasks import carry_out
-    from gearrattle.workbench.kept import keep
+    from gearrattle.workbench.kept import PARTIAL, keep
 
     folder, root = Path(content["folder"]), Path(content["root"])
     text = (folder / "model.toml").read_text(encoding="utf-8")
     model = loads(text, str(root / "model.toml"))
-    result = carry_out(content["task"], model, content["options"], root, progress)
+    result = carry_out(content["task"], model, content["options"], (root, folder / PARTIAL), progress)
     keep(result, folder)
+    shutil.rmtree(folder / PARTIAL, ignore_errors=True)
     return presentation_of(result).sentence
 
 

@@ -65,6 +65,10 @@ def _view(request: Request) -> Response:
     return JSONResponse(kept.read_view(_folder(request)))
 
 
+def _partial(request: Request) -> Response:
+    return JSONResponse(kept.partial_view(_folder(request)))
+
+
 def _figure(request: Request) -> Response:
     """Send a figure as it stands in the result, as data, or drawn for print."""
     folder, name, form = _folder(request), str(request.path_params["name"]), str(request.path_params["form"])
@@ -212,6 +216,7 @@ def _shift(request: Request) -> Response:
 
 _PATHS: dict[str, Callable[[Request], Response]] = {
     "/api/jobs/{job}/view": _view,
+    "/api/jobs/{job}/partial": _partial,
     "/api/jobs/{job}/figures/{name}.{form}": _figure,
     "/api/jobs/{job}/traces": _job_channels,
     "/api/jobs/{job}/trace": _job_trace,

@@ -1,11 +1,11 @@
 // One run: its name and state, what can be done with it, and its result.
 
-import { html, useEffect, useMemo, useState } from "/static/vendor/htm-preact.js";
+import { html, useEffect, useMemo, useRef, useState } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
 import { jobAnswers, standIn } from "/static/model_stand_in.js";
 import { Widget } from "/static/widget_host.js";
 
-const ACTIVE = ["waiting", "running"];
+const ACTIVE = ["waiting", "running"], FILLING = ["study"], PAUSE = 700; // ms between two looks at what is computed
 const WITH_MODEL = ["run", "simulate", "advise", "periodic", "modes"];
 
 export function ResultPane({ job, tab, onStarted, onError, drop }) {
@@ -18,8 +18,9 @@ export function ResultPane({ job, tab, onStarted, onError, drop }) {
   return html`<article class="card" aria-label=${job.name || job.task}>
     <${Head} job=${job} view=${view} path=${path} onStarted=${onStarted} onError=${onError} drop=${drop} />
     ${ACTIVE.includes(job.state) ? html`<${Running} job=${job} />` : null}
+    ${!["waiting", "done"].includes(job.state) && FILLING.includes(job.task) ? html`<${Filling} job=${job} path=${path} onError=${onError} />` : null}
     ${job.problems?.length ? html`<${Problems} problems=${job.problems} />` : null}
-    ${job.state === "broken" ? html`<p class="failed">The server ended while this was computed. Nothing of it is kept; run it again.</p>` : null}
+    ${job.state === "broken" ? html`<p class="failed">The server ended while this was computed; run it again.</p>` : null}
     ${job.state === "cancelled" ? html`<p class="muted">Cancelled before it ended.</p>` : null}
     ${job.state === "done" && !view ? html`<p class="loading">Reading the result …</p>` : null}
     ${view ? html`<${Result} key=${job.id} id=${job.id} view=${view} tab=${tab} path=${path} />` : null}
@@ -95,12 +96,34 @@ export function Problems({ problems }) {
   return html`<ul class="failed" role="alert">${problems.map(({ place, value, rule, remedy }) => html`<li><strong>${place}</strong>${value ? `: found ${value}` : ""}; ${rule}${remedy ? html` <span class="muted">(${remedy})</span>` : null}</li>`)}</ul>`;
 }
 
+const openCase = (id) => (chosen) => { location.hash = `#/studies?job=${id}&x=${chosen.x}&y=${chosen.y}&panel=${chosen.panel}&figure=${chosen.figure}`; };
+
+// What is computed of a study that is under way: read again as it goes on, the tab stays.
+function Filling({ job, path, onError }) {
+  const [partial, setPartial] = useState(null);
+  const tab = useRef(""), isBusy = useRef(false);
+  const fraction = job.progress?.fraction ?? 0;
+  useEffect(() => {
+    if (isBusy.current || !fraction) return;
+    isBusy.current = true;
+    api.get(`${path}/partial`).then((made) => made && setPartial(made)).catch(onError).finally(() => setTimeout(() => { isBusy.current = false; }, PAUSE));
+  }, [fraction]);
+  const model = useMemo(() => {
+    if (!partial) return null;
+    const made = standIn({ view: partial.view, tab: tab.current, has_cases: true }, { figure: async ({ name }) => ({ content: { chart: partial.charts[name] } }) });
+    made.on("change:tab", (key) => { tab.current = key; });
+    made.on("change:chosen", openCase(job.id));
+    return made;
+  }, [partial]);
+  return model ? html`<section aria-label="Computed so far"><${Widget} name="result" model=${model} /></section>` : null;
+}
+
 function Result({ id, view, tab, path }) {
   const model = useMemo(() => {
     const isMotion = view.kind === "run" || view.kind === "motion";
     const made = standIn({ view, tab, links: path, has_histories: isMotion, has_sound: isMotion, has_cases: view.kind === "study" }, jobAnswers(id));
     made.on("change:tab", (key) => history.replaceState(null, "", `#/runs/${id}/${key}`));
-    made.on("change:chosen", (chosen) => { location.hash = `#/studies?job=${id}&x=${chosen.x}&y=${chosen.y}&panel=${chosen.panel}&figure=${chosen.figure}`; });
+    made.on("change:chosen", openCase(id));
     return made;
   }, [id, view]);
   return html`<${Widget} name="result" model=${model} />`;
