@@ -254,7 +254,7 @@ def test_a_file_that_this_tab_has_not_read_is_not_written_over(tab: Any, server:
     assert server.client.get("/api/files/there.toml").text == "schema = 1"
 
 
-def test_a_body_of_fifty_is_dragged(tab: Any) -> None:
+def test_a_body_of_fifty_is_dragged_and_stays_over_a_reload(tab: Any) -> None:
     bodies = "".join(f'[[inertia]]\nname = "b{k}"\nJ = 0.01\n\n' for k in range(50))
     links = "".join(
         f'[[coupling]]\nname = "c{k}"\nbetween = ["b{k}", "b{k + 1}"]\nstiffness = 100\nclearance = 0.01\n\n'
@@ -271,3 +271,11 @@ def test_a_body_of_fifty_is_dragged(tab: Any) -> None:
     tab.mouse.up()
     assert box()["x"] - beside()["x"] - first[0] == pytest.approx(40, abs=4)
     assert box()["y"] - beside()["y"] - first[1] == pytest.approx(30, abs=4)
+    tab.wait_for_function("() => 'b25' in JSON.parse(localStorage.getItem('gearrattle.draft')).positions")
+    place = "() => JSON.parse(localStorage.getItem('gearrattle.draft')).positions.b25"
+    kept = tab.evaluate(place)
+    tab.reload()
+    playwright.expect(tab.locator(".gr-node")).to_have_count(50)
+    assert tab.evaluate(place) == kept
+    ratio = (box()["y"] - beside()["y"]) / (box()["x"] - beside()["x"])
+    assert ratio == pytest.approx((first[1] + 30) / (first[0] + 40), abs=0.1)  # it may be drawn at another scale

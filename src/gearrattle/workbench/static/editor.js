@@ -6,7 +6,7 @@ import { Widget } from "/static/widget_host.js";
 import { Form } from "/static/form.js";
 import { TomlText } from "/static/toml.js";
 
-const DRAFT = "gearrattle.draft", TEXT_SHOWN = "gearrattle.text", MOST_KEPT = 500, PAUSE = 250, VERDICT_PAUSE = 350; // ms after the last change
+const DRAFT = "gearrattle.draft", TEXT_SHOWN = "gearrattle.text", MOST_KEPT = 500, PAUSE = 250, VERDICT_PAUSE = 350, DRAFT_PAUSE = 200; // ms after the last change
 const NEW = 'schema = 1\nname = "New driveline"\nunits = "SI"\n\n[excitation]\nspeed = "800 rpm"\n\n[simulation]\ncycles = 100\ndiscard = 50\n';
 const EMPTY = { problems: [], notes: [], drawing: null, tables: null, headers: [], title: "" };
 const SINGLE = ["excitation", "simulation"];
@@ -228,12 +228,12 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
   const [isTextShown, setTextShown] = useState(localStorage.getItem(TEXT_SHOWN) !== "no");
   const [isListed, setListed] = useState(false);
   const [isBusy, setBusy] = useState(false);
-  const root = useRef(null), wanted = useRef(null);
+  const root = useRef(null), wanted = useRef(null), drafted = useRef(0);
   const { answer, text } = doc, tables = answer.tables;
   const path = pathOf(selected), exists = path && valueAt(tables, path) !== undefined;
   const isSound = answer.isParsed && !answer.problems.length;
   const acts = useRef({});
-  const model = useMemo(() => standIn({ drawing: null, selected: "", positions: {}, regimes: {}, problems: {}, editable: true }, {
+  const model = useMemo(() => standIn({ drawing: null, selected: "", positions: initial.positions ?? {}, regimes: {}, problems: {}, editable: true }, {
     connect: (question) => acts.current.ask(question), insert: (question) => acts.current.ask(question), delete: (question) => acts.current.ask(question), rename: (question) => acts.current.ask(question),
   }), []);
 
@@ -342,7 +342,16 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
   };
 
   useEffect(() => { doc.check(); }, []);
-  useEffect(() => { const time = setTimeout(() => localStorage.setItem(DRAFT, JSON.stringify({ text, name: doc.name, saved: doc.saved })), 200); return () => clearTimeout(time); }, [text, doc.name, doc.saved]);
+  // What is under way survives a reload: the text, its file, and where bodies were dragged to.
+  const draft = () => {
+    clearTimeout(drafted.current);
+    drafted.current = setTimeout(() => {
+      const { text: written, name, saved } = doc.now.current;
+      localStorage.setItem(DRAFT, JSON.stringify({ text: written, name, saved, positions: model.get("positions") }));
+    }, DRAFT_PAUSE);
+  };
+  useEffect(draft, [text, doc.name, doc.saved]);
+  useEffect(() => { model.on("change:positions", draft); return () => { model.off("change:positions", draft); clearTimeout(drafted.current); }; }, []);
   useEffect(() => {
     const counts = {};
     for (const { path: where } of answer.problems) if (where.length >= 2) { const key = keyOf(where.slice(0, 2)); counts[key] = (counts[key] ?? 0) + 1; }
