@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ pytest.importorskip("uvicorn")
 from websockets.sync.client import connect
 
 from gearrattle.cli import main
+from gearrattle.workbench.jobs.worker import Reserve, WarmProcess
 from tests.workbench.server import MODEL, Server, serving
 
 pytestmark = pytest.mark.compiled
@@ -114,6 +116,26 @@ def test_a_crash_of_a_job_is_its_own(server: Server) -> None:
     assert server.ended(job["id"])["state"] == "failed"
     assert "signal 9" in server.state(job["id"])["problems"][0]["rule"]
     assert server.ended(server.job()["id"])["state"] == "done"
+
+
+def test_another_process_is_warm_when_one_is_lost(tmp_path: Path) -> None:
+    reserve = Reserve()
+    process = WarmProcess(8e9, reserve)
+    question = {"text": MODEL, "values": {}, "root": str(tmp_path)}
+    first = process.ask("live", question)
+    assert process._process is not None
+    lost, end = process._process.pid, time.monotonic() + 60.0
+    while reserve._process is None:
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    spare = reserve._process[0].pid
+    process.end()
+    assert process.ask("live", question) == first
+    assert process._process.pid == spare != lost
+    reserve.close()
+    process.end()
+    reserve.fill()
+    assert reserve._process is None or not reserve._process[0].is_alive()
 
 
 def test_names_parents_and_removal(server: Server) -> None:

@@ -32,6 +32,7 @@ from gearrattle.errors import Problem
 from gearrattle.workbench.access import Receive, Scope, Send
 from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.jobs.newest import Newest
+from gearrattle.workbench.jobs.worker import Reserve
 from gearrattle.workbench.routes import widgets
 from gearrattle.workbench.routes.answers import problems
 
@@ -75,6 +76,7 @@ def application(folder: Folder, limits: Limits) -> Starlette:
         finally:
             await _end_answers(app.state)
             await asyncio.to_thread(app.state.jobs.close)
+            app.state.reserve.close()
 
     static = Mount("/static", StaticFiles(directory=STATIC))
     routes = [Route("/", _page), static, *widgets.ROUTES, Mount("/", _interface)]
@@ -119,8 +121,10 @@ def _router(names: tuple[str, ...]) -> Router:
 def _begin(state: State, limits: Limits) -> None:
     """Import the interface and begin to compute."""
     _router(_FIRST)
-    state.jobs = import_module("gearrattle.workbench.jobs.queue").Jobs(state.folder, limits.processes, limits.memory)
-    state.newest = Newest(state.folder.root, limits.memory)
+    state.reserve = Reserve()
+    queue = import_module("gearrattle.workbench.jobs.queue")
+    state.jobs = queue.Jobs(state.folder, limits.processes, limits.memory, state.reserve)
+    state.newest = Newest(state.folder.root, limits.memory, state.reserve)
     Thread(target=_router, args=(_LAST,), daemon=True).start()
 
 

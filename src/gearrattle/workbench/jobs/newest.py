@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gearrattle.errors import GearRattleError
-from gearrattle.workbench.jobs.worker import EndedError, WarmProcess
+from gearrattle.workbench.jobs.worker import EndedError, Reserve, WarmProcess
 
 
 class SupersededError(GearRattleError):
@@ -26,10 +26,12 @@ class Newest:
         the workspace folder.
     memory
         bytes that the process may hold.
+    reserve
+        where processes come from.
     """
 
-    def __init__(self, root: Path, memory: float) -> None:
-        self._root, self._process = root, WarmProcess(memory)
+    def __init__(self, root: Path, memory: float, reserve: Reserve) -> None:
+        self._root, self._process = root, WarmProcess(memory, reserve)
         self._changed = threading.Condition()
         self._latest, self._is_busy, self._is_open = 0, False, True
         threading.Thread(target=self._process.start, daemon=True).start()

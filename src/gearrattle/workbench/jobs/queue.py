@@ -17,7 +17,7 @@ from gearrattle.model import loads
 from gearrattle.workbench.folder import Folder, NotThereError
 from gearrattle.workbench.jobs.record import ENDED, Job, now, read_jobs
 from gearrattle.workbench.jobs.tasks import check_options
-from gearrattle.workbench.jobs.worker import EndedError, FailedError, WarmProcess
+from gearrattle.workbench.jobs.worker import EndedError, FailedError, Reserve, WarmProcess
 from gearrattle.writing import put
 
 Listener = Callable[[dict[str, Any]], None]
@@ -36,10 +36,12 @@ class Jobs:
         how many jobs run at a time.
     memory
         bytes that one may hold.
+    reserve
+        where processes come from.
     """
 
-    def __init__(self, folder: Folder, processes: int, memory: float) -> None:
-        self._folder = folder
+    def __init__(self, folder: Folder, processes: int, memory: float, reserve: Reserve) -> None:
+        self._folder, self._reserve = folder, reserve
         self._jobs = {job.id: job for job in read_jobs(folder.jobs)}
         self._changed = threading.Condition()
         self._listeners: list[Listener] = []
@@ -155,7 +157,7 @@ class Jobs:
 
     def _serve(self, memory: float) -> None:
         """Compute one job after the other."""
-        process = WarmProcess(memory)
+        process = WarmProcess(memory, self._reserve)
         process.start()
         while (job := self._next(process)) is not None:
             content = {"folder": str(self.path(job.id)), "root": str(self._folder.root), "task": job.task}

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import threading
 import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
@@ -32,17 +33,69 @@ class FailedError(ModelError):
     """The work failed; its problems say why."""
 
 
+Started = tuple[Worker, Connection]
+
+
+def _started() -> Started:
+    """Start a process, and return it with this end of its pipe."""
+    context = _WithoutMain()
+    here, there = context.Pipe()
+    process = context.Process(target=_work, args=(there,), daemon=True)
+    process.start()
+    there.close()
+    return process, here
+
+
+class Reserve:
+    """One more process that is warm, for whoever has lost its own: a job after a cancelled one begins at once."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._process: Started | None = None
+        self._is_filling, self._is_open = False, True
+
+    def take(self) -> Started:
+        """Return the process in reserve, or a new one where there is none."""
+        with self._lock:
+            kept, self._process = self._process, None
+        return kept if kept is not None and kept[0].is_alive() else _started()
+
+    def fill(self) -> None:
+        """Have a process started, unless there is one."""
+        with self._lock:
+            if self._process is not None or self._is_filling or not self._is_open:
+                return
+            self._is_filling = True
+        threading.Thread(target=self._fill, daemon=True).start()
+
+    def _fill(self) -> None:
+        process = _started()
+        with self._lock:
+            self._process, self._is_filling = process, False
+            if not self._is_open:
+                process[0].kill()
+
+    def close(self) -> None:
+        """End the process in reserve."""
+        with self._lock:
+            self._is_open = False
+            if self._process is not None:
+                self._process[0].kill()
+
+
 class WarmProcess:
-    """A process of one's own, started again when it has ended.
+    """A process of one's own, another in its place when it has ended.
 
     Parameters
     ----------
     memory
         bytes that it may hold.
+    reserve
+        where the next process comes from.
     """
 
-    def __init__(self, memory: float) -> None:
-        self._memory = memory
+    def __init__(self, memory: float, reserve: Reserve) -> None:
+        self._memory, self._reserve = memory, reserve
         self._process: Worker | None = None
         self._connection: Connection | None = None
 
@@ -50,12 +103,7 @@ class WarmProcess:
         """Start it, unless it runs."""
         if self._process is not None and self._process.is_alive():
             return
-        context = _WithoutMain()
-        here, there = context.Pipe()
-        process = context.Process(target=_work, args=(there,), daemon=True)
-        process.start()
-        there.close()
-        self._process, self._connection = process, here
+        self._process, self._connection = self._reserve.take()
 
     def ask(self, what: str, content: dict[str, Any], progress: Callable[[float], None] | None = None) -> Any:
         """Return the answer to a request.
@@ -77,7 +125,9 @@ class WarmProcess:
                 while not connection.poll(_LOOKED):
                     self._check(process)
                 kind, value = connection.recv()
-                if kind == "progress":
+                if kind == "warm":
+                    self._reserve.fill()
+                elif kind == "progress":
                     if progress is not None:
                         progress(value)
                 elif kind == "failed":
@@ -134,6 +184,7 @@ def _work(connection: Connection) -> None:
     for name in _ONE_THREAD:
         os.environ.setdefault(name, "1")
     warm_up()
+    connection.send(("warm", None))
     while True:
         try:
             what, content = connection.recv()
