@@ -28,6 +28,7 @@ from gearrattle.workbench.application import Limits, all_routes, application
 from gearrattle.workbench.jobs import worker
 from gearrattle.workbench.jobs.record import ENDED, Job, read_jobs
 from gearrattle.workbench.jobs.tasks import TASKS, carry_out, check_options
+from gearrattle.workbench.live import CYCLES, live_view
 from tests.workbench.server import MODEL
 
 pytestmark = pytest.mark.compiled
@@ -143,9 +144,10 @@ def test_sockets_need_an_origin_and_the_token(client: TestClient) -> None:
 
 
 def test_jobs_of_an_ended_server_are_broken_and_damaged_records_are_left_alone(client: TestClient, root: Path) -> None:
-    states = {job.name: job.state for job in read_jobs(Folder(root).jobs)}
-    assert states["under way"] == "broken"
-    assert {job["id"] for job in client.get("/api/jobs").json()} == {job.id for job in read_jobs(Folder(root).jobs)}
+    jobs = client.get("/api/jobs").json()
+    kept = read_jobs(Folder(root).jobs)
+    assert {job.name: job.state for job in kept}["under way"] == "broken"
+    assert {job["id"] for job in jobs} == {job.id for job in kept}
 
 
 def test_a_job_from_its_start_to_its_removal(client: TestClient, root: Path) -> None:
@@ -257,6 +259,14 @@ def test_every_example_opens(client: TestClient) -> None:
     for example in client.get("/api/examples").json():
         text = client.get(f"/api/examples/{example['name']}").json()["text"]
         assert gr.loads(text).name == example["title"]
+
+
+def test_a_look_at_a_model_is_no_longer_than_its_record() -> None:
+    model = gr.example("measured_flywheel")
+    look, run = live_view(model, {})["verdict"], gr.run(model)
+    assert model.simulation.cycles < CYCLES
+    assert look["verdict"] == run.verdict.verdict
+    assert look["sentence"].partition(":")[0] == run.verdict.sentence.partition(":")[0]  # the cycles judged
 
 
 def test_what_follows_a_slider(client: TestClient) -> None:

@@ -1,6 +1,7 @@
 """What follows a slider: a short run of a model with some values changed, its verdict and its phase planes.
 
-Fewer cycles are computed than a run has, so that the answer comes while the hand moves; what is kept is run in full.
+Fewer cycles are computed than a long run has, so that the answer comes while the hand moves; what is kept is run in
+full. A model that asks for fewer itself, such as one whose record ends, gets those.
 
 Takes a model and values by path; gives JSON.
 """
@@ -30,6 +31,8 @@ def live_view(model: Model, values: Mapping[str, Any]) -> dict[str, Any]:
         by path, as they are written: ``{"mesh.gear.backlash": "0.1 mm"}``.
     """
     changed = model.with_(dict(values)) if values else model
-    motion = simulate(changed, cycles=CYCLES, discard=DISCARD, samples_per_cycle=SAMPLES, audit=False)
+    own = changed.simulation.cycles
+    cycles, discard = (None, None) if own is not None and own <= CYCLES else (CYCLES, DISCARD)
+    motion = simulate(changed, cycles=cycles, discard=discard, samples_per_cycle=SAMPLES, audit=False)
     findings: Findings = judged(motion)
     return {"verdict": verdict_numbers(findings), "phase_plane": chart_json(phase_plane(findings))}
