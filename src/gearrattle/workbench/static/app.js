@@ -24,6 +24,7 @@ function useRoute() {
   useEffect(() => {
     const changed = () => setNow(route());
     addEventListener("hashchange", changed);
+    changed(); // the address may have changed since the page was drawn
     return () => removeEventListener("hashchange", changed);
   }, []);
   return now;
