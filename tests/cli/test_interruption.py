@@ -36,9 +36,13 @@ def model(tmp_path: Path) -> Path:
 
 
 def interrupt(model: Path, delay: float, *words: str, by: signal.Signals = signal.SIGINT) -> tuple[int, float, bytes]:
-    """Start a long run, press Ctrl-C after a while; return exit code, seconds to the end, stderr."""
+    """Start a long run, press Ctrl-C a while after its start, or after its folder is made; return exit code, seconds
+    to the end, stderr.
+    """
     command = [*PROGRAM, "run", str(model), "--cycles", "100000", "--samples-per-cycle", "8", *words]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=model.parent) as process:
+        while "-o" in words and process.poll() is None and not any(model.parent.glob(".gearrattle-*")):
+            time.sleep(0.05)
         time.sleep(delay)
         assert process.poll() is None
         pressed = time.perf_counter()
@@ -63,14 +67,14 @@ def test_ctrl_c_is_answered_at_once_and_leaves_nothing(model: Path, delay: float
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_sigterm_cleans_up_as_ctrl_c_does(model: Path) -> None:
-    code, _, errors = interrupt(model, 4.0, "-o", "out", by=signal.SIGTERM)
+    code, _, errors = interrupt(model, 0.5, "-o", "out", by=signal.SIGTERM)
     assert (code, errors.splitlines()[-1]) == (143, b"terminated: nothing was written")
     assert [path.name for path in model.parent.iterdir()] == ["train.toml"]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_what_sigkill_leaves_is_removed_by_the_next_start_into_the_same_place(model: Path) -> None:
-    code, _, _ = interrupt(model, 4.0, "-o", "out", by=signal.SIGKILL)
+    code, _, _ = interrupt(model, 0.5, "-o", "out", by=signal.SIGKILL)
     assert code == -signal.SIGKILL
     (left,) = (path.name for path in model.parent.iterdir() if path.name != "train.toml")
     assert left.startswith(".gearrattle-")
