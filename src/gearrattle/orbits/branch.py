@@ -480,5 +480,5 @@ def continuation(
             curves += branches_off(curve, doubled, one, ascending, part_of(last_part, i, len(known)))
     if work is not None:
         work(1.0)
-    notes = tuple(dict.fromkeys(c.note for c in curves if c.note))
+    notes = tuple(dict.fromkeys(note for c in curves for note in c.notes))
     return Branch(model, path, (first, last), cycles, tuple(curves), notes)

@@ -5,7 +5,7 @@ Takes a Continuation and a point; gives a Curve.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from gearrattle.engine.periodic.continuation import Continuation, Point
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, PATTERN, Event, events_between
+from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, PATTERN, Event, changes_between, events_between
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.edges import followed_through_families
 from gearrattle.orbits.orbit import is_stable
@@ -23,6 +23,30 @@ from gearrattle.wording import counted
 _MOST_POINTS = 20_000
 _CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they must pass
 _HALVES = 1e-5  # of the size of the state: halves of a motion that differ by less are the same
+
+
+@dataclass(frozen=True)
+class Unlocated:
+    """A step of a branch whose events could not be located.
+
+    Attributes
+    ----------
+    before, after
+        its points. The branch is sure to lead from one to the other: followed with shorter steps it does so again.
+    reason
+        why they could not.
+    """
+
+    before: Point
+    after: Point
+    reason: str
+
+    @property
+    def note(self) -> str:
+        """What the user must know of it."""
+        between = f"between {self.before.parameter:.9g} and {self.after.parameter:.9g}"
+        seen = ", ".join(changes_between(self.before, self.after)) or "no change"
+        return f"Events {between} are not located ({self.reason}); its two ends tell of: {seen}."
 
 
 @dataclass(frozen=True)
@@ -41,6 +65,8 @@ class Curve:
         why it ends inside the range; empty where it does not.
     origin
         kind of the event at which it leaves another branch, its first point; empty where it leaves none.
+    unlocated
+        steps whose events could not be located, in order.
     """
 
     cycles: int
@@ -48,6 +74,12 @@ class Curve:
     events: tuple[Event, ...]
     note: str = ""
     origin: str = ""
+    unlocated: tuple[Unlocated, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user must know of it."""
+        return (*(step.note for step in self.unlocated), *([self.note] if self.note else []))
 
     @cached_property
     def stable(self) -> tuple[bool, ...]:
@@ -110,19 +142,21 @@ def followed(
         called with how far the parameter has come, as a share of the range.
     """
     points, events, note = [begin], [], ""
+    unlocated: list[Unlocated] = []
     if origin is not None:
         begin = replace(begin, length=float(np.linalg.norm(begin.w - origin.point.w)))
         points, events = [origin.point, begin], _touches(curve, origin.point, begin)
     try:
         for point, known in followed_through_families(curve, begin, ends):
-            ahead = events_between(curve, points[-1], point) if known is None else known
+            passed, ahead, left = _located(curve, points[-1], point) if known is None else ([point], [*known], [])
             last = next((i for i, event in enumerate(ahead) if home and _is_home(home, event)), None)
             if last is not None:
                 events += [*ahead[:last], replace(ahead[last], kind=DOUBLING)]
                 points.append(ahead[last].point)
                 break
             events += ahead
-            points.append(point)
+            points += passed
+            unlocated += left
             if progress is not None:
                 progress(min(1.0, abs(point.parameter - begin.parameter) / (ends[1] - ends[0])))
             if len(points) >= _MOST_POINTS or _creeps(points):
@@ -131,7 +165,27 @@ def followed(
     except ConvergenceError as error:
         note = f"A branch ends inside the range: {error.message}."
     kind = "" if origin is None else origin.kind
-    return Curve(curve.family.cycles, tuple(points), tuple(events), note, kind)
+    return Curve(curve.family.cycles, tuple(points), tuple(events), note, kind, tuple(unlocated))
+
+
+def _located(
+    curve: Continuation, before: Point, after: Point
+) -> tuple[Sequence[Point], list[Event], Sequence[Unlocated]]:
+    """The points of a step after its first one, its events, and where they could not be located.
+
+    Where they cannot, shorter steps must lead to the same point; each of them is tried by itself.
+    """
+    with suppress(ConvergenceError):
+        return [after], events_between(curve, before, after), []
+    points = curve.with_shorter_steps(before, after)
+    events: list[Event] = []
+    unlocated = []
+    for one, other in pairwise([before, *points]):
+        try:
+            events += events_between(curve, one, other)
+        except ConvergenceError as error:
+            unlocated.append(Unlocated(one, other, error.message))
+    return points, events, unlocated
 
 
 def _touches(curve: Continuation, origin: Point, begin: Point) -> list[Event]:

@@ -87,7 +87,9 @@ def _both_ways(
     points += [replace(point, length=length + point.length) for point in ahead.points]
     events = [replace(event, point=_reversed(event.point, length)) for event in reversed(behind.events)]
     events += [replace(e, point=replace(e.point, length=length + e.point.length)) for e in ahead.events]
-    return Curve(curve.family.cycles, tuple(points), tuple(events), behind.note or ahead.note)
+    unlocated = [replace(step, before=step.after, after=step.before) for step in reversed(behind.unlocated)]
+    every = *unlocated, *ahead.unlocated
+    return Curve(curve.family.cycles, tuple(points), tuple(events), behind.note or ahead.note, unlocated=every)
 
 
 def _reversed(point: Point, length: float) -> Point:

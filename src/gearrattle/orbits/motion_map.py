@@ -219,7 +219,7 @@ def map_of(
         (plane.ends, plane.second_ends),
         stretch_of(progress, 0.7, 1.0),
     )
-    notes += dict.fromkeys(curve.note for row in rows for curve in row.curves if curve.note)
+    notes += dict.fromkeys(note for row in rows for curve in row.curves for note in curve.notes)
     if any(not cell.is_countable for row in cells for cell in row):
         notes.append("Where a motion is one of a family the signs cannot be counted: others may be missing.")
     return MotionMap(

@@ -49,6 +49,8 @@ _NEAR_CORNER = 10.0  # steps: a point farther from a corner lies elsewhere
 _GROWTH, _LEAST_GROWTH = 4.0, 1.6  # of a step after one that was easy: at most; after one shorter than a kink, at least
 _FIRST = 0.1  # of the longest step
 _CLOSED = 1e-3  # of the longest step: a branch that passes its first point nearer than this is closed
+_SHORTER, _MOST_SHORTER, _DETOUR = 0.2, 100, 3.0  # steps to be sure of a step: its share, how many, their way at most
+_SAME = 1e-2  # of a step: shorter steps that pass its end nearer than this lead there
 
 
 @dataclass(frozen=True)
@@ -193,6 +195,31 @@ class Continuation:
                 return
             yield following
             earlier, point = point, following
+
+    def with_shorter_steps(self, before: Point, after: Point) -> list[Point]:
+        """Return the points of a branch from one of its points to the next, the last included, with shorter steps.
+
+        Raises
+        ------
+        ConvergenceError
+            they do not lead there: the step may have gone from one branch to another.
+        """
+        distance = after.length - before.length
+        shorter = Continuation(self.family, longest=_SHORTER * distance, units=self._units)
+        earlier, point, step, points = before, before, _SHORTER * distance, list[Point]()
+        while len(points) < _MOST_SHORTER and point.length - before.length < _DETOUR * distance:
+            try:
+                following, step = shorter._next(earlier, point, step)
+            except ConvergenceError:
+                break
+            if shorter._passes(after, point, following, _SAME * distance):
+                way = point.length - before.length + float(np.linalg.norm(after.w - point.w))
+                share = distance / way  # several chords are longer than one
+                return [*(replace(p, length=before.length + share * (p.length - before.length)) for p in points), after]
+            points.append(following)
+            earlier, point = point, following
+        message = f"shorter steps do not lead from the parameter {before.parameter:.9g} to {after.parameter:.9g}"
+        raise ConvergenceError(message, remedy="another start, or another range")
 
     def between(self, before: Point, after: Point, share: float) -> Point:
         """Return the point at a share of the way between two points that follow one another.
@@ -382,13 +409,17 @@ class Continuation:
 
     def _closes(self, begin: Point, point: Point, following: Point) -> bool:
         """Whether the branch passes its first point between two points."""
-        if point.length <= 0.0 or float(following.tangent @ begin.tangent) < _TURN:
+        return point.length > 0.0 and self._passes(begin, point, following, _CLOSED * self._longest)
+
+    def _passes(self, target: Point, point: Point, following: Point, nearest: float) -> bool:
+        """Whether the branch passes a point between two points, by less than a distance."""
+        if float(following.tangent @ target.tangent) < _TURN:
             return False
         chord = following.w - point.w
-        share = float(chord @ (begin.w - point.w)) / float(chord @ chord)
+        share = float(chord @ (target.w - point.w)) / float(chord @ chord)
         if not 0.0 < share <= 1.0:
             return False
-        return bool(np.linalg.norm(interpolated(point, following, share) - begin.w) < _CLOSED * self._longest)
+        return bool(np.linalg.norm(interpolated(point, following, share) - target.w) < nearest)
 
     def _corrected(self, predicted: Array, normal: Array, direction: Array, pieces: IntArray | None) -> Point:
         return self._newton(predicted, normal, direction, pieces)[0]

@@ -110,6 +110,16 @@ def events_between(curve: Continuation, before: Point, after: Point, depth: int 
     return sorted([*changes, *smooth], key=lambda event: event.point.length)
 
 
+def changes_between(before: Point, after: Point) -> list[str]:
+    """Return the kinds of events that two points tell of, without locating them."""
+    kinds = _changed(before, after)
+    if _pairs_change(before, after):
+        kinds.append(NEIMARK_SACKER)
+    if before.word != after.word:
+        kinds.append(PATTERN if sorted(before.word) == sorted(after.word) else GRAZING)
+    return kinds
+
+
 def _view_of(curve: Continuation, before: Point, after: Point) -> View:
     """What two patterns are compared by: crossings of clearances, or where these are the same all of them."""
     if before.pattern == after.pattern:
@@ -151,9 +161,7 @@ def _sides(curve: Continuation, before: Point, after: Point, jump: Point) -> tup
 
 def _collisions(left: Point, right: Point, grazing: Event) -> list[Event]:
     """What happens to the motion in a jump of the gradient, by the signs of the test functions on either side."""
-    kinds = _changed(left, right)
-    if _pairs_change(left, right):
-        kinds.append(NEIMARK_SACKER)
+    kinds = [kind for kind in changes_between(left, right) if kind not in (GRAZING, PATTERN)]
     return [Event(kind, grazing.point, is_collision=True) for kind in kinds]
 
 

@@ -1,0 +1,109 @@
+"""Branches go on past a step whose events cannot be located, and end where they may have jumped."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.events import Event, changes_between, events_between
+from gearrattle.errors import ConvergenceError
+from gearrattle.orbits import curve as curves
+from gearrattle.orbits.curve import Curve, followed
+from gearrattle.orbits.family import family_of
+
+AMPLITUDE = "torque.0.harmonics.0.amplitude"
+GRAZING = 6.0531904
+
+
+def paper_case(first: float, last: float) -> Curve:
+    """The branch of the paper's case 1 over the speed, from the motion that it settles on at the first one."""
+    model = gr.example("case1")
+    state = gr.periodic(model.with_({"excitation.speed": first})).motion.start
+    follower = Continuation(family_of(model, "excitation.speed", first, 1, 255.0), longest=1.0 / 60.0)
+    begin = follower.begin(state, first, upward=last > first)
+    return followed(follower, begin, (min(first, last), max(first, last)))
+
+
+def is_consistent(curve: Curve) -> bool:
+    """Whether every fold lies between two points on which the tangent turns, and every turn has its fold."""
+    folds = [event.point.length for event in curve.events if event.kind == "fold"]
+    passed = [
+        sum(before.length < at <= after.length for at in folds) % 2 == (before.tangent[-1] * after.tangent[-1] < 0.0)
+        for before, after in curve.steps()
+    ]
+    return all(passed)
+
+
+def test_the_branch_of_case_1_passes_grazings_at_which_multipliers_leap() -> None:
+    """At 184.64 and 180.74 rad/s steps hold a grazing with a period doubling 1e-9 beside it."""
+    curve = paper_case(300.0, 179.5)
+    assert curve.points[-1].parameter == 179.5
+    assert curve.notes == ()
+    assert is_consistent(curve)
+
+
+@pytest.mark.long
+def test_the_branch_of_case_1_reaches_its_end() -> None:
+    curve = paper_case(300.0, 45.0)
+    assert curve.points[-1].parameter == 45.0
+    assert not curve.note
+    assert sum(event.kind == "grazing" for event in curve.events) > 700
+
+
+def fails_at_the_grazing(curve: Continuation, before: Point, after: Point) -> list[Event]:
+    if (not before.word) != (not after.word):
+        raise ConvergenceError("Newton's method does not converge")
+    return events_between(curve, before, after)
+
+
+def test_where_events_cannot_be_located_the_branch_goes_on_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = gr.example("rattle_oscillator")
+    whole = gr.continuation(model, AMPLITUDE, (5.9, 6.3), start="linear")
+    monkeypatch.setattr(curves, "events_between", fails_at_the_grazing)
+    branch = gr.continuation(model, AMPLITUDE, (5.9, 6.3), start="linear")
+    assert branch.curves[0].points[-1].parameter == whole.curves[0].points[-1].parameter
+    (step,) = branch.curves[0].unlocated
+    assert step.before.parameter < GRAZING < step.after.parameter
+    assert step.after.parameter - step.before.parameter < 0.4 / 60.0 / 4.0
+    assert changes_between(step.before, step.after) == ["grazing"]
+    (note,) = branch.notes
+    assert f"between {step.before.parameter:.9g} and {step.after.parameter:.9g} are not located" in note
+    assert "Newton's method does not converge" in note
+    assert "grazing" in note
+    others = whole.events[whole.events["kind"] != "grazing"]
+    assert branch.events["kind"].tolist() == others["kind"].tolist()
+    np.testing.assert_allclose(branch.events["value"], others["value"], rtol=0, atol=1e-9)
+
+
+def test_shorter_steps_lead_from_a_point_to_the_next_and_not_to_another_branch() -> None:
+    model = gr.example("backlash_oscillator")
+    family = family_of(model, "excitation.speed", 0.6, 1, 1.0)
+    curve = Continuation(family, longest=1.0 / 60.0)
+    first = gr.periodic(model.with_({"excitation.speed": 0.6})).motion.start
+    one = [curve.begin(first, 0.6), *curve.follow(curve.begin(first, 0.6), 0.6, 0.9)]
+    for before, after in pairwise(one[:6]):
+        points = curve.with_shorter_steps(before, after)
+        assert points[-1] is after
+        assert len(points) >= 4
+        assert all(x.length < y.length for x, y in pairwise(points))
+    aside = np.linalg.svd(one[1].tangent[None])[2][-1]
+    beside = replace(one[1], w=one[1].w + 0.1 * one[1].length * aside)
+    with pytest.raises(ConvergenceError, match="do not lead"):
+        curve.with_shorter_steps(one[0], beside)
+
+
+def test_where_the_branch_may_have_jumped_it_ends_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    def elsewhere(*_: Any) -> list[Point]:
+        raise ConvergenceError("shorter steps do not lead there")
+
+    monkeypatch.setattr(curves, "events_between", fails_at_the_grazing)
+    monkeypatch.setattr(Continuation, "with_shorter_steps", elsewhere)
+    branch = gr.continuation(gr.example("rattle_oscillator"), AMPLITUDE, (5.9, 6.3), start="linear")
+    assert branch.curves[0].points[-1].parameter < GRAZING
+    assert branch.notes == ("A branch ends inside the range: shorter steps do not lead there.",)
