@@ -15,6 +15,7 @@ import numpy as np
 
 from gearrattle.engine.periodic.continuation import Continuation, Point
 from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, PATTERN, Event, changes_between, events_between
+from gearrattle.engine.periodic.grazing import COMPLIANT
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.edges import followed_through_families
 from gearrattle.orbits.orbit import is_stable
@@ -149,10 +150,10 @@ def followed(
     try:
         for point, known in followed_through_families(curve, begin, ends):
             passed, ahead, left = _located(curve, points[-1], point) if known is None else ([point], [*known], [])
-            last = next((i for i, event in enumerate(ahead) if home and _is_home(home, event)), None)
+            last = None if home is None else _arrival(home, ahead, passed[-1])
             if last is not None:
-                events += [*ahead[:last], replace(ahead[last], kind=DOUBLING)]
-                points.append(ahead[last].point)
+                events += last
+                points.append(last[-1].point)
                 break
             events += ahead
             points += passed
@@ -203,11 +204,22 @@ def _creeps(points: list[Point]) -> bool:
     return len(points) > _CREEPING and points[-1].length - points[-1 - _CREEPING].length < _NOWHERE
 
 
-def _is_home(home: Continuation, event: Event) -> bool:
+def _arrival(home: Continuation, ahead: Sequence[Event], after: Point) -> list[Event] | None:
+    """The events of a step on which a branch joins the one that it has left, up to there; None: it does not.
+
+    Both halves of its motions become the same in a fold, or in a jump of the gradient beyond which they stay the same.
+    """
+    for i, event in enumerate(ahead):
+        if event.kind == FOLD and _repeats(home, event.point):
+            return [*ahead[:i], replace(event, kind=DOUBLING)]
+        if event.grazing is not None and event.grazing.kind != COMPLIANT and _repeats(home, after):
+            return [*ahead[: i + 1], Event(DOUBLING, event.point, is_collision=True)]
+    return None
+
+
+def _repeats(home: Continuation, point: Point) -> bool:
     """Whether a motion repeats after half its periods already."""
-    if event.kind != FOLD:
-        return False
-    period_map = home.family.map_at(event.point.parameter)
-    gap = (period_map.later(event.point.motion.start).y - event.point.state) * event.point.scale
-    size = max(home.family.size, float(np.linalg.norm(event.point.state * event.point.scale)))
+    period_map = home.family.map_at(point.parameter)
+    gap = (period_map.later(point.motion.start).y - point.state) * point.scale
+    size = max(home.family.size, float(np.linalg.norm(point.state * point.scale)))
     return bool(np.linalg.norm(gap) < _HALVES * size)

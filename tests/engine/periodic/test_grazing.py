@@ -151,3 +151,21 @@ def test_where_a_slider_begins_to_slip_the_gradient_jumps_and_the_period_doubles
             actual = [float(np.linalg.det(np.eye(3) + sign * point.gradient)) for sign in (-1, 1)]
             np.testing.assert_allclose(actual, want, rtol=0, atol=1e-3)
             assert np.sign(want[1]) == side
+
+
+def test_the_doubled_branch_ends_where_it_joins_the_other_in_the_jump() -> None:
+    """Beyond, both halves of its motions are the same: there is no branch of its own any more."""
+    branch = branch_with_slider()
+    single, doubled = branch.events[branch.events["branch"] == 0], branch.events[branch.events["branch"] == 1]
+    assert doubled["kind"].iloc[-2:].tolist() == [GRAZING, DOUBLING]
+    assert doubled["collision"].iloc[-1]
+    assert doubled["value"].iloc[-1] == pytest.approx(single["value"].iloc[3], abs=1e-9)
+    curve = branch.curves[1]
+    assert curve.cycles == 2
+    assert curve.points[-1] is curve.events[-1].point
+    assert branch.notes == ()
+    single_map = branch._follower(branch.curves[0]).family.map_at
+    gaps = [np.abs(single_map(p.parameter).later(p.motion.start).y - p.state).max() for p in curve.points]
+    assert gaps[-1] < 1e-9
+    assert min(gaps[1:-1]) > gaps[-1]
+    assert max(gaps) > 0.01
