@@ -29,6 +29,7 @@ from gearrattle.report.plots.clearances import deflections, forces
 from gearrattle.report.plots.histories import accelerations, speeds
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.orbits import multipliers_chart, overlaid_chart, phase_chart
+from gearrattle.report.plots.regions import regions
 from gearrattle.report.presentation import ModelPresentation, Presentation
 from gearrattle.report.tables import Table, shortened
 from gearrattle.report.verdict_tables import criteria_tables, verdict_table
@@ -155,7 +156,7 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
 
     def _histories(self) -> tuple[Section, ...]:
         shown = _Shown(self.result.run, self.result.verdict)
-        clearances = tuple(chart for chart in (deflections(shown), forces(shown)) if chart.panels)
+        clearances = tuple(chart for chart in (deflections(shown), forces(shown), regions(shown)) if chart.panels)
         bodies = tuple(chart for chart in (accelerations(shown), speeds(shown)) if chart.panels)
         return (
             Section("clearances", "Clearances", charts=clearances),

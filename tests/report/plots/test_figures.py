@@ -17,12 +17,13 @@ from gearrattle.report.plots.impacts import impacts
 from gearrattle.report.plots.interactive import plotly_figure
 from gearrattle.report.plots.palette import COAST, DRIVE
 from gearrattle.report.plots.phase_plane import deflection_rate, phase_plane
+from gearrattle.report.plots.regions import regions
 from gearrattle.report.plots.run_ups import run_up_orders, run_up_spectra
 from gearrattle.report.plots.shelf import FIGURES, charts
 from gearrattle.report.plots.spectra import spectra
 from gearrattle.report.plots.static import draw
 from gearrattle.report.plots.torque_angle import torque_angles
-from gearrattle.signals import find_impacts, last_cycles, steady
+from gearrattle.signals import find_impacts, last_cycles, region_shares, steady
 from tests import synthetic
 
 KINDS = tuple(synthetic.DEFLECTIONS)
@@ -98,6 +99,27 @@ def test_force_is_that_of_the_trajectory(rattling: Findings) -> None:
     assert np.array_equal(panel.lines[0].y, last_cycles(motion, 4).closed(motion.force)[:, 1])
 
 
+def test_regions_are_those_of_every_time_and_impact(findings: Findings) -> None:
+    """At every sample the region of the log; filled as long as the clearance is in contact; a dot for every impact."""
+    motion = findings.motion.trajectory
+    window = last_cycles(motion, 4)
+    for k, panel in enumerate(regions(findings).panels):
+        steps, *dots = panel.lines
+        ends = steps.x[1::2]
+        sample = np.arange(window.first, window.last)
+        at = np.searchsorted(ends, motion.time[sample] / synthetic.PERIOD, side="right")
+        away = np.abs(motion.deflection[sample, k][:, None] - motion.layout.corners[k]).min(axis=1)
+        clear = away > 1e-6 * np.ptp(motion.layout.corners[k])
+        labels = np.searchsorted(motion.layout.corners[k], motion.deflection[sample, k])
+        expected = labels + motion.layout.region_of_first_piece[k]
+        np.testing.assert_array_equal(steps.y[1::2][at][clear], expected[clear])
+        filled = sum(float((cells.right - cells.left).sum()) for cells in panel.cells)
+        shares = region_shares(motion, k, window)
+        assert filled / 4 == pytest.approx(sum(share for label, share in shares.items() if label))
+        mine = find_impacts(motion).of(k).within(window)
+        assert sum(line.x.size for line in dots) == len(mine)
+
+
 def test_deflection_rate_is_the_derivative(findings: Findings) -> None:
     motion = findings.motion.trajectory
     kind = findings.verdict.verdict
@@ -143,15 +165,16 @@ def test_spectra_peak_at_the_excited_orders(rattling: Findings) -> None:
 
 def test_few_samples_a_cycle_are_drawn_as_points() -> None:
     stroboscopic = synthetic.findings("double-sided", cycles=40, samples=1, discard=10)
+    exact = {"spectrum", "regions"}  # not drawn from the samples
     for chart in charts(stroboscopic):
         assert isinstance(chart, Chart)
-        assert all(line.mark == "points" for panel in chart.panels for line in panel.lines if chart.key != "spectrum")
+        assert all(line.mark == "points" for panel in chart.panels for line in panel.lines if chart.key not in exact)
 
 
 def test_dimensionless_models_show_no_units(rattling: Findings) -> None:
     bare = synthetic.findings("double-sided", units="dimensionless")
     for chart in charts(bare):
-        assert {panel.unit for panel in chart.panels} <= {"", "rate", "cycle", "impacts", "dB", "1/cycle"}
+        assert {panel.unit for panel in chart.panels} <= {"", "rate", "cycle", "impacts", "dB", "1/cycle", "region"}
         assert not any("[" in panel.x_title for panel in chart.panels if chart.share_x is False)
 
 

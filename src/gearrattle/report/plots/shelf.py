@@ -17,6 +17,7 @@ from gearrattle.report.plots.histories import accelerations, angles, speeds
 from gearrattle.report.plots.impacts import impacts
 from gearrattle.report.plots.metrics import rattle_metrics
 from gearrattle.report.plots.phase_plane import phase_plane
+from gearrattle.report.plots.regions import regions
 from gearrattle.report.plots.run_ups import run_up_orders, run_up_spectra
 from gearrattle.report.plots.spectra import spectra
 from gearrattle.report.plots.torque_angle import torque_angles
@@ -25,6 +26,7 @@ FIGURES: tuple[Callable[[Findings], Chart | None], ...] = (
     deflections,
     overview,
     forces,
+    regions,
     accelerations,
     speeds,
     angles,

@@ -61,7 +61,8 @@ class ResultView {
     for (const section of sections) {
       const figures = section.figures.filter((entry) => !this.model.get("has_histories") || !still.includes(entry.key));
       if (section.figures.length && !figures.length && !section.tables.length) continue;
-      tabs.push({ key: section.key, title: figures.length > 1 && figures[0].tab ? "Figures" : section.title, show: (into) => this.showSection(into, { ...section, figures }) });
+      const isOneOfSeveral = figures.length === 1 && section.figures.length > 1 && figures[0].tab;
+      tabs.push({ key: section.key, title: figures.length > 1 && figures[0].tab ? "Figures" : isOneOfSeveral ? figures[0].tab : section.title, show: (into) => this.showSection(into, { ...section, figures }) });
     }
     const at = tabs.findIndex((tab) => tab.key === "linear");
     if (view.modes) tabs.splice(at < 0 ? 1 : at, 0, { key: "shapes", title: "Mode shapes", show: (into) => this.widget(into, mode_shapes, { modes: view.modes }) });
