@@ -81,7 +81,7 @@ def test_words_say_stability_and_multiplier() -> None:
     unstable = [point["words"] for point in data["points"] if not point["stable"]]
     assert unstable
     assert all("unstable, repeats after 1 T, largest multiplier 1." in words for words in unstable)
-    assert data["points"][0]["words"].endswith("0 crossings of corners.")
+    assert data["points"][0]["words"].endswith("No impact.")
 
 
 def test_a_branch_without_a_clearance_of_its_model_shows_nothing() -> None:

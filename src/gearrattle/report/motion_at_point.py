@@ -1,10 +1,10 @@
-"""What a page of branches shows of the point that is pointed at: its motion in the phase plane, and its multipliers.
+"""What is shown of the point of branches that is pointed at: its motion in the phase plane, and its multipliers.
 
-The motions of at most 120 points travel with the page, 96 samples each as whole numbers of 16 bits; motions with many
-impacts of fewer points with more samples. The script beside this file draws them; a slider moves along the branches
-without a pointer.
+The motions of at most 120 points travel with the page, and with the view of the workbench, 96 samples each as whole
+numbers of 16 bits; motions with many impacts of fewer points with more samples. On the page the script beside this file
+draws them; a slider moves along the branches without a pointer.
 
-Takes a Branch; gives HTML.
+Takes a Branch; gives HTML, and the data behind it.
 """
 
 from __future__ import annotations
@@ -33,6 +33,8 @@ _FEW, _MANY = (120, 97), (50, 241)
 """Points, and samples of a motion over its n T: of motions with few and with many crossings."""
 _MANY_FROM, _MOST_CLEARANCES = 8, 4
 """Crossings that are many; clearances whose motions are shown."""
+_MOST_IMPACTS = 6
+"""Impacts of a motion that are named."""
 _WHOLE = 32767
 _RADIUS = 2.0
 _DIGITS = 6
@@ -47,7 +49,7 @@ def motion_at_point(branch: Branch) -> Markup:
         of motions.
     """
     points = chosen_points(branch)
-    if not points or not branch.data.sizes["clearance"]:
+    if not points:
         return Markup("")
     data = point_data(branch, points)
     text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
@@ -64,7 +66,12 @@ def motion_at_point(branch: Branch) -> Markup:
 
 
 def chosen_points(branch: Branch) -> list[int]:
-    """Return the points whose motions are shown, spread evenly over all that have every clearance of the model."""
+    """Return the points whose motions are shown, spread evenly over all that have every clearance of the model.
+
+    A model without a clearance has none.
+    """
+    if not branch.data.sizes["clearance"]:
+        return []
     most, _ = _counts(branch)
     (known,) = np.nonzero(np.isfinite(branch.data["lowest"].values).all(axis=1))
     chosen = np.unique(np.round(np.linspace(0, len(known) - 1, min(len(known), most))).astype(np.int64))
@@ -96,7 +103,7 @@ def point_data(branch: Branch, points: list[int]) -> dict[str, Any]:
         "levels": levels,
         "points": [
             {
-                "words": _words(branch, i, modulus),
+                "words": _words(branch, i, modulus, orbit),
                 "stable": bool(is_stable),
                 "cycles": orbit.cycles,
                 "multipliers": [_rounded(np.array([m.real, m.imag])) for m in orbit.multipliers.tolist()],
@@ -107,17 +114,27 @@ def point_data(branch: Branch, points: list[int]) -> dict[str, Any]:
     }
 
 
-def _words(branch: Branch, i: int, modulus: float) -> str:
+def _words(branch: Branch, i: int, modulus: float, orbit: Orbit) -> str:
     """Where a point is and what its motion does."""
     shown, data = measure(branch), branch.data.isel(point=i)
     number, cycles = int(data["branch"]), int(data["cycles"])
     which = f"branch {number}, " if len(branch.curves) > 1 else ""
     stability = "stable" if bool(data["stable"]) else "unstable"
     where = f"{shown.words} {shown.with_unit(float(data['value']), 6)}"
-    crossings = counted(int(data["crossings"]), "crossing of a corner", "crossings of corners")
     return (
-        f"{where}: {which}{stability}, repeats after {cycles} T, largest multiplier {numeral(modulus, 4)}, {crossings}."
+        f"{where}: {which}{stability}, repeats after {cycles} T, largest multiplier {numeral(modulus, 4)}. "
+        f"{_pattern_words(orbit)}"
     )
+
+
+def _pattern_words(orbit: Orbit) -> str:
+    """The impacts of a motion in order, the first few by name."""
+    pattern = orbit.pattern
+    if not pattern:
+        return "No impact."
+    named = ", ".join(f"{clearance} {side}" for clearance, side in pattern[:_MOST_IMPACTS])
+    more = f", {len(pattern) - _MOST_IMPACTS} more" if len(pattern) > _MOST_IMPACTS else ""
+    return f"{counted(len(pattern), 'impact')}: {named}{more}."
 
 
 def _clearance(branch: Branch, orbits: list[Orbit], k: int, samples: int) -> dict[str, Any]:

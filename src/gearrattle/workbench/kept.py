@@ -2,6 +2,7 @@
 
     result/         report.html, summary.json, results.nc, figures/: what the user takes along
     view.json       sections and tables for the page
+    motions.json    of branches of periodic motions: the motions at their points
     traces/         of a run: the index of its histories, and its impacts
     partial/        of a study under way: the cases that are computed, as ``gr.open_study`` opens them
 
@@ -21,6 +22,7 @@ from typing import Any
 from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import json_value
 from gearrattle.measured.readers import format_of
+from gearrattle.orbits import Branch
 from gearrattle.pipeline import Findings
 from gearrattle.report.kinds import presentation_of
 from gearrattle.report.page import figure_sections
@@ -31,11 +33,13 @@ from gearrattle.report.static_figures import CHARTS
 from gearrattle.result import KIND
 from gearrattle.results import Run, open_run
 from gearrattle.studies import open_study
+from gearrattle.workbench.editing import edited
+from gearrattle.workbench.folder import NotThereError
 from gearrattle.workbench.traces import Hits, RunFile, write_index
-from gearrattle.workbench.views import chart_json, section_json, view_of
+from gearrattle.workbench.views import chart_json, motions_json, section_json, view_of
 from gearrattle.writing import whole
 
-RESULT, VIEW, TRACES, PARTIAL = "result", "view.json", "traces", "partial"
+RESULT, VIEW, TRACES, PARTIAL, MOTIONS = "result", "view.json", "traces", "partial", "motions.json"
 """Names in the folder of a job."""
 
 
@@ -51,16 +55,18 @@ def keep(result: Any, folder: Path) -> None:
     """
     presentation = presentation_of(result)
     save(presentation, folder / RESULT)
-    _write_view(view_of(presentation), folder)
+    _write_json(view_of(presentation), folder / VIEW)
     shown = presentation.result
     motion = shown.motion if isinstance(shown, Findings) else shown
     if isinstance(motion, Run):
         _write_traces(motion, folder)
+    if isinstance(shown, Branch):
+        _write_json(motions_json(shown), folder / MOTIONS)
 
 
-def _write_view(view: dict[str, Any], folder: Path) -> None:
-    with whole(folder / VIEW) as path:
-        path.write_text(json.dumps(json_value(view), ensure_ascii=False, allow_nan=False), encoding="utf-8")
+def _write_json(content: dict[str, Any] | None, target: Path) -> None:
+    with whole(target) as path:
+        path.write_text(json.dumps(json_value(content), ensure_ascii=False, allow_nan=False), encoding="utf-8")
 
 
 def _write_traces(run: Run, folder: Path) -> None:
@@ -75,9 +81,38 @@ def read_view(folder: Path) -> dict[str, Any]:
     if not (folder / VIEW).is_file():
         path = folder / RESULT / "results.nc"
         is_run = path.is_file() and format_of(path) == "run"
-        _write_view(view_of(presentation_of(run_of(folder))) if is_run else _plain_view(folder), folder)
+        _write_json(view_of(presentation_of(run_of(folder))) if is_run else _plain_view(folder), folder / VIEW)
     view: dict[str, Any] = json.loads((folder / VIEW).read_text(encoding="utf-8"))
     return view
+
+
+def motions_of(folder: Path) -> dict[str, Any] | None:
+    """Return the motions at points of a job's branches; None if none of them can be shown.
+
+    Raises
+    ------
+    ModelError
+        the job keeps none.
+    """
+    path = folder / MOTIONS
+    if not path.is_file():
+        problem = Problem("motions", folder.name, "keeps no branches of motions", "run continuation again")
+        raise NotThereError(problem)
+    motions: dict[str, Any] | None = json.loads(path.read_text(encoding="utf-8"))
+    return motions
+
+
+def model_of_motion(folder: Path, point: int) -> str:
+    """Return the model file of a job with the value of a point of its branches, started in the motion there."""
+    motions = motions_of(folder)
+    chosen = next((entry for entry in (motions or {}).get("points", ()) if entry["point"] == point), None)
+    if motions is None or chosen is None:
+        raise NotThereError(Problem("motion", f"{point}", "is no point whose motion is kept"))
+    edits = [
+        {"op": "set", "path": motions["path"], "value": chosen["value"]},
+        {"op": "set", "path": ["simulation", "initial"], "value": chosen["start"]},
+    ]
+    return edited((folder / "model.toml").read_text(encoding="utf-8"), edits).text
 
 
 def partial_view(folder: Path) -> dict[str, Any] | None:

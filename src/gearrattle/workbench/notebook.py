@@ -16,13 +16,14 @@ from typing import Any, Protocol
 
 from gearrattle.errors import GearRattleError, ModelError, Problem
 from gearrattle.json_types import json_value
+from gearrattle.orbits import Branch
 from gearrattle.pipeline import Findings
 from gearrattle.report.kinds import presentation_of
 from gearrattle.report.notebook import notebook_view
 from gearrattle.results import Run
 from gearrattle.workbench import widgets
 from gearrattle.workbench.traces import Hits, InMemory, described, packed
-from gearrattle.workbench.views import chart_json, view_of
+from gearrattle.workbench.views import chart_json, motions_json, view_of
 
 Answer = tuple[dict[str, Any], list[bytes]]
 
@@ -69,6 +70,7 @@ class Answers:
         """Return content and buffers for a question; what is refused becomes its problems."""
         asked: dict[str, Callable[[dict[str, Any]], Answer]] = {
             "figure": self._figure,
+            "motions": self._motions,
             "channels": self._channels,
             "trace": self._trace,
             "impacts": self._impacts,
@@ -88,6 +90,18 @@ class Answers:
         pictures = [picture for section in self.presentation.sections() for picture in section.pictures]
         svg = next(picture.svg for picture in pictures if picture.key == question["name"])
         return {"svg": f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}"}, []
+
+    def _motions(self, question: dict[str, Any]) -> Answer:
+        del question
+        return {"motions": self._at_points}, []
+
+    @cached_property
+    def _at_points(self) -> dict[str, Any] | None:
+        branch = self.presentation.result
+        if not isinstance(branch, Branch):
+            raise ModelError(Problem("view", self.presentation.kind, "has no branches of motions"))
+        motions: dict[str, Any] | None = json_value(motions_json(branch))
+        return motions
 
     @cached_property
     def _source(self) -> InMemory:
@@ -131,7 +145,7 @@ def _widget_class() -> Any:
     from traitlets import Bool, Dict, List, Unicode
 
     class View(AnyWidget):
-        """A result as an anywidget; ``chosen`` holds where a map was clicked."""
+        """A result as an anywidget; ``chosen`` holds what was clicked in a map, or in branches."""
 
         _esm = widgets.text("result")
         _css = widgets.style()
@@ -169,7 +183,8 @@ def view(result: object) -> Shown:
     -------
     Shown
         An anywidget, or without the extra ``workbench`` what shows the result without interaction. ``view`` is what it
-        shows, in JSON types; of an anywidget ``chosen`` is where a map was clicked.
+        shows, in JSON types; of an anywidget ``chosen`` is where a map was clicked, or the ``point`` of branches that
+        was, for ``branch.orbit``.
 
     Raises
     ------

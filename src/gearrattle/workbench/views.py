@@ -20,7 +20,9 @@ from markupsafe import Markup
 from gearrattle.analysis.statics import Modes
 from gearrattle.json_types import json_value
 from gearrattle.measured.identification.fitted import Fit
+from gearrattle.orbits import Branch
 from gearrattle.pipeline import Findings
+from gearrattle.report.motion_at_point import chosen_points, point_data
 from gearrattle.report.page import Section
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.run_report import HEADLINES
@@ -78,6 +80,24 @@ def _moving(result: object) -> dict[str, Any]:
 def _fitted(result: object) -> dict[str, Any]:
     """Return the values that a fit found, by path; nothing of what is none."""
     return {"fitted": {p.path: p.value for p in result.parameters}} if isinstance(result, Fit) else {}
+
+
+def motions_json(branch: Branch) -> dict[str, Any] | None:
+    """Return the motions at points of branches, as ``point_data`` has them, and what computes each.
+
+    Every point has also ``point``, its number in the branch, ``value`` [SI] and ``start``, the state at t = 0. None: no
+    point has a motion to show.
+    """
+    points = chosen_points(branch)
+    if not points:
+        return None
+    data = point_data(branch, points)
+    values = branch.data["value"].values[points].tolist()
+    starts = [
+        {"point": i, "value": value, "start": branch.orbit(i).state} for i, value in zip(points, values, strict=True)
+    ]
+    shown = [{**point, **start} for point, start in zip(data["points"], starts, strict=True)]
+    return {**data, "path": branch.path, "points": shown}
 
 
 def section_json(section: Section) -> dict[str, Any]:

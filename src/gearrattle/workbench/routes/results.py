@@ -69,6 +69,15 @@ def _partial(request: Request) -> Response:
     return JSONResponse(kept.partial_view(_folder(request)))
 
 
+def _motions(request: Request) -> Response:
+    return JSONResponse(kept.motions_of(_folder(request)))
+
+
+def _model_of_motion(request: Request) -> Response:
+    text = kept.model_of_motion(_folder(request), int(request.path_params["point"]))
+    return Response(text, media_type="application/toml")
+
+
 def _figure(request: Request) -> Response:
     """Send a figure as it stands in the result, as data, or drawn for print."""
     folder, name, form = _folder(request), str(request.path_params["name"]), str(request.path_params["form"])
@@ -217,6 +226,8 @@ def _shift(request: Request) -> Response:
 _PATHS: dict[str, Callable[[Request], Response]] = {
     "/api/jobs/{job}/view": _view,
     "/api/jobs/{job}/partial": _partial,
+    "/api/jobs/{job}/motions": _motions,
+    "/api/jobs/{job}/motions/{point:int}/model.toml": _model_of_motion,
     "/api/jobs/{job}/figures/{name}.{form}": _figure,
     "/api/jobs/{job}/traces": _job_channels,
     "/api/jobs/{job}/trace": _job_trace,

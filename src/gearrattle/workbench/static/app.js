@@ -114,7 +114,7 @@ function App() {
   const active = useMemo(() => (jobs ?? []).filter((job) => ACTIVE.includes(job.state)).length, [jobs]);
   const started = (job) => { location.hash = `#/runs/${job.id}`; };
   const pages = {
-    edit: () => html`<${Edit} from=${query.get("job")} name=${query.get("name")} jobs=${jobs} onStarted=${started} onError=${onError} />`,
+    edit: () => html`<${Edit} from=${query.get("job")} motion=${query.get("motion")} name=${query.get("name")} jobs=${jobs} onStarted=${started} onError=${onError} />`,
     runs: () => (rest[1] === "vary"
       ? html`<${Live} key=${rest[0]} id=${rest[0]} onStarted=${started} onError=${onError} />`
       : html`<${Runs} jobs=${jobs} id=${rest[0]} tab=${rest[1]} onStarted=${started} onError=${onError} drop=${drop} />`),

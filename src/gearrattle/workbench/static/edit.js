@@ -4,17 +4,18 @@ import { html, useEffect, useRef } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
 import { mountEditor } from "/static/editor.js";
 
-export function Edit({ from, onStarted, onError }) {
+export function Edit({ from, motion, onStarted, onError }) {
   const slot = useRef(null);
   useEffect(() => {
     let editor = null, isGone = false;
     const onRun = (text, { name = "", task = "run", options = {} } = {}) => api.post("/api/jobs", { task, text, options, name, parent: from ?? null }).then(onStarted).catch(onError);
     const open = async () => {
-      const text = from ? await api.get(`/api/jobs/${encodeURIComponent(from)}/model.toml`) : undefined;
+      const of = motion ? `motions/${encodeURIComponent(motion)}/` : "";
+      const text = from ? await api.get(`/api/jobs/${encodeURIComponent(from)}/${of}model.toml`) : undefined;
       if (!isGone) editor = await mountEditor(slot.current, { api, onRun, onError, text });
     };
     open().catch(onError);
     return () => { isGone = true; editor?.destroy?.(); };
-  }, [from]);
+  }, [from, motion]);
   return html`<div class="page" ref=${slot}></div>`;
 }

@@ -12,6 +12,7 @@ export function jobAnswers(id, others = {}) {
     figure: async ({ name, is_chart }) => (is_chart
       ? { content: { chart: await api.get(`${path}/figures/${encodeURIComponent(name)}.json`) } }
       : { content: { svg: `${path}/figures/${encodeURIComponent(name)}.svg` } }),
+    motions: async () => ({ content: { motions: await api.get(`${path}/motions`) } }),
     channels: async () => ({ content: await api.get(`${path}/traces`) }),
     trace: async (question) => ({ buffers: [await api.buffer(`${path}/trace?${channelsOf(question.channels)}&${window_(question)}`)] }),
     impacts: async (question) => ({ buffers: [await api.buffer(`${path}/impacts?${window_(question)}`)] }),

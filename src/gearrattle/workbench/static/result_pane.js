@@ -23,7 +23,7 @@ export function ResultPane({ job, tab, onStarted, onError, drop }) {
     ${job.state === "broken" ? html`<p class="failed">The server ended while this was computed; run it again.</p>` : null}
     ${job.state === "cancelled" ? html`<p class="muted">Cancelled before it ended.</p>` : null}
     ${job.state === "done" && !view ? html`<p class="loading">Reading the result …</p>` : null}
-    ${view ? html`<${Result} key=${job.id} id=${job.id} view=${view} tab=${tab} path=${path} />` : null}
+    ${view ? html`<${Result} key=${job.id} id=${job.id} view=${view} tab=${tab} path=${path} onStarted=${onStarted} onError=${onError} />` : null}
   </article>`;
 }
 
@@ -118,12 +118,24 @@ function Filling({ job, path, onError }) {
   return model ? html`<section aria-label="Computed so far"><${Widget} name="result" model=${model} /></section>` : null;
 }
 
-function Result({ id, view, tab, path }) {
+const ACTIONS = [["run", "Run this motion"], ["edit", "Edit its model"]];
+
+function Result({ id, view, tab, path, onStarted, onError }) {
+  const runMotion = async ({ point, path: of, value }) => {
+    try {
+      const text = await api.get(`${path}/motions/${point}/model.toml`);
+      onStarted(await api.post("/api/jobs", { task: "run", text, options: {}, name: `${of} ${Number(value.toPrecision(6))}`.slice(0, 120), parent: id }));
+    } catch (error) { onError(error); }
+  };
+  const openMotion = (chosen) => {
+    if (chosen.action === "run") runMotion(chosen);
+    else if (chosen.action === "edit") location.hash = `#/edit?job=${id}&motion=${chosen.point}`;
+  };
   const model = useMemo(() => {
     const isMotion = view.kind === "run" || view.kind === "motion";
-    const made = standIn({ view, tab, links: path, has_histories: isMotion, has_sound: isMotion, has_cases: view.kind === "study" }, jobAnswers(id));
+    const made = standIn({ view, tab, links: path, has_histories: isMotion, has_sound: isMotion, has_cases: view.kind === "study", actions: ACTIONS }, jobAnswers(id));
     made.on("change:tab", (key) => history.replaceState(null, "", `#/runs/${id}/${key}`));
-    made.on("change:chosen", openCase(id));
+    made.on("change:chosen", view.kind === "branches" ? openMotion : openCase(id));
     return made;
   }, [id, view]);
   return html`<${Widget} name="result" model=${model} />`;

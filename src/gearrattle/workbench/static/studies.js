@@ -6,6 +6,7 @@ import { valuesOf } from "/static/live.js";
 
 const PATTERN = /^\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*)$/;
 const MOST = 400;
+const LISTED = ["study", "continuation"];
 
 export function Studies({ jobs, onStarted, onError }) {
   const query = new URLSearchParams(location.hash.split("?")[1] ?? "");
@@ -19,7 +20,7 @@ export function Studies({ jobs, onStarted, onError }) {
     setAxes([]);
     api.get(`/api/jobs/${base}/model.toml`).then((text) => api.post("/api/check", { text }).then(({ tables, title }) => setModel({ text, tables, title }))).catch(onError);
   }, [base]);
-  const studies = (jobs ?? []).filter((job) => job.task === "study");
+  const studies = (jobs ?? []).filter((job) => LISTED.includes(job.task));
   const values = model ? valuesOf(model.tables).filter(({ path }) => !path.startsWith("simulation")) : [];
   const add = (path) => {
     const [, head, unit] = values.find((value) => value.path === path).text.match(PATTERN), value = Number(head) || 1;
@@ -34,18 +35,23 @@ export function Studies({ jobs, onStarted, onError }) {
     })]));
     api.post("/api/jobs", { task: "study", text: model.text, options: { axes: grid }, name: `study of ${axes.map((axis) => axis.path).join(" and ")}`, parent: base }).then(onStarted).catch(onError);
   };
+  const follow = () => {
+    const [{ path, unit, low, high }] = axes, range = [low, high].map((value) => (unit ? `${value} ${unit}` : value));
+    api.post("/api/jobs", { task: "continuation", text: model.text, options: { path, range }, name: `motions over ${path}`, parent: base }).then(onStarted).catch(onError);
+  };
   return html`<div class="page split">
     <aside class="card side" aria-label="Studies"><h2>Studies</h2>
       <ul class="runs">${studies.map((job) => html`<li key=${job.id}><a href=${`#/runs/${job.id}`}><span class="name">${job.name}</span><span class="what"><span>${job.state}</span></span></a></li>`)}</ul>
       ${studies.length ? null : html`<p class="loading">No studies yet.</p>`}</aside>
     <article class="card">
       ${query.get("x") ? html`<${Case} query=${query} jobs=${jobs} onStarted=${onStarted} onError=${onError} />` : null}
-      <h1>New study</h1><p class="muted">Choose one or two values; every combination is run, and the map shows where it rattles. A click in the map opens that case.</p>
+      <h1>New study</h1><p class="muted">Choose one or two values; every combination is run, and the map shows where it rattles. A click in the map opens that case. Over one value, periodic motions can be followed as well, stable or not.</p>
       <div class="form"><label>Model of<select value=${base} onChange=${(event) => setBase(event.target.value)}>${done.length ? null : html`<option value="">no finished run</option>`}${done.map((job) => html`<option value=${job.id}>${job.name || job.task}</option>`)}</select></label>
         ${model && axes.length < 2 ? html`<label>Vary<select value="" onChange=${(event) => { add(event.target.value); event.target.value = ""; }}><option value="">Choose a value …</option>
           ${values.filter(({ path }) => !axes.some((axis) => axis.path === path)).map(({ path, text }) => html`<option value=${path}>${path} = ${text}</option>`)}</select></label>` : null}</div>
       ${axes.map((axis) => html`<${Axis} key=${axis.path} axis=${axis} change=${change} drop=${() => setAxes(axes.filter((other) => other !== axis))} />`)}
-      ${axes.length ? html`<p><button type="button" class="primary" disabled=${cases > MOST} onClick=${start}>Run ${cases} ${cases === 1 ? "case" : "cases"}</button>${cases > MOST ? html` <span class="failed">at most ${MOST} cases here; gearrattle study does more</span>` : null}</p>` : null}
+      ${axes.length ? html`<p><button type="button" class="primary" disabled=${cases > MOST} onClick=${start}>Run ${cases} ${cases === 1 ? "case" : "cases"}</button>${cases > MOST ? html` <span class="failed">at most ${MOST} cases here; gearrattle study does more</span>` : null}
+        ${axes.length === 1 ? html` <button type="button" onClick=${follow}>Follow periodic motions</button>` : null}</p>` : null}
     </article></div>`;
 }
 

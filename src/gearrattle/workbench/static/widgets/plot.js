@@ -136,6 +136,7 @@ class Panel {
     this.zoom = null;
     this.box = null;
     this.cursor = null;
+    this.marked = []; // points that stay marked: {x, y}
     this.set(panel);
     this.listen();
   }
@@ -382,6 +383,8 @@ class Panel {
       const [a, b, t, u] = this.boxEdges();
       c.fillStyle = theme.accent; c.globalAlpha = 0.15; c.fillRect(a, t, b - a, u - t); c.globalAlpha = 1;
     }
+    c.strokeStyle = theme.colour("#a8123e"); c.lineWidth = 2.2;
+    for (const { x, y } of this.marked) { c.beginPath(); c.arc(this.x(x), this.y(y), 6, 0, 7); c.stroke(); }
     if (!this.cursor) return;
     const at = this.x(this.cursor.x);
     if (at < this.left || at > this.left + this.width) return;
@@ -435,7 +438,7 @@ class Panel {
     const moved = Math.max(Math.abs(to[0] - box.from[0]), Math.abs(to[1] - box.from[1]));
     this.box = null;
     if (box.isPan) return this.figure.settled();
-    if (moved < LEAST_BOX) { this.draw(); return this.figure.clicked(this, this.valueAt(to)); }
+    if (moved < LEAST_BOX) { this.point(to); return this.figure.clicked(this, this.valueAt(to)); }
     const part = (from, [low, high], size, pixel) => low + ((pixel - from) / size) * (high - low);
     const x = [part(this.left, this.now.x, this.width, a), part(this.left, this.now.x, this.width, b)];
     const isFlat = u - t >= this.height - 1;
@@ -615,6 +618,9 @@ class Figure {
     for (const panel of this.panels) if (panel === from || this.chart.share_x) panel.showCursor(value, panel === from);
     this.options.onCursor?.(value, from);
   }
+
+  // Marks points, a list a panel.
+  mark(points) { this.panels.forEach((panel, k) => { panel.marked = points?.[k] ?? []; if (this.drawnAt) panel.draw(); }); }
 
   leave() { this.panels.forEach((panel) => panel.showCursor(null)); this.options.onCursor?.(null); }
 

@@ -1,4 +1,4 @@
-// needs: host, plot, verdict, histories, phase_plane, map, figure, mode_shapes
+// needs: host, plot, verdict, histories, phase_plane, map, figure, mode_shapes, motions
 // A result of any kind: what came out first, then its parts as tabs. Model key "view": what views.py writes;
 // figures and histories are asked for when their tab is opened. The same text runs on the page and in a notebook.
 
@@ -116,7 +116,8 @@ class ResultView {
     if (section.lead) into.append(element("p", { class: "gr-lead" }, section.lead));
     into.append(...section.words.map((words) => element("p", {}, words)));
     if (section.notes.length) into.append(element("ul", {}, section.notes.map((note) => element("li", {}, note))));
-    if (section.figures.length) this.showFigures(into, section.figures);
+    if (this.view.kind === "branches" && section.key === "branches") this.showBranches(into, section.figures);
+    else if (section.figures.length) this.showFigures(into, section.figures);
     const tables = section.tables.map((table) => tableOf(table, section.title));
     if (tables.length) into.append(element("div", { class: section.in_columns ? "gr-columns" : null }, tables));
     if (section.text) into.append(element("details", {}, element("summary", {}, section.text.title), element("pre", { tabindex: 0 }, section.text.content)));
@@ -133,23 +134,68 @@ class ResultView {
     this.showFigure(box, chosen[0]);
   }
 
+  // Branches, with the motion of the point that is pointed at beside them.
+  async showBranches(into, figures) {
+    const left = element("div", {}), right = element("div", {}), box = element("div", { class: "gr-beside" }, left, right);
+    into.append(box);
+    const drawn = figures.map((entry) => this.showFigure(left, entry));
+    try {
+      const { motions: known } = (await ask(this.model, { ask: "motions" })).content;
+      const models = (await Promise.all(drawn)).map((own, k) => [figures[k].key, own]).filter(([, own]) => own);
+      if (known && box.isConnected) this.follow(known, models, right);
+    } catch (error) {
+      right.append(element("p", { class: "gr-note" }, `No motions beside the branches: ${error.message}.`));
+    }
+  }
+
+  follow(known, models, into) {
+    const shown = innerModel(this.model, { motions: known, shown: 0, kept: 0, chosen: null });
+    const mark = () => models.forEach(([key, own]) => {
+      const index = shown.get("shown");
+      own.set("marked", known.levels[key].map((levels) => levels.map((level) => ({ x: known.value[index], y: level[index] }))));
+    });
+    const show = (index) => { if (index !== shown.get("shown")) shown.set("shown", index); };
+    const keep = (index) => { shown.set("kept", index); show(index); };
+    const step = { ArrowLeft: -1, ArrowRight: 1 };
+    for (const [key, own] of models) {
+      const at = (cursor) => motions.nearest(known, known.levels[key][cursor.panel] ?? [], cursor);
+      own.on("change:cursor", () => { const cursor = own.get("cursor"); show(cursor ? at(cursor) : shown.get("kept")); });
+      own.on("change:chosen", () => keep(shown.get("shown")));
+      own.get("el").addEventListener("keydown", (event) => {
+        if (event.key === "Enter") keep(shown.get("shown"));
+        else if (event.key in step && !event.shiftKey) show(Math.min(known.points.length - 1, Math.max(0, shown.get("shown") + step[event.key])));
+        else return;
+        event.preventDefault();
+        event.stopPropagation();
+      }, { capture: true });
+    }
+    shown.on("change:shown", mark);
+    shown.on("change:chosen", () => { this.model.set("chosen", shown.get("chosen")); this.model.save_changes(); });
+    mark();
+    const end = motions.render({ model: shown, el: into });
+    this.ends.push(end);
+  }
+
+  // Returns the model of the figure's widget; null where there is none.
   async showFigure(into, entry) {
     const el = element("div", { class: "gr-slot" }), links = this.model.get("links");
     into.append(el);
     try {
       const { content } = await ask(this.model, { ask: "figure", name: entry.key, is_chart: entry.is_chart });
-      if (!el.isConnected) return;
-      if (content.svg) { el.append(element("img", { src: content.svg, alt: entry.caption, class: "gr-picture" })); return; }
+      if (!el.isConnected) return null;
+      if (content.svg) { el.append(element("img", { src: content.svg, alt: entry.caption, class: "gr-picture" })); return null; }
       const kind = entry.key === "phase_plane" ? "phase_plane" : this.model.get("has_cases") && content.chart.panels.some((panel) => panel.heat || panel.cells.length) ? "map" : "figure";
       const inner = element("div", {});
       el.append(inner);
-      const own = innerModel(this.model, { chart: content.chart, chosen: null });
-      own.on("change:chosen", () => { this.model.set("chosen", { figure: entry.key, ...own.get("chosen") }); this.model.save_changes(); });
+      const own = innerModel(this.model, { chart: content.chart, chosen: null, cursor: null, marked: null, el: inner });
+      if (this.view.kind !== "branches") own.on("change:chosen", () => { this.model.set("chosen", { figure: entry.key, ...own.get("chosen") }); this.model.save_changes(); });
       const end = WIDGETS[kind].render({ model: own, el: inner });
       if (end) this.ends.push(end);
       if (links) el.append(element("p", { class: "gr-links" }, "For print: ", ["svg", "pdf"].map((form) => element("a", { href: `${links}/figures/${entry.key}.${form}`, download: `${entry.key}.${form}` }, form.toUpperCase()))));
+      return own;
     } catch (error) {
       el.append(element("p", { role: "alert" }, `${entry.title}: ${error.message}`));
+      return null;
     }
   }
 

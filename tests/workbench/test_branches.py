@@ -1,0 +1,175 @@
+"""Branches of periodic motions: the motion of a point over HTTP, in a notebook, and under the pointer."""
+
+from __future__ import annotations
+
+import re
+from base64 import b64decode
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.workbench.kept import MOTIONS
+from gearrattle.workbench.notebook import Answers
+from tests.browser import MARKS
+from tests.orbits.test_branch import over_frequency
+from tests.report.examples import result
+from tests.workbench.jobs import client, make_job
+from tests.workbench.page import opened_page, violations
+from tests.workbench.server import Server, serving
+
+pytest.importorskip("starlette")
+browser = [pytest.param((), marks=MARKS)]
+
+
+@pytest.fixture(scope="module")
+def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("workspace")
+    branch = over_frequency()
+    make_job(folder, "branches", branch, branch.model, task="continuation")
+    make_job(folder, "modes", gr.modes(branch.model), branch.model, task="modes")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def motions(root: Path) -> dict[str, Any]:
+    known: dict[str, Any] = client(root).get("/api/jobs/branches/motions").json()
+    return known
+
+
+def test_motions_are_those_of_the_branch(motions: dict[str, Any]) -> None:
+    branch = over_frequency()
+    assert motions["path"] == branch.path
+    clearance = motions["clearances"][0]
+    curves = np.frombuffer(b64decode(clearance["curves"]), dtype="<i2").reshape(-1, motions["samples"], 2)
+    low, high = clearance["x_range"]
+    deflection = low + (curves[:, :, 0] + 32767.0) / 65534.0 * (high - low)
+    for entry, curve in zip(motions["points"], deflection, strict=True):
+        data = branch.data.isel(point=entry["point"])
+        assert entry["value"] == float(data["value"])
+        assert entry["stable"] == bool(data["stable"])
+        assert curve.max() == pytest.approx(float(data["highest"][0]), abs=5e-3)
+        assert curve.min() == pytest.approx(float(data["lowest"][0]), abs=5e-3)
+
+
+def test_the_model_of_a_motion_starts_in_it(root: Path, motions: dict[str, Any]) -> None:
+    """Simulated, it repeats at once: no cycle is left out, and the extremes are those of the branch."""
+    stable = [entry for entry in motions["points"] if entry["stable"]]
+    for entry in (stable[0], stable[len(stable) // 2], stable[-1]):
+        text = client(root).get(f"/api/jobs/branches/motions/{entry['point']}/model.toml").text
+        run = gr.simulate(gr.loads(text), cycles=4, discard=0, samples_per_cycle=512)
+        data = over_frequency().data.isel(point=entry["point"])
+        assert float(run.data["deflection"].max()) == pytest.approx(float(data["highest"][0]), abs=1e-3)
+        assert float(run.data["deflection"].min()) == pytest.approx(float(data["lowest"][0]), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "path", ["modes/motions", "branches/motions/100000/model.toml", "branches/motions/-1/model.toml"]
+)
+def test_what_has_no_motion_is_a_problem_in_words(root: Path, path: str) -> None:
+    answer = client(root).get(f"/api/jobs/{path}")
+    assert answer.status_code == 404
+
+
+def test_branches_without_a_clearance_have_none(tmp_path: Path) -> None:
+    linear = gr.loads(
+        'schema = 1\nunits = "dimensionless"\n[[inertia]]\nname = "body"\nJ = 1.0\n[[coupling]]\nname = "spring"\n'
+        'between = ["body", "ground"]\nstiffness = 1.0\ndamping = 0.1\n[excitation]\nspeed = 0.5\n'
+        '[[torque]]\non = "body"\nharmonics = [{ order = 1, amplitude = 1.0 }]\n'
+    )
+    branch = gr.continuation(linear, "excitation.speed", (0.5, 0.6))
+    folder = make_job(tmp_path, "linear", branch, linear, task="continuation")
+    assert (folder / MOTIONS).is_file()
+    page = client(tmp_path)
+    assert page.get("/api/jobs/linear/motions").json() is None
+    assert page.get("/api/jobs/linear/motions/0/model.toml").status_code == 404
+
+
+def test_a_notebook_is_answered_the_same(motions: dict[str, Any]) -> None:
+    content, _ = Answers(over_frequency()).answer({"ask": "motions"})
+    assert content["motions"] == motions
+    assert Answers(result("modes")).answer({"ask": "motions"})[0]["problems"]
+
+
+@pytest.fixture(scope="module")
+def server(root: Path) -> Iterator[Server]:
+    with serving(root) as running:
+        yield running
+
+
+def _pixel(tab: Any, chart: dict[str, Any], value: float, level: float) -> tuple[float, float]:
+    """Where a point of the one panel of the first figure is on the screen; the margins are those of plot.js."""
+    (panel,) = chart["panels"]
+    heights = np.concatenate([np.frombuffer(b64decode(line["y"]["f8"]), "<f8") for line in panel["lines"]])
+    low, high = np.nanmin(heights), np.nanmax(heights)
+    room = 0.06 * (high - low)
+    box = tab.locator(".gr-beside .gr-canvas").first.bounding_box()
+    width, height = box["width"] - 66 - 14, box["height"] - 24 - 38
+    across = (value - panel["x_range"][0]) / (panel["x_range"][1] - panel["x_range"][0])
+    up = (level - low + room) / (high - low + 2.0 * room)
+    return box["x"] + 66 + across * width, box["y"] + 24 + (1.0 - up) * height
+
+
+@pytest.mark.parametrize("_marks", browser)
+def test_the_motion_under_the_pointer_is_shown_kept_and_run(
+    _marks: tuple[()], server: Server, motions: dict[str, Any]
+) -> None:
+    playwright = pytest.importorskip("playwright.sync_api")
+    points, value = motions["points"], motions["value"]
+    unstable = [k for k, entry in enumerate(points) if not entry["stable"]]
+    chosen = unstable[len(unstable) // 2]
+    chart = server.client.get("/api/jobs/branches/figures/extremes.json").json()
+    with opened_page(server) as tab:
+        tab.goto(f"{server.address}/#/runs/branches")
+        words = tab.locator(".gr-motion-words")
+        playwright.expect(words).to_have_text(points[0]["words"])
+        (low, _) = motions["levels"]["extremes"][0]
+        tab.mouse.move(*_pixel(tab, chart, value[chosen], low[chosen]))
+        playwright.expect(words).to_contain_text(": unstable")
+        shown = re.match(r"frequency ([\d.]+): unstable", words.inner_text())
+        assert shown is not None
+        assert float(shown[1]) == pytest.approx(value[chosen], abs=0.02)
+        tab.mouse.move(5, 5)
+        playwright.expect(words).to_have_text(points[0]["words"])
+        tab.mouse.click(*_pixel(tab, chart, value[chosen], low[chosen]))
+        tab.mouse.move(5, 5)
+        playwright.expect(words).to_contain_text(": unstable")
+        tab.locator(".gr-motion input").fill("3")
+        playwright.expect(words).to_have_text(points[3]["words"])
+        tab.locator(".gr-beside .gr-canvas").first.focus()
+        tab.keyboard.press("ArrowRight")
+        playwright.expect(words).to_have_text(points[4]["words"])
+        tab.keyboard.press("Enter")
+        assert violations(tab) == []
+        tab.get_by_role("button", name="Edit its model").click()
+        playwright.expect(tab.locator(".toml-area")).to_have_value(re.compile(rf"frequency = {points[4]['value']}"))
+        tab.go_back()
+        tab.locator(".gr-motion input").fill("4")
+        tab.get_by_role("button", name="Run this motion").click()
+        tab.wait_for_selector(".gr-headline")
+        job = tab.url.rpartition("/runs/")[2].partition("/")[0]
+    assert server.state(job)["parent"] == "branches"
+    text = server.client.get(f"/api/jobs/{job}/model.toml").text
+    assert gr.loads(text).excitation.omega == pytest.approx(points[4]["value"])
+
+
+@pytest.mark.parametrize("_marks", browser)
+def test_motions_are_followed_over_a_value(_marks: tuple[()], server: Server) -> None:
+    """From the page of studies to the motion at an end of the branch."""
+    playwright = pytest.importorskip("playwright.sync_api")
+    with opened_page(server) as tab:
+        tab.goto(f"{server.address}/#/studies")
+        tab.get_by_label("Model of").select_option("branches")
+        tab.get_by_label("Vary").select_option("excitation.frequency")
+        for label, value in (("from [SI]", "0.4"), ("to [SI]", "0.5")):
+            tab.get_by_label(label).fill(value)
+            tab.get_by_label(label).press("Enter")
+        tab.get_by_role("button", name="Follow periodic motions").click()
+        words = tab.locator(".gr-motion-words")
+        playwright.expect(words).to_contain_text("frequency 0.4: stable", timeout=120_000)
+        job = tab.url.rpartition("/runs/")[2].partition("/")[0]
+    state = server.state(job)
+    assert (state["task"], state["options"]["path"]) == ("continuation", "excitation.frequency")
