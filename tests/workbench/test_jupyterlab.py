@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,11 @@ playwright = pytest.importorskip("playwright.sync_api")
 pytestmark = [pytest.mark.long, *MARKS]
 
 CELLS = ('import gearrattle as gr\nmodel = gr.load("model.toml")', "gr.view(gr.run(model))")
+BRANCHES = (
+    'import gearrattle as gr\nmodel = gr.example("rattle_oscillator")',
+    'shown = gr.view(gr.continuation(model, "torque.0.harmonics.0.amplitude", (4.0, 7.0)))\nshown',
+    "print(shown.chosen)",
+)
 PATIENCE = 300_000
 
 
@@ -43,6 +49,7 @@ def lab(tmp_path: Path) -> Iterator[str]:
     """The address of a JupyterLab whose folder holds a model and a notebook; its settings are its own."""
     (tmp_path / "model.toml").write_text(model().to_toml(), encoding="utf-8")
     (tmp_path / "view.ipynb").write_text(notebook(CELLS), encoding="utf-8")
+    (tmp_path / "branches.ipynb").write_text(notebook(BRANCHES), encoding="utf-8")
     places = {
         name: str(tmp_path / name.lower()) for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "JUPYTER_RUNTIME_DIR")
     }
@@ -86,7 +93,9 @@ def run_cell(tab: Any, index: int) -> None:
         playwright.expect(prompt).not_to_have_text("[*]:")
 
 
-def test_a_run_is_read_and_zoomed_in_a_notebook(lab: str) -> None:
+@contextmanager
+def opened(lab: str, name: str) -> Iterator[Any]:
+    """Open a notebook; an error of the page fails the test."""
     errors: list[str] = []
     with playwright.sync_playwright() as play:
         browser = play.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
@@ -94,7 +103,14 @@ def test_a_run_is_read_and_zoomed_in_a_notebook(lab: str) -> None:
         tab.set_default_timeout(PATIENCE)
         playwright.expect.set_options(timeout=PATIENCE)
         tab.on("pageerror", lambda error: errors.append(str(error)))
-        tab.goto(lab.replace("/lab?", "/lab/tree/view.ipynb?"))
+        tab.goto(lab.replace("/lab?", f"/lab/tree/{name}?"))
+        yield tab
+        browser.close()
+    assert errors == []
+
+
+def test_a_run_is_read_and_zoomed_in_a_notebook(lab: str) -> None:
+    with opened(lab, "view.ipynb") as tab:
         run_cell(tab, 0)
         run_cell(tab, 1)
         verdict = re.compile(gr.run(model()).verdict.verdict, re.IGNORECASE)
@@ -105,5 +121,19 @@ def test_a_run_is_read_and_zoomed_in_a_notebook(lab: str) -> None:
         playwright.expect(tab.locator(".gr-state")).to_have_text(f"20 cycles, {count} impacts")
         tab.get_by_role("button", name="Hardest").click()
         playwright.expect(tab.locator(".gr-state")).to_contain_text("0.5 cycles")
-        browser.close()
-    assert errors == []
+
+
+def test_a_motion_of_branches_is_kept_in_a_notebook(lab: str) -> None:
+    """Arrow keys move along the branches; what Enter keeps is known to Python."""
+    with opened(lab, "branches.ipynb") as tab:
+        run_cell(tab, 0)
+        run_cell(tab, 1)
+        words = tab.locator(".gr-motion-words")
+        playwright.expect(words).to_contain_text("stable")
+        first = words.inner_text()
+        tab.locator(".gr-beside .gr-canvas").first.focus()
+        for key in ("ArrowRight", "ArrowRight", "Enter"):
+            tab.keyboard.press(key)
+        playwright.expect(words).not_to_have_text(first)
+        run_cell(tab, 2)
+        playwright.expect(tab.locator(".jp-Cell").nth(2).locator(".jp-OutputArea")).to_contain_text("'point': 2")

@@ -51,7 +51,7 @@ def test_a_run_is_read_and_zoomed_to_one_impact(tab: Any, server: Server) -> Non
     tab.locator(".gr-canvas").first.focus()
     tab.keyboard.press("0")
     playwright.expect(state).to_contain_text("20 cycles")
-    for name in ("Phase plane", "Spectra", "Impacts", "Mode shapes", "Criteria"):
+    for name in ("Regions", "Phase plane", "Spectra", "Impacts", "Mode shapes", "Criteria"):
         tab.get_by_role("tab", name=name, exact=True).click()
         tab.wait_for_selector(".gr-tabpanel :is(canvas, svg, table)")
 

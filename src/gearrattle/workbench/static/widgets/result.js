@@ -125,8 +125,8 @@ class ResultView {
 
   // Figures in tabs of their own are chosen by a word; others follow each other.
   showFigures(into, figures) {
-    const chosen = figures.filter((entry) => entry.tab);
-    for (const entry of figures.filter((other) => !other.tab)) this.showFigure(into, entry);
+    const isChosen = (entry) => entry.tab && figures.length > 1, chosen = figures.filter(isChosen);
+    for (const entry of figures.filter((other) => !isChosen(other))) this.showFigure(into, entry);
     if (!chosen.length) return;
     const box = element("div", {}), select = element("select", { "aria-label": "Figure" }, chosen.map((entry, k) => element("option", { value: k }, entry.tab || entry.title)));
     select.addEventListener("change", () => { box.replaceChildren(); this.showFigure(box, chosen[select.value]); });
