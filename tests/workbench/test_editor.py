@@ -262,20 +262,20 @@ def test_a_body_of_fifty_is_dragged_and_stays_over_a_reload(tab: Any) -> None:
     )
     tab.locator(".toml-area").fill(f'schema = 1\n\n{bodies}{links}[excitation]\nspeed = "800 rpm"\n')
     playwright.expect(tab.locator(".gr-node")).to_have_count(50)
-    box, beside = (tab.locator(f'[data-key="inertia.{number}"] .gr-disc').bounding_box for number in (25, 24))
-    first = (box()["x"] - beside()["x"], box()["y"] - beside()["y"])
+    box, neighbour = (tab.locator(f'[data-key="inertia.{number}"] .gr-disc').bounding_box for number in (25, 24))
+    first = (box()["x"] - neighbour()["x"], box()["y"] - neighbour()["y"])
     middle = (box()["x"] + box()["width"] / 2, box()["y"] + box()["height"] / 2)
     tab.mouse.move(*middle)
     tab.mouse.down()
     tab.mouse.move(middle[0] + 40, middle[1] + 30, steps=20)
     tab.mouse.up()
-    assert box()["x"] - beside()["x"] - first[0] == pytest.approx(40, abs=4)
-    assert box()["y"] - beside()["y"] - first[1] == pytest.approx(30, abs=4)
+    assert box()["x"] - neighbour()["x"] - first[0] == pytest.approx(40, abs=4)
+    assert box()["y"] - neighbour()["y"] - first[1] == pytest.approx(30, abs=4)
     tab.wait_for_function("() => 'b25' in JSON.parse(localStorage.getItem('gearrattle.draft')).positions")
-    place = "() => JSON.parse(localStorage.getItem('gearrattle.draft')).positions.b25"
-    kept = tab.evaluate(place)
+    stored_position = "() => JSON.parse(localStorage.getItem('gearrattle.draft')).positions.b25"
+    kept = tab.evaluate(stored_position)
     tab.reload()
     playwright.expect(tab.locator(".gr-node")).to_have_count(50)
-    assert tab.evaluate(place) == kept
-    ratio = (box()["y"] - beside()["y"]) / (box()["x"] - beside()["x"])
+    assert tab.evaluate(stored_position) == kept
+    ratio = (box()["y"] - neighbour()["y"]) / (box()["x"] - neighbour()["x"])
     assert ratio == pytest.approx((first[1] + 30) / (first[0] + 40), abs=0.1)  # it may be drawn at another scale
