@@ -93,9 +93,9 @@ def test_shorter_steps_lead_from_a_point_to_the_next_and_not_to_another_branch()
         assert len(points) >= 4
         assert all(x.length < y.length for x, y in pairwise(points))
     aside = np.linalg.svd(one[1].tangent[None])[2][-1]
-    beside = replace(one[1], w=one[1].w + 0.1 * one[1].length * aside)
+    displaced = replace(one[1], w=one[1].w + 0.1 * one[1].length * aside)
     with pytest.raises(ConvergenceError, match="do not lead"):
-        curve.with_shorter_steps(one[0], beside)
+        curve.with_shorter_steps(one[0], displaced)
 
 
 def test_where_the_branch_may_have_jumped_it_ends_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

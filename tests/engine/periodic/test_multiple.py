@@ -35,8 +35,8 @@ def test_a_motion_that_grows_disturbances_by_more_than_the_rounding() -> None:
     assert residual < 1e-12
     np.testing.assert_allclose(motion.start.y, state.y, rtol=0, atol=1e-12)
     assert motion.cycles == cycles
-    beside = replace(state, y=state.y + 1e-15)
-    assert np.linalg.norm(many(beside).gap) > 1e-9  # followed from one start, off by its rounding, it does not close
+    displaced = replace(state, y=state.y + 1e-15)
+    assert np.linalg.norm(many(displaced).gap) > 1e-9  # followed from one start, off by its rounding, it does not close
     orbit = shoot(many, state)
     assert orbit.residual < 1e-12
     assert abs(abs(orbit.multipliers[0]) / abs(multipliers[0]) ** cycles - 1.0) < 1e-6
