@@ -20,6 +20,12 @@ function valueAt(tables, path) {
   return path.reduce((node, part) => (node && typeof node === "object" ? node[part] : undefined), tables);
 }
 
+// What the drawing says of an element: a gap rattles, a staged spring changes stage.
+function regimeOf({ regime, rattles, impacts_per_cycle: rate }) {
+  if (regime === "quiet") return { regime, words: [] };
+  return { regime: rattles ? regime : "quiet", words: [rattles ? regime : "changes stage", ...(rate ? [`${Number(rate.toPrecision(3))} per cycle`] : [])] };
+}
+
 function put(row, path, value) {
   const [last, ...before] = [...path].reverse();
   valueAt(row, before.reverse())[last] = value;
@@ -120,7 +126,7 @@ function useVerdict(api, text, isSound, model) {
           const made = (await api.post("/api/live", { text: asked, values: {}, sequence: ++now.sequence })).verdict;
           if (now.wanted) continue;
           setVerdict({ ...made, text: asked });
-          model.set("regimes", Object.fromEntries(made.parts.map((part) => [part.name, { regime: part.regime, words: part.impacts_per_cycle ? `${Number(part.impacts_per_cycle.toPrecision(3))} per cycle` : "" }])));
+          model.set("regimes", Object.fromEntries(made.parts.map((part) => [part.name, regimeOf(part)])));
         } catch (error) { if (!now.wanted) { setVerdict({ sentence: error.message, isFailed: true, text: asked }); model.set("regimes", {}); } }
       }
       now.isBusy = false;

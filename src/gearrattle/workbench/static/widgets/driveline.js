@@ -1,5 +1,5 @@
 // A driveline as a drawing that is selected, moved, connected and renamed by pointer and by keys.
-// Model keys: drawing; selected ("coupling.0"); positions ({name: [x, y]}); regimes ({element: {regime, words}});
+// Model keys: drawing; selected ("coupling.0"); positions ({name: [x, y]}); regimes ({element: {regime, words: [...]}});
 // problems ({"coupling.0": count}); editable. What the user wants changed is sent as
 // {ask: "connect" | "insert" | "delete" | "rename", ...}.
 
@@ -129,12 +129,12 @@ function render({ model, el }) {
 
   function linkNode(link) {
     const regime = get("regimes", {})[link.element];
-    const words = [link.name || "unnamed", ...(regime && regime.regime !== "quiet" ? [regime.regime, ...(regime.words ? [regime.words] : [])] : [])];
+    const words = [link.name || "unnamed", ...(regime?.words ?? [])];
     const text = svg("text", {}, words.map((word, k) => Object.assign(svg("tspan", { class: k ? "gr-regime" : "gr-name" }), { textContent: word })));
     const parts = { hit: svg("path", { class: "gr-hit" }), line: svg("path", { class: "gr-line" }), symbol: svg("path", { class: "gr-line", d: `M${-link.width / 2} 0 ${link.symbol}` }), grounds: link.ends.map(() => svg("path", { class: "gr-line" })) };
     const ends = link.ends.map((end) => (end.body >= 0 ? drawing().bodies[end.body].name : end.body === -1 ? "ground" : "a body that does not exist"));
     const isFirst = !state.nodes.has(keyOf(link.path));
-    const node = item(keyOf(link.path), `${link.noun} ${link.name} between ${ends.join(" and ")}${regime ? `, ${regime.regime}` : ""}`, `gr-link${regime ? ` gr-${regime.regime}` : ""}${link.sound ? "" : " gr-unsound"}`, parts.hit, parts.line, parts.symbol, parts.grounds, text);
+    const node = item(keyOf(link.path), `${link.noun} ${link.name} between ${ends.join(" and ")}${regime ? `, ${regime.words[0] ?? regime.regime}` : ""}`, `gr-link${regime ? ` gr-${regime.regime}` : ""}${link.sound ? "" : " gr-unsound"}`, parts.hit, parts.line, parts.symbol, parts.grounds, text);
     if (!isFirst) { node.setAttribute("aria-hidden", "true"); node.removeAttribute("role"); }
     return { ...link, node, text, parts };
   }

@@ -37,17 +37,14 @@ function margin(value) {
   return value === null || value === undefined ? "–" : `${value > 0 ? "+" : ""}${plot.numeral(value, 3)} dB`;
 }
 
-// A gap that is not quiet separates and meets again; a staged spring changes stage.
-const rattles = (part) => part.gap && part.regime !== "quiet";
-
 function partsTable(parts, open) {
   const head = ["Part", "Regime", "Impacts per cycle", "Fastest approach", "Hardest impact", "Margin", "Coast · centre · drive"];
   const rows = parts.map((part) => {
-    const pill = element("span", { class: `gr-pill gr-${rattles(part) ? part.regime : "quiet"}` }, part.regime);
+    const pill = element("span", { class: `gr-pill gr-${part.rattles ? part.regime : "quiet"}` }, part.regime);
     const name = open ? element("button", { class: "gr-link", type: "button", title: `Histories of ${part.name}`, onclick: () => open(part.name) }, part.name) : part.name;
     return element("tr", {},
       element("th", { scope: "row" }, name),
-      element("td", {}, pill, rattles(part) || part.regime === "quiet" ? null : element("small", {}, " changes stage")),
+      element("td", {}, pill, part.rattles || part.regime === "quiet" ? null : element("small", {}, " changes stage")),
       element("td", { class: "gr-n" }, plot.numeral(part.impacts_per_cycle, 3)),
       element("td", { class: "gr-n" }, withUnit(part.max_approach_speed, part.speed_unit)),
       element("td", { class: "gr-n" }, withUnit(part.max_impact_energy, part.energy_unit)),
