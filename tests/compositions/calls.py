@@ -145,9 +145,13 @@ CALLS: Mapping[str, Call] = {
     "compare": lambda kit: gr.compare(kit.model, ["rk4"], budget=2.0),
     "write": lambda kit: kit.recording_file,
     "read": lambda kit: gr.read(kit.recording_file),
-    "look": lambda kit: gr.measured.look(kit.recording_file),
-    "drive: torque": lambda kit: gr.simulate(gr.measured.drive(kit.model, kit.recording, "T", "engine"), cycles=2),
-    "drive: motion": lambda kit: gr.simulate(gr.measured.drive(kit.model, kit.recording, "v", "engine"), cycles=2),
+    "measured.look": lambda kit: gr.measured.look(kit.recording_file),
+    "measured.drive: torque": lambda kit: gr.simulate(
+        gr.measured.drive(kit.model, kit.recording, "T", "engine"), cycles=2
+    ),
+    "measured.drive: motion": lambda kit: gr.simulate(
+        gr.measured.drive(kit.model, kit.recording, "v", "engine"), cycles=2
+    ),
     "validate": lambda kit: gr.validate(kit.run, kit.recording),
     "validate_run_up": lambda kit: gr.validate_run_up(kit.run, kit.recording, [1.0], turns=1),
     "spectral.psd": lambda kit: gr.spectral.psd(kit.run, "acceleration.engine"),
