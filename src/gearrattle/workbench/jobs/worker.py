@@ -47,7 +47,7 @@ def _started() -> Started:
 
 
 class Reserve:
-    """One more process that is warm, for whoever has lost its own: a job after a cancelled one begins at once."""
+    """One more process that is warm, for whoever has lost its own: a job after a cancelled one waits for none."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
