@@ -114,16 +114,16 @@ def test_under_clipped_damping_losing_contact_is_a_grazing() -> None:
 
 
 def test_a_stop_of_a_stiffness_that_is_not_resolved_is_rigid() -> None:
-    """Where the root ruled, its quotient would not change between 1e-8 of the parameter and a thousandth of that."""
+    """Where the root ruled, its quotient would not change between 1e-5 of arclength and a thousandth of that."""
     event, curve = first_grazing(branch_of("elastic", 5e5))
     assert event.grazing is not None
     assert event.grazing.kind == "rigid"
     quotients = []
-    for distance in (1e-8, 1e-11):
+    for distance in (1e-5, 1e-8):
         point = curve.moved_along(event.point, distance)
         away = point.parameter - event.point.parameter
         quotients.append(np.trace(point.gradient - event.point.gradient) / np.sqrt(away))
-    assert quotients[1] < 2.0 * quotients[0] < -1e5
+    assert quotients[1] < 2.0 * quotients[0] < -4e5
 
 
 def test_where_a_slider_begins_to_slip_the_gradient_jumps_and_the_period_doubles_there() -> None:
@@ -165,7 +165,8 @@ def test_the_doubled_branch_ends_where_it_joins_the_other_in_the_jump() -> None:
     assert curve.points[-1] is curve.events[-1].point
     assert branch.notes == ()
     single_map = branch._follower(branch.curves[0]).family.map_at
-    gaps = [np.abs(single_map(p.parameter).later(p.motion.start).y - p.state).max() for p in curve.points]
+    distances = np.array([abs(p.parameter - curve.points[-1].parameter) for p in curve.points])
+    gaps = np.array([np.abs(single_map(p.parameter).later(p.motion.start).y - p.state).max() for p in curve.points])
     assert gaps[-1] < 1e-9
-    assert min(gaps[1:-1]) > gaps[-1]
-    assert max(gaps) > 0.01
+    assert gaps[1:][distances[1:] > 1e-9].min() > 1e-9
+    assert gaps.max() > 0.01
