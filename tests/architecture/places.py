@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -13,6 +14,11 @@ DOCS = ROOT / "docs"
 def source_files() -> list[Path]:
     """Return every Python file of the package."""
     return sorted(SOURCE.rglob("*.py"))
+
+
+def syntax_tree(path: Path) -> ast.Module:
+    """Parse a Python file."""
+    return ast.parse(path.read_bytes())
 
 
 def document_files() -> list[Path]:

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import ast
-from pathlib import Path
 
-import pytest
-
-from tests.architecture.places import SOURCE, source_files
+from tests.architecture.places import source_files, syntax_tree
 
 LONGEST_FUNCTION = 80
 LONGEST_KERNEL = 105  # a compiled loop, or a list of arrays with their shapes, is one function
@@ -20,9 +17,11 @@ def _lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     return (function.end_lineno or 0) - function.lineno + 1 - words
 
 
-@pytest.mark.parametrize("path", source_files(), ids=lambda path: str(path.relative_to(SOURCE)))
-def test_functions_are_short(path: Path) -> None:
-    limit = LONGEST_KERNEL if "kernels" in path.parts else LONGEST_FUNCTION
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
-    assert {function.name: lines for function in functions if (lines := _lines(function)) >= limit} == {}
+def test_functions_are_short() -> None:
+    long_ones = []
+    for path in source_files():
+        limit = LONGEST_KERNEL if "kernels" in path.parts else LONGEST_FUNCTION
+        nodes = ast.walk(syntax_tree(path))
+        functions = [node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+        long_ones += [f"{path}: {f.name}: {lines} lines" for f in functions if (lines := _lines(f)) >= limit]
+    assert long_ones == []
