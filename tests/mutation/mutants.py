@@ -7,6 +7,7 @@ side of equality: rounded numbers are hardly ever equal. Constants of a module a
 from __future__ import annotations
 
 import ast
+from bisect import bisect
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -72,11 +73,14 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
     for function in functions:
         for begin, end, new in _changes(function, source, starts):
             text = source[:begin] + new.encode() + source[end:]
-            number = source.count(b"\n", 0, begin)
-            before, after = source.splitlines()[number], text.splitlines()[number]
-            yield Mutant(
-                path.name, function.name, number + 1, before.decode().strip(), after.decode().strip(), text.decode()
-            )
+            number = bisect(starts, begin)
+            before, after = (_line_at(content, starts[number - 1]) for content in (source, text))
+            yield Mutant(path.name, function.name, number, before, after, text.decode())
+
+
+def _line_at(source: bytes, start: int) -> str:
+    """Return the line that starts there, stripped."""
+    return source[start:].partition(b"\n")[0].decode().strip()
 
 
 def _changes(function: ast.FunctionDef, source: bytes, starts: list[int]) -> Iterator[tuple[int, int, str]]:
