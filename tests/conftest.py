@@ -5,6 +5,10 @@ import os
 import pytest
 from hypothesis import settings
 
+from gearrattle.threads import one_thread
+
+one_thread()  # before NumPy is imported
+
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
 

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import gearrattle
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import allowed_root
+from gearrattle.threads import one_thread
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -94,6 +95,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         The exit code.
     """
+    if arguments is None:
+        one_thread()
     try:
         from gearrattle.cli.failures import guarded
 

@@ -31,12 +31,12 @@ from gearrattle.errors import GearRattleError, ModelError, Problem
 from gearrattle.processes import Worker, Workers
 from gearrattle.studies.schedulers.base import PATIENCE, TICK, WINDOW, Scheduler, Tick, Wanted, write_off
 from gearrattle.studies.store import Store
+from gearrattle.threads import ONE_THREAD
 
 _IS_WORKER = "GEARRATTLE_STUDY_WORKER"
 """Environment variable of worker processes."""
 _LEFT = 86
 """Exit code of a worker that was about to begin the study anew: the main module has no guard."""
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 _held: list[Store] = []
 
@@ -208,7 +208,7 @@ class _WithoutMain(Workers):
 @contextmanager
 def _pool(store: Store, count: int) -> Iterator[ProcessPoolExecutor]:
     """Fresh processes of one thread each: matrices here are small, and cores are for cases."""
-    before = {name: os.environ.get(name) for name in (*_ONE_THREAD, _IS_WORKER)}
+    before = {name: os.environ.get(name) for name in (*ONE_THREAD, _IS_WORKER)}
     os.environ.update(dict.fromkeys(before, "1"))
     context = Workers() if _needs_main(store) else _WithoutMain()
     try:

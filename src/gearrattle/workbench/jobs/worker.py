@@ -19,10 +19,10 @@ from typing import Any, ClassVar
 
 from gearrattle.errors import GearRattleError, ModelError, Problem
 from gearrattle.processes import Worker, Workers
+from gearrattle.threads import one_thread
 
 _LOOKED = 0.1  # seconds between two looks at memory
 _TOLD = 0.1  # seconds between two reports of progress
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 class EndedError(GearRattleError):
@@ -181,8 +181,7 @@ class _WithoutMain(Workers):
 
 def _work(connection: Connection) -> None:
     """Answer requests until the pipe ends."""
-    for name in _ONE_THREAD:
-        os.environ.setdefault(name, "1")
+    one_thread()
     warm_up()
     connection.send(("warm", None))
     while True:
