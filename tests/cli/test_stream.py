@@ -68,7 +68,7 @@ def test_a_stepping_algorithm_is_refused_before_anything_is_written(
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_ctrl_c_keeps_what_was_computed_and_resume_goes_on(model: Path) -> None:
-    words = ["stream", str(model), "--cycles", "800", "--samples-per-cycle", "8", "--chunk", "20", "-o", "long"]
+    words = ["stream", str(model), "--cycles", "300", "--samples-per-cycle", "8", "--chunk", "20", "-o", "long"]
     with subprocess.Popen([*PROGRAM, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         while not Path("long/chunk-000002.nc").exists():
             assert process.poll() is None
@@ -79,8 +79,8 @@ def test_ctrl_c_keeps_what_was_computed_and_resume_goes_on(model: Path) -> None:
     assert out == b""
     assert b"Traceback" not in err
     done = int(err.splitlines()[-1].split()[1])
-    assert err.splitlines()[-1].decode() == f"interrupted: {done} of 800 cycles are kept in long; --resume goes on"
-    assert 20 <= done < 800
+    assert err.splitlines()[-1].decode() == f"interrupted: {done} of 300 cycles are kept in long; --resume goes on"
+    assert 20 <= done < 300
     chunks = list(gr.open_stream("long"))
     assert chunks[-1].trajectory.first_cycle + 20 == done
     assert subprocess.run([*PROGRAM, *words, "--resume"], capture_output=True, check=False).returncode == 0

@@ -110,7 +110,7 @@ def documents(draw: Any) -> str:
     return _Writer(draw).document()
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(documents())
 def test_same_paths_as_tomllib_and_the_lines_of_their_markers(text: str) -> None:
     try:

@@ -8,15 +8,14 @@ from tests.oracles.compare import assert_exact, assert_exact_inside_horizon
 from tests.oracles.random_drivelines import FAMILIES, random_problem
 
 
-@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("family", FAMILIES)
-def test_random_driveline(family, seed):
-    problem = random_problem(family, seed)
+def test_random_driveline(family):
+    problem = random_problem(family, 0)
     assert_exact(problem.model, problem.cycles, problem.samples_per_cycle)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(2, 42))
+@pytest.mark.parametrize("seed", range(1, 42))
 @pytest.mark.parametrize("family", FAMILIES)
 def test_many_random_drivelines(family, seed):
     problem = random_problem(family, seed)
