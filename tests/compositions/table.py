@@ -61,6 +61,8 @@ _SLOW_COMMANDS = (
 HEAVY = frozenset((*_SLOW_CALLS, *(COMMAND + name for name in _SLOW_COMMANDS)))
 """Rows that take seconds; the quick tests compute them for ``HARDEST`` alone."""
 HARDEST = ("prescribed middle",)
+LONG = (f"{COMMAND}figures",)
+"""Rows that take more than ten seconds, which the quick tests leave out."""
 LARGE = "64 bodies"
 LONGEST = ("continuation", f"{COMMAND}continue")
 """Rows that take more than a quarter of an hour on the large driveline, where they are not tried."""
@@ -98,7 +100,7 @@ def quick_rows(kind: str) -> list[str]:
     """Rows that the quick tests compute for a kind of model."""
     if kind == LARGE:
         return [row for row in ROWS if row in ("modes", "simulate", "criteria", "study: 2 cases", f"{COMMAND}check")]
-    return [row for row in ROWS if row not in HEAVY or kind in HARDEST]
+    return [row for row in ROWS if row not in HEAVY or (kind in HARDEST and row not in LONG)]
 
 
 def kept() -> dict[str, dict[str, str]]:
