@@ -40,11 +40,7 @@ def test_the_manual_tells_every_row_and_kind_as_computed() -> None:
 
 
 ALWAYS = (
-    "harmonics",
     *HARDEST,
-    "planetary set",
-    "Hooke joint",
-    "motion with all",
     "run-up with all",
     "one body",
     LARGE,

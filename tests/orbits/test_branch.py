@@ -127,7 +127,7 @@ def test_contact_is_lost_where_it_is_known_and_the_period_doubles_into_a_branch_
     assert run[-1] == pytest.approx(run[0], abs=1e-9)
 
 
-@pytest.mark.parametrize("isolated", [False, True])
+@pytest.mark.parametrize("isolated", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_progress_tells_of_all_branches_and_never_falls(isolated: bool) -> None:
     shares: list[float] = []
     model = gr.example("rattle_oscillator")

@@ -16,6 +16,8 @@ from gearrattle.engine.periodic.events import DOUBLING, GRAZING, Event
 from gearrattle.orbits import Branch
 from tests.oracles import stop_slider_mp as oracle
 
+pytestmark = pytest.mark.compiled
+
 PATH = "torque.0.harmonics.0.amplitude"
 FREQUENCY, DRAG, MEAN, STIFFNESS = 0.8, 0.1, 0.1, 5.0
 LAWS: dict[str, dict[str, Any]] = {

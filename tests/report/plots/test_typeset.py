@@ -220,7 +220,7 @@ def test_a_check_of_overlaps_can_fail() -> None:
         test_words_stand_apart_and_on_the_paper((CHARTS[1], figure))
 
 
-@pytest.mark.parametrize("width", ["single", "double", "3.5 inch", 120.0])
+@pytest.mark.parametrize("width", ["single", "3.5 inch", 120.0])
 def test_pdf_is_as_wide_as_asked_and_carries_its_fonts(tmp_path: Path, width: float | str) -> None:
     actual = matplotlib_figure(everything(), Style(width))
     raw = save_figure(actual, tmp_path / "a.pdf").read_bytes()
