@@ -14,7 +14,7 @@ Takes ``Measurements`` and ``Coefficients``; gives vectors to the search and ``R
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.measured.identification.identifiability import Combination, covariance, null_space
 from gearrattle.measured.identification.measured import MeasuredMode, MeasuredResponse, Measurements, State
 from gearrattle.measured.identification.parameters import Coefficients
 from gearrattle.measured.identification.sensitivity import Spectrum
@@ -104,6 +105,32 @@ class FitProblem:
     def scales(self) -> int:
         """Number of shapes: each has a scale of its own."""
         return sum(1 for mode in self.data.modes if mode.inertias)
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """What had no standard error of its own, in words."""
+        return self.data.assumed
+
+    def covariance(self, x: Array, free: NDArray[np.bool_]) -> Array:
+        """(F, F) covariance of the free x, the others held."""
+        jacobian = self.residuals(x)[1][:, free]
+        return covariance(jacobian, null_space(jacobian))
+
+    def chance(self, x: Array, freedom: int) -> float:
+        """Probability of a chi-square of the data this large or larger."""
+        from scipy.stats import chi2
+
+        rows = self.data_residuals(x)[0]
+        return float(chi2.sf(rows @ rows, freedom))
+
+    def remarks(self, open_ones: Sequence[Combination]) -> list[str]:
+        """What must be said of these data alone."""
+        if self.data.responses or not any(_is_scale(c) for c in open_ones):
+            return []
+        return [
+            "frequencies and shapes fix no absolute inertia or stiffness: leave one known inertia out of free, or add "
+            "a frequency response, whose unit holds a torque. What is open keeps the start's value."
+        ]
 
     def _evaluated(self, x: Array) -> Iterator[tuple[tuple[Array, Array], Callable[[], list[Residual]]]]:
         """Yield residuals and Jacobian of one datum after another, and what tells them in records."""
@@ -227,3 +254,9 @@ def check_modes(problem: FitProblem) -> None:
             problems.append(Problem("shapes without a number", str(count), rule))
     if problems:
         raise ModelError(problems)
+
+
+def _is_scale(combination: Combination) -> bool:
+    """Whether a combination is a common factor of several parameters."""
+    powers = combination.exponents.values()
+    return combination.structural and len(powers) > 1 and set(powers) == {1.0}

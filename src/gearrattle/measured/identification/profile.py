@@ -15,7 +15,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.measured.identification.search import Residuals, local
+from gearrattle.measured.identification.search import EXACT, Effort, Residuals, local
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,13 @@ LEVEL = 3.841458820694124
 
 
 def profile(
-    residuals: Residuals, x: Array, parameter: int, box: tuple[Array, Array], errors: tuple[float, float]
+    residuals: Residuals,
+    x: Array,
+    parameter: int,
+    box: tuple[Array, Array],
+    errors: tuple[float, float],
+    *,
+    effort: Effort = EXACT,
 ) -> tuple[float, float]:
     """Return the ends of the interval as logarithms; -inf or inf where the bound comes first.
 
@@ -40,6 +46,8 @@ def profile(
         (P,) lowest and highest x.
     errors
         standard error of x[p], for the first step (need not be finite); factor on those of the data.
+    effort
+        of each local search.
     """
     spread, scale = errors
     rows = residuals(x)[0]
@@ -47,14 +55,16 @@ def profile(
     ends = []
     for side in (-1, 1):
         limit = float(box[(side + 1) // 2][parameter])
-        ends.append(_end(_raised(residuals, x, parameter, box, target), float(x[parameter]), side, limit, spread))
+        above = _raised(residuals, x, parameter, box, (target, effort))
+        ends.append(_end(above, float(x[parameter]), side, limit, spread))
     return ends[0], ends[1]
 
 
 def _raised(
-    residuals: Residuals, x: Array, parameter: int, box: tuple[Array, Array], target: float
+    residuals: Residuals, x: Array, parameter: int, box: tuple[Array, Array], wanted: tuple[float, Effort]
 ) -> Callable[[float], float]:
     """Return the function: value of the parameter to lowest chi-square less the target."""
+    target, effort = wanted
     others = np.arange(x.size) != parameter
     latest = [x[others]]
 
@@ -66,7 +76,7 @@ def _raised(
             return rows, jacobian[:, others]
 
         if others.any():
-            ended = local(reduced, latest[0], (box[0][others], box[1][others]))
+            ended = local(reduced, latest[0], (box[0][others], box[1][others]), effort)
             latest[0] = latest[0] if ended is None else ended
         rows = reduced(latest[0])[0]
         return float(rows @ rows) - target

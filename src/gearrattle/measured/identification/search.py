@@ -10,8 +10,8 @@ Takes residual functions and a box; gives distinct minima, the best first.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,13 +23,34 @@ from gearrattle.measured.identification.identifiability import null_space, split
 Array = NDArray[np.float64]
 Residuals = Callable[[Array], tuple[Array, Array]]
 
-_EVALUATIONS = 1500
 _BLUNT = 0.1  # change of a logarithm that a blunted datum takes for a standard error
-_ROUGHLY = 1e-6
 _SAME = 1e-3  # of a logarithm, or a tenth of its standard error: closer minima are one
 _EDGE = 1e-6  # of the width of a bound: closer is on it
 _NEAR = 1e-3  # of the width of a bound: closer and pressing outward is taken for on it
 _LEVEL = 1e-9  # relative change of chi-square that projection may make
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How far a local search goes.
+
+    Attributes
+    ----------
+    evaluations
+        of residuals and Jacobian, at most, on each of its two ways.
+    tolerance
+        relative change of chi-square and of the parameters that ends it.
+    roughly
+        the same on the first way, that with blunted data; None: the second way alone.
+    """
+
+    evaluations: int
+    tolerance: float
+    roughly: float | None
+
+
+EXACT = Effort(1500, 1e-15, 1e-6)
+"""For residuals whose Jacobian is exact."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +77,9 @@ class Minimum:
 
 def search(
     residuals: Residuals,
+    points: Sequence[Array],
     box: tuple[Array, Array],
-    starts: int,
-    seed: int,
+    effort: Effort = EXACT,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[tuple[Minimum, ...], int]:
     """Find distinct local minima.
@@ -67,12 +88,12 @@ def search(
     ----------
     residuals
         x to (N,) residuals and (N, P) Jacobian.
+    points
+        (P,) where the searches start.
     box
         (P,) lowest and highest x.
-    starts
-        how many.
-    seed
-        of the starts after the first.
+    effort
+        of each search.
     progress
         called with the finished share; what it raises ends the search.
 
@@ -86,26 +107,56 @@ def search(
     ConvergenceError
         no start converged.
     """
-    origin = np.zeros(box[0].size)
-    null = split(residuals, origin, null_space(residuals(origin)[1])).exact
-    points = _starts(box, starts, seed, null)
     optima: list[tuple[Array, float, Array]] = []
     for k, point in enumerate(points):
         watched = _watched(residuals, progress, k / len(points))
-        ended = local(watched, point, box, rough=True)
+        ended = local(watched, point, box, effort, rough=True)
         if ended is not None:
             optima.append(_settled(residuals, ended, box))
     if progress is not None:
         progress(1.0)
     if not optima:
         raise ConvergenceError(
-            f"none of {len(points)} starts converged in {_EVALUATIONS} evaluations",
+            f"none of {len(points)} starts converged in {effort.evaluations} evaluations",
             remedy="more starts, narrower bounds, or a prior",
         )
     return _distinct(optima, box), len(points) - len(optima)
 
 
-def local(residuals: Residuals, start: Array, box: tuple[Array, Array], rough: bool = False) -> Array | None:
+def starts(residuals: Residuals, box: tuple[Array, Array], count: int, seed: int) -> list[Array]:
+    """Return the model itself, then a Latin hypercube in the bounds, without what no datum notices.
+
+    Parameters
+    ----------
+    residuals
+        as of ``search``.
+    box
+        (P,) lowest and highest x.
+    count
+        how many.
+    seed
+        of the hypercube.
+    """
+    origin = np.zeros(box[0].size)
+    null = split(residuals, origin, null_space(residuals(origin)[1])).exact
+    return [np.clip(x - null @ (null.T @ x), *box) for x in spread_out(box, count, seed)]
+
+
+def spread_out(box: tuple[Array, Array], count: int, seed: int) -> list[Array]:
+    """Return zero, then a Latin hypercube of ``count`` - 1 points in the bounds."""
+    low, high = box
+    points = [np.zeros(low.size)]
+    if count > 1:
+        from scipy.stats import qmc
+
+        share = qmc.LatinHypercube(low.size, rng=np.random.default_rng(seed)).random(count - 1)
+        points += list(low + share * (high - low))
+    return points
+
+
+def local(
+    residuals: Residuals, start: Array, box: tuple[Array, Array], effort: Effort = EXACT, rough: bool = False
+) -> Array | None:
     """(P,) where a local search from a start ends; None if it does not converge.
 
     From a rough start the way is walked twice: first with every datum's weight cut so that a tenth in the parameters is
@@ -113,17 +164,18 @@ def local(residuals: Residuals, start: Array, box: tuple[Array, Array], rough: b
     """
     inside = np.clip(start, *_inside(box))
     try:
-        if rough:
+        if rough and effort.roughly is not None:
             length = np.linalg.norm(residuals(inside)[1], axis=1)
             weight = 1.0 / np.maximum(1.0, _BLUNT * length)
-            inside = np.clip(_descend(_weighted(residuals, weight), inside, box, _ROUGHLY).x, *_inside(box))
-        ended = _descend(residuals, inside, box, 1e-15)
-        return _pinned(residuals, np.asarray(ended.x), box, bool(ended.status > 0))
+            roughly = replace(effort, tolerance=effort.roughly)
+            inside = np.clip(_descend(_weighted(residuals, weight), inside, box, roughly).x, *_inside(box))
+        ended = _descend(residuals, inside, box, effort)
+        return _pinned(residuals, np.asarray(ended.x), box, effort, bool(ended.status > 0))
     except np.linalg.LinAlgError:
         return None
 
 
-def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], converged: bool) -> Array | None:
+def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], effort: Effort, converged: bool) -> Array | None:
     """Put parameters that press against a bound onto it and settle the others: the method itself only creeps there."""
     rows, jacobian = residuals(x)
     gradient, near = jacobian.T @ rows, _NEAR * (box[1] - box[0])
@@ -139,7 +191,7 @@ def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], converged:
 
         if not held.all():
             part = box[0][~held], box[1][~held]
-            ended = _descend(reduced, np.clip(x[~held], *_inside(part)), part, 1e-15)
+            ended = _descend(reduced, np.clip(x[~held], *_inside(part)), part, effort)
             whole[~held], converged = ended.x, bool(ended.status > 0)
         there = residuals(whole)
         push = there[1].T @ there[0]
@@ -149,7 +201,7 @@ def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], converged:
     return x if converged or _flat(rows, jacobian[:, inside]) else None
 
 
-def _descend(residuals: Residuals, start: Array, box: tuple[Array, Array], tolerance: float) -> Any:
+def _descend(residuals: Residuals, start: Array, box: tuple[Array, Array], effort: Effort) -> Any:
     """Return what SciPy's trust-region method finds."""
     from scipy.optimize import least_squares
 
@@ -166,10 +218,10 @@ def _descend(residuals: Residuals, start: Array, box: tuple[Array, Array], toler
         lambda x: both(x)[1],
         box,
         "trf",
-        ftol=tolerance,
-        xtol=tolerance,
-        gtol=tolerance,
-        max_nfev=_EVALUATIONS,
+        ftol=effort.tolerance,
+        xtol=effort.tolerance,
+        gtol=effort.tolerance,
+        max_nfev=effort.evaluations,
     )
 
 
@@ -205,18 +257,6 @@ def _watched(residuals: Residuals, progress: Callable[[float], None] | None, sha
         return residuals(x)
 
     return best_known
-
-
-def _starts(box: tuple[Array, Array], count: int, seed: int, null: Array) -> list[Array]:
-    """Return the model itself, then a Latin hypercube, without what no datum notices."""
-    low, high = box
-    points = [np.zeros(low.size)]
-    if count > 1:
-        from scipy.stats import qmc
-
-        share = qmc.LatinHypercube(low.size, rng=np.random.default_rng(seed)).random(count - 1)
-        points += [np.clip(x - null @ (null.T @ x), low, high) for x in low + share * (high - low)]
-    return points
 
 
 def _settled(residuals: Residuals, x: Array, box: tuple[Array, Array]) -> tuple[Array, float, Array]:

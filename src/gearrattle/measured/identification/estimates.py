@@ -1,0 +1,256 @@
+"""From local minima of a least-squares problem to a ``Fit``: errors, intervals, what stays open, and what must be said.
+
+Whatever was measured - modes, responses, a motion - is a ``DataProblem`` here: residuals in standard errors with their
+Jacobian by x = ln(p / start), a covariance, and words.
+
+Takes a problem, its minima and the parameters; gives a ``Fit``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.measured.identification.fitted import RIVAL, Fit, FittedParameter, LocalMinimum
+from gearrattle.measured.identification.identifiability import Combination, null_space, split, undetermined
+from gearrattle.measured.identification.parameters import Parameters
+from gearrattle.measured.identification.problem import Residual
+from gearrattle.measured.identification.profile import profile as profile_of
+from gearrattle.measured.identification.search import EXACT, Effort, Minimum
+from gearrattle.model import Model
+from gearrattle.model.quantity import SEED, Count, argument_problems
+
+Array = NDArray[np.float64]
+Progress = Callable[[float], None]
+
+FACTOR = 3.0
+STARTS = 16
+
+
+class DataProblem(Protocol):
+    """A least-squares problem: what was measured against a model at logarithms x of its P parameters."""
+
+    @property
+    def count(self) -> int:
+        """P."""
+
+    @property
+    def prior(self) -> float | None:
+        """Standard deviation of every x, as if the start had been measured; None: no prior."""
+
+    @property
+    def scales(self) -> int:
+        """Number of values that are fitted besides the parameters: each costs a degree of freedom."""
+
+    @property
+    def assumed(self) -> Sequence[str]:
+        """What had no standard error of its own, in words."""
+
+    def residuals(self, x: Array) -> tuple[Array, Array]:
+        """(N,) residuals and (N, P) Jacobian, the prior's rows last."""
+
+    def data_residuals(self, x: Array) -> tuple[Array, Array]:
+        """The same without the prior."""
+
+    def residuals_of(self, x: Array) -> tuple[Residual, ...]:
+        """Every datum beside its fitted value."""
+
+    def covariance(self, x: Array, free: NDArray[np.bool_]) -> Array:
+        """(F, F) covariance of the free x, the others held."""
+
+    def chance(self, x: Array, freedom: int) -> float:
+        """Probability of a chi-square of the data this large or larger."""
+
+    def remarks(self, open_ones: Sequence[Combination]) -> list[str]:
+        """What must be said of these data alone."""
+
+
+@dataclass(frozen=True)
+class Searched:
+    """What a search ended with.
+
+    Attributes
+    ----------
+    minima
+        the best first.
+    starts
+        number of starts.
+    failed
+        how many of them did not converge.
+    effort
+        of each search.
+    """
+
+    minima: tuple[Minimum, ...]
+    starts: int
+    failed: int
+    effort: Effort = EXACT
+
+
+def check_settings(starts: int, seed: int, prior: float | None) -> None:
+    """Refuse numbers that no search takes.
+
+    Raises
+    ------
+    ModelError
+        all of them.
+    """
+    problems = argument_problems({"starts": (Count(1), starts), "seed": (SEED, seed)})
+    if prior is not None and not (prior > 0.0 and math.isfinite(prior)):
+        problems.append(Problem("prior", f"{prior:g}", "must be a finite number greater than zero"))
+    if problems:
+        raise ModelError(problems)
+
+
+def estimates(
+    model: Model,
+    problem: DataProblem,
+    parameters: Parameters,
+    searched: Searched,
+    *,
+    notes: Sequence[str] = (),
+    profile: bool = False,
+    progress: Progress | None = None,
+) -> Fit:
+    """Judge the best minimum and put it in words.
+
+    Parameters
+    ----------
+    model
+        the start.
+    problem
+        what was measured.
+    parameters
+        the free ones.
+    searched
+        its minima.
+    notes
+        what else must be said, at the end.
+    profile
+        whether to find profile-likelihood intervals.
+    progress
+        called with the finished share of that; what it raises ends the fit.
+    """
+    minima = searched.minima
+    best = minima[0]
+    rows, jacobian = problem.data_residuals(best.x)
+    null = null_space(jacobian)
+    inside = best.at_bound == 0
+    rank = int(inside.sum()) - null_space(jacobian[:, inside]).shape[1]
+    chi_square = float(rows @ rows)
+    freedom = rows.size - problem.scales - rank
+    scale = math.sqrt(chi_square / freedom) if problem.assumed and freedom > 0 else 1.0
+    covariances = scale**2 * _covariance(problem, best, null)
+    spread = np.sqrt(np.diag(covariances))
+    ends: list[tuple[float, float] | None] = [None] * problem.count
+    if profile:
+        errors = spread, scale
+        ends = _profiles(problem, parameters, best.x, errors, effort=searched.effort, progress=progress)
+    values = parameters.values(best.x)
+    words = {-1: "lower", 0: "", 1: "upper"}
+    table = [
+        FittedParameter(
+            path,
+            float(parameters.start[p]),
+            float(values[p]),
+            float(values[p] * spread[p]),
+            float(parameters.lower[p]),
+            float(parameters.upper[p]),
+            words[int(best.at_bound[p])],
+            ends[p],
+        )
+        for p, path in enumerate(parameters.paths)
+    ]
+    open_ones = undetermined(parameters.paths, jacobian, split(problem.data_residuals, best.x, null), scale)
+    return Fit(
+        model=parameters.fitted(model, best.x),
+        parameters=tuple(table),
+        residuals=problem.residuals_of(best.x),
+        chi_square=chi_square,
+        degrees_of_freedom=freedom,
+        covariance=covariances,
+        minima=tuple(
+            LocalMinimum(
+                m.chi_square, dict(zip(parameters.paths, parameters.values(m.x).tolist(), strict=True)), m.times
+            )
+            for m in minima
+        ),
+        starts=searched.starts,
+        undetermined=open_ones,
+        notes=(*_notes(problem, parameters, searched, (scale, freedom)), *problem.remarks(open_ones), *notes),
+    )
+
+
+def _covariance(problem: DataProblem, best: Minimum, null: Array) -> Array:
+    """(P, P) covariance of the logarithms with parameters on a bound held there."""
+    inside = best.at_bound == 0
+    matrix = np.full((problem.count, problem.count), np.nan)
+    matrix[np.ix_(inside, inside)] = problem.covariance(best.x, inside)
+    if problem.prior is None:
+        for p in np.flatnonzero(np.any(np.abs(null) > 1e-5, axis=1) & inside):
+            matrix[p], matrix[:, p] = np.nan, np.nan
+            matrix[p, p] = np.inf
+    return matrix
+
+
+def _profiles(
+    problem: DataProblem,
+    parameters: Parameters,
+    x: Array,
+    errors: tuple[Array, float],
+    *,
+    effort: Effort,
+    progress: Progress | None,
+) -> list[tuple[float, float] | None]:
+    """Return the 95 % interval of every parameter, in SI; 0 or inf where the bound comes first."""
+
+    def residuals(y: Array) -> tuple[Array, Array]:
+        if progress is not None:
+            progress(share)
+        return problem.residuals(y)
+
+    spread, scale = errors
+    intervals: list[tuple[float, float] | None] = []
+    for p, start in enumerate(parameters.start.tolist()):
+        share = p / problem.count
+        if math.isinf(spread[p]):
+            intervals.append((0.0, math.inf))
+            continue
+        low, high = profile_of(residuals, x, p, parameters.box, errors=(float(spread[p]), scale), effort=effort)
+        intervals.append((start * math.exp(low), math.inf if math.isinf(high) else start * math.exp(high)))
+    return intervals
+
+
+def _notes(problem: DataProblem, parameters: Parameters, searched: Searched, numbers: tuple[float, int]) -> list[str]:
+    """Say what holds for any data: errors assumed, residuals too large, rivals, bounds."""
+    (scale, freedom), minima = numbers, searched.minima
+    notes = []
+    if problem.assumed:
+        notes.append(f"standard errors assumed: {'; '.join(problem.assumed)}.")
+        if freedom > 0:
+            notes.append(f"as some were assumed, all are scaled by {scale:.3g} so that chi-square per degree is one.")
+        else:
+            notes.append("with as many parameters as data the residuals cannot tell whether that is right.")
+    elif freedom > 0 and (chance := problem.chance(minima[0].x, freedom)) < 0.01:
+        notes.append(
+            f"the residuals are larger than the standard errors allow (probability {chance:.1g}): a datum, its "
+            "standard error or the model is wrong, and the standard errors of the parameters are too small."
+        )
+    rivals = [m for m in minima[1:] if m.chi_square - minima[0].chi_square < RIVAL * scale**2]
+    if rivals:
+        notes.append(
+            f"sets of parameters far from this one that fit as well (chi-square within {RIVAL * scale**2:.3g}): "
+            f"{len(rivals)}; they are in minima, and the data do not tell them apart."
+        )
+    if searched.failed:
+        notes.append(f"{searched.failed} of the starts did not converge.")
+    if any(m for m in minima[0].at_bound):
+        paths = [path for path, at in zip(parameters.paths, minima[0].at_bound.tolist(), strict=True) if at]
+        notes.append(f"on a bound: {', '.join(paths)}; widen it, unless it is known to hold.")
+    return notes
