@@ -70,14 +70,27 @@ def delay_of(x: Complex, z: Complex, period: float, lines: NDArray[np.bool_]) ->
     if scale == 0.0:
         return Found(0.0, 0.0, 0.0)
     cross = np.asarray(np.where(lines, np.conj(x) * z, 0.0) / scale, dtype=np.complex128)
+    return largest(cross, period)
+
+
+def largest(cross: Complex, period: float) -> Found:
+    """Return the delay within half a period either way at which the sum of products of lines is largest.
+
+    Parameters
+    ----------
+    cross
+        (K,) conj(x_k) z_k of lines 1 to K; zero where a line does not count.
+    period
+        [s].
+    """
     points = _FINER * int(2 ** np.ceil(np.log2(cross.size + 1)))
     padded = np.zeros(points, dtype=np.complex128)
     padded[1 : cross.size + 1] = cross
     c = np.fft.fft(padded).real
     best = int(np.argmax(c))
     delay = best / points * period
-    if np.count_nonzero(lines) == 1:  # a wave: the delay nearest to zero is meant
-        line = int(np.argmax(lines))
+    if np.count_nonzero(cross) == 1:  # a wave: the delay nearest to zero is meant
+        line = int(np.argmax(cross != 0.0))
         delay = float(np.angle(cross[line])) / (2.0 * np.pi * (line + 1)) * period
     for _ in range(4):
         delay += float(step(cross, delay, period))

@@ -17,6 +17,7 @@ from gearrattle.measured.validation.cycles import Cycles, Setting, Source, cut, 
 from gearrattle.measured.validation.effects import Explained
 from gearrattle.measured.validation.explained import SPARE, explained, sentences
 from gearrattle.measured.validation.impacts import compare_impacts, counted_of
+from gearrattle.measured.validation.measured_cycles import check_names, check_period, measured_cycles
 from gearrattle.measured.validation.pairing import Pairing, paired
 from gearrattle.measured.validation.parameters import Drawn, correlations, repeated, standard_errors
 from gearrattle.measured.validation.record import Clock, Level, Pair, Validation
@@ -32,10 +33,8 @@ from gearrattle.signals.conditioning import PASSED
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
-_ROUNDS = 4
 _AS_GOOD = 0.1  # correlations this near to the highest: the delay that scatters least is taken
 _FOLDED = 5.0  # %: more is reported
-_REMEDY = "set a steady speed, or compare orders over speed with validate_run_up"
 _EXACT_TOLERANCE = 1e-12  # of the contract, where the run's model does not say another
 
 
@@ -77,7 +76,7 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
     ModelError
         see ``validate``.
     """
-    _check_period(run.model)
+    check_period(run.model)
     errors = standard_errors(run.model, wanted.parameters)
     matter, notes = _matter(run, recording, wanted)
     clock, lines = _clock(matter)
@@ -131,26 +130,20 @@ def check_asked(model: Model, recording: Recording, wanted: Wanted) -> None:
     ModelError
         as of ``compared``, where the samples of the run play no part.
     """
-    _check_period(model)
+    check_period(model)
     simulation = to_be_recorded(model)
     pairing = paired(recording, simulation, wanted.match)
-    _check_names(pairing, wanted)
+    check_names(pairing, wanted)
     standard_errors(model, wanted.parameters)
     clearances = [channel.subject for channel in simulation.channels if channel.quantity == "deflection"]
     counted_of(clearances, pairing.measured, wanted.thresholds)
-
-
-def _check_period(model: Model) -> None:
-    if model.excitation.sweep is not None:
-        rule = "the speed changes along the run, so it has no period to compare by"
-        raise ModelError(Problem(f"{model.name or 'model'}: excitation", "a sweep", rule, _REMEDY))
 
 
 def _matter(run: Run, recording: Recording, wanted: Wanted) -> tuple[_Matter, tuple[str, ...]]:
     """Pair channels, and cut both records into cycles; with notes."""
     simulation = recorded(run)
     pairing = paired(recording, simulation, wanted.match)
-    _check_names(pairing, wanted)
+    check_names(pairing, wanted)
     measured, notes = source_of(recording, pairing.measured)
     simulated, _ = source_of(simulation, pairing.simulated)
     period = run.trajectory.layout.period
@@ -161,47 +154,9 @@ def _matter(run: Run, recording: Recording, wanted: Wanted) -> tuple[_Matter, tu
         raise ModelError(Problem("band", f"from {low:g} Hz", f"must begin below {top:.6g} Hz, where it ends"))
     steady = run.trajectory.discard * period, simulated.last
     sim = cut(simulated, period, setting, steady, whole_start=True)
-    cycles = _measured(measured, period, setting, wanted), sim
+    cycles = measured_cycles(measured, period, setting, wanted), sim
     drawn = _drawn(cycles, wanted.seed)
     return _Matter(run, pairing, wanted, setting, (measured, simulated), cycles, drawn, (low, top)), notes
-
-
-def _check_names(pairing: Pairing, wanted: Wanted) -> None:
-    """Refuse names that are no compared channel's."""
-    names = [channel.name for channel in pairing.measured]
-    by_channel = wanted.calibration if isinstance(wanted.calibration, Mapping) else {}
-    names_by_argument = {"noise": list(wanted.noise), "calibration": list(by_channel)}
-    names_by_argument["clock_by"] = [wanted.clock_by] if wanted.clock_by else []
-    rule = f"is no measured channel that is compared; these are {listed(names)}"
-    problems = [
-        Problem(key, name, rule)
-        for key, listed_names in names_by_argument.items()
-        for name in listed_names
-        if name not in names
-    ]
-    if problems:
-        raise ModelError(problems)
-
-
-def _measured(source: Source, period: float, setting: Setting, wanted: Wanted) -> Cycles:
-    """Cut the measured record into cycles as long as its own clock says."""
-    bounds = (
-        source.first if wanted.start is None else wanted.start,
-        source.last if wanted.end is None else wanted.end,
-    )
-    cycles = cut(source, period, setting, bounds, whole_start=False)
-    for _ in range(_ROUNDS):
-        amplitudes = cycles.amplitudes()
-        power = np.mean(cycles.values**2, axis=(0, 1))
-        strongest = np.max(np.mean(np.abs(amplitudes) ** 2, axis=0), axis=0) / np.where(power > 0.0, power, np.inf)
-        c = int(np.argmax(strongest))
-        by_own = clock.period_by_clock(
-            amplitudes[:, :, c], float(power[c]), cycles.period, refine=cycles.period != period
-        )
-        if by_own == cycles.period:
-            break
-        cycles = cut(source, by_own, setting, bounds, whole_start=False)
-    return cycles
 
 
 def _drawn(cycles: tuple[Cycles, Cycles], seed: int) -> tuple[Draws, Draws]:

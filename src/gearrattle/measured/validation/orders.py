@@ -107,6 +107,25 @@ def moved(lines: Lines, delay: float, own: Array, period: float) -> Lines:
     return Lines(mean, lines.replicates * np.exp(-1j * np.multiply.outer(own, w))[:, :, None], lines.draws)
 
 
+def strongest(
+    sizes: tuple[Array, Array], errors: tuple[Array, Array]
+) -> tuple[list[int], tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
+    """Return the indices of the lines that are compared, ascending, and which lines stand out of their scatter.
+
+    Parameters
+    ----------
+    sizes
+        (K,) of the lines of a channel, measured and simulated.
+    errors
+        (K,) their standard errors.
+    """
+    floor = _ROUNDING * max(float(size.max(initial=0.0)) for size in sizes)
+    first, second = (size > _PRESENT * error + floor for size, error in zip(sizes, errors, strict=True))
+    larger = np.maximum(np.where(first, sizes[0], 0.0), np.where(second, sizes[1], 0.0))
+    most = np.argsort(-larger, kind="stable")[:MOST]
+    return sorted(k for k in most.tolist() if larger[k] > _SMALL * float(larger.max(initial=0.0))), (first, second)
+
+
 def compare_orders(measured: Lines, simulated: Lines, base: float, frequency: float) -> list[tuple[Order, ...]]:
     """Return the strongest orders of every channel, ascending.
 
@@ -128,12 +147,9 @@ def compare_orders(measured: Lines, simulated: Lines, base: float, frequency: fl
     compared = []
     for c in range(measured.mean.shape[1]):
         one, other = np.abs(measured.mean[:, c]), np.abs(simulated.mean[:, c])
-        floor = _ROUNDING * max(float(one.max(initial=0.0)), float(other.max(initial=0.0)))
-        there = one > _PRESENT * errors[0][:, c] + floor, other > _PRESENT * errors[1][:, c] + floor
-        size = np.maximum(np.where(there[0], one, 0.0), np.where(there[1], other, 0.0))
-        strongest = np.argsort(-size, kind="stable")[:MOST]
+        chosen, there = strongest((one, other), (errors[0][:, c], errors[1][:, c]))
         rows = []
-        for k in sorted(k for k in strongest.tolist() if size[k] > _SMALL * float(size.max(initial=0.0))):
+        for k in chosen:
             a = float(one[k])
             b = float(other[k])
             far = float(reach[k, c])
