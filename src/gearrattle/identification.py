@@ -1,6 +1,6 @@
-"""Parameters from measurements: of measured modes and responses, of a torque-angle loop."""
+"""Parameters from measurements: of measured modes and responses, of a recorded motion, of a torque-angle loop."""
 
-from gearrattle.measured.identification.fit import fit
+from gearrattle.measured.fitting.fit import fit
 from gearrattle.measured.identification.loop_fit import fit_loop
 
 __all__ = [

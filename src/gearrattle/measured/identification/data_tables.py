@@ -45,7 +45,7 @@ def read_frequency(text: str) -> float:
     return Quantity(units.ANGULAR_VELOCITY, "positive").read(text, False)
 
 
-class _Numbers(Reader):
+class Numbers(Reader):
     """A table of name = number."""
 
     def read(self, value: Any, _dimensionless: bool, /) -> dict[str, float]:
@@ -88,9 +88,9 @@ class _Samples(Reader):
 class StateTable(Table):
     """Keys that say in which state the driveline was."""
 
-    contact_ratio: Annotated[dict[str, float], _Numbers()] | None = None
+    contact_ratio: Annotated[dict[str, float], Numbers()] | None = None
     """Factor on the slope of the last drive stage, by element."""
-    region: Annotated[dict[str, float], _Numbers()] | None = None
+    region: Annotated[dict[str, float], Numbers()] | None = None
     """Region by element."""
     rigid: tuple[Annotated[str, Label()], ...] = ()
     """Elements that may not deflect."""
@@ -109,7 +109,7 @@ class ModeTable(StateTable):
     """Standard error of the frequency, with its unit."""
     relative_error: Annotated[float, Plain("positive")] | None = None
     """The same as a part of the frequency."""
-    shape: Annotated[dict[str, float], _Numbers()] | None = None
+    shape: Annotated[dict[str, float], Numbers()] | None = None
     """Amplitudes by inertia, scale and sign free."""
     shape_error: Annotated[float, Plain("positive")] | None = None
     """Standard error of each amplitude, as a part of the largest."""

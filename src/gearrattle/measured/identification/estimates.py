@@ -67,7 +67,7 @@ class DataProblem(Protocol):
     def chance(self, x: Array, freedom: int) -> float:
         """Probability of a chi-square of the data this large or larger."""
 
-    def remarks(self, open_ones: Sequence[Combination]) -> list[str]:
+    def remarks(self, x: Array, open_ones: Sequence[Combination], /) -> list[str]:
         """What must be said of these data alone."""
 
 
@@ -183,7 +183,7 @@ def estimates(
         ),
         starts=searched.starts,
         undetermined=open_ones,
-        notes=(*_notes(problem, parameters, searched, (scale, freedom)), *problem.remarks(open_ones), *notes),
+        notes=(*_notes(problem, parameters, searched, (scale, freedom)), *problem.remarks(best.x, open_ones), *notes),
     )
 
 

@@ -192,7 +192,9 @@ def _curved(paths: Sequence[str], row: Array, structural: bool) -> Combination:
     row = row / row[int(np.argmax(np.abs(row)))]
     exponents = {path: value for path, value in zip(paths, row.tolist(), strict=True) if abs(value) > _WHOLE}
     names = _powers(exponents)
-    if structural:
+    if structural and len(exponents) == 1:
+        words = f"{next(iter(exponents))}: no datum depends on it near this value"
+    elif structural:
         words = f"multiplying {names} changes nothing as long as s is near 1, and more as others follow"
     else:
         words = f"multiplying {names} is not noticed to first order; a larger change is"

@@ -13,7 +13,7 @@ Takes a Model, paths and states; gives ``Parameters`` and the ``Coefficients`` o
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any
@@ -30,6 +30,8 @@ from gearrattle.model.paths import value_at
 from gearrattle.model.table import did_you_mean, listed, shown
 
 Array = NDArray[np.float64]
+
+Refused = Callable[[str], "tuple[str, str] | None"]
 
 _EXPONENT = 1e-9
 
@@ -99,8 +101,19 @@ class Coefficients:
     basis: Array
 
 
+def of_friction(path: str) -> tuple[str, str] | None:
+    """Say that friction cannot be a parameter of what is linear; None for any other value."""
+    if path.rsplit(".", 1)[-1] not in ("hysteresis", "stick_stiffness"):
+        return None
+    return "friction enters neither modes nor linear responses", "leave it out of free"
+
+
 def free_parameters(
-    model: Model, free: Sequence[str], bounds: Mapping[str, tuple[Any, Any]], factor: float
+    model: Model,
+    free: Sequence[str],
+    bounds: Mapping[str, tuple[Any, Any]],
+    factor: float,
+    refused: Refused = of_friction,
 ) -> Parameters:
     """Look up paths, values and bounds.
 
@@ -114,6 +127,8 @@ def free_parameters(
         lowest and highest value by path, as in a model file.
     factor
         bounds of the others: start / factor and start * factor.
+    refused
+        a path to the rule and the remedy of one that cannot be a parameter of these data, or None.
 
     Raises
     ------
@@ -130,7 +145,7 @@ def free_parameters(
         Problem(f"free: {path}", shown(value), rule, remedy)
         for path in paths
         for value in [value_at(tables, path)]
-        for rule, remedy in [_of_friction(path) or _not_positive(value)]
+        for rule, remedy in [refused(path) or _not_positive(value)]
         if rule
     ]
     unknown = [path for path in bounds if path not in paths]
@@ -211,13 +226,6 @@ def _expanded(free: Sequence[str], names: Sequence[str]) -> list[str]:
         rule = "no parameter is free: at least one path is needed"
         raise ModelError(Problem("free", "", rule, 'such as "coupling.clutch.stiffness"; "inertia.*.J" frees all J'))
     return list(paths)
-
-
-def _of_friction(path: str) -> tuple[str, str] | None:
-    """Say that friction cannot be a parameter; None for any other value."""
-    if path.rsplit(".", 1)[-1] not in ("hysteresis", "stick_stiffness"):
-        return None
-    return "friction enters neither modes nor linear responses", "leave it out of free"
 
 
 def _not_positive(value: object) -> tuple[str, str]:

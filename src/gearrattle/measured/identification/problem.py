@@ -123,7 +123,7 @@ class FitProblem:
         rows = self.data_residuals(x)[0]
         return float(chi2.sf(rows @ rows, freedom))
 
-    def remarks(self, open_ones: Sequence[Combination]) -> list[str]:
+    def remarks(self, _x: Array, open_ones: Sequence[Combination], /) -> list[str]:
         """What must be said of these data alone."""
         if self.data.responses or not any(_is_scale(c) for c in open_ones):
             return []

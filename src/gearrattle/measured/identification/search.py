@@ -42,11 +42,14 @@ class Effort:
         relative change of chi-square and of the parameters that ends it.
     roughly
         the same on the first way, that with blunted data; None: the second way alone.
+    settles
+        whether a search that uses up its evaluations has failed; residuals that jump let none settle.
     """
 
     evaluations: int
     tolerance: float
     roughly: float | None
+    settles: bool = True
 
 
 EXACT = Effort(1500, 1e-15, 1e-6)
@@ -170,7 +173,7 @@ def local(
             roughly = replace(effort, tolerance=effort.roughly)
             inside = np.clip(_descend(_weighted(residuals, weight), inside, box, roughly).x, *_inside(box))
         ended = _descend(residuals, inside, box, effort)
-        return _pinned(residuals, np.asarray(ended.x), box, effort, bool(ended.status > 0))
+        return _pinned(residuals, np.asarray(ended.x), box, effort, bool(ended.status > 0) or not effort.settles)
     except np.linalg.LinAlgError:
         return None
 

@@ -1,4 +1,4 @@
-"""``fit``: a rough model and data in, the model that fits them best out, with what the data leave open.
+"""``fit_modes``: a rough model and modes and responses in, the model that fits them best out.
 
     minimise over x = ln(p / start), within bounds:  sum ((model(x) - datum) / standard error)^2
 
@@ -29,7 +29,7 @@ from gearrattle.measured.identification.search import starts as starts_of
 from gearrattle.model import Model, check_model
 
 
-def fit(
+def fit_modes(
     model: Model,
     data: Data,
     free: Sequence[str],
@@ -44,39 +44,7 @@ def fit(
     profile: bool = False,
     progress: Progress | None = None,
 ) -> Fit:
-    """Find the parameters of a model that fit measured modes and frequency responses best.
-
-    Parameters
-    ----------
-    model
-        the rough start; what is not free keeps its value.
-    data
-        path of a data file (TOML), or its tables: ``{"mode": [{"number": 2, "frequency": "55 Hz"}]}``.
-    free
-        paths of the parameters to find, as ``Model.with_`` takes them; ``"inertia.*.J"`` frees all that match.
-    bounds
-        lowest and highest value by path, as in a model file.
-    factor
-        bounds of the others: start / factor and start * factor.
-    contact_ratio
-        as of ``modes``, for data that do not name their own state; every clearance is closed otherwise.
-    region
-        as of ``modes``, likewise.
-    starts
-        number of starts: the model itself, then a Latin hypercube in the bounds.
-    seed
-        of the hypercube; the same seed gives the same answer.
-    prior
-        standard deviation of every ln(parameter / start), as if the start had been measured; None: no prior.
-    profile
-        also find 95 % profile-likelihood intervals; takes some tens of local searches a parameter.
-    progress
-        called with the finished share; what it raises ends the fit.
-
-    Returns
-    -------
-    Fit
-        The fitted model, standard errors, residuals, all distinct minima, and what the data do not determine.
+    """Find the parameters of a model that fit measured modes and frequency responses best; arguments as of ``fit``.
 
     Raises
     ------
@@ -85,16 +53,6 @@ def fit(
         start, no free parameter.
     ConvergenceError
         no start converged.
-
-    Examples
-    --------
-    >>> model = gr.example("case3")
-    >>> second = gr.modes(model).frequencies[1] / (2.0 * np.pi)
-    >>> start = model.with_({"coupling.clutch.stiffness": 1.2 * model.couplings[0].stiffness})
-    >>> data = {"mode": [{"number": 2, "frequency": f"{second} Hz"}]}
-    >>> fit = gr.identification.fit(start, data, ["coupling.clutch.stiffness"], starts=1)
-    >>> round(fit.parameters[0].value / model.couplings[0].stiffness, 4)
-    1.0
     """
     check_model(model)
     check_settings(starts, seed, prior)

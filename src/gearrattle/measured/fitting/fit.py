@@ -1,0 +1,160 @@
+"""``fit``: a rough model and data in, the model that fits them best out, with what the data leave open.
+
+Takes a Model and data of any kind; gives a ``Fit``.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.measured.fitting.motion_fit import fit_motion
+from gearrattle.measured.fitting.recording_table import RecordingTable, RecordingTables
+from gearrattle.measured.identification.data_file import Data
+from gearrattle.measured.identification.estimates import FACTOR, STARTS, Progress
+from gearrattle.measured.identification.fitted import Fit
+from gearrattle.measured.identification.modes_fit import fit_modes
+from gearrattle.measured.read import read
+from gearrattle.model import Model, check_model
+from gearrattle.model.file import check_reachable, read_tables, read_text
+from gearrattle.model.problems import Positions, model_error
+from gearrattle.recording import Recording
+
+KIND = "data file"
+
+
+def fit(
+    model: Model,
+    data: Data | Recording,
+    free: Sequence[str],
+    *,
+    bounds: Mapping[str, tuple[float | str, float | str]] | None = None,
+    factor: float = FACTOR,
+    contact_ratio: Mapping[str, float] | None = None,
+    region: Mapping[str, int] | None = None,
+    starts: int = STARTS,
+    seed: int = 0,
+    prior: float | None = None,
+    profile: bool = False,
+    progress: Progress | None = None,
+) -> Fit:
+    """Find the parameters of a model that fit measured data best: modes and responses, or a recorded motion.
+
+    One function for all: what is asked, and the answer, do not depend on what was measured.
+
+    Parameters
+    ----------
+    model
+        the rough start; what is not free keeps its value.
+    data
+        path of a data file (TOML), or its tables: ``{"mode": [{"number": 2, "frequency": "55 Hz"}]}`` or
+        ``{"recording": {"file": "rig.csv", "start": "2 s"}}``; or a recorded motion as ``validate`` takes it: a
+        Recording, a measured file, a mapping for one.
+    free
+        paths of the parameters to find, as ``Model.with_`` takes them; ``"inertia.*.J"`` frees all that match.
+    bounds
+        lowest and highest value by path, as in a model file.
+    factor
+        bounds of the others: start / factor and start * factor.
+    contact_ratio
+        as of ``modes``, for modes and responses that do not name their own state; every clearance is closed
+        otherwise.
+    region
+        as of ``modes``, likewise.
+    starts
+        number of starts: the model itself, then a Latin hypercube in the bounds. Of a motion one is simulated at
+        every start, and those that fit best are followed.
+    seed
+        of the hypercube and of the bootstrap over measured cycles; the same seed gives the same answer.
+    prior
+        standard deviation of every ln(parameter / start), as if the start had been measured; None: no prior.
+    profile
+        also find 95 % profile-likelihood intervals; takes some tens of local searches a parameter.
+    progress
+        called with the finished share; what it raises ends the fit.
+
+    Returns
+    -------
+    Fit
+        The fitted model, standard errors, residuals, all distinct minima, and what the data do not determine.
+
+    Raises
+    ------
+    ModelError
+        an unknown path or name, a value without unit, a mode the model does not have, bounds without the
+        start, no free parameter; of a motion what ``validate`` refuses, and parameters that set the period.
+    ConvergenceError
+        no start converged.
+
+    Examples
+    --------
+    >>> model = gr.example("case3")
+    >>> second = gr.modes(model).frequencies[1] / (2.0 * np.pi)
+    >>> start = model.with_({"coupling.clutch.stiffness": 1.2 * model.couplings[0].stiffness})
+    >>> data = {"mode": [{"number": 2, "frequency": f"{second} Hz"}]}
+    >>> fit = gr.identification.fit(start, data, ["coupling.clutch.stiffness"], starts=1)
+    >>> round(fit.parameters[0].value / model.couplings[0].stiffness, 4)
+    1.0
+
+    A recorded motion, here of a model with another stiffness:
+
+    >>> run = gr.simulate(gr.example("backlash_oscillator"), cycles=80, discard=40, samples_per_cycle=64)
+    >>> run.model.couplings[0].name
+    'gap'
+    """
+    check_model(model)
+    recorded = recording_of(data)
+    arguments: dict[str, Any] = {"bounds": bounds, "factor": factor, "starts": starts, "seed": seed, "prior": prior}
+    arguments |= {"profile": profile, "progress": progress}
+    if recorded is None:
+        assert not isinstance(data, Recording)
+        return fit_modes(model, data, free, contact_ratio=contact_ratio, region=region, **arguments)
+    states = {"contact_ratio": contact_ratio, "region": region}
+    problems = [
+        Problem(name, "", "is a state of modes and responses; a recorded motion passes through its own", "leave it out")
+        for name, state in states.items()
+        if state
+    ]
+    if problems:
+        raise ModelError(problems)
+    recording, table = recorded
+    return fit_motion(model, recording, table, free, **arguments)
+
+
+def recording_of(data: Data | Recording) -> tuple[Recording, RecordingTable] | None:
+    """Return the recorded motion and how it is compared; None where data are modes and responses.
+
+    Raises
+    ------
+    ModelError
+        what is wrong with the file or the tables, with its place.
+    """
+    if isinstance(data, Recording):
+        return data, RecordingTable(file=data)
+    if isinstance(data, Mapping):
+        return _named(data, Positions(), Path()) if "recording" in data else None
+    name = os.fspath(data)
+    if Path(name).suffix.lower() != ".toml":
+        return read(name), RecordingTable(file=name)
+    tables, positions = read_tables(read_text(name, KIND), name, KIND)
+    if "recording" in tables:
+        return _named(tables, positions, Path(name).parent)
+    return (read(name), RecordingTable(file=name)) if "channel" in tables else None
+
+
+def _named(tables: Mapping[str, Any], positions: Positions, folder: Path) -> tuple[Recording, RecordingTable]:
+    """Read the recording that a data file names."""
+    try:
+        table = RecordingTables.model_validate(tables).recording
+    except ValidationError as error:
+        raise model_error(error, tables, positions) from None
+    if isinstance(table.file, Recording):
+        return table.file, table
+    if positions.name:  # tables from Python name what their author may read
+        check_reachable(table.file, folder)
+    return read(folder / table.file), table

@@ -1,0 +1,321 @@
+"""The least-squares problem of a recorded motion: a simulation a point, derivatives by central differences.
+
+How smooth the residuals are is measured, not assumed (J. J. More, S. M. Wild 2011, SIAM J. Sci. Comput. 33, 1292): the
+second difference of the residuals over a step of 1e-7 is rounding where the motion settles, and of the size of the
+simulated scatter where it is chaotic. With that jitter e and residuals that bend as much as they are large, S, the
+central difference is best at the step h = (3 e / S)^(1/3).
+
+Takes a recorded motion, a simulator and parameters; gives residuals to the search.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ConvergenceError, ModelError
+from gearrattle.measured.fitting.recorded import Motion, Recorded
+from gearrattle.measured.fitting.simulated import SETTLED, Simulator, unrest
+from gearrattle.measured.identification.identifiability import Combination, null_space
+from gearrattle.measured.identification.parameters import Parameters
+from gearrattle.measured.identification.problem import Residual
+from gearrattle.measured.validation.cycles import Cycles
+from gearrattle.model import Model
+
+Array = NDArray[np.float64]
+
+ROUGH = 0.05
+"""Jitter of the residuals, in standard errors, from which on they are not smooth."""
+STEPS = 1e-4, 0.1
+"""Smallest and largest step of the logarithms."""
+_TINY = 1e-7  # step of the logarithms over which jitter shows
+_NOTHING = 1e-6  # of the longest row of a Jacobian: shorter is rounding
+_ROUNDING = 1e-10  # of a row
+_BENT = 0.5  # standard errors of the data
+_FAR = 0.5  # a standard error of a logarithm over which nobody expects a straight line
+_SURE = 1.6  # times what noise alone makes of it
+
+
+@dataclass(frozen=True)
+class MotionProblem:
+    """A recorded motion and a model whose motion is to agree with it.
+
+    Attributes
+    ----------
+    recorded
+        what was measured.
+    simulator
+        how a model's motion is computed.
+    model
+        the start.
+    parameters
+        the free ones.
+    prior
+        standard deviation of every ln(parameter / start); None: no prior.
+    counted
+        called after every simulation.
+    """
+
+    recorded: Recorded
+    simulator: Simulator
+    model: Model
+    parameters: Parameters
+    prior: float | None = None
+    counted: Callable[[], None] = lambda: None
+    _kept: dict[bytes, Motion] = field(default_factory=dict, repr=False)
+
+    def cycles(self, x: Array) -> Cycles:
+        """Return the judged cycles of the motion at logarithms x.
+
+        Raises
+        ------
+        ConvergenceError
+            there is no such model, or it has no motion.
+        """
+        try:
+            return self.simulator.cycles(self.parameters.fitted(self.model, x))
+        except ModelError as error:
+            raise ConvergenceError(f"no motion with these values: {error}", remedy="narrower bounds") from None
+        finally:
+            self.counted()
+
+    def rows(self, x: Array) -> Array:
+        """(N,) residuals of the data."""
+        key = x.tobytes()
+        if key not in self._kept:
+            self._kept[key] = self.simulator.motion_of(self.cycles(x))
+        return self.recorded.rows(self._kept[key])
+
+    def scattering(self, x: Array, seed: int) -> MotionProblem:
+        """Return the problem with the scatter of the simulated motion at x in its standard errors."""
+        return replace(self, recorded=self.recorded.beside(self.cycles(x), seed))
+
+    def chi_square(self, x: Array) -> float:
+        """Sum of squares of the residuals, a prior's included."""
+        rows = self.rows(x)
+        return float(rows @ rows) + (0.0 if self.prior is None else float(x @ x) / self.prior**2)
+
+    @cached_property
+    def slope(self) -> float:
+        """What a change of the logarithm by one is worth in a row, roughly: the motion over its standard error."""
+        return float(np.sqrt(np.mean((self.recorded.own_values / self.recorded.errors) ** 2)))
+
+    def jitter(self, x: Array) -> float:
+        """Return by how much the residuals jump over a step that is next to none, in standard errors."""
+        away = np.random.default_rng(0).standard_normal(len(self.parameters.paths))
+        away *= _TINY / np.linalg.norm(away)
+        ahead, behind = self.rows(x + away), self.rows(x - away)
+        return float(np.sqrt(np.mean((ahead - 2.0 * self.rows(x) + behind) ** 2) / 6.0))
+
+    def step(self, jitter: float) -> float:
+        """Return the step of a central difference."""
+        return float(np.clip((3.0 * jitter / self.slope) ** (1.0 / 3.0), *STEPS))
+
+    def differences(self, jitter: float) -> Differences:
+        """Return the problem with derivatives for residuals that jump by so much."""
+        return Differences(self, jitter, self.step(jitter))
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A motion problem with derivatives: what a search and a judgement ask.
+
+    Attributes
+    ----------
+    of
+        the problem.
+    """
+
+    of: MotionProblem
+
+    @property
+    def count(self) -> int:
+        """Number of parameters P."""
+        return len(self.of.parameters.paths)
+
+    @property
+    def prior(self) -> float | None:
+        """Standard deviation of every ln(parameter / start); None: no prior."""
+        return self.of.prior
+
+    @property
+    def scales(self) -> int:
+        """One, where the delay of the clocks is fitted as well."""
+        return int(self.of.recorded.fits_delay)
+
+    @property
+    def assumed(self) -> Sequence[str]:
+        """What had no standard error of its own: nothing, the cycles scatter."""
+        return ()
+
+    def data_residuals(self, x: Array) -> tuple[Array, Array]:
+        """(N,) residuals of the data and (N, P) Jacobian."""
+        raise NotImplementedError
+
+    def covariance_of_rows(self, _x: Array) -> Array:
+        """(N, N) of the residuals."""
+        return self.of.recorded.covariance
+
+    def residuals(self, x: Array) -> tuple[Array, Array]:
+        """(N,) residuals and (N, P) Jacobian, the prior's rows last."""
+        rows, jacobian = self.data_residuals(x)
+        if self.prior is None:
+            return rows, jacobian
+        return np.concatenate([rows, x / self.prior]), np.vstack([jacobian, np.eye(x.size) / self.prior])
+
+    def residuals_of(self, x: Array) -> tuple[Residual, ...]:
+        """Every datum beside its fitted value."""
+        return self.of.recorded.records(self.data_residuals(x)[0])
+
+    def covariance(self, x: Array, free: NDArray[np.bool_]) -> Array:
+        """(F, F) covariance of the free x, the others held."""
+        return spread(self.residuals(x)[1][:, free], self.covariance_of_rows(x))
+
+    def chance(self, x: Array, freedom: int) -> float:
+        """Probability of a chi-square of the data this large or larger."""
+        return chance(self.data_residuals(x), self.covariance_of_rows(x), (freedom, self.of.recorded.draws.freedom))
+
+
+@dataclass(frozen=True)
+class Differences(Judged):
+    """A motion problem with central differences.
+
+    Attributes
+    ----------
+    jitter
+        of its residuals, in standard errors.
+    step
+        of the logarithms.
+    """
+
+    jitter: float
+    step: float
+    _kept: dict[bytes, Array] = field(default_factory=dict, repr=False)
+
+    def data_residuals(self, x: Array) -> tuple[Array, Array]:
+        """(N,) residuals of the data and (N, P) Jacobian."""
+        key = x.tobytes()
+        if key not in self._kept:
+            self._kept[key] = seen(self._differences(x), self._noise)
+        return self.of.rows(x), self._kept[key]
+
+    @property
+    def _noise(self) -> Array:
+        """(1, 1) standard error of an entry of the Jacobian."""
+        return np.full((1, 1), max(self.jitter, _ROUNDING * self.of.slope) / (self.step * math.sqrt(2.0)))
+
+    def _differences(self, x: Array) -> Array:
+        columns = []
+        for p in range(self.count):
+            away = np.zeros(self.count)
+            away[p] = self.step
+            columns.append((self.of.rows(x + away) - self.of.rows(x - away)) / (2.0 * self.step))
+        return np.column_stack(columns)
+
+    def remarks(self, x: Array, _open_ones: Sequence[Combination], /) -> list[str]:
+        """Say where the motion has not settled, and where a straight line does not hold over a standard error."""
+        said = []
+        restless = 100.0 * float(np.max(unrest(self.of.cycles(x)), initial=0.0))
+        if restless > 100.0 * SETTLED:
+            said.append(
+                f"the simulated motion still changes from cycle to cycle, by {restless:.2g} % of a channel's rms: "
+                "raise discard if it has not settled."
+            )
+        bent = [
+            f"{path} (by {off:.2g} of the data's)"
+            for path, off in zip(self.of.parameters.paths, self._bent(x), strict=True)
+            if off > _BENT
+        ]
+        if bent:
+            said.append(
+                f"over one standard error the residuals leave a straight line: {', '.join(bent)}. The motion jumps or "
+                "bends there, at a grazing or a fold; take standard errors as rough, and look at a profile."
+            )
+        return said
+
+    def _bent(self, x: Array) -> list[float]:
+        """Return by how much the residuals leave a straight line over a standard error of every parameter, rms."""
+        rows, jacobian = self.data_residuals(x)
+        errors = np.sqrt(np.diag(self.covariance(x, np.ones(x.size, dtype=np.bool_))))
+        off = []
+        for p, error in enumerate(errors.tolist()):
+            if not _ROUNDING < error < _FAR or not jacobian[:, p].any():
+                off.append(0.0)
+                continue
+            away = np.zeros(x.size)
+            away[p] = error
+            ends = [self.of.rows(x + side * away) - rows - side * error * jacobian[:, p] for side in (-1.0, 1.0)]
+            off.append(float(np.sqrt(np.mean(np.square(ends)))))
+        return off
+
+
+def seen(jacobian: Array, noise: Array) -> Array:
+    """Return a Jacobian without the directions that stand in its noise: nothing was noticed of them.
+
+    Parameters
+    ----------
+    jacobian
+        (N, P).
+    noise
+        (N, 1) or (1, 1) standard error of its entries, above zero.
+    """
+    _, values, right = np.linalg.svd(jacobian / noise, full_matrices=False)
+    there = values > _SURE * np.sqrt(len(jacobian))
+    if there.all():
+        return jacobian
+    kept = jacobian @ right[there].T @ right[there]
+    length = np.linalg.norm(kept, axis=1)
+    return np.where((length > _NOTHING * length.max(initial=0.0))[:, None], kept, 0.0)
+
+
+def spread(jacobian: Array, covariance: Array) -> Array:
+    """(P, P) covariance of the least-squares estimate from residuals that are not independent.
+
+    With G = (J' J)^+ J' it is G C G' (H. White 1980, Econometrica 48, 817); rows beyond those of C, of a prior, are
+    independent.
+
+    Parameters
+    ----------
+    jacobian
+        (M, P).
+    covariance
+        (N, N) of the first N rows.
+    """
+    null = null_space(jacobian)
+    count = jacobian.shape[1]
+    kept = np.linalg.svd(null, full_matrices=True)[0][:, null.shape[1] :] if null.shape[1] else np.eye(count)
+    gain = kept @ np.linalg.pinv(jacobian @ kept)
+    n = len(covariance)
+    return np.asarray(gain[:, :n] @ covariance @ gain[:, :n].T + gain[:, n:] @ gain[:, n:].T)
+
+
+def chance(data: tuple[Array, Array], covariance: Array, freedom: tuple[int, float]) -> float:
+    """Return the probability of a sum of squares this large or larger, of residuals that are not independent.
+
+    The sum is taken for a multiple of chi-square with its mean and variance (F. E. Satterthwaite 1946), over one of
+    the freedom that the covariance was estimated with.
+
+    Parameters
+    ----------
+    data
+        (N,) residuals and (N, P) Jacobian.
+    covariance
+        (N, N).
+    freedom
+        rows less values fitted; of the covariance.
+    """
+    from scipy.stats import f
+
+    rows, jacobian = data
+    left, values, _ = np.linalg.svd(jacobian, full_matrices=False)
+    basis = left[:, values > 1e-12 * values.max(initial=0.0)]
+    off = np.eye(rows.size) - basis @ basis.T
+    matrix = off @ covariance @ off
+    mean = float(np.trace(matrix)) * freedom[0] / max(rows.size - basis.shape[1], 1)
+    equivalent = float(np.trace(matrix)) ** 2 / float(np.sum(matrix**2))
+    return float(f.sf(rows @ rows / mean, equivalent, freedom[1]))

@@ -1,0 +1,287 @@
+"""What of a recording is fitted: lines of its mean cycle, and levels, each with its standard error from the cycles.
+
+Of a channel with the lines z_k of its measured mean cycle (``validation``: same pairing, same cycles, same bootstrap,
+the lines that a validation reports) and s_k of the simulated one,
+
+    r = Re(s_k exp(i w_k d) conj(z_k) / |z_k|) - |z_k|,   Im(s_k exp(i w_k d) conj(z_k) / |z_k|),   over sigma_k,
+
+in phase with the measured line and in quadrature. Lines of a mean are free of bias by noise, and smooth where the
+motion is. The rms of a channel, which unknown noise raises, counts only where its noise is stated. d is the delay of
+the clocks with the least sum of squares, one more value that is fitted; or it is known.
+
+sigma_k^2 adds up the scatter of the measured cycles, what resampling leaves open, the calibration as stated and, of a
+simulated motion that does not repeat itself, the scatter of its cycles.
+
+Takes a recording, a model and a pairing; gives rows in standard errors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.measured.identification.problem import Residual
+from gearrattle.measured.validation import clock, levels, orders
+from gearrattle.measured.validation.cycles import Cycles
+from gearrattle.measured.validation.scatter import Draws, draws
+from gearrattle.recording import Channel
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+RESAMPLED = 1e-4
+"""Of the strongest line of a channel: what resampling leaves open (``signals.conditioning``)."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What is compared of one motion.
+
+    Attributes
+    ----------
+    lines
+        (K, C) lines 1 to K of the mean cycle of every channel, by the motion's own clock.
+    power
+        (C,) mean square in the band.
+    """
+
+    lines: Complex
+    power: Array
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """Which lines of which channels are compared.
+
+    Attributes
+    ----------
+    line
+        (n,) index, from 0.
+    channel
+        (n,) index.
+    by_rms
+        (m,) indices of channels whose rms is compared as well.
+    phases
+        whether phases are, or amplitudes alone.
+    delay
+        of the clocks [s]; None: fitted.
+    """
+
+    line: NDArray[np.int64]
+    channel: NDArray[np.int64]
+    by_rms: NDArray[np.int64]
+    phases: bool
+    delay: float | None
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """The measured motion, its standard errors, and how a simulated one is set against it.
+
+    Attributes
+    ----------
+    channels
+        of the C columns, as measured.
+    motion
+        the measured one.
+    period
+        of the model [s].
+    base
+        order of the first line.
+    chosen
+        what is compared.
+    draws
+        replicates of the mean of the measured cycles.
+    replicates
+        (R, n) of the chosen lines.
+    power_replicates
+        (R, m) of the mean squares, the noise not taken off.
+    noise
+        (m,) mean square of the stated noise.
+    calibration
+        (C,) relative standard uncertainty.
+    scatter
+        (N,) standard error of every row of the simulated motion; zero of one that repeats itself.
+    """
+
+    channels: tuple[Channel, ...]
+    motion: Motion
+    period: float
+    base: float
+    chosen: Chosen
+    draws: Draws
+    replicates: Complex
+    power_replicates: Array
+    noise: Array
+    calibration: Array
+    scatter: Array | float = 0.0
+
+    def beside(self, cycles: Cycles, seed: int) -> Recorded:
+        """Return the same with the scatter of simulated cycles in the standard errors."""
+        how = draws(levels.mean_squares(cycles), np.random.default_rng(seed), lines=orders.strong(cycles))
+        lines = how.means(cycles.amplitudes()[:, self.chosen.line, self.chosen.channel])
+        size = how.error(lines.real) ** 2 + how.error(lines.imag) ** 2
+        parts = [np.sqrt(0.5 * size)] * (2 if self.chosen.phases else 1)
+        squares = np.log(how.weights @ levels.mean_squares(cycles)[:, self.chosen.by_rms])
+        return replace(self, scatter=np.concatenate([*parts, 0.5 * how.error(squares)]))
+
+    @property
+    def fits_delay(self) -> bool:
+        """Whether the delay of the clocks is fitted."""
+        return self.chosen.phases and self.chosen.delay is None
+
+    @cached_property
+    def measured(self) -> Complex:
+        """(n,) the chosen lines."""
+        return self._of(self.motion)
+
+    @cached_property
+    def omega(self) -> Array:
+        """(n,) their angular frequencies [rad/s]."""
+        return np.asarray(2.0 * np.pi * (self.chosen.line + 1) / self.period)
+
+    @cached_property
+    def direction(self) -> Complex:
+        """(n,) unit vectors along them."""
+        size = np.abs(self.measured)
+        return np.asarray(np.where(size > 0.0, self.measured / np.where(size > 0.0, size, 1.0), 1.0))
+
+    @cached_property
+    def _deviations(self) -> Array:
+        """(R, N) deviations of the measured replicates in every row."""
+        turned = (self.replicates - self.measured) * np.conj(self.direction)
+        parts = [turned.real, turned.imag] if self.chosen.phases else [turned.real]
+        power = self.motion.power[self.chosen.by_rms]
+        by_rms = 0.5 * (self.power_replicates - power) / (power - self.noise)
+        return np.concatenate([*parts, by_rms], axis=1)
+
+    @cached_property
+    def _open(self) -> Array:
+        """(N,) what resampling leaves open of every row."""
+        strongest = np.abs(self.motion.lines).max(axis=0)
+        lines = RESAMPLED * strongest[self.chosen.channel]
+        return np.concatenate([*([lines] * (2 if self.chosen.phases else 1)), np.full(self.noise.size, RESAMPLED)])
+
+    @cached_property
+    def _gains(self) -> Array:
+        """(C, N) what the calibration leaves open of every row, a channel each."""
+        size = np.abs(self.measured) * self.calibration[self.chosen.channel]
+        both = [size, np.zeros_like(size)] if self.chosen.phases else [size]
+        whole = np.concatenate([*both, self.calibration[self.chosen.by_rms]])
+        return np.where(np.arange(len(self.channels))[:, None] == self._channel_of_row, whole, 0.0)
+
+    @cached_property
+    def _channel_of_row(self) -> NDArray[np.int64]:
+        lines = [self.chosen.channel] * (2 if self.chosen.phases else 1)
+        return np.concatenate([*lines, self.chosen.by_rms])
+
+    @cached_property
+    def errors(self) -> Array:
+        """(N,) standard error of every row; both parts of a line have one."""
+        square = self.draws.error(self._deviations) ** 2
+        n = self.measured.size
+        if self.chosen.phases:
+            square[:n] = square[n : 2 * n] = 0.5 * (square[:n] + square[n : 2 * n])
+        return np.asarray(np.sqrt(square + self._open**2 + np.sum(self._gains**2, axis=0) + self.scatter**2))
+
+    @cached_property
+    def covariance(self) -> Array:
+        """(N, N) of the rows in standard errors: what scatters together in a cycle, or is of one calibration."""
+        away = (self._deviations - self._deviations.mean(axis=0)) / self.errors
+        widened = 1.0 / (1.0 - self.draws.block / self.draws.weights.shape[1])
+        gains = self._gains / self.errors
+        return np.asarray(
+            widened * away.T @ away / len(away) + gains.T @ gains + np.diag((self._open / self.errors) ** 2)
+        )
+
+    def _of(self, motion: Motion) -> Complex:
+        return np.asarray(motion.lines[self.chosen.line, self.chosen.channel])
+
+    def delay(self, motion: Motion) -> float:
+        """Return the delay of the clocks with which a simulated motion has the least sum of squares [s]."""
+        if self.chosen.delay is not None or not self.chosen.phases:
+            return self.chosen.delay or 0.0
+        cross = np.zeros(int(self.chosen.line.max(initial=0)) + 1, dtype=np.complex128)
+        weight = 1.0 / self.errors[: self.measured.size] ** 2
+        np.add.at(cross, self.chosen.line, weight * np.conj(self._of(motion)) * self.measured)
+        return clock.largest(cross, self.period).delay if cross.any() else 0.0
+
+    def values(self, motion: Motion, delay: float) -> Array:
+        """(N,) of a simulated motion, in the unit of every row."""
+        turned = self._of(motion) * np.exp(1j * self.omega * delay) * np.conj(self.direction)
+        parts = [turned.real, turned.imag] if self.chosen.phases else [np.abs(turned)]
+        power = np.maximum(motion.power[self.chosen.by_rms], np.finfo(float).tiny)
+        return np.concatenate([*parts, 0.5 * np.log(power)])
+
+    @cached_property
+    def own_values(self) -> Array:
+        """(N,) of the measured motion."""
+        size = np.abs(self.measured)
+        parts = [size, np.zeros_like(size)] if self.chosen.phases else [size]
+        return np.concatenate([*parts, 0.5 * np.log(self.motion.power[self.chosen.by_rms] - self.noise)])
+
+    def rows(self, motion: Motion) -> Array:
+        """(N,) residuals of a simulated motion in standard errors."""
+        return np.asarray((self.values(motion, self.delay(motion)) - self.own_values) / self.errors)
+
+    def records(self, rows: Array, widened: Array | float = 1.0) -> tuple[Residual, ...]:
+        """Every datum beside its fitted value, from (N,) residuals and a factor on the standard errors."""
+        errors = self.errors * widened
+        fitted = self.own_values + rows * errors
+        made = []
+        for label, unit, is_level, *numbers in zip(*self._labels, self.own_values, fitted, errors, rows, strict=True):
+            one, other, error, residual = (float(number) for number in numbers)
+            if is_level:
+                one, other = float(np.exp(one)), float(np.exp(other))
+                error *= one
+            made.append(Residual(label, unit, one, other, error, residual))
+        return tuple(made)
+
+    @cached_property
+    def _labels(self) -> tuple[list[str], list[str], list[bool]]:
+        """Name, unit and whether it is the logarithm of a level, of every row."""
+        names = [
+            f"{self.channels[c].name}: order {self.base * (k + 1):.6g}"
+            for k, c in zip(self.chosen.line.tolist(), self.chosen.channel.tolist(), strict=True)
+        ]
+        parts = ("in phase", "in quadrature") if self.chosen.phases else ("amplitude",)
+        labels = [f"{name}, {part}" for part in parts for name in names]
+        labels += [f"{self.channels[c].name}: rms" for c in self.chosen.by_rms.tolist()]
+        units = [self.channels[c].unit for c in self._channel_of_row.tolist()]
+        return labels, units, [False] * (len(labels) - self.noise.size) + [True] * self.noise.size
+
+
+def motion_of(cycles: Cycles, lowest: float) -> Motion:
+    """Return what is compared of cycles, in a band from ``lowest`` [Hz] to the end of theirs."""
+    amplitudes = np.fft.rfft(cycles.values.mean(axis=0), axis=0)[1 : cycles.lines().size + 1]
+    k = np.arange(1, len(amplitudes) + 1)
+    turned = np.exp(-2j * np.pi * k * ((cycles.start / cycles.period) % 1.0))
+    lines = amplitudes * (2.0 / cycles.values.shape[1]) * turned[:, None]
+    return Motion(lines, power_in(cycles.values, cycles.period, (lowest, float(k.size / cycles.period))))
+
+
+def power_in(values: Array, period: float, band: tuple[float, float]) -> Array:
+    """(C,) mean square of (N, S, C) consecutive cycles in a band [Hz], from the lines of the whole span."""
+    whole = values.reshape(-1, values.shape[2])
+    lines = np.fft.rfft(whole, axis=0) / len(whole)
+    frequency = np.arange(len(lines)) / (len(values) * period)
+    inside = (frequency > 0.0) & (frequency >= band[0]) & (frequency <= band[1] * (1.0 + 1e-9))
+    return np.asarray(2.0 * np.sum(np.abs(lines[inside]) ** 2, axis=0))
+
+
+def choose(cycles: Cycles, how: Draws, simulated: Motion, lowest: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return indices of lines and channels that are compared: those that a validation of the start would report."""
+    own = orders.lines_of(cycles, how)
+    errors = how.error(own.along())
+    line, channel = [], []
+    for c in range(own.mean.shape[1]):
+        within = np.arange(1, len(own.mean) + 1) / cycles.period >= lowest
+        measured = np.where(within, np.abs(own.mean[:, c]), 0.0)
+        other = np.where(within, np.abs(simulated.lines[:, c]), 0.0)
+        picked, _ = orders.strongest((measured, other), (errors[:, c], np.zeros(len(errors))))
+        line += picked
+        channel += [c] * len(picked)
+    return np.array(line, dtype=np.int64), np.array(channel, dtype=np.int64)

@@ -1,0 +1,116 @@
+"""A model's motion, over whole cycles and without resampling: its output grid has a whole number of samples in each.
+
+Lines of a band-limited record and of the run's own samples are the same within what resampling leaves open, as long as
+nothing folds back into the band; a validation's budget tells that.
+
+Takes models; gives what is compared of their motions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.measured.fitting.recorded import Motion, power_in
+from gearrattle.measured.validation.cycles import FEWEST, Cycles
+from gearrattle.measured.validation.simulated import recorded
+from gearrattle.model import Model
+from gearrattle.results import Run
+from gearrattle.signals.conditioning import detrended
+from gearrattle.simulation.simulate import simulate
+from gearrattle.trajectory import Array
+from gearrattle.wording import counted
+
+SETTLED = 1e-3
+"""Share of a channel's rms that may scatter from cycle to cycle in a motion that counts as one that repeats."""
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """How a model's motion is computed and read.
+
+    Attributes
+    ----------
+    settings
+        keyword arguments of ``simulate``.
+    names
+        of the C simulated channels.
+    band
+        lowest and highest frequency [Hz].
+    lines
+        K, how many lines are kept.
+    trend
+        "mean", "linear" or "none".
+    watched
+        called with the finished share of a simulation; what it raises ends it.
+    """
+
+    settings: Mapping[str, Any]
+    names: tuple[str, ...]
+    band: tuple[float, float]
+    lines: int
+    trend: str
+    watched: Callable[[float], None] | None = None
+
+    def cycles(self, model: Model) -> Cycles:
+        """Return the judged cycles of a model's motion."""
+        return cycles_of(self.run(model), self.names, self.trend)
+
+    def run(self, model: Model) -> Run:
+        """Simulate a model."""
+        return simulate(model, **self.settings, audit=False, progress=self.watched)
+
+    def motion(self, model: Model) -> Motion:
+        """Return what is compared of a model's motion."""
+        return self.motion_of(self.cycles(model))
+
+    def motion_of(self, cycles: Cycles) -> Motion:
+        """Return what is compared of cycles that begin at a multiple of the period."""
+        lines = np.fft.rfft(cycles.values.mean(axis=0), axis=0)[1 : self.lines + 1] * (2.0 / cycles.values.shape[1])
+        return Motion(lines, power_in(cycles.values, cycles.period, self.band))
+
+
+def cycles_of(run: Run, names: tuple[str, ...], trend: str) -> Cycles:
+    """Return the judged cycles of a run.
+
+    Parameters
+    ----------
+    run
+        the simulated motion.
+    names
+        of its channels.
+    trend
+        "linear": a straight line is taken away.
+
+    Raises
+    ------
+    ModelError
+        fewer than eight of them.
+    """
+    t = run.trajectory
+    count = t.cycles - t.discard
+    if count < FEWEST:
+        rule = f"at least {FEWEST} cycles after those discarded are needed"
+        raise ModelError(Problem("settings", counted(count, "cycle"), rule, "raise cycles, or lower discard"))
+    recording = recorded(run)
+    values = np.stack([recording[name].values for name in names], axis=1)
+    samples = (len(values) - 1) // t.cycles
+    judged = slice(t.discard * samples, t.cycles * samples)
+    values = values[judged]
+    if trend == "linear":
+        values = np.stack([detrended(t.time[judged], column, 1) for column in values.T], axis=1)
+    whole = values.reshape(count, samples, -1)
+    period = t.layout.period
+    return Cycles(whole, whole, t.discard * period, period)
+
+
+def unrest(cycles: Cycles) -> Array:
+    """(C,) rms of what changes from cycle to cycle, as a share of the rms."""
+    away = cycles.values - cycles.values.mean(axis=0)
+    moving = cycles.values - cycles.values.mean(axis=(0, 1))
+    size = np.sqrt(np.mean(moving**2, axis=(0, 1)))
+    return np.asarray(np.sqrt(np.mean(away**2, axis=(0, 1))) / np.where(size > 0.0, size, np.inf))

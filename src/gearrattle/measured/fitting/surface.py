@@ -1,0 +1,196 @@
+"""Residuals that jump, smoothed: a parabola by least squares over runs around a point (a response surface).
+
+A motion that does not settle has averages that scatter from run to run, however near the parameters. A search on them
+ends at whichever of many runs happened to fit best, which may be several standard errors off. So the residuals of K
+runs over a region u = (x - c) / h within -1 ... 1 are replaced by
+
+    r(u) = r_0 + sum_p (a_p u_p + b_p u_p^2),
+
+whose errors are known from what the parabola leaves (G. E. P. Box, K. B. Wilson 1951, J. R. Stat. Soc. B 13, 1). The
+region follows the minimum and shrinks to some standard errors.
+
+Takes a motion problem and a point; gives a problem that is smooth there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ConvergenceError
+from gearrattle.measured.fitting.problem import Differences, Judged, MotionProblem, seen, spread
+from gearrattle.measured.identification.identifiability import Combination
+from gearrattle.measured.identification.problem import Residual
+from gearrattle.measured.identification.search import EXACT, Minimum, search
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 6
+_WIDE, _NARROW = 4.0, 0.01  # standard errors, and logarithms, that a region reaches at least to either side
+_CLEAR = 2.0  # times the scatter of all rows together: so much the residuals are to change over a region
+_SHRUNK = 0.3  # of the region before, at least
+_BENDS = 1.5  # times the scatter of runs next to each other: a parabola that leaves more bends too little
+_RUNS = 4, 16  # for a coefficient, and as many as that where nothing is seen of a parameter
+
+
+@dataclass(frozen=True)
+class Surface(Judged):
+    """A motion problem around a point.
+
+    Attributes
+    ----------
+    centre, half
+        (P,) of the region.
+    coefficients
+        (1 + 2 P, N) of the parabola in u.
+    inverse
+        (1 + 2 P, 1 + 2 P) of the normal matrix.
+    left
+        (K, N) what it leaves.
+    weight
+        (N,) of the rows: their standard errors hold that of the runs' mean as well.
+    """
+
+    centre: Array
+    half: Array
+    coefficients: Array
+    inverse: Array
+    left: Array
+    weight: Array
+
+    @property
+    def box(self) -> tuple[Array, Array]:
+        """(P,) ends of the region within the bounds."""
+        low, high = self.of.parameters.box
+        return np.maximum(low, self.centre - self.half), np.minimum(high, self.centre + self.half)
+
+    @property
+    def jitter(self) -> float:
+        """Scatter of a run's residuals about it, in standard errors."""
+        return float(np.sqrt(np.sum(self.left**2) / self.left.shape[1] / self._freedom))
+
+    @property
+    def _freedom(self) -> int:
+        return len(self.left) - len(self.coefficients)
+
+    def _terms(self, x: Array) -> Array:
+        u = (x - self.centre) / self.half
+        return np.concatenate([[1.0], u, u**2])
+
+    def data_residuals(self, x: Array) -> tuple[Array, Array]:
+        """(N,) residuals of the data and (N, P) Jacobian."""
+        rows = self._terms(x) @ self.coefficients
+        first, second = self.coefficients[1 : 1 + self.count], self.coefficients[1 + self.count :]
+        u = ((x - self.centre) / self.half)[:, None]
+        jacobian = ((first + 2.0 * u * second) / self.half[:, None]).T
+        unit = float(np.sqrt(np.max(np.diag(self.inverse)[1 : 1 + self.count]))) / float(self.half.max())
+        error = unit * np.sqrt(np.sum(self.left**2, axis=0) / self._freedom)
+        floor = 1e-12 * float(np.max(np.abs(jacobian), initial=1.0))
+        return np.asarray(rows), seen(jacobian, np.maximum(error, floor)[:, None])
+
+    def residuals_of(self, x: Array) -> tuple[Residual, ...]:
+        """Every datum beside its fitted value."""
+        return self.of.recorded.records(self.data_residuals(x)[0], 1.0 / self.weight)
+
+    def covariance_of_rows(self, x: Array) -> Array:
+        """(N, N) of the measured motion and of the runs' mean together."""
+        terms = self._terms(x)
+        share = float(terms @ self.inverse @ terms) / self._freedom
+        measured = self.of.recorded.covariance * np.outer(self.weight, self.weight)
+        return np.asarray(measured + share * self.left.T @ self.left)
+
+    def weighted(self) -> Surface:
+        """Return it with the standard errors of the runs' mean in those of the rows."""
+        of_mean = self.inverse[0, 0] * np.sum(self.left**2, axis=0) / self._freedom
+        weight = 1.0 / np.sqrt(1.0 + of_mean)
+        return replace(self, coefficients=self.coefficients * weight, left=self.left * weight, weight=weight)
+
+    def remarks(self, _x: Array, _open_ones: Sequence[Combination], /) -> list[str]:
+        """Say that the motion does not repeat itself, and what was done."""
+        wide = 100.0 * float(np.expm1(self.half.max()))
+        said = [
+            "the simulated motion does not repeat itself: its averages scatter from run to run, however near the "
+            f"values, by {self.jitter:.2g} standard errors of the data. A parabola through {len(self.left)} runs over "
+            f"{wide:.2g} % to either side was fitted, and the runs' scatter is in the standard errors. More cycles "
+            "make both smaller."
+        ]
+        if not self.of.recorded.chosen.by_rms.size:
+            said.append(
+                "only what is periodic in the motion was compared: state the noise of a channel to have its rms "
+                "compared as well (0, if there is none)."
+            )
+        return said
+
+
+def surface(problem: MotionProblem, centre: Array, half: Array, runs: int, seed: int) -> Surface:
+    """Return the parabola over runs around a point.
+
+    Parameters
+    ----------
+    problem
+        whose residuals jump.
+    centre, half
+        (P,) of the region.
+    runs
+        K.
+    seed
+        of the Latin hypercube of runs.
+
+    Raises
+    ------
+    ConvergenceError
+        the region has no room within the bounds.
+    """
+    from scipy.stats import qmc
+
+    low, high = problem.parameters.box
+    low, high = np.maximum(low, centre - half), np.minimum(high, centre + half)
+    if np.any(high <= low):
+        raise ConvergenceError("the region around the best start has no room within the bounds")
+    share = qmc.LatinHypercube(centre.size, rng=np.random.default_rng(seed)).random(runs)
+    middle, width = 0.5 * (low + high), 0.5 * (high - low)
+    u = 2.0 * share - 1.0
+    design = np.column_stack([np.ones(runs), u, u**2])
+    rows = np.array([problem.rows(middle + width * row) for row in u])
+    inverse = np.linalg.inv(design.T @ design)
+    coefficients = inverse @ design.T @ rows
+    left = rows - design @ coefficients
+    return Surface(problem, middle, width, coefficients, inverse, left, np.ones(rows.shape[1]))
+
+
+def settle(problem: Differences, best: Minimum) -> tuple[Minimum, Surface]:
+    """Return the minimum of the smoothed residuals near the best of those that jump, and the surface it is on."""
+    x, half = best.x, np.full(problem.count, problem.step)
+    runs = _RUNS[0] * (1 + 2 * x.size)
+    for seed in range(_ROUNDS):
+        region = x, half, runs, seed
+        smooth = surface(problem.of, *region)
+        (least, *_), _ = search(smooth.residuals, [np.clip(x, *smooth.box)], smooth.box, EXACT)
+        x = least.x
+        low, high = problem.of.parameters.box
+        inside = (x <= low) | (x >= high) | (np.abs(x - smooth.centre) < 0.9 * smooth.half)
+        jacobian = smooth.residuals(x)[1]
+        errors = np.sqrt(np.diag(spread(jacobian, smooth.covariance_of_rows(x))))
+        noticed = np.any(jacobian != 0.0, axis=0)
+        errors = np.where(noticed, errors, np.inf)
+        bends = smooth.jitter > _BENDS * problem.jitter
+        if not noticed.all() and not bends and runs < _RUNS[1] * (1 + 2 * x.size):
+            runs *= 2
+            continue
+        clear = max(_WIDE, _CLEAR * min(smooth.jitter, problem.jitter) * np.sqrt(smooth.left.shape[1]))
+        wanted = np.clip(clear * errors, _NARROW, half)  # so that the residuals change by more than they scatter
+        if bends:
+            tighter = np.maximum(0.5 * half, np.where(noticed, 0.5 * clear * errors, 0.0))
+            wanted = np.minimum(wanted, np.maximum(tighter, _NARROW))
+        if inside.all() and (np.all(wanted > 0.8 * half) or not (bends or seed == 0)):
+            break
+        half = np.where(inside, np.maximum(wanted, _SHRUNK * half), half)
+    plain = replace(problem.of, recorded=replace(problem.of.recorded, scatter=0.0))  # the mean of runs scatters less
+    smooth = surface(plain, *region).weighted()
+    (least, *_), _ = search(smooth.residuals, [np.clip(x, *smooth.box)], smooth.box, EXACT)
+    low, high = plain.parameters.box
+    at = np.where(least.x <= low, -1, np.where(least.x >= high, 1, 0)).astype(np.int64)
+    return Minimum(least.x, least.chi_square, best.times, at), smooth
