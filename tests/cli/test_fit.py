@@ -12,6 +12,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.cli import main
+from tests.measured.fitting import made as rigs
 from tests.measured.identification import made
 
 DATA = """
@@ -92,6 +93,30 @@ def test_wrong_input_is_told_and_writes_nothing(
     assert main(["fit", "start.toml", "data.toml", *words, *output]) == 2
     assert said in capsys.readouterr().err
     assert {path: path.read_bytes() for path in Path().iterdir()} == before
+
+
+def test_a_measured_file_is_fitted_as_a_motion(capsys: pytest.CaptureFixture[str]) -> None:
+    gr.write(rigs.recording(names=("gear",)), "rig.csv")
+    Path("gap.toml").write_text(rigs.MODEL.replace("900.0", "1100.0"), encoding="utf-8")
+    words = [
+        "--free",
+        "coupling.gap.stiffness",
+        "--starts",
+        "1",
+        "--cycles",
+        "32",
+        "--start",
+        "0.5",
+        "-o",
+        "fitted.toml",
+    ]
+    assert main(["fit", "gap.toml", "rig.csv", *words, "--match", "n_gear=velocity.gear"]) == 0
+    out, _ = capsys.readouterr()
+    assert "n_gear: order 1" in out
+    fitted = gr.load("fitted.toml")
+    assert rigs.value(fitted, "coupling.gap.stiffness") == pytest.approx(900.0, rel=0.01)
+    assert main(["fit", "gap.toml", "rig.csv", *words, "--match", "n_gear=velocity.geer"]) == 2
+    assert "velocity.geer" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")

@@ -223,6 +223,16 @@ NAMED: list[tuple[str, str, Callable[[str], dict[str, Any]]]] = [
         lambda name: {"json": {"task": "validate", "text": MODEL, "options": {"measurement": name}}},
     ),
     ("POST", "/api/jobs", lambda name: {"json": {"task": "fit", "text": MODEL, "options": {"data": name}}}),
+    (
+        "POST",
+        "/api/jobs",
+        lambda name: {"json": {"task": "fit", "text": MODEL, "options": {"data": {"recording": {"file": name}}}}},
+    ),
+    (
+        "POST",
+        "/api/jobs",
+        lambda name: {"json": {"task": "fit", "text": MODEL, "options": {"data": {"response": [{"file": name}]}}}},
+    ),
     ("GET", "/api/files/{name}", lambda _: {}),
     ("PUT", "/api/files/{name}", lambda _: {"content": MODEL}),
     ("GET", "/api/measured", lambda name: {"params": {"file": name}}),

@@ -148,9 +148,27 @@ def test_a_days_work_on_a_gearbox_of_ten_bodies(tab: Any, server: Server, tmp_pa
     tab.get_by_label("over orders").check()
     expect(spectra.locator("canvas").first).to_be_visible()
 
-    # One value fitted to a measured natural frequency.
-    frequency = gr.modes(model.with_({FREE: TRUE})).frequencies[1] / (2.0 * np.pi)
+    # One value fitted to the recorded motion.
+    measured = tab.url
     form = tab.locator("section[aria-label=Fit]")
+    expect(form.get_by_label("Fit to")).to_have_value("motion")
+    expect(form.get_by_label("Partner of hub")).to_have_value("velocity.hub")
+    expect(form.get_by_role("button", name="Fit 0 values")).to_be_disabled()
+    form.get_by_label("Cycles of each simulation").fill("30")
+    form.get_by_label("Left out at its start").fill("20")
+    form.get_by_label("Free a value").select_option(FREE)
+    form.get_by_role("button", name="Fit 1 value").click()
+    fit = done(tab, server)
+    answer = tab.locator(".gr-tabpanel")
+    expect(answer).to_contain_text("the data determine every parameter")
+    expect(answer).to_contain_text("hub: order 2")
+    fitted = server.client.get(f"/api/jobs/{fit}/view").json()["fitted"]
+    assert fitted == {FREE: pytest.approx(TRUE, rel=0.01)}
+
+    # The same value fitted to a measured natural frequency.
+    tab.goto(measured)
+    frequency = gr.modes(model.with_({FREE: TRUE})).frequencies[1] / (2.0 * np.pi)
+    form.get_by_label("Fit to").select_option("modes")
     form.get_by_label("Free a value").select_option(FREE)
     form.get_by_label("Frequency", exact=True).fill(f"{frequency:.5g} Hz")
     form.get_by_label("Standard error").fill("0.2 Hz")

@@ -1,4 +1,4 @@
-"""``gearrattle fit``: parameters from measured modes and frequency responses."""
+"""``gearrattle fit``: parameters from measured modes and frequency responses, or from a recorded motion."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 import gearrattle
-from gearrattle.cli.assignments import labels, numbers
+from gearrattle.cli.assignments import labels, numbers, words
 from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, Whole, number_or_text
 from gearrattle.errors import ModelError, Problem
@@ -50,7 +50,32 @@ class Search:
         }
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Recorded:
+    """How a recorded motion is compared; a data file says it in [recording]."""
+
+    match: Annotated[_Words, Parameter(help="MEASURED=SIMULATED, e.g. a3=acceleration.hub. May be repeated.")] = ()
+    start: Annotated[float | None, Parameter(help="First time used of the measured record [s].")] = None
+    end: Annotated[float | None, Parameter(help="Last time used of the measured record [s].")] = None
+    cycles: Annotated[Whole | None, Parameter(help="Length of each simulation; default: the model's.")] = None
+    discard: Annotated[Whole | None, Parameter(help="Cycles left out at its start; default: the model's.")] = None
+
+    def data(self, data: Path) -> Path | dict[str, Any]:
+        """Return a file as it is, or the tables that say how it is compared."""
+        settings = {"cycles": self.cycles, "discard": self.discard}
+        table = {
+            "match": words("--match", self.match),
+            "start": self.start,
+            "end": self.end,
+            "settings": {name: value for name, value in settings.items() if value is not None},
+        }
+        table = {name: value for name, value in table.items() if value not in (None, {})}
+        return {"recording": {"file": str(data), **table}} if table else data
+
+
 _DEFAULTS = Search()
+_RECORDED = Recorded()
 
 
 def fit(
@@ -61,9 +86,10 @@ def fit(
     free: _Words = (),
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     search: Search = _DEFAULTS,
+    recorded: Recorded = _RECORDED,
     json: Json = False,
 ) -> None:
-    """Fit parameters to measured frequencies, shapes and responses, and say which the data leave open.
+    """Fit parameters to measured frequencies, shapes and responses or to a recorded motion; say what stays open.
 
     With -o, writes the model, the numbers, or a folder with a page: all or nothing.
 
@@ -72,18 +98,19 @@ def fit(
     model
         Model file (TOML): the rough start.
     data
-        Data file (TOML) with [[mode]] and [[response]] tables.
+        Data file (TOML) with [[mode]] and [[response]] tables, or with [recording]; or a measured file, or a mapping
+        for it (measurement.toml), as validate takes it.
     free
         Path of a parameter to fit, e.g. coupling.clutch.stiffness; "inertia.*.J" frees all that match. May be repeated.
     output
         File for the fitted model, ending in .toml; or a folder for report.html, summary.json, results.nc and figures/;
         or a file for the numbers, ending in .nc or .csv. Default: the answer on the terminal only.
     """
-    start, arguments = gearrattle.load(model), search.arguments()
+    start, arguments, measured = gearrattle.load(model), search.arguments(), recorded.data(data)
 
     def work(watch: Watch) -> Fit:
         watch.enter("fitting")
-        return gearrattle.identification.fit(start, data, free, progress=watch, **arguments)
+        return gearrattle.identification.fit(start, measured, free, progress=watch, **arguments)
 
     emit("fit", work, output, json=json, inputs=[model, data])
 

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _RESPONSE = "response "
+_PARTS = ", in phase", ", in quadrature"
+"""Ends of the labels of an order whose phase was compared."""
 
 
 class FitPage(ModelPresentation[Fit]):
@@ -44,8 +46,8 @@ class FitPage(ModelPresentation[Fit]):
         return (
             f"{counted(len(fit.parameters), 'parameter')} fitted to {counted(len(fit.residuals), 'number')}: "
             f"chi-square {fit.chi_square:.4g}, {counted(fit.degrees_of_freedom, 'degree')} of freedom; {known}. The "
-            f"best minimum was reached from {fit.minima[0].times} of {counted(fit.starts, 'start')}; there are "
-            f"{counted(len(fit.minima), 'distinct minimum', 'distinct minima')}."
+            f"best minimum was reached from {fit.minima[0].times} of {counted(fit.starts, 'start')}; "
+            f"{_minima(len(fit.minima))}."
         )
 
     def answer(self) -> tuple[Table, ...]:
@@ -53,6 +55,7 @@ class FitPage(ModelPresentation[Fit]):
         return (
             self._parameters(),
             self._residuals(),
+            self._orders(),
             self._responses(),
             self._undetermined(),
             Table(("chi-square", "reached from starts"), minima, frozenset(), "Minima"),
@@ -113,7 +116,7 @@ class FitPage(ModelPresentation[Fit]):
     def _residuals(self) -> Table:
         rows = []
         for r in self.result.residuals:
-            if r.label.startswith(_RESPONSE):
+            if r.label.startswith(_RESPONSE) or r.label.endswith(_PARTS):
                 continue
             numbers = (r.measured, r.fitted) if r.unit else (round(r.measured, 6), round(r.fitted, 6))
             unit = f" {r.unit}" if r.unit else ""
@@ -121,6 +124,29 @@ class FitPage(ModelPresentation[Fit]):
                 (r.label, *(f"{v:.6g}{unit}" for v in numbers), f"{r.standard_error:.2g}", f"{r.residual:+.2f}")
             )
         return Table(("datum", "measured", "fitted", "standard error", "residual"), tuple(rows), title="Data")
+
+    def _orders(self) -> Table:
+        by_label = {r.label: r for r in self.result.residuals}
+        rows = []
+        for label, along in by_label.items():
+            name = label.removesuffix(_PARTS[0])
+            if name == label:
+                continue
+            across = by_label[name + _PARTS[1]]
+            line = complex(along.fitted, across.fitted)
+            size, turn = abs(line), math.degrees(math.atan2(line.imag, line.real))
+            rows.append(
+                (
+                    name,
+                    f"{along.measured:.5g} {along.unit}",
+                    f"{size:.5g} {along.unit}",
+                    f"{along.standard_error:.2g}",
+                    f"{turn:+.2f} deg",
+                    f"{along.residual:+.2f}, {across.residual:+.2f}",
+                )
+            )
+        head = ("order", "measured", "fitted", "standard error", "fitted ahead by", "residuals")
+        return Table(head, tuple(rows), title="Orders of the motion")
 
     def _responses(self) -> Table:
         responses: dict[str, list[Residual]] = {}
@@ -157,6 +183,10 @@ def _residual_chart(key: str, title: str, residuals: Sequence[tuple[str, float]]
         level="residual, standard errors",
         marks=[-2.0, 0.0, 2.0],
     )
+
+
+def _minima(number: int) -> str:
+    return f"there {'is' if number == 1 else 'are'} {counted(number, 'distinct minimum', 'distinct minima')}"
 
 
 def _error(p: FittedParameter) -> str:

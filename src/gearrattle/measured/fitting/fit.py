@@ -101,11 +101,16 @@ def fit(
     >>> round(fit.parameters[0].value / model.couplings[0].stiffness, 4)
     1.0
 
-    A recorded motion, here of a model with another stiffness:
+    A recorded motion, here of the model itself:
 
-    >>> run = gr.simulate(gr.example("backlash_oscillator"), cycles=80, discard=40, samples_per_cycle=64)
-    >>> run.model.couplings[0].name
-    'gap'
+    >>> model = gr.example("backlash_oscillator")
+    >>> speed = gr.simulate(model, samples_per_cycle=64).data["velocity"].sel(inertia="gear")[150 * 64 :]
+    >>> channel = gr.measured.Channel("v", "velocity", "gear", "1", speed.values)
+    >>> rig = gr.measured.Recording(speed.time.values, (channel,), "rig")
+    >>> start = model.with_({"coupling.mesh.damping": 0.11, "simulation.samples_per_cycle": 64})
+    >>> fit = gr.identification.fit(start, rig, ["coupling.mesh.damping"], starts=1)
+    >>> round(fit.parameters[0].value, 4)
+    0.1
     """
     check_model(model)
     recorded = recording_of(data)

@@ -53,7 +53,7 @@ FOLLOWED = 3
 """Starts that are followed, of those that were tried."""
 _SMOOTH = Effort(40, 1e-4, 1e-2)
 _JUMPING = Effort(10, 1e-2, None, settles=False)
-_WORSE = 4.0  # times the best chi-square: a start of a motion that does not settle is not followed
+_WORSE = 10.0  # times the best chi-square: a start of a motion that does not settle is not followed
 _APART = 0.15  # of the width of the bounds: starts nearer to a better one are in its valley
 _EXPECTED = 10  # evaluations of a local search, for the progress alone
 

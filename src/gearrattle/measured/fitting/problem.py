@@ -105,12 +105,20 @@ class MotionProblem:
         """What a change of the logarithm by one is worth in a row, roughly: the motion over its standard error."""
         return float(np.sqrt(np.mean((self.recorded.own_values / self.recorded.errors) ** 2)))
 
+    def _next(self, x: Array) -> tuple[Array, Array]:
+        """Return points to either side of x over a step that is next to none."""
+        away = np.random.default_rng(0).standard_normal(x.size)
+        away *= _TINY / np.linalg.norm(away)
+        return x + away, x - away
+
     def jitter(self, x: Array) -> float:
         """Return by how much the residuals jump over a step that is next to none, in standard errors."""
-        away = np.random.default_rng(0).standard_normal(len(self.parameters.paths))
-        away *= _TINY / np.linalg.norm(away)
-        ahead, behind = self.rows(x + away), self.rows(x - away)
+        ahead, behind = (self.rows(point) for point in self._next(x))
         return float(np.sqrt(np.mean((ahead - 2.0 * self.rows(x) + behind) ** 2) / 6.0))
+
+    def level(self, x: Array) -> float:
+        """Return chi-square at x, the mean over three runs next to each other."""
+        return float(np.mean([self.chi_square(point) for point in (x, *self._next(x))]))
 
     def step(self, jitter: float) -> float:
         """Return the step of a central difference."""

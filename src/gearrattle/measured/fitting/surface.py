@@ -169,6 +169,9 @@ def settle(problem: Differences, best: Minimum) -> tuple[Minimum, Surface]:
         region = x, half, runs, seed
         smooth = surface(problem.of, *region)
         (least, *_), _ = search(smooth.residuals, [np.clip(x, *smooth.box)], smooth.box, EXACT)
+        if problem.of.level(least.x) > problem.of.level(x) and np.any(half > _NARROW):
+            half = np.maximum(0.5 * half, _NARROW)  # the parabola promised more than the runs keep
+            continue
         x = least.x
         low, high = problem.of.parameters.box
         inside = (x <= low) | (x >= high) | (np.abs(x - smooth.centre) < 0.9 * smooth.half)

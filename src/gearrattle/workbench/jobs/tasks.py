@@ -32,7 +32,7 @@ class Task:
     function
         module and name of the public function.
     files
-        options that name files of the workspace folder.
+        options that name files of the workspace folder, or hold tables that do by the key "file".
     fixed
         arguments that the workbench sets, by name.
     fills
@@ -98,8 +98,7 @@ def check_options(task: str, options: Mapping[str, Any], folder: Folder) -> None
     if problems:
         raise ModelError(problems)
     for name in TASKS[task].files:
-        if isinstance(options.get(name), str):
-            folder.path(str(options[name]))
+        _within(options.get(name), folder)
 
 
 def carry_out(
@@ -124,12 +123,37 @@ def carry_out(
     function, folder = entry.callable(), Folder(folders[0])
     arguments: dict[str, Any] = dict(options)
     for name in entry.files:
-        if isinstance(options.get(name), str):
-            arguments[name] = folder.path(options[name])
+        if name in options:
+            arguments[name] = _within(options[name], folder)
     arguments |= dict(entry.fixed or {}) | ({"output": folders[1]} if entry.fills else {})
     if "progress" in inspect.signature(function).parameters:
         arguments["progress"] = lambda fraction, *_: progress(float(fraction))
     return function(model, **arguments)
+
+
+def _within(value: Any, folder: Folder) -> Any:
+    """Return an option with the paths of the files that it names.
+
+    Raises
+    ------
+    ModelError
+        a file that is not within the folder.
+    """
+    if isinstance(value, str):
+        return folder.path(value)
+    if isinstance(value, Mapping):
+        return {
+            key: str(folder.path(entry)) if key == "file" and isinstance(entry, str) else _tables_within(entry, folder)
+            for key, entry in value.items()
+        }
+    return value
+
+
+def _tables_within(value: Any, folder: Folder) -> Any:
+    """Return tables in a list, or one, with the paths of the files that they name."""
+    if isinstance(value, list):
+        return [_tables_within(entry, folder) for entry in value]
+    return _within(value, folder) if isinstance(value, Mapping) else value
 
 
 def _meant(name: str, known: list[str]) -> str:

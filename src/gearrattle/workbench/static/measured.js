@@ -58,7 +58,7 @@ export function Measured({ jobs, query, onStarted, onError }) {
         : html`<p class="muted">CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a measurement.toml that names the channels; up to 20 MB.</p>`}
     </section>
     ${job && file && known.simulated && known.measured && pair.simulated && pair.measured ? html`<${Overlay} key=${`${job}|${file}|${pair.simulated}|${pair.measured}|${pair.shift}`} job=${job} file=${file} known=${known} pair=${pair} onPeak=${setPeak} />` : null}
-    <${Fit} jobs=${jobs} job=${job} files=${files} peak=${file ? peak : null} onStarted=${onStarted} onError=${onError} />
+    <${Fit} job=${job} files=${files} file=${file} known=${known} pair=${pair} peak=${file ? peak : null} onStarted=${onStarted} onError=${onError} />
   </div>`;
 }
 
