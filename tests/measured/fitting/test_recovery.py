@@ -9,7 +9,7 @@ from scipy.stats import binom
 import gearrattle as gr
 from tests.measured.fitting import made
 
-DRAWS = 40
+DRAWS = 25
 
 
 @pytest.mark.parametrize(

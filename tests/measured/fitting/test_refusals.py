@@ -55,6 +55,7 @@ def test_what_is_no_value_of_the_driveline_is_refused(path: str, rule: str) -> N
         ({"match": {"n_geer": "velocity.gear"}}, ["n_geer", "is no channel of rig"]),
         ({"band": ["1 kHz"]}, ["recording.band", "lowest and the highest"]),
         ({"clock": "phase"}, ["recording.clock", '"cycle" or "none"']),
+        ({"noise": {"n_gear": 1e3}}, ["recording.noise.n_gear", "must be below the rms in the band"]),
         ({"noise": {"a": 1.0}}, ["noise", "is no measured channel that is compared"]),
         ({"start": "3 s", "end": "2 s"}, ["start, end", "must ascend"]),
         ({"phases": "yes"}, ["recording.phases", "true or false"]),
@@ -64,6 +65,14 @@ def test_what_is_no_value_of_the_driveline_is_refused(path: str, rule: str) -> N
 def test_every_key_has_its_rule(keys: dict[str, Any], words: list[str]) -> None:
     message = problems({"recording": {"file": made.recording(), **keys}})
     assert all(word in message for word in words), message
+
+
+def test_a_record_without_any_order_of_the_model_is_refused() -> None:
+    still = made.model(**{"torque.0.harmonics.0.amplitude": 0.0, "torque.0.harmonics.1.amplitude": 0.0})
+    record = made.recording()
+    rest = np.full(record.time.size, 5.0)
+    quiet = record.with_(channels=(gr.measured.Channel("n_gear", "velocity", "gear", "rad/s", rest),))
+    assert "stands out" in problems(quiet, model=still)
 
 
 def test_modes_and_a_recording_are_two_fits() -> None:

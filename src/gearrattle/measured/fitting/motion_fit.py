@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.errors import ConvergenceError, ModelError
+from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.measured.fitting.problem import ROUGH, MotionProblem
 from gearrattle.measured.fitting.recorded import Chosen, Recorded, choose, motion_of
 from gearrattle.measured.fitting.recording_table import RecordingTable
@@ -41,6 +41,7 @@ from gearrattle.measured.validation.scatter import draws
 from gearrattle.measured.validation.simulated import to_be_recorded
 from gearrattle.measured.validation.wanted import Wanted, problems_of
 from gearrattle.model import Model
+from gearrattle.model.table import listed
 from gearrattle.recording import Recording
 from gearrattle.results import Run
 from gearrattle.signals.conditioning import PASSED
@@ -176,6 +177,7 @@ def _recorded(
     squares = levels.mean_squares(cycles)[:, by_rms]
     squares = squares * (measured.power[by_rms] / np.maximum(squares.mean(axis=0), np.finfo(float).tiny))
     noise = np.array([wanted.noise[pairing.measured[i].name] ** 2 for i in by_rms.tolist()])
+    _check_levels(pairing, (measured.power, by_rms, noise), line.size)
     recorded = Recorded(
         channels=pairing.measured,
         motion=measured,
@@ -190,6 +192,22 @@ def _recorded(
     )
     said = [*notes, *_off(cycles.period, period)]
     return recorded, simulator, tuple(said)
+
+
+def _check_levels(pairing: Pairing, levels: tuple[Array, NDArray[np.int64], Array], lines: int) -> None:
+    """Refuse a record in which nothing stands out, and noise that is louder than what was measured."""
+    power, by_rms, noise = levels
+    names = [channel.name for channel in pairing.measured]
+    if not lines and not by_rms.size:
+        rule = "no order of the model's period stands out of the scatter of the cycles, neither measured nor simulated"
+        raise ModelError(Problem("recording", listed(names), rule, "check speed, band and channels"))
+    problems = [
+        Problem(f"recording.noise.{names[i]}", f"{level**0.5:.6g}", f"must be below the rms in the band, {rms:.6g}")
+        for i, level, rms in zip(by_rms.tolist(), noise.tolist(), np.sqrt(power[by_rms]).tolist(), strict=True)
+        if level >= rms**2
+    ]
+    if problems:
+        raise ModelError(problems)
 
 
 def _off(measured: float, period: float) -> list[str]:
@@ -231,13 +249,19 @@ def _searched(problem: MotionProblem, starts: int, seed: int) -> tuple[Searched,
     if after > ROUGH:
         problem = problem.scattering(minima[0].x, seed)
         best, judged = settle(problem.differences(problem.jitter(minima[0].x)), minima[0])
-        return Searched((best, *minima[1:]), len(followed), lost), judged, said
+        return Searched((best, *_anew(judged.of, minima[1:])), len(followed), lost), judged, said
     problem = replace(problem, recorded=replace(problem.recorded, scatter=0.0))
     if rough or differences.step > 3.0 * problem.step(after):  # the start's motion jumps, the best one's does not
         differences = problem.differences(after)
         again, _ = search(differences.residuals, [minima[0].x], problem.parameters.box, _SMOOTH)
-        minima = (Minimum(again[0].x, again[0].chi_square, minima[0].times, again[0].at_bound), *minima[1:])
+        minima = (replace(again[0], times=minima[0].times), *_anew(problem, minima[1:]))
     return Searched(minima, len(followed), lost, _SMOOTH), differences, said
+
+
+def _anew(problem: MotionProblem, minima: Sequence[Minimum]) -> list[Minimum]:
+    """Return minima with their chi-square in the standard errors that the best one is judged by."""
+    judged = [replace(minimum, chi_square=problem.level(minimum.x)) for minimum in minima]
+    return sorted(judged, key=lambda minimum: minimum.chi_square)
 
 
 def _tried(problem: MotionProblem, starts: int, seed: int) -> tuple[list[tuple[float, Array]], int, str]:

@@ -193,7 +193,7 @@ class DataTables(Table):
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
         """Yield a breach if there are no data."""
         if not table.get("mode") and not table.get("response"):
-            yield Breach((), ..., "data need at least one [[mode]] or [[response]]")
+            yield Breach((), ..., "data need at least one [[mode]] or [[response]], or a [recording]")
 
 
 def _not_both(table: Mapping[str, Any], one: str, other: str) -> Iterator[Breach]:

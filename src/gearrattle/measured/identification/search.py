@@ -174,7 +174,7 @@ def local(
             inside = np.clip(_descend(_weighted(residuals, weight), inside, box, roughly).x, *_inside(box))
         ended = _descend(residuals, inside, box, effort)
         return _pinned(residuals, np.asarray(ended.x), box, effort, bool(ended.status > 0) or not effort.settles)
-    except np.linalg.LinAlgError:
+    except (np.linalg.LinAlgError, ConvergenceError):
         return None
 
 
