@@ -88,9 +88,9 @@ def test_a_known_delay_of_the_clocks_is_one_value_less_to_fit() -> None:
 def test_a_motion_that_never_repeats_is_fitted_on_a_surface_and_says_so() -> None:
     """Chaotic, by its scatter from cycle to cycle; the record is of another start, so nothing but averages agrees."""
     changes = {"excitation.frequency": 24.0, "torque.0.mean": 8.0, "inertia.engine.drag": 0.5, "inertia.gear.drag": 0.1}
-    long = {"simulation.cycles": 160, "simulation.discard": 60}
+    long = {"simulation.cycles": 260, "simulation.discard": 60}
     path, truth = "coupling.gap.stiffness", made.model(**changes, **long)
-    record = made.recording(source=truth.with_({"simulation.initial": "zero"}), noise=0.02, cycles=240)
+    record = made.recording(source=truth.with_({"simulation.initial": "zero"}), noise=0.02, cycles=320)
     fit = gr.identification.fit(truth.with_({path: 1.3 * 900.0}), record, [path], starts=6, factor=2.0)
     (p,) = fit.parameters
     assert any("does not repeat itself" in note for note in fit.notes)

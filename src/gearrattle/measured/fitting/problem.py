@@ -35,6 +35,7 @@ STEPS = 1e-4, 0.1
 """Smallest and largest step of the logarithms."""
 _TINY = 1e-7  # step of the logarithms over which jitter shows
 _NOTHING = 1e-6  # of the longest row of a Jacobian: shorter is rounding
+_NEIGHBOURS = 8
 _ROUNDING = 1e-10  # of a row
 _BENT = 0.5  # standard errors of the data
 _FAR = 0.5  # a standard error of a logarithm over which nobody expects a straight line
@@ -115,6 +116,11 @@ class MotionProblem:
         """Return by how much the residuals jump over a step that is next to none, in standard errors."""
         ahead, behind = (self.rows(point) for point in self._next(x))
         return float(np.sqrt(np.mean((ahead - 2.0 * self.rows(x) + behind) ** 2) / 6.0))
+
+    def scatter(self, x: Array) -> float:
+        """Return the scatter of the residuals over runs next to each other, in standard errors."""
+        away = _TINY * np.random.default_rng(1).standard_normal((_NEIGHBOURS, x.size))
+        return float(np.sqrt(np.mean(np.var([self.rows(x + step) for step in away], axis=0, ddof=1))))
 
     def level(self, x: Array) -> float:
         """Return chi-square at x, the mean over three runs next to each other."""

@@ -21,19 +21,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError
-from gearrattle.measured.fitting.problem import Differences, Judged, MotionProblem, seen, spread
+from gearrattle.measured.fitting.problem import Differences, Judged, MotionProblem, seen
 from gearrattle.measured.identification.identifiability import Combination
 from gearrattle.measured.identification.problem import Residual
 from gearrattle.measured.identification.search import EXACT, Minimum, search
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 6
+_ROUNDS = 8
 _WIDE, _NARROW = 4.0, 0.01  # standard errors, and logarithms, that a region reaches at least to either side
 _CLEAR = 2.0  # times the scatter of all rows together: so much the residuals are to change over a region
 _SHRUNK = 0.3  # of the region before, at least
 _BENDS = 1.5  # times the scatter of runs next to each other: a parabola that leaves more bends too little
-_RUNS = 4, 16  # for a coefficient, and as many as that where nothing is seen of a parameter
+_CENTRAL = 0.4  # of a region, within which the minimum is to lie
+_LEAST_STEEP = 0.1  # of a squared slope that is not its scatter
+_RUNS = 6, 24  # for a coefficient, and as many as that where nothing is seen of a parameter
 
 
 @dataclass(frozen=True)
@@ -86,10 +88,35 @@ class Surface(Judged):
         first, second = self.coefficients[1 : 1 + self.count], self.coefficients[1 + self.count :]
         u = ((x - self.centre) / self.half)[:, None]
         jacobian = ((first + 2.0 * u * second) / self.half[:, None]).T
-        unit = float(np.sqrt(np.max(np.diag(self.inverse)[1 : 1 + self.count]))) / float(self.half.max())
-        error = unit * np.sqrt(np.sum(self.left**2, axis=0) / self._freedom)
+        error = np.sqrt(np.outer(self._scatter, self._of_slopes(x)).max(axis=1, keepdims=True))
         floor = 1e-12 * float(np.max(np.abs(jacobian), initial=1.0))
-        return np.asarray(rows), seen(jacobian, np.maximum(error, floor)[:, None])
+        return np.asarray(rows), seen(jacobian, np.maximum(error, floor))
+
+    @property
+    def _scatter(self) -> Array:
+        """(N,) variance of a run's residuals about it."""
+        return np.asarray(np.sum(self.left**2, axis=0) / self._freedom)
+
+    def _of_slopes(self, x: Array) -> Array:
+        """(P,) variance of a slope over that of a run."""
+        u = (x - self.centre) / self.half
+        variances = []
+        for p, along in enumerate(u.tolist()):
+            by = np.zeros(len(self.inverse))
+            by[1 + p], by[1 + self.count + p] = 1.0, 2.0 * along
+            variances.append(float(by @ self.inverse @ by) / float(self.half[p]) ** 2)
+        return np.array(variances)
+
+    def covariance(self, x: Array, free: NDArray[np.bool_]) -> Array:
+        """(F, F) covariance of the free x, the others held.
+
+        Scatter in the slopes makes them look steeper than they are, by its sum of squares; errors are widened by it.
+        """
+        plain = super().covariance(x, free)
+        steep = np.sum(self.residuals(x)[1] ** 2, axis=0)
+        false = self._of_slopes(x) * float(np.sum(self._scatter))
+        left = np.clip(1.0 - false / np.where(steep > 0.0, steep, np.inf), _LEAST_STEEP, 1.0)[free]
+        return np.asarray(plain / np.outer(left, left))
 
     def residuals_of(self, x: Array) -> tuple[Residual, ...]:
         """Every datum beside its fitted value."""
@@ -165,6 +192,8 @@ def settle(problem: Differences, best: Minimum) -> tuple[Minimum, Surface]:
     """Return the minimum of the smoothed residuals near the best of those that jump, and the surface it is on."""
     x, half = best.x, np.full(problem.count, problem.step)
     runs = _RUNS[0] * (1 + 2 * x.size)
+    jitter = problem.of.scatter(x)
+    clearest: tuple[Array, Array, int, int] | None = None
     for seed in range(_ROUNDS):
         region = x, half, runs, seed
         smooth = surface(problem.of, *region)
@@ -176,23 +205,27 @@ def settle(problem: Differences, best: Minimum) -> tuple[Minimum, Surface]:
         low, high = problem.of.parameters.box
         inside = (x <= low) | (x >= high) | (np.abs(x - smooth.centre) < 0.9 * smooth.half)
         jacobian = smooth.residuals(x)[1]
-        errors = np.sqrt(np.diag(spread(jacobian, smooth.covariance_of_rows(x))))
+        errors = np.sqrt(np.diag(smooth.covariance(x, np.ones(x.size, dtype=np.bool_))))
         noticed = np.any(jacobian != 0.0, axis=0)
         errors = np.where(noticed, errors, np.inf)
-        bends = smooth.jitter > _BENDS * problem.jitter
-        if not noticed.all() and not bends and runs < _RUNS[1] * (1 + 2 * x.size):
-            runs *= 2
+        bends = smooth.jitter > _BENDS * jitter
+        if noticed.all():
+            clearest = region
+        elif not bends or np.all(half < problem.step):  # a wider region and more runs show more
+            half = np.minimum(2.0 * half, problem.step)
+            runs = min(2 * runs, _RUNS[1] * (1 + 2 * x.size))
             continue
-        clear = max(_WIDE, _CLEAR * min(smooth.jitter, problem.jitter) * np.sqrt(smooth.left.shape[1]))
+        clear = max(_WIDE, _CLEAR * min(smooth.jitter, jitter) * np.sqrt(smooth.left.shape[1]))
         wanted = np.clip(clear * errors, _NARROW, half)  # so that the residuals change by more than they scatter
         if bends:
             tighter = np.maximum(0.5 * half, np.where(noticed, 0.5 * clear * errors, 0.0))
             wanted = np.minimum(wanted, np.maximum(tighter, _NARROW))
-        if inside.all() and (np.all(wanted > 0.8 * half) or not (bends or seed == 0)):
+        central = np.abs(x - smooth.centre) < _CENTRAL * smooth.half  # where slopes are known best
+        if np.all(central | (x <= low) | (x >= high)) and (np.all(wanted > 0.8 * half) or not (bends or seed == 0)):
             break
         half = np.where(inside, np.maximum(wanted, _SHRUNK * half), half)
     plain = replace(problem.of, recorded=replace(problem.of.recorded, scatter=0.0))  # the mean of runs scatters less
-    smooth = surface(plain, *region).weighted()
+    smooth = surface(plain, *(clearest or region)).weighted()
     (least, *_), _ = search(smooth.residuals, [np.clip(x, *smooth.box)], smooth.box, EXACT)
     low, high = plain.parameters.box
     at = np.where(least.x <= low, -1, np.where(least.x >= high, 1, 0)).astype(np.int64)
