@@ -31,7 +31,7 @@ _MOST_CHUNKS = 10_000
 _EDGE = 100_000  # bytes of a dataset that are searched for heaps at each end, for a damaged file tells wrong places
 _FLAGS = 3  # byte of an encoded type of HDF5: after two of the encoding and one of version and class
 
-_ROOT: ContextVar[Path | None] = ContextVar("root", default=None)
+_ROOTS: ContextVar[tuple[Path, ...]] = ContextVar("roots", default=())
 
 
 class Refused(OSError):
@@ -353,12 +353,17 @@ def private_folder(path: Path) -> bool:
 
 @contextmanager
 def allowed_root(folder: str | os.PathLike[str] | None) -> Iterator[None]:
-    """Allow files under a folder beside those under a model's own, while the context is open; None changes nothing."""
-    token = _ROOT.set(_ROOT.get() if folder is None else Path(folder).resolve())
+    """Allow files under a folder as well while the context is open, beside those allowed already; None: none."""
+    token = _ROOTS.set(_ROOTS.get() if folder is None else (*_ROOTS.get(), Path(folder).resolve()))
     try:
         yield
     finally:
-        _ROOT.reset(token)
+        _ROOTS.reset(token)
+
+
+def allowed_roots() -> tuple[Path, ...]:
+    """Return the folders of ``allowed_root``: what another process must be told, for a context ends at its own."""
+    return _ROOTS.get()
 
 
 def reachable(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> Path:
@@ -370,7 +375,7 @@ def reachable(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> P
         as it stands in the input file; relative to ``folder``.
     folder
         the folder of the input file. Files under it may be read; those under the working directory if that
-        holds the folder; those under the folder of ``allowed_root``.
+        holds the folder; those under the folders of ``allowed_root``.
 
     Raises
     ------
@@ -379,7 +384,7 @@ def reachable(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> P
     """
     home, working = Path(folder).resolve(), Path.cwd()
     target = (home / path).resolve()
-    allowed = [home, *([working] if home.is_relative_to(working) else []), *([root] if (root := _ROOT.get()) else [])]
+    allowed = [home, *([working] if home.is_relative_to(working) else []), *_ROOTS.get()]
     if not any(target.is_relative_to(one) for one in allowed):
         rule = f"lies outside of {allowed[-1] if len(allowed) > 1 else home}, the folder whose files may be read"
         raise Refused(rule, f'copy the file there, or allow its folder: --root "{target.parent}", root= in Python')

@@ -23,6 +23,7 @@ pytest.importorskip("uvicorn")
 from websockets.sync.client import connect
 
 from gearrattle.cli import main
+from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.jobs.worker import Reserve, WarmProcess
 from tests.workbench.server import MODEL, Server, serving
 
@@ -121,7 +122,7 @@ def test_a_crash_of_a_job_is_its_own(server: Server) -> None:
 def test_another_process_is_warm_when_one_is_lost(tmp_path: Path) -> None:
     reserve = Reserve()
     process = WarmProcess(8e9, reserve)
-    question = {"text": MODEL, "values": {}, "root": str(tmp_path)}
+    question = {"text": MODEL, "values": {}, "folder": Folder(tmp_path), "file": "", "roots": ()}
     first = process.ask("live", question)
     assert process._process is not None
     lost, end = process._process.pid, time.monotonic() + 60.0

@@ -124,7 +124,7 @@ def _begin(state: State, limits: Limits) -> None:
     state.reserve = Reserve()
     queue = import_module("gearrattle.workbench.jobs.queue")
     state.jobs = queue.Jobs(state.folder, limits.processes, limits.memory, state.reserve)
-    state.newest = Newest(state.folder.root, limits.memory, state.reserve)
+    state.newest = Newest(state.folder, limits.memory, state.reserve)
     Thread(target=_router, args=(_LAST,), daemon=True).start()
 
 

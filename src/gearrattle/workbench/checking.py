@@ -17,11 +17,10 @@ from gearrattle.model.file import read_tables
 from gearrattle.model.positions import headers
 from gearrattle.workbench.drawing import drawing
 from gearrattle.workbench.folder import Folder
+from gearrattle.workbench.inputs import NAME
 
-NAME = "model.toml"
 
-
-def checked(text: str, folder: Folder | None = None, name: str = NAME) -> dict[str, Any]:
+def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str, Any]:
     """Check a model file that may be incomplete.
 
     Parameters
@@ -30,8 +29,8 @@ def checked(text: str, folder: Folder | None = None, name: str = NAME) -> dict[s
         its content.
     folder
         the workspace; other files that the text names are read from there.
-    name
-        of the file in it.
+    file
+        name of the file in it, to which names in the text are relative; empty: a file in the folder itself.
 
     Raises
     ------
@@ -44,12 +43,13 @@ def checked(text: str, folder: Folder | None = None, name: str = NAME) -> dict[s
         ``problems`` with ``path`` and ``line``, ``notes``, ``drawing`` and ``tables`` (None where the text is no TOML),
         ``headers`` with ``path`` and ``line``, ``title``.
     """
-    file = name if folder is None else str(folder.path(name))
+    name = file or NAME
+    path = name if folder is None else str(folder.path(name))
     with allowed_root(None if folder is None else folder.root):
         try:
-            tables, positions = read_tables(text, file)
+            tables, positions = read_tables(text, path)
         except ModelError as error:
-            return _answer(error.problems, file, name)
+            return _answer(error.problems, path, name)
         problems: Sequence[Problem] = ()
         notes: Sequence[str] = ()
         try:
@@ -58,7 +58,7 @@ def checked(text: str, folder: Folder | None = None, name: str = NAME) -> dict[s
             problems = error.problems
         except ConvergenceError as error:
             problems = [Problem("model", "", error.message, error.remedy)]
-    return _answer(problems, file, name) | {
+    return _answer(problems, path, name) | {
         "notes": list(notes),
         "drawing": drawing(tables),
         "tables": tables,
@@ -67,17 +67,17 @@ def checked(text: str, folder: Folder | None = None, name: str = NAME) -> dict[s
     }
 
 
-def _answer(problems: Sequence[Problem], file: str, name: str) -> dict[str, Any]:
-    entries = [_problem(problem, file, name) for problem in problems]
+def _answer(problems: Sequence[Problem], path: str, name: str) -> dict[str, Any]:
+    entries = [_problem(problem, path, name) for problem in problems]
     return {"problems": entries, "notes": [], "drawing": None, "tables": None, "headers": [], "title": ""}
 
 
-def _problem(problem: Problem, file: str, name: str) -> dict[str, Any]:
+def _problem(problem: Problem, path: str, name: str) -> dict[str, Any]:
     """Return a problem with the path of its field and its line in the text."""
-    line = re.match(rf"{re.escape(file)}:(\d+)", problem.place)
+    line = re.match(rf"{re.escape(path)}:(\d+)", problem.place)
     return {
         **problem.to_dict(),
-        "place": problem.place.replace(file, name, 1),
+        "place": problem.place.replace(path, name, 1),
         "path": list(problem.location),
         "line": int(line[1]) if line else None,
     }

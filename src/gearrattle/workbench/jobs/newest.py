@@ -6,10 +6,11 @@ Takes requests as they come; gives an answer to each, or says that a newer one h
 from __future__ import annotations
 
 import threading
-from pathlib import Path
 from typing import Any
 
 from gearrattle.errors import GearRattleError
+from gearrattle.files import allowed_roots
+from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.jobs.worker import EndedError, Reserve, WarmProcess
 
 
@@ -22,25 +23,34 @@ class Newest:
 
     Parameters
     ----------
-    root
-        the workspace folder.
+    folder
+        the workspace.
     memory
         bytes that the process may hold.
     reserve
         where processes come from.
     """
 
-    def __init__(self, root: Path, memory: float, reserve: Reserve) -> None:
-        self._root, self._process = root, WarmProcess(memory, reserve)
+    def __init__(self, folder: Folder, memory: float, reserve: Reserve) -> None:
+        self._folder, self._process = folder, WarmProcess(memory, reserve)
         self._changed = threading.Condition()
         self._latest, self._is_busy, self._is_open = 0, False, True
         threading.Thread(target=self._process.start, daemon=True).start()
 
-    def ask(self, text: str, values: dict[str, Any]) -> dict[str, Any]:
+    def ask(self, text: str, values: dict[str, Any], file: str = "") -> dict[str, Any]:
         """Return what a model does with some values changed.
+
+        Parameters
+        ----------
+        text, file
+            of the model, and the name of its file in the workspace folder.
+        values
+            by path.
 
         Raises
         ------
+        ModelError
+            the name leads out of the folder.
         SupersededError
             a newer request came before this one began.
         FailedError
@@ -48,6 +58,7 @@ class Newest:
         EndedError
             the process ended, or the server does.
         """
+        self._folder.path(file or "model.toml")
         with self._changed:
             self._latest += 1
             number = self._latest
@@ -60,7 +71,7 @@ class Newest:
                 raise SupersededError("a newer request took its place")
             self._is_busy = True
         try:
-            content = {"text": text, "values": values, "root": str(self._root)}
+            content = {"text": text, "values": values, "folder": self._folder, "file": file, "roots": allowed_roots()}
             answer: dict[str, Any] = self._process.ask("live", content)
             return answer
         finally:

@@ -7,16 +7,16 @@ from __future__ import annotations
 
 import shutil
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import loads
 from gearrattle.workbench.folder import Folder, NotThereError
+from gearrattle.workbench.inputs import INPUTS, NAME, copy_inputs, files_of, model_of
 from gearrattle.workbench.jobs.record import ENDED, Job, now, read_jobs
-from gearrattle.workbench.jobs.tasks import check_options
+from gearrattle.workbench.jobs.tasks import TASKS, check_options
 from gearrattle.workbench.jobs.worker import EndedError, FailedError, Reserve, WarmProcess
 from gearrattle.writing import put
 
@@ -73,23 +73,37 @@ class Jobs:
                 raise NotThereError(Problem("job", job[:64], "there is no such job", "look at the list of runs"))
             return self._jobs[job]
 
-    def submit(self, task: str, text: str, options: Mapping[str, Any], name: str, parent: str | None) -> Job:
-        """Put a job into the queue; its model and options are checked first.
+    def submit(self, job: Job, text: str) -> Job:
+        """Put a job into the queue; its model, options and data files are checked and copied first.
+
+        Parameters
+        ----------
+        job
+            a new one; without a name it has that of the model.
+        text
+            of its model.
 
         Raises
         ------
         ModelError
             of the model, the task or its options.
         """
-        check_options(task, options, self._folder)
-        model = loads(text, str(self._folder.root / "model.toml"))
+        check_options(job.task, job.options)
+        model = model_of(text, self._folder, job.file)
+        job.name = job.name.strip()[:_LONGEST_NAME] or model.name or job.task
         with self._changed:
-            if sum(job.state == "waiting" for job in self._jobs.values()) >= MOST_WAITING:
+            if sum(other.state == "waiting" for other in self._jobs.values()) >= MOST_WAITING:
                 raise ModelError(Problem("job", "", f"{MOST_WAITING} jobs wait already", "cancel some, or wait"))
-            known = parent if parent in self._jobs else None
-            job = Job(task, name.strip()[:_LONGEST_NAME] or model.name or task, known, dict(options))
+        target = self.path(job.id)
+        try:
+            others = files_of(job.options, TASKS[job.task].files)
+            job.data_files = copy_inputs(target / INPUTS, self._folder, text, job.file, others)
+            put(target / NAME, text.encode())
+        except BaseException:
+            shutil.rmtree(target, ignore_errors=True)
+            raise
+        with self._changed:
             job.write(self._folder.jobs)
-            put(self.path(job.id) / "model.toml", text.encode())
             self._jobs[job.id] = job
             self._tell(job)
             self._changed.notify()
@@ -160,9 +174,9 @@ class Jobs:
         process = WarmProcess(memory, self._reserve)
         process.start()
         while (job := self._next(process)) is not None:
-            content = {"folder": str(self.path(job.id)), "root": str(self._folder.root), "task": job.task}
+            content = {"folder": self.path(job.id), "task": job.task, "options": job.options, "file": job.file}
             try:
-                sentence = process.ask("job", content | {"options": job.options}, partial(self._progress, job))
+                sentence = process.ask("job", content, partial(self._progress, job))
             except FailedError as failure:
                 self._finish(job, "failed", failure.problems)
             except EndedError as ended:

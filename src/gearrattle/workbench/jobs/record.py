@@ -51,6 +51,11 @@ class Job:
         why it failed: place, value, rule, remedy of each.
     sentence
         what came out.
+    file
+        name of the model's file in the workspace folder, to which names of data files are relative; empty: none, a file
+        in the folder itself.
+    data_files
+        names of data files among its inputs.
     """
 
     task: str
@@ -65,6 +70,8 @@ class Job:
     ended: str | None = None
     problems: list[dict[str, str]] = field(default_factory=list)
     sentence: str = ""
+    file: str = ""
+    data_files: list[str] = field(default_factory=list)
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as JSON types."""

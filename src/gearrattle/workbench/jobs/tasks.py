@@ -18,7 +18,7 @@ from typing import Any
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.workbench.folder import Folder
+from gearrattle.workbench.inputs import moved
 
 Progress = Callable[[float], None]
 
@@ -32,7 +32,7 @@ class Task:
     function
         module and name of the public function.
     files
-        options that name files of the workspace folder, or hold tables that do by the key "file".
+        options that are the name of a file of the workspace folder, or tables that name some.
     fixed
         arguments that the workbench sets, by name.
     fills
@@ -79,13 +79,13 @@ TASKS: dict[str, Task] = {
 """Name of a task -> what it calls."""
 
 
-def check_options(task: str, options: Mapping[str, Any], folder: Folder) -> None:
+def check_options(task: str, options: Mapping[str, Any]) -> None:
     """Check a task and the names of its options before anything runs.
 
     Raises
     ------
     ModelError
-        no such task, an unknown option, or a file that is not within the folder.
+        no such task, or an unknown option.
     """
     if task not in TASKS:
         raise ModelError(Problem("task", task[:40], f"must be one of {', '.join(TASKS)}"))
@@ -97,8 +97,6 @@ def check_options(task: str, options: Mapping[str, Any], folder: Folder) -> None
     ]
     if problems:
         raise ModelError(problems)
-    for name in TASKS[task].files:
-        _within(options.get(name), folder)
 
 
 def carry_out(
@@ -115,45 +113,18 @@ def carry_out(
     options
         by name, in JSON types.
     folders
-        the workspace folder, and that in which what is computed is kept until all of it is there.
+        of the inputs, in which options name their files, and that in which what is computed is kept until all of it is
+        there.
     progress
         is told the finished share.
     """
     entry = TASKS[task]
-    function, folder = entry.callable(), Folder(folders[0])
-    arguments: dict[str, Any] = dict(options)
-    for name in entry.files:
-        if name in options:
-            arguments[name] = _within(options[name], folder)
+    function = entry.callable()
+    arguments = moved(options, entry.files, folders[0])
     arguments |= dict(entry.fixed or {}) | ({"output": folders[1]} if entry.fills else {})
     if "progress" in inspect.signature(function).parameters:
         arguments["progress"] = lambda fraction, *_: progress(float(fraction))
     return function(model, **arguments)
-
-
-def _within(value: Any, folder: Folder) -> Any:
-    """Return an option with the paths of the files that it names.
-
-    Raises
-    ------
-    ModelError
-        a file that is not within the folder.
-    """
-    if isinstance(value, str):
-        return folder.path(value)
-    if isinstance(value, Mapping):
-        return {
-            key: str(folder.path(entry)) if key == "file" and isinstance(entry, str) else _tables_within(entry, folder)
-            for key, entry in value.items()
-        }
-    return value
-
-
-def _tables_within(value: Any, folder: Folder) -> Any:
-    """Return tables in a list, or one, with the paths of the files that they name."""
-    if isinstance(value, list):
-        return [_tables_within(entry, folder) for entry in value]
-    return _within(value, folder) if isinstance(value, Mapping) else value
 
 
 def _meant(name: str, known: list[str]) -> str:

@@ -8,16 +8,19 @@ Takes what is to be done, by name; gives what it returned.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, ClassVar
 
 from gearrattle.errors import GearRattleError, ModelError, Problem
+from gearrattle.files import allowed_root
 from gearrattle.processes import Worker, Workers
 from gearrattle.threads import one_thread
 
@@ -225,26 +228,49 @@ def warm_up() -> None:
 
 def _job(content: dict[str, Any], progress: Callable[[float], None]) -> str:
     """Compute a job and keep it in its folder; return the sentence."""
-    from gearrattle.model import loads
+    from gearrattle.model import load
     from gearrattle.report.kinds import presentation_of
+    from gearrattle.workbench.inputs import INPUTS, NAME
     from gearrattle.workbench.jobs.tasks import carry_out
     from gearrattle.workbench.kept import PARTIAL, keep
 
-    folder, root = Path(content["folder"]), Path(content["root"])
-    text = (folder / "model.toml").read_text(encoding="utf-8")
-    model = loads(text, str(root / "model.toml"))
-    result = carry_out(content["task"], model, content["options"], (root, folder / PARTIAL), progress)
+    folder: Path = content["folder"]
+    inputs = folder / INPUTS
+    try:
+        with allowed_root(inputs):
+            model = load(inputs / NAME)
+            result = carry_out(content["task"], model, content["options"], (inputs, folder / PARTIAL), progress)
+    except ModelError as error:
+        raise _as_named(error, inputs, content["file"]) from error
     keep(result, folder)
     shutil.rmtree(folder / PARTIAL, ignore_errors=True)
     return presentation_of(result).sentence
 
 
+def _as_named(error: ModelError, inputs: Path, file: str) -> ModelError:
+    """Return an error in a file among the inputs with the name that the file has in the workspace folder."""
+    from gearrattle.workbench.inputs import MEASURED, NAME
+
+    names = {f"{inputs / NAME}": file or NAME, f"{inputs / MEASURED}/": "", f"{inputs}/": ""}
+    problems = []
+    for problem in error.problems:
+        words = problem.place
+        for path, name in names.items():
+            words = words.replace(path, name)
+        problems.append(replace(problem, place=words))
+    return ModelError(problems)
+
+
 def _live(content: dict[str, Any], progress: Callable[[float], None]) -> dict[str, Any]:
     del progress
-    from gearrattle.model import loads
+    from gearrattle.workbench.inputs import model_of
     from gearrattle.workbench.live import live_view
 
-    return live_view(loads(content["text"], str(Path(content["root"]) / "model.toml")), content["values"])
+    with contextlib.ExitStack() as stack:
+        for root in content["roots"]:
+            stack.enter_context(allowed_root(root))
+        model = model_of(content["text"], content["folder"], content["file"])
+    return live_view(model, content["values"])
 
 
 _REQUESTS: dict[str, Callable[[dict[str, Any], Callable[[float], None]], Any]] = {"job": _job, "live": _live}

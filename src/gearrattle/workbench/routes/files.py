@@ -15,8 +15,9 @@ from starlette.routing import BaseRoute, Route
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.examples import example_files
-from gearrattle.model.file import load, loads, text_of
+from gearrattle.model.file import load, text_of
 from gearrattle.workbench.folder import Folder, NotThereError
+from gearrattle.workbench.inputs import model_of
 from gearrattle.workbench.routes.answers import answering, problems
 
 _WRITING = Lock()
@@ -71,7 +72,7 @@ def _example(request: Request) -> dict[str, str]:
         raise NotThereError(Problem("example", name[:120], "there is no such example", "look at the list of examples"))
     text = path.read_text(encoding="utf-8")
     try:
-        loads(text, str(_folder(request).root / "model.toml"))
+        model_of(text, _folder(request))
     except ModelError:
         text = text_of(load(path))
     return {"text": text}

@@ -13,6 +13,7 @@ from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from gearrattle.workbench.jobs.queue import Jobs
+from gearrattle.workbench.jobs.record import Job
 from gearrattle.workbench.routes.answers import answering, json_object, object_of, text_of
 
 _MOST_TOLD = 1000
@@ -28,11 +29,12 @@ def _list(request: Request) -> list[dict[str, Any]]:
 
 
 def _submit(request: Request, body: dict[str, Any]) -> tuple[int, dict[str, Any]]:
-    text = text_of(body, "text", "") or request.app.state.folder.read(text_of(body, "file")).decode("utf-8", "replace")
-    parent = body.get("parent")
-    arguments = text_of(body, "name", ""), parent if isinstance(parent, str) else None
-    job = _jobs(request).submit(text_of(body, "task"), text, object_of(body, "options"), *arguments)
-    return 201, job.to_dict()
+    parents = [job for job in _jobs(request).all() if job.id == body.get("parent")]
+    file = text_of(body, "file", parents[0].file if parents else "")
+    text = text_of(body, "text", "") or request.app.state.folder.read(file).decode("utf-8", "replace")
+    parent = parents[0].id if parents else None
+    job = Job(text_of(body, "task"), text_of(body, "name", ""), parent, object_of(body, "options"), file=file)
+    return 201, _jobs(request).submit(job, text).to_dict()
 
 
 def _get(request: Request) -> dict[str, Any]:
@@ -53,7 +55,7 @@ def _delete(request: Request) -> dict[str, Any]:
 
 
 def _live(request: Request, body: dict[str, Any]) -> dict[str, Any]:
-    answer = request.app.state.newest.ask(text_of(body, "text"), object_of(body, "values"))
+    answer = request.app.state.newest.ask(text_of(body, "text"), object_of(body, "values"), text_of(body, "file", ""))
     return {"sequence": body.get("sequence"), **answer}
 
 

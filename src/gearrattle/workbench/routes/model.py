@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.routing import BaseRoute, Route
 
 from gearrattle.model import json_schema
-from gearrattle.workbench.checking import NAME, checked, plain
+from gearrattle.workbench.checking import checked, plain
 from gearrattle.workbench.editing import edited
 from gearrattle.workbench.routes.answers import answering, json_object, text_of
 from gearrattle.workbench.shelf import shelf
@@ -30,7 +30,7 @@ def _edit(request: Request, body: dict[str, Any]) -> dict[str, Any]:
 
 
 def _checked(request: Request, text: str, body: dict[str, Any]) -> dict[str, Any]:
-    answer = checked(text, request.app.state.folder, text_of(body, "name", "") or NAME)
+    answer = checked(text, request.app.state.folder, text_of(body, "file", ""))
     return {**answer, "tables": plain(answer["tables"])}
 
 

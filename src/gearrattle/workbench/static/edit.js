@@ -8,11 +8,11 @@ export function Edit({ from, motion, onStarted, onError }) {
   const slot = useRef(null);
   useEffect(() => {
     let editor = null, isGone = false;
-    const onRun = (text, { name = "", task = "run", options = {} } = {}) => api.post("/api/jobs", { task, text, options, name, parent: from ?? null }).then(onStarted).catch(onError);
+    const onRun = (text, { name = "", file = "" } = {}) => api.post("/api/jobs", { task: "run", text, file, options: {}, name, parent: from ?? null }).then(onStarted).catch(onError);
     const open = async () => {
-      const of = motion ? `motions/${encodeURIComponent(motion)}/` : "";
-      const text = from ? await api.get(`/api/jobs/${encodeURIComponent(from)}/${of}model.toml`) : undefined;
-      if (!isGone) editor = await mountEditor(slot.current, { api, onRun, onError, text });
+      const path = `/api/jobs/${encodeURIComponent(from)}`, of = motion ? `motions/${encodeURIComponent(motion)}/` : "";
+      const [text, job] = from ? await Promise.all([api.get(`${path}/${of}model.toml`), api.get(path)]) : [];
+      if (!isGone) editor = await mountEditor(slot.current, { api, onRun, onError, text, origin: job?.file });
     };
     open().catch(onError);
     return () => { isGone = true; editor?.destroy?.(); };

@@ -13,6 +13,9 @@ const SINGLE = ["excitation", "simulation"];
 
 const keyOf = (path) => path.join(".");
 const pathOf = (key) => (key ? key.split(".").map((part) => (/^\d+$/.test(part) ? Number(part) : part)) : null);
+// The file that names of data files are relative to: where the text is saved, or the file of the run that it comes from.
+const fileOf = ({ name, origin }) => name || origin;
+const folderOf = (file) => file.slice(0, file.lastIndexOf("/") + 1);
 const copy = (value) => JSON.parse(JSON.stringify(value));
 const rowsOf = (tables, kind) => (Array.isArray(tables?.[kind]) ? tables[kind] : []);
 
@@ -66,14 +69,14 @@ function useLatest(value) {
 // ---- the text and its history: everything that changes goes through here, one change after another
 
 function useDocument({ api, initial, onError }) {
-  const [state, setState] = useState({ text: initial.text, name: initial.name, answer: EMPTY, past: [], future: [], saved: initial.saved ?? null, version: null });
+  const [state, setState] = useState({ text: initial.text, name: initial.name, origin: initial.origin ?? "", answer: EMPTY, past: [], future: [], saved: initial.saved ?? null, version: null });
   const now = useLatest(state);
   const queue = useRef(Promise.resolve()), timer = useRef(0), typing = useRef(false);
   const change = (part) => { now.current = { ...now.current, ...part }; setState(now.current); };
   const failed = (error) => onError(error);
   const check = async () => {
-    const { text, name } = now.current;
-    const answer = await api.post("/api/check", { text, name: name || "model.toml" });
+    const { text } = now.current;
+    const answer = await api.post("/api/check", { text, file: fileOf(now.current) });
     if (now.current.text === text) change({ answer: { ...answer, text, drawing: answer.drawing ?? now.current.answer.drawing, isParsed: answer.tables !== null } });
   };
   const step = (text) => ({ text, past: [...now.current.past, now.current.text].slice(-MOST_KEPT), future: [] });
@@ -85,8 +88,8 @@ function useDocument({ api, initial, onError }) {
     // Edits of tables; `made` hears of the answer.
     edit: (edits, made) => inTurn(async () => {
       clearTimeout(timer.current);
-      const { text, name } = now.current;
-      const { text: changed, ...answer } = await api.post("/api/edit", { text, edits, name: name || "model.toml" });
+      const { text } = now.current;
+      const { text: changed, ...answer } = await api.post("/api/edit", { text, edits, file: fileOf(now.current) });
       if (now.current.text !== text) return;
       typing.current = false;
       change({ ...(changed === text ? {} : step(changed)), answer: { ...answer, text: changed, isParsed: true } });
@@ -101,14 +104,15 @@ function useDocument({ api, initial, onError }) {
     rest: () => { typing.current = false; },
     undo: () => inTurn(async () => { const { past, text, future } = now.current; if (past.length) { typing.current = false; change({ text: past[past.length - 1], past: past.slice(0, -1), future: [text, ...future] }); await check(); } }),
     redo: () => inTurn(async () => { const { past, text, future } = now.current; if (future.length) { typing.current = false; change({ text: future[0], past: [...past, text], future: future.slice(1) }); await check(); } }),
-    open: (text, name, saved) => inTurn(async () => { typing.current = false; change({ ...step(text), name, saved: saved ? text : null, answer: EMPTY }); await check(); }),
-    savedAs: (name, text) => change({ name, saved: text }),
+    open: (text, name, saved, origin = "") => inTurn(async () => { typing.current = false; change({ ...step(text), name, origin, saved: saved ? text : null, answer: EMPTY }); await check(); }),
+    savedAs: (name, text) => { const isElsewhere = folderOf(name) !== folderOf(fileOf(now.current)); change({ name, saved: text }); if (isElsewhere) inTurn(check); },
+    file: fileOf(state),
     now,
   };
 }
 
 // The verdict that follows every change: one request at a time, and after it the newest text alone.
-function useVerdict(api, text, isSound, model) {
+function useVerdict(api, text, file, isSound, model) {
   const [verdict, setVerdict] = useState(null);
   const state = useRef({ isBusy: false, wanted: null, sequence: 0 });
   useEffect(() => {
@@ -116,24 +120,24 @@ function useVerdict(api, text, isSound, model) {
     if (!isSound) { now.wanted = null; setVerdict(null); model.set("regimes", {}); return undefined; }
     setVerdict((old) => old && { ...old, isStale: old.text !== text });
     const ask = async () => {
-      now.wanted = text;
+      now.wanted = { text, file };
       if (now.isBusy) return;
       now.isBusy = true;
       while (now.wanted) {
         const asked = now.wanted;
         now.wanted = null;
         try {
-          const made = (await api.post("/api/live", { text: asked, values: {}, sequence: ++now.sequence })).verdict;
+          const made = (await api.post("/api/live", { ...asked, values: {}, sequence: ++now.sequence })).verdict;
           if (now.wanted) continue;
-          setVerdict({ ...made, text: asked });
+          setVerdict({ ...made, text: asked.text });
           model.set("regimes", Object.fromEntries(made.parts.map((part) => [part.name, regimeOf(part)])));
-        } catch (error) { if (!now.wanted) { setVerdict({ sentence: error.message, isFailed: true, text: asked }); model.set("regimes", {}); } }
+        } catch (error) { if (!now.wanted) { setVerdict({ sentence: error.message, isFailed: true, text: asked.text }); model.set("regimes", {}); } }
       }
       now.isBusy = false;
     };
     const time = setTimeout(ask, VERDICT_PAUSE);
     return () => clearTimeout(time);
-  }, [text, isSound]);
+  }, [text, file, isSound]);
   return verdict;
 }
 
@@ -155,18 +159,18 @@ function Open({ api, onOpen, onClose, onError }) {
     const read = (path) => api.get(path).catch(() => []);
     Promise.all([read("/api/examples"), read("/api/files"), read("/api/jobs")]).then(([examples, files, jobs]) => setLists({ examples, files: files.filter((file) => file.kind === "model"), jobs }));
   }, []);
-  const open = (path, name, saved) => api.get(path).then((answer) => { onOpen(answer.text ?? answer, name, saved); onClose(); }).catch(onError);
+  const open = (path, name, saved, origin) => api.get(path).then((answer) => { onOpen(answer.text ?? answer, name, saved, origin); onClose(); }).catch(onError);
   const entry = (act, title, small) => html`<li><button type="button" onClick=${act}>${title}${small ? html`<small>${small}</small>` : null}</button></li>`;
   const list = (title, entries, none) => html`<section aria-label=${title}><h3>${title}</h3>${entries.length ? html`<ul>${entries}</ul>` : html`<p class="muted small">${none}</p>`}</section>`;
   return html`<${Dialog} label="Open a model" onClose=${onClose}><h2>Open a model</h2>${lists ? html`<div class="ed-lists">
     ${list("Files of this folder", lists.files.map((file) => entry(() => open(`/api/files/${file.path.split("/").map(encodeURIComponent).join("/")}`, file.path, true), file.path)), "No model files yet: Save puts one here.")}
-    ${list("Runs", lists.jobs.map((job) => entry(() => open(`/api/jobs/${encodeURIComponent(job.id)}/model.toml`, "", false), job.name || job.task, job.sentence)), "No runs yet.")}
+    ${list("Runs", lists.jobs.map((job) => entry(() => open(`/api/jobs/${encodeURIComponent(job.id)}/model.toml`, "", false, job.file), job.name || job.task, job.sentence)), "No runs yet.")}
     ${list("Examples", lists.examples.map((example) => entry(() => open(`/api/examples/${encodeURIComponent(example.name)}`, "", false), example.title || example.name, example.title ? example.name : "")), "None.")}
     </div>` : html`<p class="loading">Reading …</p>`}<div class="ed-foot"><button type="button" onClick=${onClose}>Close</button></div><//>`;
 }
 
-function Save({ name, title, onSave, onClose }) {
-  const [path, setPath] = useState(name || `${(title || "model").toLowerCase().replace(/[^a-z0-9]+/g, "_").replace(/^_|_$/g, "").slice(0, 40) || "model"}.toml`);
+function Save({ name, folder, title, onSave, onClose }) {
+  const [path, setPath] = useState(name || `${folder}${(title || "model").toLowerCase().replace(/[^a-z0-9]+/g, "_").replace(/^_|_$/g, "").slice(0, 40) || "model"}.toml`);
   const save = (event) => { event.preventDefault(); onSave(path.endsWith(".toml") ? path : `${path}.toml`); };
   return html`<${Dialog} label="Save the model" onClose=${onClose}><h2>Save the model</h2><form onSubmit=${save}><label>File in this folder<input value=${path} autofocus onInput=${(event) => setPath(event.target.value)} /></label>
     <button type="submit" class="primary">Save</button><button type="button" onClick=${onClose}>Cancel</button></form><//>`;
@@ -243,7 +247,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
     connect: (question) => acts.current.ask(question), insert: (question) => acts.current.ask(question), delete: (question) => acts.current.ask(question), rename: (question) => acts.current.ask(question),
   }), []);
 
-  const verdict = useVerdict(api, text, Boolean(isSound) && answer.text === text, model);
+  const verdict = useVerdict(api, text, doc.file, Boolean(isSound) && answer.text === text, model);
 
   const select = (key) => { setSelected(key); if (model.get("selected") !== key) model.set("selected", key); };
   const field = (where) => { wanted.current = `field-${where.join("-")}`; };
@@ -317,7 +321,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
   };
 
   const arrange = () => { model.set("drawing", null); model.set("positions", {}); model.set("drawing", answer.drawing); };
-  const open = (opened, name, saved) => { model.set("drawing", null); model.set("positions", {}); select(""); setMessage(""); doc.open(opened, name, saved); };
+  const open = (opened, name, saved, origin) => { model.set("drawing", null); model.set("positions", {}); select(""); setMessage(""); doc.open(opened, name, saved, origin); };
   const save = async (name, write = api.put) => {
     const written = doc.now.current.text;
     try {
@@ -333,7 +337,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
   };
   const run = async () => {
     setBusy(true);
-    try { await doc.ready(); if (!doc.now.current.answer.problems.length && doc.now.current.answer.isParsed) await onRun(doc.now.current.text, { name: doc.now.current.answer.title }); else setListed(true); } finally { setBusy(false); }
+    try { await doc.ready(); if (!doc.now.current.answer.problems.length && doc.now.current.answer.isParsed) await onRun(doc.now.current.text, { name: doc.now.current.answer.title, file: fileOf(doc.now.current) }); else setListed(true); } finally { setBusy(false); }
   };
 
   const pressed = (event) => {
@@ -352,11 +356,11 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
   const draft = () => {
     clearTimeout(drafted.current);
     drafted.current = setTimeout(() => {
-      const { text: written, name, saved } = doc.now.current;
-      localStorage.setItem(DRAFT, JSON.stringify({ text: written, name, saved, positions: model.get("positions") }));
+      const { text: written, name, origin, saved } = doc.now.current;
+      localStorage.setItem(DRAFT, JSON.stringify({ text: written, name, origin, saved, positions: model.get("positions") }));
     }, DRAFT_PAUSE);
   };
-  useEffect(draft, [text, doc.name, doc.saved]);
+  useEffect(draft, [text, doc.name, doc.origin, doc.saved]);
   useEffect(() => { model.on("change:positions", draft); return () => { model.off("change:positions", draft); clearTimeout(drafted.current); }; }, []);
   useEffect(() => {
     const counts = {};
@@ -416,18 +420,18 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
       ${isTextShown ? html`<div class="ed-text"><${TomlText} text=${text} problems=${answer.problems} range=${range} onText=${doc.type} onLine=${onLine} /></div>` : null}
     </div>
     ${dialog?.kind === "open" ? html`<${Open} api=${api} onOpen=${open} onClose=${() => setDialog(null)} onError=${onError} />` : null}
-    ${dialog?.kind === "save" ? html`<${Save} name=${doc.name} title=${answer.title} onSave=${save} onClose=${() => setDialog(null)} />` : null}
+    ${dialog?.kind === "save" ? html`<${Save} name=${doc.name} folder=${folderOf(doc.file)} title=${answer.title} onSave=${save} onClose=${() => setDialog(null)} />` : null}
     ${dialog?.kind === "conflict" ? html`<${Conflict} ...${dialog} onReplace=${() => save(dialog.name, api.replace)} onOther=${() => setDialog({ kind: "save" })} onClose=${() => setDialog(null)} />` : null}
     ${dialog?.kind === "connect" ? html`<${Connect} shelf=${shelf} from=${dialog.from} to=${dialog.to} onChoose=${connected} onClose=${() => setDialog(null)} />` : null}
   </section>`;
 }
 
 // Mounts the editor; returns {text(), open(text, name), destroy()}.
-export async function mountEditor(el, { api, onRun, onError = () => {}, text }) {
+export async function mountEditor(el, { api, onRun, onError = () => {}, text, origin }) {
   const [schema, shelf] = await Promise.all([api.get("/api/schema"), api.get("/api/components")]);
   let draft = null;
   try { draft = JSON.parse(localStorage.getItem(DRAFT)); } catch { /* no draft */ }
-  const initial = text !== undefined ? { text, name: "" } : draft?.text ? draft : { text: NEW, name: "" };
+  const initial = text !== undefined ? { text, name: "", origin } : draft?.text ? draft : { text: NEW, name: "" };
   const editor = { destroy: () => render(null, el) };
   render(html`<${Editor} ...${{ api, schema, shelf, initial, onRun, onError, handle: (parts) => Object.assign(editor, parts) }} />`, el);
   return editor;

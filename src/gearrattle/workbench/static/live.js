@@ -2,6 +2,7 @@
 
 import { html, useEffect, useMemo, useRef, useState } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
+import { modelOf } from "/static/job_model.js";
 import { standIn } from "/static/model_stand_in.js";
 import { Widget } from "/static/widget_host.js";
 
@@ -35,9 +36,7 @@ export function Live({ id, onStarted, onError }) {
   const plane = useMemo(() => standIn({ chart: { panels: [] } }), [id]);
 
   useEffect(() => {
-    api.get(`/api/jobs/${encodeURIComponent(id)}/model.toml`)
-      .then((text) => api.post("/api/check", { text }).then(({ tables, title }) => setModel({ text, tables, title })))
-      .catch(onError);
+    modelOf(id).then(setModel).catch(onError);
   }, [id]);
 
   // One request is under way at a time; what is wanted meanwhile is asked for when it is answered: the newest alone.
@@ -50,7 +49,7 @@ export function Live({ id, onStarted, onError }) {
       const asked = now.wanted, sequence = ++now.sequence;
       now.wanted = null;
       try {
-        const made = await api.post("/api/live", { text: model.text, values: asked, sequence });
+        const made = await api.post("/api/live", { text: model.text, file: model.file, values: asked, sequence });
         if (made.sequence === now.sequence) show(made);
       } catch (error) {
         if (error.status !== 409) setAnswer({ problems: error.problems?.length ? error.problems : [{ place: "", value: "", rule: error.message, remedy: "" }] });
@@ -87,8 +86,8 @@ export function Live({ id, onStarted, onError }) {
     const edits = sliders.map(textOf).map(([path, value]) => ({ op: "set", path, value }));
     const name = sliders.map((slider) => textOf(slider).join(" ")).join(", ").slice(0, 120);
     try {
-      const edited = edits.length ? await api.post("/api/edit", { text: model.text, edits }) : model;
-      onStarted(await api.post("/api/jobs", { task: "run", text: edited.text, options: {}, name: name || model.title, parent: id }));
+      const edited = edits.length ? await api.post("/api/edit", { text: model.text, file: model.file, edits }) : model;
+      onStarted(await api.post("/api/jobs", { task: "run", text: edited.text, file: model.file, options: {}, name: name || model.title, parent: id }));
     } catch (error) { onError(error); }
   };
   if (!model) return html`<div class="page card loading">Reading the model …</div>`;
