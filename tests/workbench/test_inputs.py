@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import io
+import json
+import subprocess
+import sys
 import time
+import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -184,6 +189,32 @@ def test_a_data_file_from_elsewhere_in_the_folder_is_named_anew(root: Path, tmp_
     assert handed == text.replace("../pressure.csv", "data/pressure.csv")
     here, there = gr.load(tmp_path / "inputs" / "model.toml"), model_of(text, Folder(root), "rigs/idle.toml")
     np.testing.assert_array_equal(gr.simulate(here).trajectory.deflection, gr.simulate(there).trajectory.deflection)
+
+
+@pytest.mark.parametrize("task", ["run", "fit"])
+def test_what_is_handed_over_runs_in_an_empty_folder(client: TestClient, root: Path, tmp_path: Path, task: str) -> None:
+    """The data are those of the job, whatever has become of the files since."""
+    options = next(options for name, options, _ in TASKS if name == task)
+    text = ENGINE.replace("DATA", "../shared/pressure.csv")
+    (root / "shared").mkdir(exist_ok=True)
+    (root / "shared" / "pressure.csv").write_text(trace(20.0), encoding="utf-8")
+    job = done(client, {"task": task, "text": text, "file": "rigs/idle.toml", "options": options})
+    (root / "shared" / "pressure.csv").write_text(trace(1.0), encoding="utf-8")
+    content = client.get(f"/api/jobs/{job['id']}/script.zip").content
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        archive.extractall(tmp_path)
+    data = ["data/pressure.csv", *(["measured/rigs/data.toml", "measured/rigs/response.csv"] if task == "fit" else [])]
+    assert sorted(archive.namelist()) == sorted(["model.toml", "script.py", *data])
+    assert job["data_files"] == data
+    ran = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, check=True, capture_output=True, text=True)
+    assert job["sentence"] in ran.stdout or task == "fit"
+    again = json.loads((tmp_path / "result" / "summary.json").read_text(encoding="utf-8"))
+    kept = json.loads((Folder(root).job(job["id"]) / "result" / "summary.json").read_text(encoding="utf-8"))
+    assert again["sentence"] == kept["sentence"]
+    assert set(zipfile.ZipFile(io.BytesIO(client.get(f"/api/jobs/{job['id']}/model.zip").content)).namelist()) == {
+        "model.toml",
+        *data,
+    }
 
 
 def test_files_outside_the_folder_are_brought_in(root: Path, tmp_path: Path) -> None:

@@ -206,7 +206,8 @@ def test_a_days_work_on_a_gearbox_of_ten_bodies(tab: Any, server: Server, tmp_pa
         tab.get_by_text("Hand over").click()
     handed = gr.loads(contents["Model file"].decode())
     assert {c.name: c.stiffness for c in handed.couplings}["damper"] == pytest.approx(TRUE, rel=1e-3)
-    compile(contents["Python script"], "script.py", "exec")
+    with zipfile.ZipFile(io.BytesIO(contents["Python script"])) as archive:
+        compile(archive.read("script.py"), "script.py", "exec")
     assert contents["Report page"].startswith(b"<!doctype html>")
     with zipfile.ZipFile(io.BytesIO(contents["Everything"])) as archive:
         summary = json.loads(archive.read("result/summary.json"))

@@ -25,6 +25,8 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.workbench import kept
 from gearrattle.workbench.differences import differences
 from gearrattle.workbench.folder import Folder, NotThereError
+from gearrattle.workbench.inputs import INPUTS, NAME, copy_inputs, files_of, moved
+from gearrattle.workbench.jobs.tasks import TASKS
 from gearrattle.workbench.lines import best_shift, density
 from gearrattle.workbench.routes.answers import answering
 from gearrattle.workbench.script import script
@@ -161,9 +163,9 @@ def _model(request: Request) -> Response:
 
 def _script_text(folder: Path) -> str:
     record = _record(folder)
-    return script(
-        str(record["task"]), record.get("options") or {}, str(record.get("name") or ""), version("gearrattle")
-    )
+    task = str(record["task"])
+    options = moved(record.get("options") or {}, TASKS[task].files)
+    return script(task, options, str(record.get("name") or ""), version("gearrattle"))
 
 
 def _script(request: Request) -> Response:
@@ -171,19 +173,44 @@ def _script(request: Request) -> Response:
     return Response(_script_text(_folder(request)), media_type="text/x-python; charset=utf-8", headers=headers)
 
 
-def _archive(request: Request) -> Response:
-    """Send everything that is handed over: model, script, page, numbers and figures."""
-    folder = _folder(request)
+def _inputs(request: Request) -> Path:
+    """Return the folder of inputs of a job; one of an earlier version has none yet."""
+    folder, workspace = _folder(request), request.app.state.folder
+    if not (folder / INPUTS).is_dir():
+        record = _record(folder)
+        others = files_of(record.get("options") or {}, TASKS[record["task"]].files)
+        text = (folder / NAME).read_text(encoding="utf-8")
+        copy_inputs(folder / INPUTS, workspace, text, record.get("file") or "", others)
+    return folder / INPUTS
+
+
+def _zipped(request: Request, what: str, *, has_script: bool = True, has_result: bool = False) -> Response:
+    """Send what runs anywhere by itself: the model with its data files, script and result."""
+    folder, inputs = _folder(request), _inputs(request)
+    files = [(file, file.relative_to(inputs)) for file in inputs.rglob("*")]
+    files += [(file, file.relative_to(folder)) for file in (folder / kept.RESULT).rglob("*") if has_result]
     with tempfile.NamedTemporaryFile(suffix=".zip", delete=False) as target:
         path = Path(target.name)
         with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-            archive.write(folder / "model.toml", "model.toml")
-            archive.writestr("script.py", _script_text(folder))
-            for file in sorted((folder / kept.RESULT).rglob("*")):
+            if has_script:
+                archive.writestr("script.py", _script_text(folder))
+            for file, name in sorted(files):
                 if file.is_file():
-                    archive.write(file, file.relative_to(folder))
+                    archive.write(file, name)
     removal = BackgroundTask(path.unlink, missing_ok=True)
-    return FileResponse(path, media_type="application/zip", filename=f"{folder.name}.zip", background=removal)
+    return FileResponse(path, media_type="application/zip", filename=f"{what}.zip", background=removal)
+
+
+def _archive(request: Request) -> Response:
+    return _zipped(request, _folder(request).name, has_result=True)
+
+
+def _script_archive(request: Request) -> Response:
+    return _zipped(request, "script")
+
+
+def _model_archive(request: Request) -> Response:
+    return _zipped(request, "model", has_script=False)
 
 
 def _compare(request: Request) -> Response:
@@ -237,6 +264,8 @@ _PATHS: dict[str, Callable[[Request], Response]] = {
     "/api/jobs/{job}/report.html": _report,
     "/api/jobs/{job}/script.py": _script,
     "/api/jobs/{job}/model.toml": _model,
+    "/api/jobs/{job}/script.zip": _script_archive,
+    "/api/jobs/{job}/model.zip": _model_archive,
     "/api/jobs/{job}/archive.zip": _archive,
     "/api/compare": _compare,
     "/api/measured": _measured,

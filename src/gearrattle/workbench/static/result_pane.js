@@ -23,7 +23,7 @@ export function ResultPane({ job, tab, onStarted, onError, drop }) {
     ${job.state === "broken" ? html`<p class="failed">The server ended while this was computed; run it again.</p>` : null}
     ${job.state === "cancelled" ? html`<p class="muted">Cancelled before it ended.</p>` : null}
     ${job.state === "done" && !view ? html`<p class="loading">Reading the result …</p>` : null}
-    ${view ? html`<${Result} key=${job.id} id=${job.id} view=${view} tab=${tab} path=${path} onStarted=${onStarted} onError=${onError} />` : null}
+    ${view ? html`<${Result} key=${job.id} id=${job.id} file=${job.file} view=${view} tab=${tab} path=${path} onStarted=${onStarted} onError=${onError} />` : null}
   </article>`;
 }
 
@@ -41,8 +41,8 @@ function Head({ job, view, path, onStarted, onError, drop }) {
   const runFitted = async () => {
     try {
       const edits = Object.entries(view.fitted).map(([where, value]) => ({ op: "set", path: where, value: Number(value.toPrecision(7)) }));
-      const { text } = await api.post("/api/edit", { text: await api.get(`${path}/model.toml`), edits });
-      onStarted(await api.post("/api/jobs", { task: "run", text, options: {}, name: `fitted ${Object.keys(view.fitted).join(", ")}`.slice(0, 120), parent: job.id }));
+      const { text } = await api.post("/api/edit", { text: await api.get(`${path}/model.toml`), file: job.file, edits });
+      onStarted(await api.post("/api/jobs", { task: "run", text, file: job.file, options: {}, name: `fitted ${Object.keys(view.fitted).join(", ")}`.slice(0, 120), parent: job.id }));
     } catch (error) { onError(error); }
   };
   const parent = job.parent ? html` · from <a href=${`#/runs/${job.parent}`}>its parent</a>` : null;
@@ -60,7 +60,7 @@ function Head({ job, view, path, onStarted, onError, drop }) {
       <a class="button" href=${`#/compare?jobs=${[job.parent, job.id].filter(Boolean).join(",")}`}>Compare</a>
       ${view?.verdict ? html`<a class="button" href=${`#/measured?job=${job.id}`}>Lay measured over</a>` : null}
       ${view?.fitted ? html`<button type="button" class="primary" onClick=${runFitted}>Run with the fitted values</button>` : null}
-      ${job.state === "done" ? html`<${HandOver} path=${path} />` : null}
+      ${job.state === "done" ? html`<${HandOver} job=${job} path=${path} />` : null}
       ${ACTIVE.includes(job.state) ? null : html`<button type="button" class="danger" onClick=${remove}>Delete</button>`}
     </div>
   </div>`;
@@ -74,12 +74,13 @@ function when(job) {
   return `${words}, ${seconds < 120 ? `${seconds.toFixed(1)} s` : `${(seconds / 60).toFixed(1)} min`}`;
 }
 
-function HandOver({ path }) {
+function HandOver({ job, path }) {
+  const hasData = job.data_files?.length > 0;
   const files = [
-    ["archive.zip", "Everything", "model, script, page, numbers, figures (.zip)"],
+    ["archive.zip", "Everything", "model, data, script, page, numbers, figures (.zip)"],
     ["report.html", "Report page", "one file, opens anywhere"],
-    ["model.toml", "Model file", "TOML, with these settings"],
-    ["script.py", "Python script", "does the same, figures for print included"],
+    hasData ? ["model.zip", "Model file", "TOML, and the data files that it reads (.zip)"] : ["model.toml", "Model file", "TOML, with these settings"],
+    ["script.zip", "Python script", "does the same anywhere: with the model and all it reads (.zip)"],
   ];
   return html`<details class="menu"><summary class="button">Hand over ▾</summary><div>
     ${files.map(([file, words, detail]) => html`<a href=${`${path}/${file}`} download=${file}>${words}<small>${detail}</small></a>`)}
@@ -120,11 +121,11 @@ function Filling({ job, path, onError }) {
 
 const ACTIONS = [["run", "Run this motion"], ["edit", "Edit its model"]];
 
-function Result({ id, view, tab, path, onStarted, onError }) {
+function Result({ id, file, view, tab, path, onStarted, onError }) {
   const runMotion = async ({ point, path: of, value }) => {
     try {
       const text = await api.get(`${path}/motions/${point}/model.toml`);
-      onStarted(await api.post("/api/jobs", { task: "run", text, options: {}, name: `${of} ${Number(value.toPrecision(6))}`.slice(0, 120), parent: id }));
+      onStarted(await api.post("/api/jobs", { task: "run", text, file, options: {}, name: `${of} ${Number(value.toPrecision(6))}`.slice(0, 120), parent: id }));
     } catch (error) { onError(error); }
   };
   const openMotion = (chosen) => {
