@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from gearrattle.report.live_figures import plotly_data
 from gearrattle.report.plots.numerals import unbroken
-from gearrattle.report.plots.shapes import swatch
+from gearrattle.report.plots.shapes import background, swatch
 from gearrattle.wording import counted
 
 _HERE = Path(__file__).parent
@@ -34,6 +34,7 @@ def templates() -> Environment:
     environment.globals["counted"] = counted
     environment.filters["plotly_data"] = plotly_data
     environment.filters["swatch"] = swatch
+    environment.filters["background"] = background
     environment.filters["data_address"] = lambda svg: f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}"
     return environment
 

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import json
+import re
 from base64 import b64decode
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 
 from gearrattle.report.plots.chart import Band, Bars, Cells, Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.interactive import plotly_figure
-from gearrattle.report.plots.static import draw
+from gearrattle.report.plots.maps import NOTHING, cells_of
+from gearrattle.report.plots.palette import NO_VALUE, PAPER
+from gearrattle.report.plots.shapes import background
+from gearrattle.report.plots.static import _hatching, draw
+from gearrattle.report.plots.typeset import matplotlib_figure
 
 TIME = np.linspace(0.0, 4.0, 401)
 WAVE = np.sin(TIME)
@@ -140,3 +146,32 @@ def test_both_renderers_draw_cells_where_they_lie() -> None:
     np.testing.assert_allclose([middle - wide / 2, middle + wide / 2], [cells.left, cells.right])
     np.testing.assert_allclose(decoded(trace["base"]) + decoded(trace["y"]), cells.high)
     assert figure["layout"]["xaxis"]["ticktext"] == ["left", "right"]
+
+
+def test_cells_without_a_value_are_hatched_everywhere() -> None:
+    """Told from every colour, and without colours: never an area of one, in the figure and in its legend."""
+    legend = (Key("low", "#d3e3ef"), Key("high", "#083d60"), NOTHING)
+    cells = cells_of(np.array([[0, 1, -1], [-1, 0, 1]]), legend)
+    panel = Panel("map", "", "x", x_range=(-0.5, 2.5), y_range=(-0.5, 1.5), cells=cells)
+    chart = Chart("map", "Map", "", (panel,), legend=legend)
+    drawn = draw(chart, legend=True).decode()
+    assert f'fill="{NO_VALUE}"' not in drawn
+    strokes = [path for path in ElementTree.fromstring(drawn).iter() if path.get("stroke") == NO_VALUE]
+    assert [path.get("d", "").count("M") > 2 for path in strokes] == [True, True]
+    (trace,) = [trace for trace in plotly_figure(chart)["data"] if trace["name"] == NOTHING.name]
+    assert (trace["marker"]["color"], trace["marker"]["pattern"]["fgcolor"]) == (PAPER, NO_VALUE)
+    assert background(NOTHING).startswith("repeating-linear-gradient")
+    figure = matplotlib_figure(chart)
+    (area,) = [area for area in figure.axes[0].collections if area.get_label() == NOTHING.name]
+    assert area.get_hatch()
+    assert to_hex(area.get_facecolor()[0]) == PAPER
+    assert to_hex(area.get_edgecolor()[0]) == NO_VALUE
+
+
+def test_hatching_stays_within_its_rectangle_and_goes_on_in_its_neighbour() -> None:
+    ends = re.findall(r"M([\d.]+) ([\d.]+)L([\d.]+) ([\d.]+)", _hatching(3.0, 50.0, 7.0, 20.0))
+    assert len(ends) == (50 + 20) // 6 - (3 + 7) // 6
+    for x0, y0, x1, y1 in (map(float, row) for row in ends):
+        assert 3.0 <= x0 <= x1 <= 50.0
+        assert 7.0 <= y1 <= y0 <= 20.0
+        assert (x0 + y0) % 6.0 == (x1 + y1) % 6.0 == 0.0

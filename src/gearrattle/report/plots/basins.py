@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gearrattle.model.path_labels import INITIAL
 from gearrattle.report.plots.axis_names import edges_of, measure_of
 from gearrattle.report.plots.chart import Cells, Chart, Key, Line, Panel
-from gearrattle.report.plots.palette import INK, PAPER
+from gearrattle.report.plots.palette import INK, NO_VALUE, PAPER
 from gearrattle.studies.attractors import ATTRACTOR, CHAOS, NOTHING, UNSETTLED, orbit_of
 from gearrattle.studies.layout import words_of
 from gearrattle.studies.plan import SAMPLE
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 QUIET = ("#8497aa", "#5d6b7a", "#b3c0cc")
 RATTLING = ("#e69f00", "#a8123e", "#56b4e9", "#009e73", "#cc79a7", "#6a51a3", "#8c6d31")
 """Colours of quiet attractors and of the others; those beyond share the last."""
-OTHERS = {CHAOS: Key("chaotic", "#1b2631"), UNSETTLED: Key("undecided", "#e8dcc0"), NOTHING: Key("no result", PAPER)}
+OTHERS = {CHAOS: Key("chaotic", "#1b2631"), UNSETTLED: Key("undecided", "#e8dcc0"), NOTHING: Key("no result", NO_VALUE)}
 _MARGIN = 0.03
 
 

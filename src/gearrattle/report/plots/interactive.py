@@ -17,10 +17,14 @@ import numpy as np
 
 from gearrattle.report.plots.chart import Bars, Cells, Chart, Heat, Label, Line, Panel, Rule
 from gearrattle.report.plots.numerals import numeral
-from gearrattle.report.plots.palette import ACCENT, CENTRE, FAINT, INK, MUTED, PAPER, SHADES, tint
+from gearrattle.report.plots.palette import ACCENT, CENTRE, FAINT, INK, MUTED, NO_VALUE, PAPER, SHADES, tint
 from gearrattle.report.plots.shapes import SHAPES
 from gearrattle.trajectory import Array
 
+_HATCHED = {
+    "color": PAPER,
+    "pattern": {"shape": "/", "fgcolor": NO_VALUE, "bgcolor": PAPER, "size": 6, "solidity": 0.2},
+}
 FONT = "-apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, sans-serif"
 
 _TOP = 30
@@ -278,7 +282,7 @@ def _cells(cells: Cells, index: int) -> dict[str, Any]:
         "width": _packed(cells.right - cells.left, "f8"),
         "y": _packed(cells.high - cells.low, "f8"),
         "base": _packed(cells.low, "f8"),
-        "marker": {"color": cells.colour, "line": {"width": 0}},
+        "marker": {"line": {"width": 0}} | (_HATCHED if cells.colour == NO_VALUE else {"color": cells.colour}),
         "xaxis": _axis("x", index),
         "yaxis": _axis("y", index),
         "hovertemplate": "%{x:.4~g}<extra>" + cells.name + "</extra>",

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gearrattle.report.plots.axis_names import cell_ticks, labels_of, title_of, words_of_axis
 from gearrattle.report.plots.chart import Cells, Chart, Key, Line, Panel
 from gearrattle.report.plots.numerals import numeral
-from gearrattle.report.plots.palette import INK, REGIMES
+from gearrattle.report.plots.palette import INK, NO_VALUE, REGIMES
 from gearrattle.studies.layout import (
     axes_in,
     chosen_codes,
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Codes = NDArray[np.int64]
-NOTHING = Key("no value", "#e8dcc0")
+NOTHING = Key("no value", NO_VALUE)
 MOST_PANELS = 12
 _HEIGHT, _ROW = 260, 26
 _SHADES = 8
@@ -185,7 +185,7 @@ def _strip(data: xr.Dataset, output: str, legend: tuple[Key, ...]) -> Chart:
     (axis,) = axes_in(data)
     subject = subject_of(data, output)
     values = values_of(data, output).transpose(*([subject] if subject else []), axis).values
-    codes = np.atleast_2d(values).astype(np.int64)
+    codes = np.nan_to_num(np.atleast_2d(values).astype(np.float64), nan=-1.0).astype(np.int64)
     names = subject_names(data, output) if subject else [output]
     labels = labels_of(data, axis)
     panel = Panel(

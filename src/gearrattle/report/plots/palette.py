@@ -26,6 +26,9 @@ COAST = "#d55e00"
 CENTRE = "#9aa5b1"
 """The centre of a clearance: inside the gap or the first stage."""
 
+NO_VALUE = "#6f7a86"
+"""Cells of a map without a value: hatching of this colour on the background, never an area of it."""
+
 REGIMES = {"quiet": MUTED, "single-sided": "#a35f00", "double-sided": "#a8123e"}
 """Colour of each regime: slate, amber, crimson; ever darker, always beside its word."""
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from gearrattle.report.plots.axis_names import cell_ticks, labels_of, measure_of, paths_of
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
-from gearrattle.report.plots.maps import cells_of, edge_between
+from gearrattle.report.plots.maps import NOTHING, cells_of, edge_between
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.studies.screening import BY_PATH, LOAD
@@ -78,10 +78,10 @@ def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
                 x_ticks=cell_ticks(across, 6),
                 y_ticks=cell_ticks(up, 10),
                 lines=(*lines, *_dots(data, k)),
-                cells=cells_of(codes, (*legend, Key("no value"))),
+                cells=cells_of(codes, (*legend, NOTHING)),
             )
         )
-    dots = (_DOTS,) if "regime" in data else ()
+    dots = (*((NOTHING,) if np.isnan(margin).any() else ()), *((_DOTS,) if "regime" in data else ()))
     return Chart(
         key,
         title,
@@ -116,7 +116,7 @@ def _curves(data: xr.Dataset, margin: Array, speeds: Array, what: str, words: tu
         if "regime" in data:
             rattles = np.asarray(data["regime"].values)[:, 0, k] > 0
             lines.append(Line(speeds[rattles], y[rattles], _DOTS.name, INK, "points", 2.5))
-    dots = (_DOTS,) if "regime" in data else ()
+    dots = (*((NOTHING,) if np.isnan(margin).any() else ()), *((_DOTS,) if "regime" in data else ()))
     panel = Panel("Margin", "dB", what, tuple(lines), rules=(Rule(0.0, label="lifts off"),))
     return Chart(*words, (panel,), panel_height=260, legend=(*legend, *dots))
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from gearrattle.report.plots.chart import Key
+from gearrattle.report.plots.palette import NO_VALUE, PAPER
 
 
 class Drawn(NamedTuple):
@@ -50,6 +51,13 @@ SHAPES = {
 """Every shape."""
 DASHES = {"dashed": "5 3"}
 """On and off [px]."""
+
+
+def background(key: Key) -> str:
+    """Return the CSS background of an entry's swatch: its colour, or the hatching of cells without a value."""
+    if key.colour != NO_VALUE:
+        return key.colour
+    return f"repeating-linear-gradient(135deg, {NO_VALUE} 0 1.5px, {PAPER} 1.5px 4px)"
 
 
 def swatch(key: Key) -> str:

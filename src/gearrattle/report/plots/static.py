@@ -7,6 +7,7 @@ Takes a ``Chart``; gives the bytes of an SVG file.
 
 from __future__ import annotations
 
+import math
 from html import escape
 
 import numpy as np
@@ -15,13 +16,14 @@ from numpy.typing import NDArray
 from gearrattle.report.plots.axes import Axis, limits, widened
 from gearrattle.report.plots.chart import Band, Bars, Cells, Chart, Key, Label, Line, Panel, Rule
 from gearrattle.report.plots.numerals import numeral
-from gearrattle.report.plots.palette import FAINT, INK, MUTED, PAPER
+from gearrattle.report.plots.palette import FAINT, INK, MUTED, NO_VALUE, PAPER
 from gearrattle.report.plots.raster import raster
 from gearrattle.report.plots.shapes import DASHES, SHAPES
 from gearrattle.trajectory import Array
 
 _FONT = "'Helvetica Neue', Helvetica, 'Liberation Sans', Arial, sans-serif"
 _WIDTH = 880
+_HATCH = 6.0  # px across between two strokes of hatching
 _TOP = 26
 _BOTTOM = 46
 _LEFT = 62
@@ -85,6 +87,8 @@ def _swatch(key: Key, x: float, y: float) -> str:
     if key.dash:
         dash = f' stroke-dasharray="{DASHES[key.dash]}"' if key.dash in DASHES else ""
         return f'<path d="M{x - 5:.1f} {y + 5}h17" stroke="{key.colour}" stroke-width="1.6"{dash}/>'
+    if key.colour == NO_VALUE:
+        return f'<path d="{_hatching(x, x + 10.0, y, y + 10.0)}" stroke="{NO_VALUE}"/>'
     return f'<rect x="{x:.1f}" y="{y}" width="10" height="10" fill="{key.colour}"/>'
 
 
@@ -207,5 +211,19 @@ def _bars(bars: Bars, x: Axis, y: Axis) -> str:
 
 def _cells(cells: Cells, x: Axis, y: Axis) -> str:
     edges = (x.at(cells.left), x.at(cells.right), y.at(cells.low), y.at(cells.high))
+    if cells.colour == NO_VALUE:
+        rectangles = np.stack(edges, axis=1).tolist()
+        hatched = "".join(_hatching(a, b, min(c, d), max(c, d)) for a, b, c, d in rectangles)
+        return f'<path d="{hatched}" stroke="{NO_VALUE}"/>'
     drawn = "".join(f"M{a:.1f} {c:.1f}H{b:.1f}V{d:.1f}H{a:.1f}Z" for a, b, c, d in zip(*edges, strict=True))
     return f'<path d="{drawn}" fill="{cells.colour}" shape-rendering="crispEdges"/>'
+
+
+def _hatching(left: float, right: float, top: float, bottom: float) -> str:
+    """Return strokes along x + y = constant within a rectangle; those of neighbours go on into each other."""
+    first, last = math.ceil((left + top) / _HATCH), math.floor((right + bottom) / _HATCH)
+    ends = []
+    for total in (k * _HATCH for k in range(first, last + 1)):
+        x0, x1 = max(left, total - bottom), min(right, total - top)
+        ends.append(f"M{x0:.1f} {total - x0:.1f}L{x1:.1f} {total - x1:.1f}")
+    return "".join(ends)

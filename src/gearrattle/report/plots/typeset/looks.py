@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gearrattle.report.plots.chart import Chart, Dash, Key, Shape
-from gearrattle.report.plots.palette import CENTRE, FAINT, MUTED, PAPER
+from gearrattle.report.plots.palette import CENTRE, FAINT, MUTED, NO_VALUE, PAPER
 from gearrattle.report.plots.shapes import SHAPES
 from gearrattle.report.plots.typeset.style import POINTS
 
@@ -26,6 +26,8 @@ _DASHES: tuple[tuple[float, ...] | None, ...] = (
 """On and off [pt]."""
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p", "h", "*", "d", "8")
 _HATCHES = ("", "////", "....", "xxxx", "\\\\\\\\", "++++", "oo")
+_NO_VALUE = "/////"
+"""Finer than any other, and dark on paper where others are white on a colour."""
 _CONTEXT = frozenset({MUTED, CENTRE, FAINT})
 _APART = 0.12
 """Least distance of two greys, of 1, that is told apart on paper."""
@@ -73,6 +75,8 @@ class Looks:
                 style |= {"marker": self.markers[colour], "markersize": 3.5, "markeredgewidth": 0.0}
             return Line2D([], [], color=colour, label=key.name, **style)
         hatch = self.hatches.get(colour, "")
+        if colour == NO_VALUE:
+            return Patch(facecolor=PAPER, edgecolor=NO_VALUE, linewidth=0.0, hatch=hatch, label=key.name)
         return Patch(facecolor=colour, edgecolor=PAPER, linewidth=0.0, hatch=hatch or None, label=key.name)
 
     def dash(self, colour: str, dash: Dash) -> Dashes:
@@ -132,8 +136,8 @@ def _ordered(used: set[str], legend: Iterable[str], drawn: Iterable[str]) -> lis
 
 def _hatched(colours: list[str]) -> dict[str, str]:
     """Hatch every colour whose grey is close to that of one before with the same hatching."""
-    hatches: dict[str, str] = {}
-    for colour in colours:
+    hatches = {NO_VALUE: _NO_VALUE} if NO_VALUE in colours else {}
+    for colour in (one for one in colours if one != NO_VALUE):
         free = (
             hatch
             for hatch in _HATCHES

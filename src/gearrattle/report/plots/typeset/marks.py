@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.report.plots.chart import Band, Bars, Cells, Heat, Label, Line, Panel, Rule
-from gearrattle.report.plots.palette import FAINT, PAPER, SHADES
+from gearrattle.report.plots.palette import FAINT, NO_VALUE, PAPER, SHADES
 from gearrattle.report.plots.thinning import thin
 from gearrattle.report.plots.typeset.beside import Rows
 from gearrattle.report.plots.typeset.looks import Looks, blended, stroke
@@ -126,12 +126,12 @@ def _cells(axes: Axes, cells: Cells, looks: Looks) -> None:
         ],
         axis=1,
     )
-    hatch = looks.hatches.get(cells.colour, "")
+    hatch, is_empty = looks.hatches.get(cells.colour, ""), cells.colour == NO_VALUE
     axes.add_collection(
         PolyCollection(
             list(corners),
-            facecolors=cells.colour,
-            edgecolors=PAPER if hatch else cells.colour,
+            facecolors=PAPER if is_empty else cells.colour,
+            edgecolors=PAPER if hatch and not is_empty else cells.colour,
             linewidths=0.0 if hatch else 0.2,
             hatch=hatch or None,
             label=cells.name,

@@ -6,6 +6,8 @@ const { element } = host;
 const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 const SMALL = FONT.replace("12px", "11px");
 const BOLD = `600 ${FONT}`;
+const NO_VALUE = "#6f7a86"; // of report/plots/palette.py: cells without a value, hatched on the background
+const HATCH = 6; // px across between two strokes of hatching
 const SHADES = ["#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838"];
 const SUPERSCRIPTS = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 const MARKS = 0.22; // of what is drawn: room above and below for the marks of impacts
@@ -92,6 +94,8 @@ function themeOf(el) {
     if (!made.has(colour)) made.set(colour, legible(colour, theme));
     return made.get(colour);
   };
+  // Areas keep their colours: what they mean is told by a scale of them.
+  theme.area = (colour) => named[colour] ?? colour;
   return theme;
 }
 
@@ -267,11 +271,13 @@ class Panel {
     if (panel.heat) this.drawHeat(c);
     for (const band of panel.bands) this.drawBand(c, theme, band);
     for (const cells of panel.cells) {
-      c.fillStyle = theme.colour(cells.colour);
+      c.beginPath();
       for (let k = 0; k < cells.left.length; k++) {
         const [a, b, t, u] = [this.x(cells.left[k]), this.x(cells.right[k]), this.y(cells.high[k]), this.y(cells.low[k])].map(Math.round);
-        c.fillRect(a, t, Math.max(1, b - a), Math.max(1, u - t));
+        c.rect(a, t, Math.max(1, b - a), Math.max(1, u - t));
       }
+      if (cells.colour === NO_VALUE) this.hatch(c, theme);
+      else { c.fillStyle = theme.area(cells.colour); c.fill(); }
     }
     for (const bars of panel.bars) this.drawBars(c, theme, bars);
     for (const rule of panel.rules) this.drawRule(c, theme, rule);
@@ -288,6 +294,18 @@ class Panel {
       c.fillStyle = theme.muted; c.font = FONT; c.textAlign = "center"; c.textBaseline = "middle";
       c.fillText(panel.note, this.left + this.width / 2, this.top + this.height / 2, this.width);
     }
+  }
+
+  // Strokes within the path: what has no value is told from every colour, and without colours.
+  hatch(c, theme) {
+    const first = this.left + this.top, last = first + this.width + this.height;
+    c.save();
+    c.clip();
+    c.strokeStyle = theme.muted; c.lineWidth = 1;
+    c.beginPath();
+    for (let sum = Math.ceil(first / HATCH) * HATCH; sum < last; sum += HATCH) { c.moveTo(sum - this.top, this.top); c.lineTo(sum - this.top - this.height, this.top + this.height); }
+    c.stroke();
+    c.restore();
   }
 
   drawHeat(c) {
@@ -638,11 +656,13 @@ class Figure {
 function legend(chart, theme) {
   const lines = chart.panels.flatMap((panel) => [...(panel.lines ?? []), ...(panel.bars ?? [])]).filter((line) => line.legend);
   const keys = [...(chart.legend ?? []), ...lines.map(({ name, colour }) => ({ name, colour }))];
+  const areas = new Set(chart.panels.flatMap((panel) => (panel.cells ?? []).map(({ colour }) => colour)));
   const unique = [...new Map(keys.map((key) => [key.name, key])).values()];
   if (!unique.length) return null;
   return element("ul", { class: "gr-legend" }, unique.map((key) => {
     const swatch = element("i", { class: "gr-swatch" });
-    swatch.style.background = theme.colour(key.colour ?? "#5d6b7a");
+    const colour = key.colour ?? "#5d6b7a";
+    swatch.style.background = colour === NO_VALUE ? `repeating-linear-gradient(135deg, ${theme.muted} 0 1.5px, ${theme.paper} 1.5px 4px)` : areas.has(colour) ? theme.area(colour) : theme.colour(colour);
     return element("li", {}, swatch, key.name);
   }));
 }
