@@ -29,7 +29,7 @@ def test_a_widget_is_one_text_that_imports_nothing(name: str) -> None:
 @pytest.mark.parametrize("name", widgets.names())
 def test_a_widget_loads(name: str, tmp_path: Path) -> None:
     (tmp_path / "widget.mjs").write_text(widgets.text(name), encoding="utf-8")
-    is_part = name in {"host", "plot"}
+    is_part = name in {"host", "plot", "numerals"}
     code = "import('./widget.mjs').then((m) => console.log(typeof m.default.render, Object.keys(m.default).length))"
     done = subprocess.run([str(NODE), "-e", code], cwd=tmp_path, capture_output=True, text=True, check=True)
     kind, count = done.stdout.split()
@@ -39,7 +39,7 @@ def test_a_widget_loads(name: str, tmp_path: Path) -> None:
 
 def test_parts_stand_before_what_needs_them_and_once() -> None:
     text = widgets.text("result")
-    positions = [text.index(f"const {part} = (() =>") for part in ("host", "plot", "verdict", "histories")]
+    positions = [text.index(f"const {part} = (() =>") for part in ("host", "numerals", "plot", "verdict", "histories")]
     assert positions == sorted(positions)
     assert text.count("const plot = (() =>") == 1
 

@@ -3,6 +3,7 @@
 import { html, useEffect, useState } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
 import { standIn } from "/static/model_stand_in.js";
+import numerals from "/widgets/numerals.js";
 import { Widget, widget } from "/static/widget_host.js";
 
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6bb1", "#7a5c3e"];
@@ -33,7 +34,7 @@ export function Compare({ jobs, chosen, onError }) {
 
 function shown(value) {
   if (value === null || value === undefined) return "–";
-  if (typeof value === "number") return String(Number(value.toPrecision(4))).replace("-", "−");
+  if (typeof value === "number") return numerals.numeral(value);
   return typeof value === "string" ? value : JSON.stringify(value);
 }
 

@@ -4,6 +4,7 @@ import { html, render, useEffect, useMemo, useRef, useState } from "/static/vend
 import { standIn } from "/static/model_stand_in.js";
 import { Widget } from "/static/widget_host.js";
 import { Form } from "/static/form.js";
+import numerals from "/widgets/numerals.js";
 import { TomlText } from "/static/toml.js";
 
 const DRAFT = "gearrattle.draft", TEXT_SHOWN = "gearrattle.text", MOST_KEPT = 500, PAUSE = 250, VERDICT_PAUSE = 350, DRAFT_PAUSE = 200; // ms after the last change
@@ -11,6 +12,7 @@ const NEW = 'schema = 1\nname = "New driveline"\nunits = "SI"\n\n[excitation]\ns
 const EMPTY = { problems: [], notes: [], drawing: null, tables: null, headers: [], title: "" };
 const SINGLE = ["excitation", "simulation"];
 
+const { numeral } = numerals;
 const keyOf = (path) => path.join(".");
 const pathOf = (key) => (key ? key.split(".").map((part) => (/^\d+$/.test(part) ? Number(part) : part)) : null);
 // The file that names of data files are relative to: where the text is saved, or the file of the run that it comes from.
@@ -26,7 +28,7 @@ function valueAt(tables, path) {
 // What the drawing says of an element: a gap rattles, a staged spring changes stage.
 function regimeOf({ regime, rattles, impacts_per_cycle: rate }) {
   if (regime === "quiet") return { regime, words: [] };
-  return { regime: rattles ? regime : "quiet", words: [rattles ? regime : "changes stage", ...(rate ? [`${Number(rate.toPrecision(3))} per cycle`] : [])] };
+  return { regime: rattles ? regime : "quiet", words: [rattles ? regime : "changes stage", ...(rate ? [`${numeral(rate, 3)} per cycle`] : [])] };
 }
 
 function put(row, path, value) {
@@ -197,7 +199,7 @@ function Law({ link, isPlain }) {
   const [x0, x1] = [Math.min(...xs), Math.max(...xs)], [y0, y1] = [Math.min(0, ...ys), Math.max(0, ...ys)];
   if (!(y1 > y0) || !(x1 > x0)) return null;
   const px = (x) => left + (w - 2 * left) * (x - x0) / (x1 - x0), py = (y) => h - top - (h - 2 * top) * (y - y0) / (y1 - y0);
-  const short = (value) => Number(value.toPrecision(3)).toString();
+  const short = (value) => numeral(value, 3);
   const [force, deflection] = isPlain ? ["", ""] : link.along_line ? ["N", "mm"] : ["N m", "°"];
   const said = `${link.along_line ? "Force" : "Torque"} over deflection, ${short(y0)} to ${short(y1)} ${force}, ${short(x0)} to ${short(x1)} ${deflection}`;
   return html`<svg class="ed-law" viewBox=${`0 0 ${w} ${h}`} role="img" aria-label=${said}><path class="axis" d=${`M${left} ${py(0)} H${w - left} M${px(0)} ${top} V${h - top}`} />

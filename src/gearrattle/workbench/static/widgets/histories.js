@@ -1,4 +1,4 @@
-// needs: host, plot
+// needs: host, plot, numerals
 // Histories of a run or a recording, thinned where they are kept so that every extreme and every impact stays.
 // It asks its host: {ask: "channels"}, {ask: "trace", channels, from, to, points}, {ask: "impacts", from, to, points}.
 // Model key "selected": names of channels at first; "window": of time at first; "overlay": [{over, channel, label, shift}],
@@ -124,7 +124,7 @@ class Histories {
   words(marks) {
     const number = marks ? marks.count.reduce((sum, count) => sum + count, 0) : 0;
     const size = this.window[1] - this.window[0];
-    const length = this.known.period ? `${plot.numeral(size / this.known.period, 3)} cycles` : `${plot.numeral(size, 3)} s`;
+    const length = this.known.period ? `${numerals.numeral(size / this.known.period, 3)} cycles` : `${numerals.numeral(size, 3)} s`;
     return marks ? `${length}, ${number} ${number === 1 ? "impact" : "impacts"}` : length;
   }
 

@@ -1,4 +1,4 @@
-// needs: host, plot
+// needs: host, plot, numerals
 // Mode shapes that move: every body a disc that turns by its share of the mode, much enlarged.
 // Model key "modes": {names, frequencies [Hz, or 1], unit, shapes: modes of bodies, damping}.
 
@@ -27,7 +27,7 @@ function render({ model, el }) {
     svg.append(drawn("circle", { cx: x, cy: y, r: RADIUS, class: "gr-body" }), drawn("line", { x1: x, y1: y, x2: x, y2: y - RADIUS, class: "gr-rest" }), spoke, drawn("text", { x, y: y + RADIUS + 18, class: "gr-name" }, name), value);
     return { spoke, value, x, y };
   });
-  const label = (k) => `${modes.frequencies[k] < 1e-6 * Math.max(...modes.frequencies) ? "rigid" : `${plot.numeral(modes.frequencies[k], 4)} ${modes.unit}`}`;
+  const label = (k) => `${modes.frequencies[k] < 1e-6 * Math.max(...modes.frequencies) ? "rigid" : `${numerals.numeral(modes.frequencies[k], 4)} ${modes.unit}`}`;
   const select = element("select", { "aria-label": "Mode" }, modes.frequencies.map((_, k) => element("option", { value: k }, `${k + 1}: ${label(k)}`)));
   const play = element("button", { type: "button", "aria-pressed": "true" }, "❚❚ Pause");
   const words = element("span", { class: "gr-state" });
@@ -44,9 +44,9 @@ function render({ model, el }) {
   };
   const show = (k) => {
     shown = k;
-    spokes.forEach(({ value }, body) => { value.textContent = plot.numeral(Math.abs(scaled(body)) < 5e-4 ? 0 : scaled(body), 3); });
-    words.textContent = modes.damping?.[k] > 0 ? `damping ratio ${plot.numeral(100 * modes.damping[k], 3)} %` : "";
-    svg.setAttribute("aria-label", `Mode ${k + 1}, ${label(k)}: ${modes.names.map((name, body) => `${name} ${plot.numeral(scaled(body), 2)}`).join(", ")}`);
+    spokes.forEach(({ value }, body) => { value.textContent = numerals.numeral(Math.abs(scaled(body)) < 5e-4 ? 0 : scaled(body), 3); });
+    words.textContent = modes.damping?.[k] > 0 ? `damping ratio ${numerals.numeral(100 * modes.damping[k], 3)} %` : "";
+    svg.setAttribute("aria-label", `Mode ${k + 1}, ${label(k)}: ${modes.names.map((name, body) => `${name} ${numerals.numeral(scaled(body), 2)}`).join(", ")}`);
     turn(1);
   };
   const run = (isRunning) => {

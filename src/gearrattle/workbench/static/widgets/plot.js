@@ -1,34 +1,19 @@
-// needs: host
+// needs: host, numerals
 // Figures on canvas: a chart of report/plots/chart.py, with panels, zoom, a cursor and a readout, light or dark.
 // Drag to zoom (a flat box: across only), double click or 0 to reset, arrows move the cursor, + and - zoom, shift pans.
 
 const { element } = host;
+const { numeral, raised } = numerals;
 const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 const SMALL = FONT.replace("12px", "11px");
 const BOLD = `600 ${FONT}`;
 const NO_VALUE = "#6f7a86"; // of report/plots/palette.py: cells without a value, hatched on the background
 const HATCH = 6; // px across between two strokes of hatching
 const SHADES = ["#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838"];
-const SUPERSCRIPTS = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 const MARKS = 0.22; // of what is drawn: room above and below for the marks of impacts
 const LEAST_BOX = 8; // px: less is a click
 
-// ---- numbers and colours
-
-function power(exponent) {
-  return "10" + [...String(exponent)].map((sign) => SUPERSCRIPTS[sign]).join("");
-}
-
-function numeral(value, digits = 4) {
-  if (!Number.isFinite(value)) return "–";
-  if (value === 0) return "0";
-  const exponent = Math.floor(Math.log10(Math.abs(value)));
-  if (exponent >= 6 || exponent < -4) {
-    const head = Number((value / 10 ** exponent).toPrecision(digits));
-    return `${head}·${power(exponent)}`.replace("-", "−");
-  }
-  return String(Number(value.toPrecision(digits))).replace("-", "−");
-}
+// ---- ticks and colours
 
 // Round values between two limits: some three of them or more.
 function ticksOf(low, high, most) {
@@ -49,7 +34,7 @@ function decadesOf(low, high) {
   const first = Math.ceil(low - 1e-9), last = Math.floor(high + 1e-9);
   const every = Math.max(1, Math.ceil((last - first) / 7));
   const ticks = [];
-  for (let k = first; k <= last; k += every) ticks.push([k, Math.abs(k) <= 3 ? numeral(10 ** k) : power(k)]);
+  for (let k = first; k <= last; k += every) ticks.push([k, Math.abs(k) <= 3 ? numeral(10 ** k) : raised(k)]);
   return ticks.length > 1 ? ticks : ticksOf(low, high, 4).map(([value]) => [value, numeral(10 ** value, 3)]);
 }
 
@@ -667,4 +652,4 @@ function legend(chart, theme) {
   }));
 }
 
-export default { Figure, decoded, legend, themeOf, numeral };
+export default { Figure, decoded, legend, themeOf };

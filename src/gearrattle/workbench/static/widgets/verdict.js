@@ -1,4 +1,4 @@
-// needs: host, plot
+// needs: host, plot, numerals
 // The verdict of a run: headline, numbers, the driveline coloured by regime, every part, and why to trust it.
 // Model key "view": the view of a run.
 
@@ -12,9 +12,9 @@ function svgOf(text) {
 }
 
 function shareBar({ shares, contact_share: contact }) {
-  if (!shares) return element("span", {}, `in contact ${plot.numeral(100 * contact, 3)} %`);
+  if (!shares) return element("span", {}, `in contact ${numerals.numeral(100 * contact, 3)} %`);
   if (!Object.keys(shares).length) return element("small", {}, "always in contact");
-  const words = SIDES.map((side) => `${side} ${plot.numeral(100 * shares[side], 3)} %`).join(", ");
+  const words = SIDES.map((side) => `${side} ${numerals.numeral(100 * shares[side], 3)} %`).join(", ");
   const bar = element("span", { class: "gr-share", role: "img", "aria-label": words, title: words });
   for (const side of SIDES) {
     const part = element("i", { class: `gr-${side}` });
@@ -24,17 +24,8 @@ function shareBar({ shares, contact_share: contact }) {
   return bar;
 }
 
-function withUnit(value, unit) {
-  if (value === null || value === undefined) return "–";
-  const shown = unit === "1" ? "" : unit;
-  const prefixes = [[1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
-  if (value === 0 || !["J", "m/s", "N s"].includes(shown)) return `${plot.numeral(value, 3)} ${shown}`.trim();
-  const [size, prefix] = prefixes.find(([at]) => Math.abs(value) >= at) ?? prefixes[3];
-  return `${plot.numeral(value / size, 3)} ${prefix}${shown}`;
-}
-
 function margin(value) {
-  return value === null || value === undefined ? "–" : `${value > 0 ? "+" : ""}${plot.numeral(value, 3)} dB`;
+  return value === null || value === undefined ? "–" : `${value > 0 ? "+" : ""}${numerals.numeral(value, 3)} dB`;
 }
 
 function partsTable(parts, open) {
@@ -45,9 +36,9 @@ function partsTable(parts, open) {
     return element("tr", {},
       element("th", { scope: "row" }, name),
       element("td", {}, pill, part.rattles || part.regime === "quiet" ? null : element("small", {}, " changes stage")),
-      element("td", { class: "gr-n" }, plot.numeral(part.impacts_per_cycle, 3)),
-      element("td", { class: "gr-n" }, withUnit(part.max_approach_speed, part.speed_unit)),
-      element("td", { class: "gr-n" }, withUnit(part.max_impact_energy, part.energy_unit)),
+      element("td", { class: "gr-n" }, numerals.numeral(part.impacts_per_cycle, 3)),
+      element("td", { class: "gr-n" }, numerals.engineering(part.max_approach_speed, part.speed_unit)),
+      element("td", { class: "gr-n" }, numerals.engineering(part.max_impact_energy, part.energy_unit)),
       element("td", { class: "gr-n" }, margin(part.margin_db)),
       element("td", {}, shareBar(part)));
   });
