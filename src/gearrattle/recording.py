@@ -41,7 +41,9 @@ QUANTITIES = (
 )
 """What a channel may hold."""
 
-_UNEVEN = 1e-6  # of a sample interval: steps that differ by more are no uniform sampling
+_UNEVEN = 1e-6  # of a sample interval: steps that differ by more are no uniform sampling, unless times are rounded
+_COARSEST = 0.05  # of a sample interval: a last digit worth more says too little about the sampling
+_MOST_DECIMALS = 22
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,12 +125,16 @@ class Recording:
 
     @property
     def interval(self) -> float | None:
-        """Sample interval [s]; None where the samples are not uniform, or fewer than two."""
+        """Sample interval [s]; None where the samples are not uniform, or fewer than two.
+
+        Times are uniform if their steps are alike within 1e-6, or if they are off a uniform grid by no more than the
+        rounding of the last digit that they are written with, which may be a twentieth of the interval at most.
+        """
         if self.time.size < 2:
             return None
         mean = float(self.time[-1] - self.time[0]) / (self.time.size - 1)
         even = np.all(np.abs(np.diff(self.time) - mean) <= _UNEVEN * mean)
-        return mean if even else None
+        return mean if even or _is_rounded(self.time, mean) else None
 
     def __getitem__(self, name: str) -> Channel:
         """Return the channel of a name."""
@@ -170,3 +176,43 @@ class Recording:
             return name
         remedy = f"the channels are {', '.join(self.names)}"
         raise ModelError(Problem(self.source, name, "is no channel of the recording", remedy))
+
+
+def _is_rounded(time: Array, interval: float) -> bool:
+    """Tell whether times are those of a uniform grid, each rounded to the last digit that it is written with.
+
+    With the grid through the first and the last time, t_k is off by at most q_k/2 + (1 - s) q_0/2 + s q_n/2: a unit of
+    the last digit is worth q, and s = (t_k - t_0) / (t_n - t_0).
+    """
+    unit = _last_digits(time)
+    unit = np.where(unit <= _COARSEST * interval, unit, 0.0)
+    share = (time - time[0]) / (time[-1] - time[0])
+    grid = time[0] + interval * np.arange(time.size)
+    bound = 0.5 * (unit + (1.0 - share) * unit[0] + share * unit[-1]) + _UNEVEN * interval
+    return bool(np.all(np.abs(time - grid) <= bound))
+
+
+def _last_digits(time: Array) -> Array:
+    """What a unit of the last digit of every time is worth [s], at most.
+
+    The fewest decimals that write all times of a decade bound it. A column has as many decimals everywhere, or as many
+    digits, so that a decade has one decimal less than the one below: neighbouring decades bound each other.
+    """
+    size = np.abs(time)
+    smallest = size[size > 0.0].min(initial=1.0)
+    decades = np.floor(np.log10(np.maximum(size, smallest))).astype(np.int64)
+    known, member = np.unique(decades, return_inverse=True)
+    worth = np.array([10.0 ** -_decimals(size[decades == decade]) for decade in known])
+    worth = np.minimum.accumulate(worth[::-1])[::-1]
+    step = 10.0**known
+    worth = np.minimum.accumulate(worth / step) * step
+    return np.asarray(worth[member], dtype=np.float64)
+
+
+def _decimals(numbers: Array) -> int:
+    """The fewest decimals that write numbers up to the rounding of a double."""
+    for decimals in range(_MOST_DECIMALS):
+        scaled = numbers * 10.0**decimals
+        if np.all(np.abs(scaled - np.rint(scaled)) <= 4.0 * np.finfo(np.float64).eps * scaled):
+            return decimals
+    return _MOST_DECIMALS
