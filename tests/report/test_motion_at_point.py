@@ -6,13 +6,17 @@ import re
 from base64 import b64decode
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import gearrattle as gr
+from gearrattle.assembly import deflection_rate
 from gearrattle.orbits import Branch
+from gearrattle.orbits.orbit import sampled
 from gearrattle.report.motion_at_point import chosen_points, motion_at_point, point_data
+from gearrattle.report.motion_curves import thinned
 from gearrattle.report.plots.branches import branch_charts
 from tests.browser import MARKS, alive
 from tests.orbits.test_branch import over_frequency
@@ -25,13 +29,30 @@ def page(folder: Path) -> str:
     return over_frequency().save(folder / "page").read_text(encoding="utf-8")
 
 
-def curve(branch: Branch, number: int) -> np.ndarray:
-    """(S, 2) deflection and rate of the first clearance at a chosen point, as the page has them."""
-    data = point_data(branch, chosen_points(branch))
-    clearance = data["clearances"][0]
-    whole = np.frombuffer(b64decode(clearance["curves"]), dtype="<i2").reshape(-1, data["samples"], 2)[number]
+def decoded(clearance: dict[str, Any], number: int) -> np.ndarray:
+    """(S, 2) deflection and rate of a clearance at a chosen point, as the page has them."""
+    first = sum(clearance["counts"][:number])
+    every = np.frombuffer(b64decode(clearance["curves"]), dtype="<i2").reshape(-1, 2)
+    whole = every[first : first + clearance["counts"][number]]
     ranges = np.array([clearance["x_range"], clearance["y_range"]])
     return np.asarray(ranges[:, 0] + (whole.astype(np.float64) + 32767.0) / 65534 * np.ptp(ranges, axis=1))
+
+
+def curve(branch: Branch, number: int) -> np.ndarray:
+    """(S, 2) deflection and rate of the first clearance at a chosen point."""
+    return decoded(point_data(branch, chosen_points(branch))["clearances"][0], number)
+
+
+def misses(points: np.ndarray, line: np.ndarray) -> float:
+    """How far the farthest of points is from a polyline."""
+    begin, along = line[:-1], np.diff(line, axis=0)
+    square = np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
+    farthest = 0.0
+    for point in points:
+        off = point - begin
+        share = np.clip(np.einsum("ij,ij->i", off, along) / square, 0.0, 1.0)
+        farthest = max(farthest, float(np.hypot(*(off - share[:, None] * along).T).min()))
+    return farthest
 
 
 def test_curves_are_the_motions_to_the_width_of_a_line() -> None:
@@ -68,11 +89,39 @@ def test_long_branches_are_thinned_and_keep_their_ends() -> None:
     assert (len(points), points[0], points[-1]) == (120, 0, len(branch.points) - 1)
 
 
-def test_motions_with_many_impacts_are_fewer_and_finer() -> None:
+def test_motions_with_many_impacts_are_fewer_and_smooth_on_the_screen() -> None:
+    """Within half a pixel of the exact flow, of which one point in 7 of 16 000 samples of a period is looked at."""
     branch = gr.continuation(gr.example("case1"), "excitation.speed", ("1432 rpm", "1400 rpm"))
-    data = point_data(branch, chosen_points(branch))
-    assert (len(data["points"]), data["samples"]) == (50, 241)
+    points = chosen_points(branch)
+    data = point_data(branch, points)
+    assert len(data["points"]) == 50
     assert [clearance["name"] for clearance in data["clearances"]] == ["clutch", "gear"]
+    number = int(np.argmax(branch.data["crossings"].values[points]))
+    orbit = branch.orbit(points[number])
+    fine = sampled(orbit, 16_000).trajectory
+    for k, clearance in enumerate(data["clearances"]):
+        assert max(clearance["counts"]) <= 4000
+        line = decoded(clearance, number)
+        rate = deflection_rate(orbit.model, fine, int(fine.layout.clearance[k]))
+        flow = np.column_stack([fine.deflection[:, k], rate])
+        low, high = np.abs(line).max(axis=0), np.abs(flow).max(axis=0)
+        flow *= 10.0 ** np.round(np.log10(low / high))  # units of the page
+        scale = np.array([1200.0, 600.0]) / [np.ptp(clearance["x_range"]), np.ptp(clearance["y_range"])]
+        assert misses(flow[::7] * scale, line * scale) < 0.5
+        starts = line[clearance["starts"][number]]
+        assert len(starts) == orbit.cycles
+        assert np.abs((starts[0] - flow[0]) * scale).max() < 0.5
+
+
+def test_a_curve_keeps_no_more_points_than_it_needs() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 5001)
+    circle = 300.0 * np.column_stack([np.cos(angle), np.sin(angle)])
+    chosen = thinned(circle, 0.35)
+    least = np.pi / np.arccos(1.0 - 0.35 / 300.0)
+    assert least <= len(chosen) <= 2.1 * least
+    assert misses(circle, circle[chosen]) <= 0.35
+    assert len(thinned(circle, 1e-9, 400)) <= 400
+    assert thinned(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]), 0.1).tolist() == [0, 2]
 
 
 def test_words_say_stability_and_multiplier() -> None:

@@ -222,8 +222,7 @@ class Orbit(Result):
     @cached_property
     def run(self) -> Run:
         """The motion over its n T, no longer: a simulation would leave an unstable motion."""
-        plan = plan_of(self.model, self.period_map, self.motion.start, SAMPLES_PER_CYCLE)
-        return plan.run(integrate(plan.task, plan.layout, "exact"))
+        return sampled(self, SAMPLES_PER_CYCLE)
 
     @cached_property
     def verdict(self) -> Verdict:
@@ -244,6 +243,12 @@ class Orbit(Result):
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"
         return f"<Orbit of {self.model.name!r}: {self.cycles} T, {kind}, |multiplier| {abs(self.multipliers[0]):.4g}>"
+
+
+def sampled(orbit: Orbit, samples_per_cycle: int) -> Run:
+    """Return a motion over its n T with samples as close as they are asked for."""
+    plan = plan_of(orbit.model, orbit.period_map, orbit.motion.start, samples_per_cycle)
+    return plan.run(integrate(plan.task, plan.layout, "exact"))
 
 
 def is_stable(multipliers: NDArray[np.complex128], free: int) -> bool:

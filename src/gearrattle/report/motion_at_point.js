@@ -14,7 +14,11 @@
     const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
     return new Int16Array(bytes.buffer);
   };
-  for (const clearance of data.clearances) clearance.curves = samples(clearance.curves);
+  for (const clearance of data.clearances) {
+    clearance.curves = samples(clearance.curves);
+    let first = 0;
+    clearance.first = clearance.counts.map((count) => { first += count; return first - count; });
+  }
 
   const add = (parent, name, attributes, text) => {
     const node = document.createElementNS(SVG, name);
@@ -66,16 +70,15 @@
       if (corner < clearance.x_range[0] || corner > clearance.x_range[1]) continue;
       add(plane, "path", { d: `M${at.x(corner)} ${box.top}v${box.height}`, class: "corner" });
     }
-    const first = 2 * index * data.samples;
+    const first = 2 * clearance.first[index];
     const value = (k, range) => range[0] + ((clearance.curves[first + k] + 32767) / 65534) * (range[1] - range[0]);
     const steps = [];
-    for (let k = 0; k < data.samples; k += 1) {
+    for (let k = 0; k < clearance.counts[index]; k += 1) {
       steps.push(`${at.x(value(2 * k, clearance.x_range)).toFixed(1)} ${at.y(value(2 * k + 1, clearance.y_range)).toFixed(1)}`);
     }
     add(plane, "path", { d: `M${steps.join("L")}`, class: data.points[index].stable ? "loop" : "loop unstable" });
-    const periods = data.points[index].cycles;
-    for (let n = 0; n < periods; n += 1) {
-      const [x, y] = steps[Math.round((n * (data.samples - 1)) / periods)].split(" ");
+    for (const start of clearance.starts[index]) {
+      const [x, y] = steps[start].split(" ");
       add(plane, "circle", { cx: x, cy: y, r: 4, class: "begin" });
     }
   };

@@ -1,8 +1,8 @@
 """What is shown of the point of branches that is pointed at: its motion in the phase plane, and its multipliers.
 
-The motions of at most 120 points travel with the page, and with the view of the workbench, 96 samples each as whole
-numbers of 16 bits; motions with many impacts of fewer points with more samples. On the page the script beside this file
-draws them; a slider moves along the branches without a pointer.
+The motions of at most 120 points travel with the page, and with the view of the workbench, as whole numbers of 16 bits,
+each with as many samples as a screen shows; with many impacts those of fewer points. On the page the script beside this
+file draws them; a slider moves along the branches without a pointer.
 
 Takes a Branch; gives HTML, and the data behind it.
 """
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 from base64 import b64encode
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, deflection_rate
 from gearrattle.orbits import Branch, Orbit
+from gearrattle.report.motion_curves import SCREEN, WITHIN, fine_curves, thinned
 from gearrattle.report.plots.branches import largest, measure, shown_levels
 from gearrattle.report.plots.corners import reach, shading, units_of
 from gearrattle.report.plots.numerals import numeral
@@ -29,8 +31,8 @@ from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
 _HERE = Path(__file__).parent
-_FEW, _MANY = (120, 97), (50, 241)
-"""Points, and samples of a motion over its n T: of motions with few and with many crossings."""
+_FEW, _MANY = 120, 50
+"""Points: of motions with few and with many crossings."""
 _MANY_FROM, _MOST_CLEARANCES = 8, 4
 """Crossings that are many; clearances whose motions are shown."""
 _MOST_IMPACTS = 6
@@ -72,15 +74,10 @@ def chosen_points(branch: Branch) -> list[int]:
     """
     if not branch.data.sizes["clearance"]:
         return []
-    most, _ = _counts(branch)
+    most = _MANY if int(branch.data["crossings"].max()) > _MANY_FROM else _FEW
     (known,) = np.nonzero(np.isfinite(branch.data["lowest"].values).all(axis=1))
     chosen = np.unique(np.round(np.linspace(0, len(known) - 1, min(len(known), most))).astype(np.int64))
     return [int(i) for i in known[chosen]]
-
-
-def _counts(branch: Branch) -> tuple[int, int]:
-    """The most points, and the samples of a motion."""
-    return _MANY if int(branch.data["crossings"].max()) > _MANY_FROM else _FEW
 
 
 def point_data(branch: Branch, points: list[int]) -> dict[str, Any]:
@@ -94,10 +91,8 @@ def point_data(branch: Branch, points: list[int]) -> dict[str, Any]:
     }
     moduli = [largest(branch.points[i].multipliers, branch.points[i].free) for i in points]
     names = assemble(branch.model).layout.clearance_names[:_MOST_CLEARANCES]
-    _, samples = _counts(branch)
     sizes = [max(1.0, min(modulus, _RADIUS)) for modulus in moduli]
     return {
-        "samples": samples,
         "radius": 1.12 * max(sizes),
         "value": _rounded(value),
         "levels": levels,
@@ -110,7 +105,7 @@ def point_data(branch: Branch, points: list[int]) -> dict[str, Any]:
             }
             for i, orbit, is_stable, modulus in zip(points, orbits, stable, moduli, strict=True)
         ],
-        "clearances": [_clearance(branch, orbits, k, samples) for k in range(len(names))],
+        "clearances": _clearances(branch, orbits, len(names)),
     }
 
 
@@ -137,44 +132,67 @@ def _pattern_words(orbit: Orbit) -> str:
     return f"{counted(len(pattern), 'impact')}: {named}{more}."
 
 
-def _clearance(branch: Branch, orbits: list[Orbit], k: int, samples: int) -> dict[str, Any]:
-    """Curves of all motions in the phase plane of a clearance, and its frame."""
+def _clearances(branch: Branch, orbits: list[Orbit], count: int) -> list[dict[str, Any]]:
+    """Return the frame of every clearance, and the curves of all motions in it."""
+    frames = [_frame(branch, orbits, k) for k in range(count)]
+    spans = np.array([[np.ptp(frame["x_range"]), np.ptp(frame["y_range"])] for frame in frames])
+    factors = np.array([frame.pop("factors") for frame in frames])
+    drawn: list[list[NDArray[np.int16]]] = [[] for _ in frames]
+    starts: list[list[list[int]]] = [[] for _ in frames]
+    scales = np.array(SCREEN) / spans
+    for orbit in orbits:
+        begins = orbit.period / orbit.cycles * np.arange(orbit.cycles)
+        for k, (time, points) in enumerate(fine_curves(orbit, count, factors * scales)):
+            shown = points * factors[k]
+            ends = np.searchsorted(time, begins * (1.0 - 1e-12))
+            kept = np.union1d(thinned(shown * scales[k], WITHIN), ends)
+            ranges = (frames[k]["x_range"], frames[k]["y_range"])
+            drawn[k].append(np.stack([_whole(shown[kept, i], ranges[i]) for i in range(2)], axis=-1))
+            starts[k].append(np.searchsorted(kept, ends).tolist())
+    return [
+        frame
+        | {
+            "counts": [len(curve) for curve in curves],
+            "starts": begun,
+            "curves": b64encode(np.concatenate(curves).tobytes()).decode("ascii"),
+        }
+        for frame, curves, begun in zip(frames, drawn, starts, strict=True)
+    ]
+
+
+def _frame(branch: Branch, orbits: list[Orbit], k: int) -> dict[str, Any]:
+    """Return ranges and titles of the phase plane of a clearance; ``factors`` from SI to its units."""
     layout = orbits[0].run.trajectory.layout
     unit = units_of(branch.model, layout, k)
-    curves = np.stack([_curve(orbit, k, samples) for orbit in orbits])
-    across = scale(np.concatenate([curves[:, 0].ravel(), layout.corners[k]]), unit["deflection"])
-    up = scale(curves[:, 1], unit["rate"])
-    x, y, corners = curves[:, 0] * across.factor, curves[:, 1] * up.factor, layout.corners[k] * across.factor
+    curves = np.concatenate([_curve(orbit, k) for orbit in orbits], axis=1)
+    across = scale(np.concatenate([curves[0], layout.corners[k]]), unit["deflection"])
+    up = scale(curves[1], unit["rate"])
+    x, y, corners = curves[0] * across.factor, curves[1] * up.factor, layout.corners[k] * across.factor
     room = 0.08 * (float(np.ptp(y)) or 1.0)
-    x_range, y_range = reach(x.ravel(), corners), (float(y.min()) - room, float(y.max()) + room)
     bands, _ = shading(layout, k, across.factor)
     name = layout.clearance_names[k]
-    whole = np.stack([_whole(x, x_range), _whole(y, y_range)], axis=-1)
     return {
         "name": name,
-        "x_range": list(x_range),
-        "y_range": list(y_range),
+        "x_range": list(reach(x, corners)),
+        "y_range": [float(y.min()) - room, float(y.max()) + room],
         "x_title": f"deflection [{across.unit}]" if across.unit else "deflection",
-        "y_title": f"{layout.clearance_names[k]}: rate [{up.unit}]"
-        if up.unit
-        else f"{layout.clearance_names[k]}: rate",
+        "y_title": f"{name}: rate [{up.unit}]" if up.unit else f"{name}: rate",
         "corners": corners.tolist(),
         "bands": [{"low": band.low, "high": band.high, "colour": band.colour} for band in bands],
-        "curves": b64encode(whole.tobytes()).decode("ascii"),
+        "factors": [across.factor, up.factor],
     }
 
 
-def _curve(orbit: Orbit, k: int, samples: int) -> Array:
-    """(2, S) deflection and rate of a clearance over the motion."""
+def _curve(orbit: Orbit, k: int) -> Array:
+    """(2, S) deflection and rate of a clearance at the samples of a motion."""
     trajectory = orbit.run.trajectory
     rate = deflection_rate(orbit.model, trajectory, int(trajectory.layout.clearance[k]))
-    chosen = np.round(np.linspace(0, len(rate) - 1, samples)).astype(np.int64)
-    return np.stack([trajectory.deflection[chosen, k], rate[chosen]])
+    return np.stack([trajectory.deflection[:, k], rate])
 
 
-def _whole(values: Array, ends: tuple[float, float]) -> NDArray[np.int16]:
+def _whole(values: Array, ends: Sequence[float]) -> NDArray[np.int16]:
     """Values as whole numbers between both ends of a range."""
-    share = (values - ends[0]) / (ends[1] - ends[0])
+    share = np.clip((values - ends[0]) / (ends[1] - ends[0]), 0.0, 1.0)
     return np.round((2.0 * share - 1.0) * _WHOLE).astype("<i2")
 
 

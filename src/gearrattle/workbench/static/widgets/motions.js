@@ -14,15 +14,15 @@ function curvesOf(clearance) {
   return new DataView(bytes.buffer);
 }
 
-function curve(clearance, curves, index, samples) {
+function curve(clearance, curves, index) {
   const value = (k, [low, high]) => low + ((curves.getInt16(2 * k, true) + WHOLE) / (2 * WHOLE)) * (high - low);
-  const first = 2 * index * samples, steps = Array.from({ length: samples }, (_, k) => first + 2 * k);
+  const first = 2 * clearance.counts.slice(0, index).reduce((sum, count) => sum + count, 0);
+  const steps = Array.from({ length: clearance.counts[index] }, (_, k) => first + 2 * k);
   return { x: Float64Array.from(steps, (k) => value(k, clearance.x_range)), y: Float64Array.from(steps, (k) => value(k + 1, clearance.y_range)) };
 }
 
 function phasePlane(motions, clearance, curves, index) {
-  const { stable, cycles } = motions.points[index], { x, y } = curve(clearance, curves, index, motions.samples);
-  const starts = Array.from({ length: cycles }, (_, n) => Math.round((n * (motions.samples - 1)) / cycles));
+  const { stable } = motions.points[index], { x, y } = curve(clearance, curves, index), starts = clearance.starts[index];
   const lines = [
     { x, y, name: clearance.name, colour: INK, dash: stable ? "solid" : "dashed", width: 1.5 },
     { x: starts.map((k) => x[k]), y: starts.map((k) => y[k]), name: "start of a period", colour: INK, mark: "points", width: 7 },
