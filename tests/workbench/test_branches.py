@@ -12,7 +12,11 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.workbench.kept import MOTIONS
+from gearrattle.orbits import Branch
+from gearrattle.workbench.folder import Folder
+from gearrattle.workbench.jobs.record import Job
+from gearrattle.workbench.jobs.tasks import carry_out
+from gearrattle.workbench.kept import MOTIONS, PARTIAL, Growing, partial_view
 from gearrattle.workbench.notebook import Answers
 from tests.browser import MARKS
 from tests.orbits.test_branch import over_frequency
@@ -44,9 +48,10 @@ def test_motions_are_those_of_the_branch(motions: dict[str, Any]) -> None:
     branch = over_frequency()
     assert motions["path"] == branch.path
     clearance = motions["clearances"][0]
-    curves = np.frombuffer(b64decode(clearance["curves"]), dtype="<i2").reshape(-1, motions["samples"], 2)
+    curves = np.frombuffer(b64decode(clearance["curves"]), dtype="<i2").reshape(-1, 2)
     low, high = clearance["x_range"]
-    deflection = low + (curves[:, :, 0] + 32767.0) / 65534.0 * (high - low)
+    whole = low + (curves[:, 0] + 32767.0) / 65534.0 * (high - low)
+    deflection = np.split(whole, np.cumsum(clearance["counts"])[:-1])
     for entry, curve in zip(motions["points"], deflection, strict=True):
         data = branch.data.isel(point=entry["point"])
         assert entry["value"] == float(data["value"])
@@ -173,3 +178,50 @@ def test_motions_are_followed_over_a_value(_marks: tuple[()], server: Server) ->
         job = tab.url.rpartition("/runs/")[2].partition("/")[0]
     state = server.state(job)
     assert (state["task"], state["options"]["path"]) == ("continuation", "excitation.frequency")
+
+
+def test_branches_are_told_as_they_grow() -> None:
+    """Every time a step further, up to the branches that are returned; points stay what they were."""
+    known: list[Branch] = []
+    model, path, ends = over_frequency().model, "excitation.frequency", (0.4, 0.5)
+    branch = gr.continuation(model, path, ends, so_far=known.append)
+    sizes = [len(one.points) for one in known]
+    assert sizes[0] == 2
+    assert sizes == sorted(sizes)
+    assert sizes[-1] == len(branch.points)
+    for one in known:
+        assert one.points == branch.points[: len(one.points)]
+
+
+def test_a_branch_is_seen_while_it_grows(tmp_path: Path) -> None:
+    model = over_frequency().model
+    options = {"path": "excitation.frequency", "range": [0.4, 0.5]}
+    seen: list[int] = []
+
+    def look(share: float) -> None:
+        del share
+        partial = partial_view(tmp_path)
+        if partial is not None:
+            (panel,) = partial["charts"]["extremes"]["panels"]
+            lines = [line for line in panel["lines"] if line["mark"] == "line"]
+            seen.append(max(line["x"]["shape"][0] for line in lines))
+
+    carry_out("continuation", model, options, (tmp_path, tmp_path / PARTIAL), look)
+    assert seen
+    assert seen == sorted(seen)
+
+
+@pytest.mark.parametrize("_marks", browser)
+def test_what_is_followed_is_on_the_screen(_marks: tuple[()], tmp_path: Path) -> None:
+    """Of a job that a killed server left half done: as while it runs."""
+    playwright = pytest.importorskip("playwright.sync_api")
+    model = over_frequency().model
+    half = gr.continuation(model, "excitation.frequency", (0.4, 0.5))
+    job = Job("continuation", "half done", id="half", state="running", progress={"fraction": 0.5, "text": "computing"})
+    job.write(Folder(tmp_path).jobs)
+    Growing(Folder(tmp_path).job("half") / PARTIAL)(half)
+    with serving(tmp_path) as running, opened_page(running) as tab:
+        tab.goto(f"{running.address}/#/runs/half")
+        region = tab.get_by_role("region", name="Computed so far")
+        playwright.expect(region.locator("canvas").first).to_be_visible(timeout=60_000)
+        playwright.expect(region.locator(".gr-legend").first).to_contain_text("stable")

@@ -410,6 +410,7 @@ def continuation(
     step_limit: float | None = None,
     isolated: bool = False,
     progress: Callable[[float], None] | None = None,
+    so_far: Callable[[Branch], None] | None = None,
 ) -> Branch:
     """Follow periodic motions over a value of the model.
 
@@ -432,6 +433,9 @@ def continuation(
     progress
         called with the finished share of the work, which never falls; an exception from it ends the work. The first
         branch, the search for isolated ones, and the branches that leave them count as equal parts.
+    so_far
+        called with what is followed so far: after every step of the first branch, and when others are complete. What
+        is looked for beyond a branch's points, such as branches that leave it, is not in it yet.
 
     Returns
     -------
@@ -468,9 +472,15 @@ def continuation(
     has_doubled = 2 * cycles <= CYCLES.most
     parts = 1 + isolated + has_doubled
     work = None if progress is None else never_falling(progress)
-    curves = [followed(curve, start_point, ascending, progress=part_of(work, 0, parts))]
+
+    def tell(known: Sequence[Curve]) -> None:
+        if so_far is not None:
+            so_far(Branch(model, path, (first, last), cycles, tuple(known)))
+
+    curves = [followed(curve, start_point, ascending, progress=part_of(work, 0, parts), so_far=lambda one: tell([one]))]
     if isolated:
         curves += isolated_curves(curve, ascending, curves, part_of(work, 1, parts))
+        tell(curves)
     if has_doubled:
         doubled = Continuation(
             family_of(model, path, first, 2 * cycles, unit), longest=1.0 / _POINTS, step_limit=step_limit
@@ -478,6 +488,7 @@ def continuation(
         last_part, known = part_of(work, parts - 1, parts), tuple(curves)
         for i, one in enumerate(known):
             curves += branches_off(curve, doubled, one, ascending, part_of(last_part, i, len(known)))
+            tell(curves)
     if work is not None:
         work(1.0)
     notes = tuple(dict.fromkeys(note for c in curves for note in c.notes))

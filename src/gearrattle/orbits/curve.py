@@ -123,6 +123,7 @@ def followed(
     home: Continuation | None = None,
     origin: Event | None = None,
     progress: Callable[[float], None] | None = None,
+    so_far: Callable[[Curve], None] | None = None,
 ) -> Curve:
     """Follow one branch to an end of the range, and locate what happens along it.
 
@@ -141,6 +142,8 @@ def followed(
         the event at which it leaves another branch, its motion over as many periods; the branch begins there.
     progress
         called with how far the parameter has come, as a share of the range.
+    so_far
+        called with the branch as far as it is followed, after every step.
     """
     points, events, note = [begin], [], ""
     unlocated: list[Unlocated] = []
@@ -160,13 +163,18 @@ def followed(
             unlocated += left
             if progress is not None:
                 progress(min(1.0, abs(point.parameter - begin.parameter) / (ends[1] - ends[0])))
+            if so_far is not None:
+                so_far(Curve(curve.family.cycles, tuple(points), tuple(events), "", _kind(origin), tuple(unlocated)))
             if len(points) >= _MOST_POINTS or _creeps(points):
                 note = f"A branch was left after {counted(len(points), 'point')}."
                 break
     except ConvergenceError as error:
         note = f"A branch ends inside the range: {error.message}."
-    kind = "" if origin is None else origin.kind
-    return Curve(curve.family.cycles, tuple(points), tuple(events), note, kind, tuple(unlocated))
+    return Curve(curve.family.cycles, tuple(points), tuple(events), note, _kind(origin), tuple(unlocated))
+
+
+def _kind(origin: Event | None) -> str:
+    return "" if origin is None else origin.kind
 
 
 def _located(

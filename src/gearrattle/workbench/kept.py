@@ -4,7 +4,8 @@
     view.json       sections and tables for the page
     motions.json    of branches of periodic motions: the motions at their points
     traces/         of a run: the index of its histories, and its impacts
-    partial/        of a study under way: the cases that are computed, as ``gr.open_study`` opens them
+    partial/        of a study under way: the cases that are computed, as ``gr.open_study`` opens them; of branches that
+                    are followed: so_far.json, what is there to see of them
 
 ``keep`` is called once, by the process that computed the result; the server then only reads files. What is not there
 (a job of an earlier version, a motion that was put into the folder) is made from results.nc when it is asked for.
@@ -15,6 +16,7 @@ Takes results and the folder of a job; gives files, and what is read from them.
 from __future__ import annotations
 
 import json
+import time
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -28,6 +30,7 @@ from gearrattle.report.kinds import presentation_of
 from gearrattle.report.page import figure_sections
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.stored import read_charts
+from gearrattle.report.presentation import Presentation
 from gearrattle.report.saved import SUMMARY, save
 from gearrattle.report.static_figures import CHARTS
 from gearrattle.result import KIND
@@ -41,6 +44,9 @@ from gearrattle.writing import whole
 
 RESULT, VIEW, TRACES, PARTIAL, MOTIONS = "result", "view.json", "traces", "partial", "motions.json"
 """Names in the folder of a job."""
+_SO_FAR = "so_far.json"
+_PAUSE, _SHARE = 0.4, 0.1
+"""Least time between two looks at what is there so far [s], and their share of the work."""
 
 
 def keep(result: Any, folder: Path) -> None:
@@ -74,6 +80,35 @@ def _write_traces(run: Run, folder: Path) -> None:
     target.mkdir(exist_ok=True)
     write_index(RunFile(folder / RESULT / "results.nc"), target)
     Hits.of_run(run).write(target)
+
+
+class Growing:
+    """What is there so far of a result, written to be seen: seldom enough to take a tenth of the work.
+
+    Parameters
+    ----------
+    folder
+        of what is computed until all of it is there.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder, self._next = folder, 0.0
+
+    def __call__(self, result: Any) -> None:
+        """Write it, unless it was written a moment ago."""
+        begin = time.monotonic()
+        if begin < self._next:
+            return
+        self._folder.mkdir(exist_ok=True)
+        _write_json(_seen(presentation_of(result)), self._folder / _SO_FAR)
+        end = time.monotonic()
+        self._next = end + max(_PAUSE, (end - begin) / _SHARE)
+
+
+def _seen(presentation: Presentation[Any]) -> dict[str, Any]:
+    """Return the view of a result, and its figures by key."""
+    charts = {chart.key: chart_json(chart) for chart in presentation.charts()}
+    return {"view": view_of(presentation), "charts": charts}
 
 
 def read_view(folder: Path) -> dict[str, Any]:
@@ -116,14 +151,16 @@ def model_of_motion(folder: Path, point: int) -> str:
 
 
 def partial_view(folder: Path) -> dict[str, Any] | None:
-    """Return the view of the cases of a study that are computed, and its figures by key; None: there is none yet."""
+    """Return the view of what is computed of a study or of branches, and its figures by key; None: there is none."""
+    path = folder / PARTIAL / _SO_FAR
+    if path.is_file():
+        grown: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        return grown
     try:
-        presentation = presentation_of(open_study(folder / PARTIAL))
+        seen: dict[str, Any] = json_value(_seen(presentation_of(open_study(folder / PARTIAL))))
     except ModelError:
         return None
-    charts = {chart.key: chart_json(chart) for chart in presentation.charts()}
-    view: dict[str, Any] = json_value(view_of(presentation))
-    return {"view": view, "charts": charts}
+    return seen
 
 
 def _plain_view(folder: Path) -> dict[str, Any]:

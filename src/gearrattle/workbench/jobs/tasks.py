@@ -19,6 +19,7 @@ from typing import Any
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.workbench.inputs import moved
+from gearrattle.workbench.kept import Growing
 
 Progress = Callable[[float], None]
 
@@ -37,12 +38,15 @@ class Task:
         arguments that the workbench sets, by name.
     fills
         whether what is computed can be opened, by ``open_study``, before all of it is there.
+    grows
+        whether the function tells what it has so far, a result of the same kind.
     """
 
     function: str
     files: tuple[str, ...] = ()
     fixed: Mapping[str, Any] | None = None
     fills: bool = False
+    grows: bool = False
 
     def callable(self) -> Callable[..., Any]:
         """Return the function; it is imported now."""
@@ -56,7 +60,18 @@ class Task:
         return [name for name in names if name not in _OWN and name not in (self.fixed or {})]
 
 
-_OWN = ("progress", "phase", "output", "resume", "retry_failed", "scheduler", "function", "calibration", "prior")
+_OWN = (
+    "progress",
+    "phase",
+    "output",
+    "resume",
+    "retry_failed",
+    "scheduler",
+    "function",
+    "calibration",
+    "prior",
+    "so_far",
+)
 _HERE = {"workers": 1}
 TASKS: dict[str, Task] = {
     "run": Task("gearrattle.pipeline:run"),
@@ -72,7 +87,7 @@ TASKS: dict[str, Task] = {
     "basins": Task("gearrattle.studies:basins", fixed=_HERE),
     "screen": Task("gearrattle.studies:screen", fixed=_HERE),
     "periodic": Task("gearrattle.orbits:periodic"),
-    "continuation": Task("gearrattle.orbits:continuation"),
+    "continuation": Task("gearrattle.orbits:continuation", grows=True),
     "validate": Task("gearrattle.measured.validation:validate", files=("measurement",)),
     "fit": Task("gearrattle.identification:fit", files=("data",)),
 }
@@ -122,6 +137,8 @@ def carry_out(
     function = entry.callable()
     arguments = moved(options, entry.files, folders[0])
     arguments |= dict(entry.fixed or {}) | ({"output": folders[1]} if entry.fills else {})
+    if entry.grows:
+        arguments["so_far"] = Growing(folders[1])
     if "progress" in inspect.signature(function).parameters:
         arguments["progress"] = lambda fraction, *_: progress(float(fraction))
     return function(model, **arguments)

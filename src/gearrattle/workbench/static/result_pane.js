@@ -5,7 +5,7 @@ import { api } from "/static/api.js";
 import { jobAnswers, standIn } from "/static/model_stand_in.js";
 import { Widget } from "/static/widget_host.js";
 
-const ACTIVE = ["waiting", "running"], FILLING = ["study"], PAUSE = 700; // ms between two looks at what is computed
+const ACTIVE = ["waiting", "running"], FILLING = ["study", "continuation"], PAUSE = 700; // ms between two looks at what is computed
 const WITH_MODEL = ["run", "simulate", "advise", "periodic", "modes"];
 
 export function ResultPane({ job, tab, onStarted, onError, drop }) {
@@ -99,7 +99,7 @@ export function Problems({ problems }) {
 
 const openCase = (id) => (chosen) => { location.hash = `#/studies?job=${id}&x=${chosen.x}&y=${chosen.y}&panel=${chosen.panel}&figure=${chosen.figure}`; };
 
-// What is computed of a study that is under way: read again as it goes on, the tab stays.
+// What is computed of a study, or followed of branches, that is under way: read again as it goes on, the tab stays.
 function Filling({ job, path, onError }) {
   const [partial, setPartial] = useState(null);
   const tab = useRef(""), isBusy = useRef(false);
@@ -111,9 +111,9 @@ function Filling({ job, path, onError }) {
   }, [fraction]);
   const model = useMemo(() => {
     if (!partial) return null;
-    const made = standIn({ view: partial.view, tab: tab.current, has_cases: true }, { figure: async ({ name }) => ({ content: { chart: partial.charts[name] } }) });
+    const made = standIn({ view: partial.view, tab: tab.current, has_cases: job.task === "study" }, { figure: async ({ name }) => ({ content: { chart: partial.charts[name] } }), motions: async () => ({ content: { motions: null } }) });
     made.on("change:tab", (key) => { tab.current = key; });
-    made.on("change:chosen", openCase(job.id));
+    if (job.task === "study") made.on("change:chosen", openCase(job.id));
     return made;
   }, [partial]);
   return model ? html`<section aria-label="Computed so far"><${Widget} name="result" model=${model} /></section>` : null;
