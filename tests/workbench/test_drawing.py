@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from gearrattle.model.components import COMPONENTS
 from gearrattle.model.examples import example_files
 from gearrattle.model.symbol import BOX
 from gearrattle.report.plots.placement import place
+from gearrattle.report.plots.sketch import inertia_words, torque_words
 from gearrattle.workbench.checking import checked
 from gearrattle.workbench.drawing import PITCH, drawing, law_of
 from gearrattle.workbench.folder import Folder
@@ -153,3 +155,21 @@ def test_files_that_a_text_names_are_read_in_the_workspace_alone(tmp_path: Path)
     for name in ("../model.toml", "/tmp/model.toml", ".hidden/model.toml"):
         with pytest.raises(gr.ModelError, match="must name a file within the folder"):
             checked(text, inner, name)
+
+
+@pytest.mark.parametrize("name", example_files())
+def test_numbers_are_those_of_the_sketch_of_the_report(name: str) -> None:
+    """Inertias and torques, with their units, in every example: the same words in the editor and beside the verdict."""
+    path = example_files()[name]
+    tables, model = tomllib.loads(path.read_text(encoding="utf-8")), gr.load(path)
+    made, is_si = drawing(tables), model.units == "SI"
+    assert [body["inertia"] for body in made["bodies"]] == [inertia_words(i.J, is_si=is_si) for i in model.inertias]
+    torques = [load["words"] for load in made["loads"] if load["path"][0] == "torque"]
+    for words, row, torque in zip(torques, tables.get("torque", []), model.torques, strict=True):
+        if "engine" not in row:
+            assert words == torque_words(torque, is_si=is_si)
+
+
+def test_what_is_no_number_yet_stands_as_in_the_file() -> None:
+    made = drawing({"inertia": [{"name": "a", "J": "heavy"}], "torque": [{"on": "a", "mean": "3 kg"}]})
+    assert (made["bodies"][0]["inertia"], made["loads"][0]["words"]) == ("heavy", "3 kg")

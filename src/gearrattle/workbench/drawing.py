@@ -23,6 +23,7 @@ from gearrattle.model.quantity import GROUND
 from gearrattle.model.symbol import Shown
 from gearrattle.report.plots.driveline import disc_heights
 from gearrattle.report.plots.placement import Placement, carriers, place
+from gearrattle.report.plots.sketch import inertia_words, torque_words
 from gearrattle.trajectory import Array, IntArray
 from gearrattle.workbench.blocks import Location
 from gearrattle.workbench.references import BODY, ends_of, rows_of
@@ -162,7 +163,8 @@ def _connections(links: Sequence[Link], count: int, driven: int) -> _Connections
 
 def _bodies(tables: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], placement: Placement) -> list[dict[str, Any]]:
     """Return bodies with the discs on their shafts."""
-    context = {"dimensionless": tables.get("units") == "dimensionless", OMEGA: None}
+    is_dimensionless = tables.get("units") == "dimensionless"
+    context = {"dimensionless": is_dimensionless, OMEGA: None}
     sizes = np.full(len(rows), np.nan)
     for number, row in enumerate(rows):
         try:
@@ -180,7 +182,7 @@ def _bodies(tables: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], placem
         {
             "path": [BODY, number],
             "name": str(row.get("name", "")),
-            "inertia": str(row.get("J", "")),
+            "inertia": _inertia(row, sizes[number], is_dimensionless),
             "x": PITCH[0] * placement.bodies[number][0],
             "y": PITCH[1] * placement.bodies[number][1],
             "discs": [PITCH[0] * column for column in sorted(discs[number])],
@@ -188,6 +190,11 @@ def _bodies(tables: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], placem
         }
         for number, row in enumerate(rows)
     ]
+
+
+def _inertia(row: Mapping[str, Any], size: float, is_dimensionless: bool) -> str:
+    """Write an inertia as the report does; as it stands in the file where it is none yet."""
+    return str(row.get("J", "")) if np.isnan(size) else inertia_words(float(size), is_si=not is_dimensionless)
 
 
 def _seats(body: int, placement: Placement) -> list[int]:
@@ -240,22 +247,32 @@ def _loads(tables: Mapping[str, Any], numbers: Mapping[Any, int]) -> Iterator[di
             yield {
                 "path": list(path),
                 "body": body,
-                "words": _words(row),
+                "words": _words(row, is_dimensionless=tables.get("units") == "dimensionless"),
                 "symbol": symbol.path,
                 "width": symbol.width,
             }
 
 
-def _words(row: Mapping[str, Any]) -> str:
-    """Say in short what a torque or a motion is."""
-    harmonics = row.get("harmonics")
+def _words(row: Mapping[str, Any], *, is_dimensionless: bool) -> str:
+    """Say in short what a torque or a motion is, as the report does; as it stands in the file where it is none yet."""
+    sources = [word for key, word in _SOURCES.items() if key in row]
+    plain = {key: value for key, value in row.items() if key not in _SOURCES}
+    if sources and not {"mean", "harmonics"} & set(plain):
+        return ", ".join(sources)
+    context = {"dimensionless": is_dimensionless, OMEGA: None}
+    try:
+        torque = Torque.model_validate(plain, context=context)
+    except ValidationError:
+        return ", ".join([*_as_written(row), *sources])
+    return ", ".join([torque_words(torque, is_si=not is_dimensionless), *sources])
+
+
+def _as_written(row: Mapping[str, Any]) -> list[str]:
+    harmonics, mean = row.get("harmonics"), row.get("mean")
     terms = [term for term in harmonics if isinstance(term, Mapping)] if isinstance(harmonics, list) else []
     orders = ", ".join(str(term.get("order", "?")) for term in terms[:4]) + (" …" if len(terms) > 4 else "")
-    mean = row.get("mean")
     words = [str(mean)] if isinstance(mean, str | int | float) and mean else []
-    words += [f"order {orders}"] if terms else []
-    words += [word for key, word in _SOURCES.items() if key in row]
-    return ", ".join(words)
+    return [*words, *([f"order {orders}"] if terms else [])]
 
 
 _SOURCES = {"signal": "a record", "engine": "an engine", "speed": "speed record", "angle": "angle record"}

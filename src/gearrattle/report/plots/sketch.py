@@ -53,7 +53,7 @@ def _words(findings: Findings, body: int) -> list[str]:
     """Name one body, its inertia and its loads."""
     layout = findings.motion.trajectory.layout
     name = layout.inertia_names[body]
-    inertia = quantity(float(layout.inertia[body]), _unit(findings, "kg m²"))
+    inertia = inertia_words(float(layout.inertia[body]), is_si=findings.model.units == "SI")
     lines = [f'<tspan class="name">{escape(name)}</tspan>', f"J = {inertia}"]
     return lines + [f'<tspan class="load">{words}</tspan>' for words in _loads(findings, name)]
 
@@ -65,7 +65,8 @@ def _unit(findings: Findings, unit: str) -> str:
 
 def _loads(findings: Findings, name: str) -> list[str]:
     """Say what drives and what drags one body."""
-    words = [_torque(findings, torque) for torque in findings.model.torques if torque.on == name]
+    is_si = findings.model.units == "SI"
+    words = [f"↻ {torque_words(torque, is_si=is_si)}" for torque in findings.model.torques if torque.on == name]
     words += ["↻ a prescribed motion" for motion in findings.model.motions if motion.on == name]
     inertia = next(i for i in findings.model.inertias if i.name == name)
     if inertia.drag_torque:
@@ -73,14 +74,20 @@ def _loads(findings: Findings, name: str) -> list[str]:
     return words
 
 
-def _torque(findings: Findings, torque: Torque) -> str:
+def inertia_words(inertia: float, *, is_si: bool) -> str:
+    """Write an inertia, as every drawing of a driveline does."""
+    return quantity(inertia, "kg m²" if is_si else "")
+
+
+def torque_words(torque: Torque, *, is_si: bool) -> str:
+    """Say in short what a torque is: its mean, its orders, whether there is a record."""
     only_mean = not torque.harmonics and torque.signal is None
-    pieces = [quantity(torque.mean, _unit(findings, "N m"))] if torque.mean or only_mean else []
+    pieces = [quantity(torque.mean, "N m" if is_si else "")] if torque.mean or only_mean else []
     orders = [numeral(term.order) for term in torque.harmonics]
     if orders:
         listed = ", ".join(orders) if len(orders) <= 4 else f"{orders[0]} … {orders[-1]}"
         pieces.append(f"order{'s' if len(orders) > 1 else ''} {listed}")
-    return "↻ " + ", ".join([*pieces, *(["a record"] if torque.signal is not None else [])])
+    return ", ".join([*pieces, *(["a record"] if torque.signal is not None else [])])
 
 
 def _label(name: str, part: Part | None) -> list[str]:

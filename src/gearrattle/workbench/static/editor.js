@@ -204,7 +204,7 @@ function Law({ link, isPlain }) {
   const said = `${link.along_line ? "Force" : "Torque"} over deflection, ${short(y0)} to ${short(y1)} ${force}, ${short(x0)} to ${short(x1)} ${deflection}`;
   return html`<svg class="ed-law" viewBox=${`0 0 ${w} ${h}`} role="img" aria-label=${said}><path class="axis" d=${`M${left} ${py(0)} H${w - left} M${px(0)} ${top} V${h - top}`} />
     <path d=${points.map(([x, y], k) => `${k ? "L" : "M"}${px(x).toFixed(1)} ${py(y).toFixed(1)}`).join(" ")} />
-    <text x=${px(0) + 5} y="11">${short(y1)} ${force}</text><text x=${w - left} y=${Math.min(h - 3, py(0) + 13)} text-anchor="end">${short(x1)} ${deflection}</text></svg>`;
+    <text x=${px(0) + 5} y="11">${numerals.engineering(y1, force)}</text><text x=${w - left} y=${Math.min(h - 3, py(0) + 13)} text-anchor="end">${short(x1)} ${deflection}</text></svg>`;
 }
 
 function Selected({ path, doc, schema, shelf, changes, onDelete, onCopy, onRename }) {
