@@ -8,7 +8,7 @@ const { ask, element, unpacked } = host;
 const POINTS = 3000;
 const MARKED = ["deflection", "force"];
 const OVER = ["#d55e00", "#009e73", "#cc79a7", "#e69f00"];
-const WAITING = 60; // ms after the last zoom
+const WAITING = 30; // ms after the last zoom
 const SHOWN_CYCLES = 8;
 
 class Histories {
