@@ -142,6 +142,9 @@ def test_the_motion_under_the_pointer_is_shown_kept_and_run(
         tab.mouse.click(*_pixel(tab, chart, value[chosen], low[chosen]))
         tab.mouse.move(5, 5)
         playwright.expect(words).to_contain_text(": unstable")
+        keys = tab.locator(".gr-legend").first.locator("canvas")
+        pictures = keys.evaluate_all("all => all.map((one) => one.toDataURL())")
+        assert len(set(pictures)) == len(pictures) > 3  # stable, unstable, and kinds of events
         tab.locator(".gr-motion input").fill("3")
         playwright.expect(words).to_have_text(points[3]["words"])
         tab.locator(".gr-beside .gr-canvas").first.focus()

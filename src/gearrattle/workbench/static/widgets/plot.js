@@ -533,7 +533,10 @@ function shapeOf(c, shape, x, y, r) {
   else if (shape === "triangle") { c.moveTo(x, y - 1.3 * r); c.lineTo(x + 1.2 * r, y + r); c.lineTo(x - 1.2 * r, y + r); c.closePath(); }
   else if (shape === "inverted triangle") { c.moveTo(x, y + 1.3 * r); c.lineTo(x + 1.2 * r, y - r); c.lineTo(x - 1.2 * r, y - r); c.closePath(); }
   else if (shape === "cross" || shape === "plus") { const d = shape === "plus" ? 1 : 0.7; for (const [p, q] of shape === "plus" ? [[1, 0.3], [0.3, 1]] : [[d, 0.35], [0.35, d]]) c.rect(x - 1.2 * r * p, y - 1.2 * r * q, 2.4 * r * p, 2.4 * r * q); }
-  else c.arc(x, y, r, 0, 2 * Math.PI);
+  else if (shape === "star") {
+    for (let k = 0; k < 10; k++) { const size = k % 2 ? 0.55 * r : 1.4 * r, turn = (k * Math.PI) / 5; c.lineTo(x + size * Math.sin(turn), y - size * Math.cos(turn)); }
+    c.closePath();
+  } else c.arc(x, y, r, 0, 2 * Math.PI);
 }
 
 function ascending(x) {
@@ -637,6 +640,21 @@ class Figure {
   }
 }
 
+// The shape or the dash that an entry of a legend explains.
+function drawnSwatch({ shape, dash }, colour) {
+  const ratio = globalThis.devicePixelRatio || 1, [width, height] = [dash ? 22 : 12, 12];
+  const swatch = element("canvas", { class: "gr-drawn-swatch", width: Math.round(width * ratio), height: Math.round(height * ratio), "aria-hidden": "true" });
+  swatch.style.width = `${width}px`;
+  swatch.style.height = `${height}px`;
+  const c = swatch.getContext("2d");
+  c.scale(ratio, ratio);
+  c.fillStyle = c.strokeStyle = colour;
+  c.beginPath();
+  if (dash) { c.lineWidth = 1.7; c.setLineDash(dash === "dashed" ? [6, 4] : []); c.moveTo(0, height / 2); c.lineTo(width, height / 2); c.stroke(); }
+  else { shapeOf(c, shape, width / 2, height / 2, 4); c.fill(); }
+  return swatch;
+}
+
 // The legend of a chart and of its lines, as swatches with words.
 function legend(chart, theme) {
   const lines = chart.panels.flatMap((panel) => [...(panel.lines ?? []), ...(panel.bars ?? [])]).filter((line) => line.legend);
@@ -645,8 +663,9 @@ function legend(chart, theme) {
   const unique = [...new Map(keys.map((key) => [key.name, key])).values()];
   if (!unique.length) return null;
   return element("ul", { class: "gr-legend" }, unique.map((key) => {
-    const swatch = element("i", { class: "gr-swatch" });
     const colour = key.colour ?? "#5d6b7a";
+    if (key.shape || key.dash) return element("li", {}, drawnSwatch(key, theme.colour(colour)), key.name);
+    const swatch = element("i", { class: "gr-swatch" });
     swatch.style.background = colour === NO_VALUE ? `repeating-linear-gradient(135deg, ${theme.muted} 0 1.5px, ${theme.paper} 1.5px 4px)` : areas.has(colour) ? theme.area(colour) : theme.colour(colour);
     return element("li", {}, swatch, key.name);
   }));
