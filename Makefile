@@ -111,9 +111,10 @@ fuzz: $(VENV)/.test         ## damaged input for every reader; FUZZ_ARGS="--inpu
 reliability: $(VENV)/.test  ## what was attacked, how often, what failed: writes docs/reference/reliability.md (minutes)
 	$(PY) -m benchmarks.reliability
 
-images: $(VENV)/.package    ## redraw the pictures in docs/images
+images: $(VENV)/.docs       ## redraw the pictures in docs/images
 	$(PY) docs/images/draw.py
 	$(PY) docs/images/packages.py
+	$(PY) docs/images/workbench_pictures.py
 
 constraints: $(VENV)/.test-long $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers  ## rewrite constraints.txt from what .venv holds
 	{ grep '^#' constraints.txt; $(PY) -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > $(VENV)/pins

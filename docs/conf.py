@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from importlib.metadata import version as installed_version
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent / "images"))
 
 project = "gearrattle"
 author = "The gearrattle authors"
@@ -17,6 +21,7 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx-mathjax-offline",
     "sphinxcontrib.bibtex",
+    "workbench_pictures",
 ]
 exclude_patterns = ["_build"]
 templates_path = ["_templates"]
