@@ -1,6 +1,6 @@
 """The one place that knows both wings: a model in words becomes a ``Driveline``, its piecewise system and layout."""
 
-from gearrattle.assembly.deflections import deflection, deflection_rate
+from gearrattle.assembly.deflections import deflection, deflection_acceleration, deflection_rate
 from gearrattle.assembly.drive_torque import drive_torque
 from gearrattle.assembly.elements import component_notes, inertia_of, rows_of
 from gearrattle.assembly.friction import left_out
@@ -31,6 +31,7 @@ __all__ = [
     "component_notes",
     "default_cycles",
     "deflection",
+    "deflection_acceleration",
     "deflection_rate",
     "drive_torque",
     "free_names",

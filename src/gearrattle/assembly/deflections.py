@@ -28,6 +28,11 @@ def deflection_rate(model: Model, trajectory: Trajectory, element: int) -> Array
     return _less_error(model, trajectory.time, trajectory.velocity, element, derivative=1)
 
 
+def deflection_acceleration(model: Model, trajectory: Trajectory, element: int) -> Array:
+    """(t,) second derivative of an element's deflection at every sample [rad/s^2 or m/s^2]."""
+    return _less_error(model, trajectory.time, trajectory.acceleration, element, derivative=2)
+
+
 def _less_error(model: Model, time: Array, moved: Array, element: int, *, derivative: int) -> Array:
     """What an element sees of its bodies, less its error: harmonics, and what moves as prescribed."""
     system = assemble(model).system

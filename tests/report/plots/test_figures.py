@@ -10,6 +10,7 @@ import pytest
 
 from gearrattle.pipeline import Findings
 from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.chords import SCREEN, WITHIN, distances
 from gearrattle.report.plots.clearances import deflections, forces, overview
 from gearrattle.report.plots.corners import reach, shading
 from gearrattle.report.plots.histories import accelerations
@@ -132,8 +133,15 @@ def test_phase_plane_pairs_rate_with_deflection(rattling: Findings) -> None:
     motion = rattling.motion.trajectory
     clutch = phase_plane(rattling).panels[0].lines[0]
     window = last_cycles(motion, 8)
-    assert np.allclose(clutch.x, 1e3 * window.closed(motion.deflection)[:, 0])
-    assert np.allclose(clutch.y, window.closed(deflection_rate(rattling, 0)))
+    samples = np.column_stack(
+        [1e3 * window.closed(motion.deflection)[:, 0], window.closed(deflection_rate(rattling, 0))]
+    )
+    drawn = np.column_stack([clutch.x, clutch.y])
+    np.testing.assert_allclose(drawn[[0, -1]], samples[[0, -1]])
+    scale = np.array(SCREEN) / np.ptp(drawn, axis=0)
+    begin, end = drawn[:-1] * scale, drawn[1:] * scale
+    away = [distances(np.broadcast_to(sample, begin.shape), begin, end).min() for sample in samples * scale]
+    assert max(away) <= WITHIN
 
 
 def test_impact_histograms_count_every_impact_once(rattling: Findings) -> None:

@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from gearrattle.assembly import deflection_acceleration as acceleration_of
 from gearrattle.assembly import deflection_rate as rate_of
 from gearrattle.report.plots.chart import Band, Chart, Line, Mark, Panel, Rule
+from gearrattle.report.plots.chords import SCREEN, WITHIN, thinned
 from gearrattle.report.plots.chosen import Judged, chosen_clearances
 from gearrattle.report.plots.corners import SIDES, reach, shading, units
 from gearrattle.report.plots.palette import INK
+from gearrattle.report.plots.smooth import Knots, between, with_crossings
 from gearrattle.report.plots.view import coarse, scale
 from gearrattle.signals import last_cycles
 from gearrattle.trajectory import Array, Trajectory
@@ -34,7 +37,10 @@ def phase_plane(findings: Judged) -> Chart:
     for k in chosen:
         name = layout.clearance_names[k]
         unit = units(findings, k)
-        delta, rate = trajectory.deflection[part, k], deflection_rate(findings, k)[part]
+        if coarse(trajectory):
+            delta, rate = trajectory.deflection[part, k], deflection_rate(findings, k)[part]
+        else:
+            delta, rate = smooth_curve(findings, k, slice(first, window.last + 1)).T
         across = scale(np.concatenate([delta, layout.corners[k]]), unit["deflection"])
         rate_scale = scale(rate, unit["rate"])
         bands, rules = shading(layout, k, across.factor)
@@ -77,6 +83,33 @@ def phase_plane(findings: Judged) -> Chart:
         share_x=False,
         legend=SIDES,
     )
+
+
+def smooth_curve(findings: Judged, clearance: int, part: slice) -> Array:
+    """Return (N, 2) deflection and rate of one clearance over some samples, smooth on a screen.
+
+    Parameters
+    ----------
+    findings
+        what the pipeline found.
+    clearance
+        index into ``layout.clearance``.
+    part
+        of the samples.
+    """
+    trajectory, model = findings.motion.trajectory, findings.model
+    layout, events = trajectory.layout, trajectory.events
+    element, deflection = int(layout.clearance[clearance]), trajectory.deflection[:, clearance]
+    second = acceleration_of(model, trajectory, element)
+    samples = Knots(trajectory.time, deflection, deflection_rate(findings, clearance), second)
+    own = events.clearance == clearance
+    reached = np.interp(events.time[own], trajectory.time, deflection)
+    corners = layout.corners[clearance]
+    corner = corners[np.argmin(np.abs(reached[:, None] - corners), axis=1)] if corners.size else reached
+    knots = with_crossings(Knots(*(values[part] for values in samples)), events.time[own], corner, events.velocity[own])
+    points = between(knots)
+    frame = np.ptp(points, axis=0)
+    return points[thinned(points * (np.array(SCREEN) / np.where(frame > 0.0, frame, 1.0)), WITHIN)]
 
 
 def _count(samples: int, trajectory: Trajectory) -> str:

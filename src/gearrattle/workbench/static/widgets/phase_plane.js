@@ -3,6 +3,25 @@
 // Model key "chart": the figure "phase_plane"; it is redrawn as it changes.
 
 const ROUND = 12; // s for all that is drawn
+const known = new WeakMap();
+
+// When each point of a line is passed, as a share of the whole: a way takes its length across over its mean rate.
+function instants({ x, y }) {
+  if (known.has(x)) return known.get(x);
+  const ways = Array.from({ length: Math.max(0, x.length - 1) }, (_, k) => (2 * (x[k + 1] - x[k])) / (y[k] + y[k + 1]));
+  const sound = ways.filter((way) => way > 0 && Number.isFinite(way)).sort((a, b) => a - b);
+  const usual = sound[sound.length >> 1] || 1, longest = sound[Math.floor(0.99 * sound.length)] || 1; // where the rate vanishes
+  let sum = 0;
+  const sums = [0, ...ways.map((way) => (sum += way > 0 && Number.isFinite(way) ? Math.min(way, longest) : usual))];
+  known.set(x, sums.map((at) => at / (sum || 1)));
+  return known.get(x);
+}
+
+function indexAt(shares, share) {
+  let low = 0, high = shares.length - 1;
+  while (high - low > 1) { const middle = (low + high) >> 1; if (shares[middle] <= share) low = middle; else high = middle; }
+  return low;
+}
 
 function render({ model, el }) {
   const { element } = host;
@@ -18,7 +37,7 @@ function render({ model, el }) {
     for (const panel of figure.panels) {
       const line = panel.panel.lines[0];
       if (!line?.x.length) continue;
-      const k = Math.min(line.x.length - 1, Math.floor(share * line.x.length));
+      const k = indexAt(instants(line), share);
       panel.cursor = { x: line.x[k], points: [{ x: line.x[k], y: line.y[k], colour: "#d55e00" }] };
       panel.draw();
     }

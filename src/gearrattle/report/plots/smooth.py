@@ -1,0 +1,61 @@
+"""A deflection and its rate between the samples of a motion.
+
+Between two samples without a crossing the deflection is the polynomial of fifth degree that has its value, rate and
+second derivative at both. At a crossing of its own corners value and rate are known, and the second derivative jumps:
+from there to a sample it is of fourth degree, to another crossing of third. So arcs of few samples are drawn as arcs.
+
+Takes samples and crossings; gives points of a phase plane.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gearrattle.trajectory import Array
+
+PIECES = 8
+"""Chords that stand for the way from one sample or crossing to the next."""
+
+
+class Knots(NamedTuple):
+    """What is known of a deflection at some instants, ascending: NaN for a second derivative that jumps."""
+
+    time: Array
+    value: Array
+    rate: Array
+    second: Array
+
+
+def with_crossings(samples: Knots, time: Array, value: Array, rate: Array) -> Knots:
+    """Return samples with the crossings within their time in order."""
+    inside = (time > samples.time[0]) & (time < samples.time[-1])
+    crossings = Knots(time[inside], value[inside], rate[inside], np.full(int(inside.sum()), np.nan))
+    every = Knots(*(np.concatenate(pair) for pair in zip(samples, crossings, strict=True)))
+    order = np.argsort(every.time, kind="stable")
+    return Knots(*(part[order] for part in every))
+
+
+def between(knots: Knots) -> Array:
+    """Return (N, 2) value and rate at all knots and in between, ``PIECES`` a way."""
+    h = np.diff(knots.time)
+    h = np.where(h > 0.0, h, 1.0)
+    p0, p1 = knots.value[:-1], knots.value[1:]
+    v0, v1 = knots.rate[:-1] * h, knots.rate[1:] * h
+    first, last = 6.0 * (p1 - p0) - 4.0 * v0 - 2.0 * v1, -6.0 * (p1 - p0) + 2.0 * v0 + 4.0 * v1  # of the cubic
+    a0, a1 = knots.second[:-1] * h**2, knots.second[1:] * h**2
+    no_first, no_last = np.isnan(a0), np.isnan(a1)
+    a0, a1 = (
+        np.where(no_first, np.where(no_last, first, 12.0 * (p1 - p0 - v0) - 6.0 * (v1 - v0) + a1), a0),
+        np.where(no_last, np.where(no_first, last, a0 - 12.0 * (p1 - p0 - v0 - 0.5 * a0) + 6.0 * (v1 - v0 - a0)), a1),
+    )
+    rest, slope, bend = p1 - p0 - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
+    c3 = 10.0 * rest - 4.0 * slope + 0.5 * bend
+    c4 = -15.0 * rest + 7.0 * slope - bend
+    c5 = 6.0 * rest - 3.0 * slope + 0.5 * bend
+    s = np.arange(PIECES)[:, None] / PIECES
+    value = p0 + s * (v0 + s * (0.5 * a0 + s * (c3 + s * (c4 + s * c5))))
+    rate = (v0 + s * (a0 + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))) / h
+    ways = np.stack([value.T.ravel(), rate.T.ravel()], axis=1)
+    return np.concatenate([ways, [[knots.value[-1], knots.rate[-1]]]])
