@@ -532,8 +532,14 @@ function shapeOf(c, shape, x, y, r) {
   else if (shape === "diamond") { c.moveTo(x, y - 1.3 * r); c.lineTo(x + 1.3 * r, y); c.lineTo(x, y + 1.3 * r); c.lineTo(x - 1.3 * r, y); c.closePath(); }
   else if (shape === "triangle") { c.moveTo(x, y - 1.3 * r); c.lineTo(x + 1.2 * r, y + r); c.lineTo(x - 1.2 * r, y + r); c.closePath(); }
   else if (shape === "inverted triangle") { c.moveTo(x, y + 1.3 * r); c.lineTo(x + 1.2 * r, y - r); c.lineTo(x - 1.2 * r, y - r); c.closePath(); }
-  else if (shape === "cross" || shape === "plus") { const d = shape === "plus" ? 1 : 0.7; for (const [p, q] of shape === "plus" ? [[1, 0.3], [0.3, 1]] : [[d, 0.35], [0.35, d]]) c.rect(x - 1.2 * r * p, y - 1.2 * r * q, 2.4 * r * p, 2.4 * r * q); }
-  else if (shape === "star") {
+  else if (shape === "cross" || shape === "plus") {
+    // Twelve corners, three an arm; a cross is a plus turned by an eighth.
+    for (let k = 0; k < 4; k++) {
+      const turn = (k * Math.PI) / 2 + (shape === "plus" ? 0 : Math.PI / 4), [cos, sin] = [Math.cos(turn), Math.sin(turn)];
+      for (const [p, q] of [[1.3, -0.28], [1.3, 0.28], [0.28, 0.28]]) c.lineTo(x + r * (p * cos - q * sin), y + r * (p * sin + q * cos));
+    }
+    c.closePath();
+  } else if (shape === "star") {
     for (let k = 0; k < 10; k++) { const size = k % 2 ? 0.55 * r : 1.4 * r, turn = (k * Math.PI) / 5; c.lineTo(x + size * Math.sin(turn), y - size * Math.cos(turn)); }
     c.closePath();
   } else c.arc(x, y, r, 0, 2 * Math.PI);

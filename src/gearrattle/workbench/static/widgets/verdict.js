@@ -4,6 +4,7 @@
 
 const { element } = host;
 const HEADLINES = { quiet: "Quiet", "single-sided": "Single-sided rattle", "double-sided": "Double-sided rattle" };
+const ENLARGED = 1.15;
 const SIDES = ["coast", "centre", "drive"];
 
 function svgOf(text) {
@@ -62,6 +63,7 @@ function content(view, open) {
     verdict.tiles ? tilesOf(verdict.tiles) : null,
   ];
   const drawing = verdict.drawing ? svgOf(verdict.drawing) : null;
+  if (drawing) drawing.style.maxWidth = `${Math.round(ENLARGED * drawing.viewBox.baseVal.width)}px`; // letters as on the page
   if (drawing) parts.push(element("div", { class: "gr-drawing gr-scroll", tabindex: 0, role: "region", "aria-label": "Driveline, coloured by regime" }, drawing));
   parts.push(partsTable(verdict.parts, open));
   if (verdict.trust) {
