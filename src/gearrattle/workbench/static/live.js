@@ -3,7 +3,6 @@
 import { html, useEffect, useMemo, useRef, useState } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
 import { modelOf } from "/static/job_model.js";
-import numerals from "/widgets/numerals.js";
 import { standIn } from "/static/model_stand_in.js";
 import { Widget } from "/static/widget_host.js";
 
@@ -115,7 +114,7 @@ function Slider({ slider, set, drop }) {
   const { path, low, high, value, unit } = slider, step = (high - low) / STEPS;
   const bound = (key) => (event) => { const number = Number(event.target.value); if (Number.isFinite(number)) set(path, { [key]: number }); };
   return html`<div class="slider"><div class="row"><span class="path">${path}</span><button type="button" class="plain small" aria-label=${`Remove the slider of ${path}`} onClick=${drop}>✕</button></div>
-    <output>${numerals.numeral(value)} ${unit}</output>
+    <output>${Number(value.toPrecision(4))} ${unit}</output>
     <div class="row"><input type="range" aria-label=${path} min=${low} max=${high} step=${step} value=${value} onInput=${(event) => set(path, { value: Number(event.target.value) })} /></div>
     <div class="row small"><label>from <input type="text" inputmode="decimal" value=${Number(low.toPrecision(3))} onChange=${bound("low")} /></label><label>to <input type="text" inputmode="decimal" value=${Number(high.toPrecision(3))} onChange=${bound("high")} /></label></div></div>`;
 }
