@@ -16,7 +16,7 @@ proportion to how it moves the deflection (``system.variation``); so does p, whi
 A, G and corners are closed forms of p. Their derivatives are central differences of these, not of motions: two
 variants beside the one that is marched are laid out in its scales.
 
-If asked, the extremum of a clearance's deflection near an instant is found too, and how far it lies beyond a corner.
+If asked, turning points of deflections are found too (``approaches``).
 
 Arrays: ``located`` (workspace), ``packed`` (regions, march, samples, log), ``variants``.
 
@@ -30,7 +30,17 @@ from typing import NamedTuple
 import numpy as np
 
 from gearrattle.engine.kernels._jit import kernel, strict, strict_entry
-from gearrattle.engine.kernels.arrays import Array3, IntVector, Matrix, Vector
+from gearrattle.engine.kernels.approaches import (
+    TERMS,
+    Course,
+    Crossings,
+    Rates,
+    Steps,
+    dot,
+    write_approach,
+    write_turns,
+)
+from gearrattle.engine.kernels.arrays import IntVector, Matrix, Vector
 from gearrattle.engine.kernels.laid_out import lay_out
 from gearrattle.engine.kernels.levels import norm_of_rows
 from gearrattle.engine.kernels.located import common_at, laws_at, region_at
@@ -41,15 +51,8 @@ from gearrattle.engine.kernels.workspace import PERIOD
 
 NEIGHBOURS = 2
 """Variants before the one that is marched: the same with a smaller, and with a larger parameter."""
-TERMS = 7
-"""Of the Taylor series over the finest step."""
 _WIDEST = 1.0 / 64.0  # norm of the rates times the finest step: the first term left out is below 1e-16
 _LEVELS = 60
-NEAR = 1.0 / 64.0
-"""Periods that an extremum may move in one step of Newton's method."""
-FARTHEST = 1.0 / 16.0
-"""Periods from an instant within which its extremum lies."""
-_ITERATIONS, _SETTLED = 30, 1e-11  # of Newton's method in time; a step after which the depth is exact, in periods
 
 
 class Map(NamedTuple):
@@ -60,35 +63,9 @@ class Map(NamedTuple):
     gradient: Matrix  # (N, N) of the end with respect to the start [SI]
     slope: Vector  # (N,) of the end with respect to the parameter [SI], times half the distance of both neighbours
     corner: IntVector  # (2,) clearance whose approach to a corner is asked for (-1: none), and 1 for the upper corner
-    approach: Vector  # (3,) instant nearby [periods]; then of the extremum: instant, how far beyond it lies (NaN: there
-    # is none), and second derivative over periods
-
-
-class Rates(NamedTuple):
-    """What drives the states and their derivatives, for the S slots that a motion visits; P entries of z, K clearances.
-
-    A *shift* is a derivative with respect to the parameter, times half the distance of both neighbours.
-    """
-
-    generator: Array3  # (S, P, P) Z
-    shift: Array3  # (S, N, P) B
-    deflection: Matrix  # (K, P) of the clearances
-    deflection_shift: Matrix  # (K, P)
-
-
-class Tables(NamedTuple):
-    """Increments over the steps h = 1, 1/2, 1/4 ... of a region."""
-
-    increment: Array3  # (levels, P, P) exp(Z h) - 1
-    moved: Array3  # (levels, N, P) D(h)
-
-
-class Course(NamedTuple):
-    """Where a motion stands at its start and after each of its E crossings."""
-
-    time: Vector  # (E + 2,) in periods; the last one is its end
-    slot: IntVector  # (E + 1,) of the region from there on
-    z: Matrix  # (E + 1, P)
+    approach: Vector  # (7 + N,) an instant nearby [periods]; then what ``approaches`` writes; depth NaN: there is none
+    turns: Matrix  # (MOST_TURNS, 6 + N) all turning points
+    turning: IntVector  # (1,) how many; -1: none are asked for
 
 
 class Carried(NamedTuple):
@@ -102,79 +79,100 @@ class Carried(NamedTuple):
     z_product: Vector
 
 
-@kernel
-def clear(matrix):
-    """Write zeros; a slice assignment would take seconds to compile."""
-    for i in range(matrix.shape[0]):
-        for j in range(matrix.shape[1]):
-            matrix[i, j] = 0.0
+@strict
+def _double(half, half_moved, states, increment, moved):
+    """Write the tables of a step from those of half of it, or add their products to what stands there."""
+    size = half.shape[1]
+    pairs = (size - states - 1) // 2
+    for i in range(states):
+        row, moved_row = increment[i], moved[i]
+        for j in range(states):
+            weight, moved_weight = half[i, j], half_moved[i, j]
+            other, other_moved = half[j], half_moved[j]
+            for p in range(size):
+                row[p] += weight * other[p]
+                moved_row[p] += weight * other_moved[p] + moved_weight * other[p]
+        for c in range(states + 1, states + 1 + pairs):
+            s = c + pairs
+            row[c] += half[i, c] * half[c, c] + half[i, s] * half[s, c]
+            row[s] += half[i, c] * half[c, s] + half[i, s] * half[s, s]
+            moved_row[c] += half_moved[i, c] * half[c, c] + half_moved[i, s] * half[s, c]
+            moved_row[s] += half_moved[i, c] * half[c, s] + half_moved[i, s] * half[s, s]
 
 
-@kernel
-def copy_matrix(source, out):
-    """Write a matrix of the same shape."""
-    for i in range(out.shape[0]):
-        for j in range(out.shape[1]):
-            out[i, j] = source[i, j]
+@strict
+def _write_tables(generator, shift, steps, slot):
+    """Write the tables of a slot: Taylor series over the finest step, then doublings.
 
-
-@kernel
-def add_product(a, b, rows, inner, out):
-    """Add to so many rows of out the product of a and b, over so many columns of a."""
-    for i in range(rows):
-        for j in range(inner):
-            weight = a[i, j]
-            if weight != 0.0:
-                for p in range(out.shape[1]):
-                    out[i, p] += weight * b[j, p]
-
-
-@kernel
-def write_tables(generator, shift, tables, term, moved_term):
-    """Write the increments of a region: Taylor series over the finest step, then doublings; terms are room."""
+    The inputs are oscillators: their own rows are turned exactly.
+    """
     size, states = generator.shape[0], shift.shape[0]
-    levels = tables.increment.shape[0]
-    h = 0.5 ** (levels - 1)
-    increment, moved = tables.increment[levels - 1], tables.moved[levels - 1]
-    product, moved_product = np.empty((size, size)), np.empty((states, size))
+    pairs, finest = (size - states - 1) // 2, steps.levels[slot] - 1
+    h = 0.5**finest
+    term, moved_term = np.zeros((2, size, size)), np.zeros((2, states, size))
+    for level in range(steps.first[slot], finest + 1):
+        increment, moved = steps.increment[slot, level], steps.moved[slot, level]
+        for i in range(size):
+            for j in range(size):
+                increment[i, j] = 0.0
+        for i in range(states):
+            for j in range(size):
+                moved[i, j] = 0.0
+        for c in range(states + 1, states + 1 + pairs):
+            angle = generator[c + pairs, c] * 0.5**level
+            turned, half = np.sin(angle), np.sin(0.5 * angle)
+            increment[c, c] = increment[c + pairs, c + pairs] = -2.0 * half * half
+            increment[c + pairs, c], increment[c, c + pairs] = turned, -turned
+    increment, moved = steps.increment[slot, finest], steps.moved[slot, finest]
     for i in range(size):
         for j in range(size):
-            term[i, j] = increment[i, j] = h * generator[i, j]
+            term[0, i, j] = h * generator[i, j]
             if i < states:
-                moved_term[i, j] = moved[i, j] = h * shift[i, j]
+                increment[i, j] = term[0, i, j]
+                moved[i, j] = moved_term[0, i, j] = h * shift[i, j]
     for m in range(2, TERMS + 1):
-        clear(moved_product)
-        add_product(generator, moved_term, states, states, moved_product)
-        add_product(shift, term, states, size, moved_product)
-        clear(product)
-        add_product(generator, term, size, size, product)
-        for i in range(size):
+        now, then = m % 2, 1 - m % 2
+        _multiply_term(generator, shift, h / m, (term[now], moved_term[now]), (term[then], moved_term[then]))
+        for i in range(states):
             for j in range(size):
-                term[i, j] = h / m * product[i, j]
-                increment[i, j] += term[i, j]
-                if i < states:
-                    moved_term[i, j] = h / m * moved_product[i, j]
-                    moved[i, j] += moved_term[i, j]
-    for level in range(levels - 2, -1, -1):
-        half, half_moved = tables.increment[level + 1], tables.moved[level + 1]
-        increment, moved = tables.increment[level], tables.moved[level]
-        for i in range(size):
+                increment[i, j] += term[then, i, j]
+                moved[i, j] += moved_term[then, i, j]
+    for level in range(finest - 1, steps.first[slot] - 1, -1):
+        half, half_moved = steps.increment[slot, level + 1], steps.moved[slot, level + 1]
+        increment, moved = steps.increment[slot, level], steps.moved[slot, level]
+        for i in range(states):
             for j in range(size):
                 increment[i, j] = 2.0 * half[i, j]
-                if i < states:
-                    moved[i, j] = 2.0 * half_moved[i, j]
-        add_product(half, half_moved, states, states, moved)
-        add_product(half_moved, half, states, size, moved)
-        add_product(half, half, size, size, increment)
+                moved[i, j] = 2.0 * half_moved[i, j]
+        _double(half, half_moved, states, increment, moved)
 
 
-@kernel
-def dot(matrix, i, z):
-    """Product of a row and a vector."""
-    total = 0.0
-    for j in range(z.size):
-        total += matrix[i, j] * z[j]
-    return total
+@strict
+def _multiply_term(generator, shift, factor, terms, products):
+    """Write the next term of both series, of the states' rows alone: factor [A, B] times the last one."""
+    (term, moved_term), (product, moved_product) = terms, products
+    states, size = shift.shape
+    for i in range(states):
+        row, moved_row = product[i], moved_product[i]
+        for p in range(size):
+            row[p] = moved_row[p] = 0.0
+        for j in range(states):
+            weight, moved_weight = factor * generator[i, j], factor * shift[i, j]
+            other, other_moved = term[j], moved_term[j]
+            for p in range(size):
+                row[p] += weight * other[p]
+                moved_row[p] += weight * other_moved[p] + moved_weight * other[p]
+        for j in range(states, size):
+            weight, moved_weight = factor * generator[i, j], factor * shift[i, j]
+            for p in range(states, size):
+                row[p] += weight * term[j, p]
+                moved_row[p] += moved_weight * term[j, p]
+    for i in range(states, size):
+        for p in range(states, size):
+            total = 0.0
+            for j in range(states, size):
+                total += generator[i, j] * term[j, p]
+            product[i, p] = factor * total
 
 
 @kernel
@@ -182,10 +180,15 @@ def multiply(rates, shift, columns, z, carried):
     """Write the products of both kinds of rates with columns and z; those of the inputs are not zero in two places."""
     states, size = shift.shape
     product, z_product = carried.columns_product, carried.z_product
-    clear(product)
-    add_product(rates, columns, states, states, product)
     for i in range(states):
-        product[i, states] += dot(shift, i, z)
+        row = product[i]
+        for p in range(states + 1):
+            row[p] = 0.0
+        for j in range(states):
+            weight, other = rates[i, j], columns[j]
+            for p in range(states + 1):
+                row[p] += weight * other[p]
+        row[states] += dot(shift, i, z)
         z_product[i] = dot(rates, i, z)
     pairs = (size - states - 1) // 2
     z_product[states] = 0.0
@@ -211,7 +214,9 @@ def step(increment, moved, carried):
 def add_series(generator, shift, h, carried):
     """Carry over h shorter than the finest step, by Taylor series."""
     columns, z, term, z_term = carried.columns, carried.z, carried.columns_term, carried.z_term
-    copy_matrix(columns, term)
+    for i in range(columns.shape[0]):
+        for p in range(columns.shape[1]):
+            term[i, p] = columns[i, p]
     for i in range(z.size):
         z_term[i] = z[i]
     for m in range(1, TERMS + 1):
@@ -227,18 +232,14 @@ def add_series(generator, shift, h, carried):
 
 
 @kernel
-def carry(tables, generator, shift, h, carried):
+def carry(steps, slot, generator, shift, h, carried):
     """Carry over an interval: steps of the tables, the longest first, then a Taylor series."""
-    left = h
-    while left >= 1.0:
-        step(tables.increment[0], tables.moved[0], carried)
-        left -= 1.0
-    length = 1.0
-    for level in range(1, tables.increment.shape[0]):
-        length *= 0.5
-        if left >= length:
-            step(tables.increment[level], tables.moved[level], carried)
+    left, length = h, 0.5 ** steps.first[slot]
+    for level in range(steps.first[slot], steps.levels[slot]):
+        while left >= length:
+            step(steps.increment[slot, level], steps.moved[slot, level], carried)
             left -= length
+        length *= 0.5
     if left > 0.0:
         add_series(generator, shift, left, carried)
 
@@ -290,7 +291,9 @@ def _write_rates(workspace, cases, scales, regions, v, rates):
         _write_rows(workspace, regions, generators[side], deflections[side])
     lay_out(workspace, numbers_of(cases.numbers, v), cases.frame, scales)
     for slot in range(slots):
-        clear(rates.generator[slot])
+        for i in range(size):
+            for j in range(size):
+                rates.generator[slot, i, j] = 0.0
     _write_rows(workspace, regions, rates.generator, rates.deflection)
     frequency = common_at(workspace).frequency
     for slot in range(slots):
@@ -303,21 +306,30 @@ def _write_rates(workspace, cases, scales, regions, v, rates):
     for i in range(deflections.shape[1]):
         for j in range(size):
             rates.deflection_shift[i, j] = 0.5 * (deflections[1, i, j] - deflections[0, i, j])
+    below, above = numbers_of(cases.numbers, v - NEIGHBOURS).laws, numbers_of(cases.numbers, v - 1).laws
+    for p in range(rates.lower_shift.size):
+        rates.lower_shift[p] = 0.5 * (above.lower[p] - below.lower[p])
+        rates.upper_shift[p] = 0.5 * (above.upper[p] - below.upper[p])
 
 
-@kernel
-def levels_for(common, rates):
-    """How often a period is halved until it is a step of which the Taylor series are exact."""
+@strict
+def _write_levels(common, rates, course, steps):
+    """Write the range of steps of every slot: from its longest interval to a step of which a Taylor series is exact."""
     slots, states, _ = rates.shift.shape
     widest = 0.0
     for h in range(common.frequency.size):
         widest = max(widest, common.frequency[h])
     for slot in range(slots):
-        widest = max(widest, norm_of_rows(rates.generator[slot], states))
-    levels = 1
-    while widest * 0.5 ** (levels - 1) > _WIDEST and levels < _LEVELS:
-        levels += 1
-    return levels
+        norm, longest = max(widest, norm_of_rows(rates.generator[slot], states)), 0.0
+        for i in range(course.slot.size):
+            if course.slot[i] == slot:
+                longest = max(longest, course.time[i + 1] - course.time[i])
+        levels, first = 1, 0
+        while norm * 0.5 ** (levels - 1) > _WIDEST and levels < _LEVELS:
+            levels += 1
+        while first < levels - 1 and 0.5**first > longest:
+            first += 1
+        steps.levels[slot], steps.first[slot] = levels, first
 
 
 @kernel
@@ -332,110 +344,64 @@ def slot_of(regions, slots, pieces):
     return 0
 
 
-@kernel
-def write_products(matrix, z, out):
-    """Write the product of a square matrix and a vector."""
-    for i in range(z.size):
-        out[i] = dot(matrix, i, z)
-
-
-@kernel
-def carry_state(increment, generator, h, z, term, product):
-    """Carry z alone over an interval, as ``carry`` does; the others are room."""
-    left = h
-    length = 1.0
-    for level in range(increment.shape[0]):
-        while left >= length:
-            write_products(increment[level], z, product)
-            for i in range(z.size):
-                z[i] += product[i]
-            left -= length
-        length *= 0.5
-    for i in range(z.size):
-        term[i] = z[i]
-    for m in range(1, TERMS + 1):
-        write_products(generator, term, product)
-        for i in range(z.size):
-            term[i] = left / m * product[i]
-            z[i] += term[i]
-
-
 @strict
-def _write_approach(laws, clearances, regions, rates, increment, course, corner, approach):
-    """Write when the deflection of a clearance has an extremum near an instant, and how far beyond a corner that is."""
-    k, asked, end = corner[0], approach[0], course.time[course.time.size - 1]
-    z, term, product = np.empty(course.z.shape[1]), np.empty(course.z.shape[1]), np.empty(course.z.shape[1])
-    time, i = asked, 0
-    approach[1] = np.nan
-    for _ in range(_ITERATIONS):
-        now = time - end * np.floor(time / end)
-        i = 0
-        while i < course.slot.size - 1 and course.time[i + 1] <= now:
-            i += 1
-        slot = course.slot[i]
-        for j in range(z.size):
-            z[j] = course.z[i, j]
-        carry_state(increment[slot], rates.generator[slot], now - course.time[i], z, term, product)
-        value = dot(rates.deflection, k, z)
-        write_products(rates.generator[slot], z, product)
-        rate = dot(rates.deflection, k, product)
-        write_products(rates.generator[slot], product, term)
-        bend = dot(rates.deflection, k, term)
-        if (bend >= 0.0) == (corner[1] == 1):
-            return
-        change = min(max(-rate / bend, -NEAR), NEAR)
-        time += change
-        if abs(time - asked) > FARTHEST:
-            return
-        if abs(change) < _SETTLED:
-            piece = laws.first[clearances[k]] + regions.piece[slot, k]
-            approach[0], approach[2] = time, bend
-            approach[1] = value - laws.upper[piece] if corner[1] == 1 else laws.lower[piece] - value
-            return
-
-
-@strict
-def _follow(workspace, neighbours, regions, rates, log, events, initial, end, carried, asked):
-    """Carry perturbations and s along a motion of so many crossings that ends after ``end`` periods.
-
-    ``asked``: ``corner`` and ``approach`` of a ``Map``.
-    """
-    common, laws = common_at(workspace), laws_at(workspace)
-    slots, states, size = rates.shift.shape
-    levels = levels_for(common, rates)
-    increment, moved = np.empty((slots, levels, size, size)), np.empty((slots, levels, states, size))
-    is_written, term, moved_term = np.zeros(slots, np.bool_), np.empty((size, size)), np.empty((states, size))
-    pieces, before = initial.copy(), 0.0
-    below, above = neighbours
-    course = Course(np.zeros(events + 2), np.zeros(events + 1, np.int64), np.empty((events + 1, size)))
+def _write_course(common, laws, regions, rates, log, initial, end, course, crossings):
+    """Write when a motion is in which slot, and what it crosses."""
+    pieces, events, slots = initial.copy(), crossings.clearance.size, rates.shift.shape[0]
+    course.time[0] = 0.0
     for i in range(events + 1):
-        slot = slot_of(regions, slots, pieces)
-        course.time[i], course.slot[i], course.time[i + 1] = before, slot, end
+        course.slot[i] = slot_of(regions, slots, pieces)
+        course.time[i + 1] = log.cycle[i] + log.fraction[i] if i < events else end
+        if i < events:
+            crossed = log.clearance[i]
+            piece = laws.first[common.clearances[crossed]] + pieces[crossed]
+            beyond = piece + 1 if log.upward[i] else piece - 1
+            pieces[crossed] += beyond - piece
+            crossings.clearance[i], crossings.upward[i] = crossed, log.upward[i]
+            crossings.jump[i] = laws.damping[beyond] - laws.damping[piece]
+            crossings.shift[i] = rates.upper_shift[piece] if log.upward[i] else rates.lower_shift[piece]
+
+
+@strict
+def _follow(common, laws, regions, rates, log, events, initial, end, carried, scale, out):
+    """Carry perturbations and s along a motion of so many crossings that ends after ``end`` periods."""
+    slots, states, size = rates.shift.shape
+    course = Course(
+        np.empty(events + 2),
+        np.empty(events + 1, np.int64),
+        np.empty((events + 2, size)),
+        np.empty((events + 1, states, states + 1)),
+    )
+    crossings = Crossings(np.empty(events, np.int64), np.empty(events, np.int64), np.empty(events), np.empty(events))
+    _write_course(common, laws, regions, rates, log, initial, end, course, crossings)
+    ranges = np.empty(slots, np.int64), np.empty(slots, np.int64)
+    steps = Steps(np.empty((slots, 0, size, size)), np.empty((slots, 0, states, size)), ranges[0], ranges[1])
+    _write_levels(common, rates, course, steps)
+    levels, is_written = ranges[0].max(), np.zeros(slots, np.bool_)
+    steps = Steps(np.empty((slots, levels, size, size)), np.empty((slots, levels, states, size)), ranges[0], ranges[1])
+    for i in range(events + 1):
+        slot = course.slot[i]
         for j in range(size):
             course.z[i, j] = carried.z[j]
-        tables = Tables(increment[slot], moved[slot])
+        for j in range(states):
+            for p in range(states + 1):
+                course.columns[i, j, p] = carried.columns[j, p]
+        generator, shift = rates.generator[slot], rates.shift[slot]
         if not is_written[slot]:
-            write_tables(rates.generator[slot], rates.shift[slot], tables, term, moved_term)
+            _write_tables(generator, shift, steps, slot)
             is_written[slot] = True
-        now = log.cycle[i] + log.fraction[i] if i < events else end
-        carry(tables, rates.generator[slot], rates.shift[slot], now - before, carried)
-        before = now
-        if i == events:
-            break
-        crossed = log.clearance[i]
-        k = common.clearances[crossed]
-        piece = laws.first[k] + pieces[crossed]
-        pieces[crossed] += 1 if log.upward[i] else -1
-        jump = laws.damping[laws.first[k] + pieces[crossed]] - laws.damping[piece]
-        if jump != 0.0:
-            if log.upward[i]:
-                corner_shift = 0.5 * (above.upper[piece] - below.upper[piece])
-            else:
-                corner_shift = 0.5 * (above.lower[piece] - below.lower[piece])
+        carry(steps, slot, generator, shift, course.time[i + 1] - course.time[i], carried)
+        if i < events and crossings.jump[i] != 0.0:
+            crossed = crossings.clearance[i]
             rows = rates.deflection[crossed], rates.deflection_shift[crossed]
-            cross(common, k, jump, corner_shift, rows[0], rows[1], carried)
-    if asked[0][0] >= 0:
-        _write_approach(laws, common.clearances, regions, rates, increment, course, asked[0], asked[1])
+            cross(common, common.clearances[crossed], crossings.jump[i], crossings.shift[i], rows[0], rows[1], carried)
+    for j in range(size):
+        course.z[events + 1, j] = carried.z[j]
+    if out.corner[0] >= 0:
+        write_approach(common, laws, regions, rates, steps, course, crossings, out.corner, scale, out.approach)
+    if out.turning[0] >= 0:
+        clearances = common.clearances
+        write_turns(laws, clearances, regions, rates, steps, course, crossings, scale, out.turns, out.turning)
 
 
 @strict_entry
@@ -462,6 +428,8 @@ def differentiate(workspace, cases, buffers, regions, march, samples, log, curso
         np.empty((slots, states, size)),
         np.empty((clearances, size)),
         np.empty((clearances, size)),
+        np.empty(cases.numbers.laws.lower.shape[1]),
+        np.empty(cases.numbers.laws.lower.shape[1]),
     )
     _write_rates(workspace, cases, scales, regions, v, rates)
     columns, z = np.eye(states, states + 1), np.zeros(size)
@@ -473,10 +441,8 @@ def differentiate(workspace, cases, buffers, regions, march, samples, log, curso
         z[i] = scale[i] * (buffers.deflection[i] if i < r else cases.velocity[v, i - r])
     for h in range(inputs):
         z[states + h] = scales.inputs[h]
-    neighbours = numbers_of(cases.numbers, v - NEIGHBOURS).laws, numbers_of(cases.numbers, v - 1).laws
-    end = float(samples.first) / samples.per_cycle
-    asked = out.corner, out.approach
-    _follow(workspace, neighbours, regions, rates, log, march.counts[EVENTS], buffers.initial, end, carried, asked)
+    end, common, laws = float(samples.first) / samples.per_cycle, common_at(workspace), laws_at(workspace)
+    _follow(common, laws, regions, rates, log, march.counts[EVENTS], buffers.initial, end, carried, scale, out)
     last = samples.states[samples.states.shape[0] - 1]
     for i in range(states):
         out.end[i], out.slope[i] = last[i] / scale[i], columns[i, states] / scale[i]

@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import many, packed
+from gearrattle.engine.kernels import approaches, many, packed
 from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.periods import NEIGHBOURS, Map, differentiate
 from gearrattle.engine.kernels.variants import Coefficients, Judged
-from gearrattle.engine.periodic.period_map import Approach
+from gearrattle.engine.periodic.period_map import Approach, Turns
 from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.solvers.many import Batch, Pattern
 from gearrattle.engine.system.passages import Passages
@@ -44,12 +44,21 @@ class PeriodBatch(Batch):
         pattern = Pattern(system, False, cycles, judged)
         frame = pattern.frame()
         states = len(frame.elements) + system.size
-        asked = np.full(2, -1, np.int64), np.full(3, np.nan)
         ends = np.zeros(states), np.zeros(len(frame.references))
-        out = Map(*ends, np.zeros((states, states)), np.zeros(states), *asked)
+        asked = np.full(2, -1, np.int64), np.full(approaches.SLOPE + states + 1, np.nan)
+        turns = np.zeros((approaches.MOST_TURNS, approaches.TURN_SLOPE + states + 1)), np.full(1, -1)
+        out = Map(*ends, np.zeros((states, states)), np.zeros(states), *asked, *turns)
         super().__init__(pattern, numbers, (start[0], start[1]), window, (vectorised(differentiate), out))
 
-    def follow(self, numbers: Coefficients, angle: Array, velocity: Array, touch: Touch | None = None) -> bool:
+    def follow(
+        self,
+        numbers: Coefficients,
+        angle: Array,
+        velocity: Array,
+        touch: Touch | None = None,
+        *,
+        with_turns: bool = False,
+    ) -> bool:
         """Follow a motion to its end, which ``out`` then holds; whether it was followed.
 
         Parameters
@@ -60,9 +69,13 @@ class PeriodBatch(Batch):
             (n,) at the start [rad, rad/s].
         touch
             a corner and an instant, of which ``out.approach`` is written.
+        with_turns
+            whether ``out.turns`` are written.
         """
         self.out.corner[:] = (-1, 0) if touch is None else (touch.watch, touch.upward)
-        self.out.approach[:] = (np.nan if touch is None else touch.time, np.nan, np.nan)
+        self.out.approach[:] = np.nan
+        self.out.approach[approaches.TIME] = np.nan if touch is None else touch.time
+        self.out.turning[0] = 0 if with_turns else -1
         self.cases = self.cases._replace(numbers=numbers)
         self.cases.angle[-1], self.cases.velocity[-1] = angle, velocity
         self.cursor[:] = 0
@@ -81,7 +94,32 @@ class PeriodBatch(Batch):
         time = (log.cycle[:count] + log.fraction[:count]) * period
         return Passages(time, watch, log.upward[:count].copy(), velocity, np.zeros((count, 0)))
 
-    def approach(self, period: float) -> Approach | None:
-        """Return the extremum that was asked for; None if there is none, or no corner near it."""
-        time, depth, bend = self.out.approach.tolist()
-        return Approach(depth, time, bend / period**2) if np.isfinite(depth) else None
+    def approach(self, period: float, step: float) -> Approach | None:
+        """Return the extremum that was asked for; None if there is none, or no corner near it.
+
+        Parameters
+        ----------
+        period
+            T [s].
+        step
+            half the distance of both neighbours.
+        """
+        time, depth, bend, gain, stiffness, damping = self.out.approach[: approaches.SLOPE].tolist()
+        if not np.isfinite(depth):
+            return None
+        slope = self.out.approach[approaches.SLOPE :].copy()
+        slope[-1] /= step
+        rate = float(max(abs(stiffness) ** 0.5, abs(damping)))
+        return Approach(depth, time, bend / period**2, slope, gain / period, rate)
+
+    def turns(self, step: float) -> Turns | None:
+        """Return the turning points, if they were asked for; ``step`` is half the distance of both neighbours."""
+        count = int(self.out.turning[0])
+        if count < 0:
+            return None
+        rows = self.out.turns[:count].copy()
+        rows[:, -1] /= step
+        names = rows[:, : approaches.TURN_TIME].astype(np.int64)
+        watch, upward, after = names.T
+        slope = rows[:, approaches.TURN_SLOPE :]
+        return Turns(watch, upward, after, rows[:, approaches.TURN_TIME], rows[:, approaches.TURN_DEPTH], slope)

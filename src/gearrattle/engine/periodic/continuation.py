@@ -314,6 +314,11 @@ class Continuation:
         point = self._corrected(predicted, normal, before.tangent, before.motion.end.auxiliary_pieces)
         return replace(point, parameter=parameter, length=before.length + share * (after.length - before.length))
 
+    def along(self, point: Point, slope: Array) -> float:
+        """Return the derivative along the branch of what has a slope (N + 1,), by the state [SI] and the parameter."""
+        direction = point.tangent / np.append(self._scale, 1.0 / self.family.unit)
+        return float(slope @ direction)
+
     def _next(self, earlier: Point, point: Point, step: float) -> tuple[Point, float]:
         """The point that follows two consecutive points, and the step to try next."""
         slope = abs(float(point.tangent[-1]))

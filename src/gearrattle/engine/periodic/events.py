@@ -210,7 +210,7 @@ def _grazing(curve: Continuation, before: Point, after: Point, view: View) -> Ev
     """The grazing between two points."""
     search = Search(curve, before, after, view)
     point, touch = search.grazing()
-    grazing = grazing_of(curve, point, touch, 1.0 if search.is_after else -1.0, search.spread())
+    grazing = grazing_of(curve, point, touch, search.nearby)
     return Event(GRAZING, point, touch.watch, touch=touch, grazing=grazing)
 
 

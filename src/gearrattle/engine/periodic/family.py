@@ -65,7 +65,9 @@ class Family(ABC):
         """Return the map of one driveline."""
 
     @abstractmethod
-    def follow(self, state: State, parameter: float, touch: Touch | None = None) -> tuple[Pass, Array]:
+    def follow(
+        self, state: State, parameter: float, touch: Touch | None = None, *, with_turns: bool = False
+    ) -> tuple[Pass, Array]:
         """Follow a state.
 
         Parameters
@@ -76,6 +78,8 @@ class Family(ABC):
             of the driveline.
         touch
             a corner and an instant, for the approach in the Pass; None: none.
+        with_turns
+            whether the Pass is to hold its turning points; only a CompiledFamily finds them.
 
         Returns
         -------
@@ -114,7 +118,14 @@ class GeneralFamily(Family):
         """Return the map of one driveline."""
         return PeriodMap(self._system_of(parameter), self.cycles)
 
-    def follow(self, state: State, parameter: float, touch: Touch | None = None) -> tuple[Pass, Array]:
+    def follow(
+        self,
+        state: State,
+        parameter: float,
+        touch: Touch | None = None,
+        *,
+        with_turns: bool = False,  # noqa: ARG002 - see ``Family.follow``
+    ) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""
         step = DIFFERENCE * self.unit
         period_map = self.map_at(parameter)
@@ -163,7 +174,9 @@ class CompiledFamily(Family):
             return self._general.map_at(parameter)
         return PeriodMap(system_of(self._system, picked(numbers, 0)), self.cycles)
 
-    def follow(self, state: State, parameter: float, touch: Touch | None = None) -> tuple[Pass, Array]:
+    def follow(
+        self, state: State, parameter: float, touch: Touch | None = None, *, with_turns: bool = False
+    ) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""
         step = _SHARE * min(self.unit, max(abs(parameter), _LEAST * self.unit))
         numbers, is_alike = self._coefficients_of(np.array([parameter - step, parameter + step, parameter]))
@@ -173,9 +186,9 @@ class CompiledFamily(Family):
             self._batch = PeriodBatch(self._system, self.cycles, numbers)
         deflection, velocity = np.split(state.y, [self._angle_from_basis.shape[1]])
         batch = self._batch
-        if not batch.follow(numbers, self._angle_from_basis @ deflection, velocity, touch):
+        if not batch.follow(numbers, self._angle_from_basis @ deflection, velocity, touch, with_turns=with_turns):
             return self._general.follow(state, parameter, touch)
         end, turned, gradient, slope = (part.copy() for part in batch.out[:4])
         period = float(numbers.period[-1, 0])
-        passed = batch.passages(), period, self.cycles, batch.approach(period)
+        passed = batch.passages(), period, self.cycles, batch.approach(period, step), batch.turns(step)
         return Pass(state, State(end), gradient, turned, *passed), slope / step

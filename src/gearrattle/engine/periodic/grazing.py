@@ -11,7 +11,14 @@ A distance s beyond a grazing a bound is crossed there and back; what is entered
                time 1 / w, it is an impact that reverses the velocity, and M falls like 1 / √s. If a depth of 1e-8
                of a T^2 is such an impact, M is unbounded on one side for all that is resolved.
 
-w is the larger of sqrt(k / m) and c / m: k and c what stiffness and damping gain at the corner, m the moving mass.
+w is the larger of sqrt(k / m) and c / m: k and c what stiffness and damping gain at the corner, m the moving mass. With
+A the rates of the region left, W the row of the deflection and u what a torque does to the velocities, the flow gains,
+its saltations on the way in and out included, -(k u + c A u) W for as long as the touch lasts. So
+
+    tr M(s) - tr M(0) = -W C (k u + c A u) sqrt(8 d / a),
+
+C the gradient over one motion from the touch on, and d grows in proportion to s: the strength of the root is known from
+the motion that grazes.
 
 Takes a Continuation and a motion that grazes; gives a Grazing.
 
@@ -24,11 +31,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import expm
 
 from gearrattle.engine.periodic.continuation import Continuation, Point
-from gearrattle.engine.periodic.period_map import PeriodMap
-from gearrattle.engine.periodic.touch import Touch, pieces_before
+from gearrattle.engine.periodic.period_map import Approach, PeriodMap
+from gearrattle.engine.periodic.touch import Touch, before_touch, depth, pieces_before, without_touch
 from gearrattle.engine.system.flow import Flow, Pieces
+from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.variation import variation
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -36,9 +46,7 @@ Array = NDArray[np.float64]
 COMPLIANT, JUMP, RIGID = "compliant", "jump", "rigid"
 RESOLVED = 1e-8
 """Depth to which a touch is resolved, in units of a T^2."""
-_BEYOND = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10)  # arclength from a grazing to a motion that touches
-_LEAST = 1e-10  # of the parameter: a distance that is known well enough
-_SMALL = 0.1  # largest tau w, and change of the trace of M, at which the square root rules
+_APART = 1e-4  # arclength from a grazing, on its side without contact, to motions whose depth tells its slope
 
 
 @dataclass(frozen=True)
@@ -50,16 +58,17 @@ class Grazing:
     kind
         COMPLIANT, JUMP or RIGID.
     root
-        (tr M at s - tr M(0+)) / √s in the limit s -> 0, s > 0 the distance in the parameter; NaN where M jumps, or
-        where it cannot be resolved. C has hardly more than one eigenvalue that is not zero, its trace: where that
-        is positive multipliers move towards a fold, where it is negative towards a period doubling.
+        (tr M at s - tr M(0+)) / √s in the limit s -> 0, s > 0 the distance in the parameter; NaN where M jumps or is
+        not bounded, and where the grazing lies in a fold. What M gains has hardly more than one eigenvalue that is not
+        zero, its trace: where that is positive multipliers move towards a fold, where it is negative towards a period
+        doubling.
     """
 
     kind: str
     root: float = np.nan
 
 
-def grazing_of(curve: Continuation, point: Point, touch: Touch, side: float, spread: float = np.nan) -> Grazing:
+def grazing_of(curve: Continuation, point: Point, touch: Touch, nearby: Approach | None = None) -> Grazing:
     """Return the kind of a grazing and the strength of its square root.
 
     Parameters
@@ -67,79 +76,99 @@ def grazing_of(curve: Continuation, point: Point, touch: Touch, side: float, spr
     curve
         the Continuation of the branch.
     point
-        the motion that grazes.
+        the motion that grazes, from the side without contact.
     touch
         what is touched.
-    side
-        1 if motions touch farther along the branch, -1 if they touch before.
-    spread
-        how long a touch lasts, squared, over the arclength from the grazing [s^2], in the limit; NaN: not known.
+    nearby
+        the touch of a motion so near that it serves where that of this one is not known: one that touches after all, by
+        rounding, lies beyond the corner, and another corner is the next.
     """
-    period_map = curve.family.map_at(point.parameter)
-    system = period_map.system
-    if touch.watch >= len(system.clearances):
+    family = curve.family
+    known = [approach for approach in (point.motion.approach, nearby) if approach is not None]
+    approach = min(known, key=lambda approach: abs(approach.depth), default=None)
+    if touch.watch >= family.clearances:
+        system = family.map_at(point.parameter).system
         is_slider = system.auxiliaries[touch.watch - len(system.clearances)].kind == "slider"
         return Grazing(JUMP if is_slider else COMPLIANT)
-    rate = _rate(period_map, point, touch)
-    kind = RIGID if np.sqrt(8.0 * RESOLVED) * system.inputs.period * rate > 1.0 else COMPLIANT
-    least = _LEAST * max(abs(point.parameter), abs(curve.family.unit))
-    for distance in _BEYOND:
-        if rate * np.sqrt(spread * distance) > 2.0 * _SMALL:
-            continue
-        try:
-            far = curve.moved_along(point, side * distance)
-            lasts = _duration(far, touch)
-            if abs(far.parameter - point.parameter) < 16.0 * least:
+    if approach is None or approach.slope is None:
+        approach = _approach_of(family.map_at(point.parameter), point, touch)
+    if np.sqrt(8.0 * RESOLVED) * point.motion.period * approach.rate > 1.0:
+        return Grazing(RIGID)
+    slope = _slope(curve, point, touch, approach)
+    return Grazing(COMPLIANT, float(approach.gain * np.sqrt(8.0 * slope / abs(approach.acceleration))))
+
+
+def _slope(curve: Continuation, point: Point, touch: Touch, approach: Approach) -> float:
+    """How the depth of a touch grows along the branch, over the distance in the parameter [SI]; NaN: not known."""
+    along = abs(float(point.tangent[-1]) * curve.family.unit)
+    if approach.slope is not None:
+        return abs(curve.along(point, approach.slope)) / along if along > 0.0 else np.nan
+    for side in (-_APART, _APART):
+        slopes = []
+        for distance in (side, 2.0 * side):
+            try:
+                motion = curve.moved_along(point, distance)
+                deep = depth(curve.family.map_at(motion.parameter), motion.motion.start, touch)[0]
+            except ConvergenceError:
                 break
-            if not 0.0 < rate * lasts < _SMALL:
-                continue
-            motions = [far, *(curve.moved_along(point, side * distance / times) for times in (4.0, 16.0))]
-        except ConvergenceError:
-            continue
-        away = np.array([abs(motion.parameter - point.parameter) for motion in motions])
-        traces = np.array([np.trace(motion.gradient) for motion in motions])
-        if abs(traces[0] - traces[2]) < _SMALL and away.min() > least:
-            return Grazing(kind, _root(away, traces))
-    return Grazing(kind)
+            if deep < 0.0 and motion.parameter != point.parameter:
+                slopes.append(-deep / abs(motion.parameter - point.parameter))
+        if len(slopes) == 2:
+            return 2.0 * slopes[0] - slopes[1]
+    return np.nan
 
 
-def _root(away: Array, traces: Array) -> float:
-    """The coefficient b of a + b √s + c s through three values."""
-    powers = np.sqrt(away / away[0])[:, None] ** np.arange(3)
-    return float(np.linalg.solve(powers, traces)[1] / np.sqrt(away[0]))
-
-
-def _duration(point: Point, touch: Touch) -> float:
-    """How long a motion stays beyond the corner at a touch [s]; 0 if it does not pass it there."""
-    crossings, motion = point.motion.crossings, point.motion
-    ours = np.flatnonzero(crossings.watch == touch.watch)
-    length, now = motion.cycles * motion.period, touch.time * motion.period
-    spans = [0.0]
-    for i, j in zip(ours, np.roll(ours, -1), strict=True):
-        lasts = (crossings.time[j] - crossings.time[i]) % length
-        since = (now - crossings.time[i] + 0.25 * length) % length - 0.25 * length
-        if crossings.upward[i] == touch.upward and -lasts <= since <= 2.0 * lasts:
-            spans.append(float(lasts))
-    return min(spans[1:], default=0.0)
-
-
-def _rate(period_map: PeriodMap, point: Point, touch: Touch) -> float:
-    """The rate w of what is entered at a corner [rad/s]."""
+def _approach_of(period_map: PeriodMap, point: Point, touch: Touch) -> Approach:
+    """What is known of a touch of any driveline; its depth is zero, and how that moves is not known."""
     flow, system = period_map.flow, period_map.system
     pieces = pieces_before(period_map, point.motion, touch)
     beyond = system.beyond(pieces, touch.watch, touch.upward)
     element = system.clearances[touch.watch]
-    lightness = float((system.rows[element] ** 2 / system.inertia).sum())
+    kick = system.rows[element] / system.inertia
+    lightness = float(system.rows[element] @ kick)
     (stiffness, damping), (other, more) = (_slopes(flow, element, p) for p in (pieces, beyond))
-    return float(max(np.sqrt(abs(other - stiffness) * lightness), abs(more - damping) * lightness))
+    rate = float(max(np.sqrt(abs(other - stiffness) * lightness), abs(more - damping) * lightness))
+    try:
+        located = depth(period_map, point.motion.start, touch)[1]
+        z, last, since = before_touch(period_map, point.motion.start, located)
+    except ConvergenceError:
+        return Approach(np.nan, touch.time, rate=rate)
+    period, n, generator = system.inputs.period, flow.states, flow.generator(last)
+    acceleration = flow.rate[element] @ generator @ expm(generator * (located.time - since)) @ z / period
+    first = len(flow.coordinates.elements)
+    pushed = np.zeros(n)
+    pushed[first : first + system.size] = kick * flow.scaling.velocity
+    (stiffness, damping), (other, more) = (_slopes(flow, element, p, is_mean=True) for p in (pieces, beyond))
+    added = period * (other - stiffness) * pushed + (more - damping) * generator[:n, :n] @ pushed
+    path = _from_then_on(without_touch(point.motion, located), located.time * period, period_map.length)
+    cycle = variation(flow, last, path, end=period_map.length)
+    grown = period_map.scale * (cycle.gradient() @ (added / period_map.scale))
+    gain = -float(flow.deflection[element, :n] @ grown) / period
+    return Approach(np.nan, located.time, float(acceleration), None, gain, rate)
 
 
-def _slopes(flow: Flow, element: int, pieces: Pieces) -> tuple[float, float]:
-    """Stiffness and damping of an element in its piece, its auxiliaries' included."""
+def _from_then_on(crossings: Passages, time: float, length: float) -> Passages:
+    """The crossings of a motion that begins at an instant [s] of a period of a given length."""
+    after, before = crossings.where(crossings.time > time), crossings.where(crossings.time <= time)
+    watch, upward, velocity, memory = (
+        np.concatenate([getattr(part, name) for part in (after, before)])
+        for name in ("watch", "upward", "velocity", "memory")
+    )
+    times = np.concatenate([after.time - time, before.time + (length - time)])
+    return Passages(times, watch, upward, velocity, memory)
+
+
+def _slopes(flow: Flow, element: int, pieces: Pieces, *, is_mean: bool = False) -> tuple[float, float]:
+    """Stiffness and damping of an element in its piece, its auxiliaries' included.
+
+    In the mean of a short touch the bounds of a clipped damping add no stiffness: on the way in they add what they take
+    on the way out.
+    """
     law, piece = flow.system.laws[element], pieces[element]
     stiffness, damping = float(law.stiffness[piece]), float(law.damping[piece])
     for auxiliary, p, _ in flow.beside(pieces):
         if auxiliary.element == element:
-            stiffness += float(auxiliary.stiffness[p] + auxiliary.memory[p] * auxiliary.moves[p])
+            if auxiliary.remembers or not is_mean:
+                stiffness += float(auxiliary.stiffness[p] + auxiliary.memory[p] * auxiliary.moves[p])
             damping += float(auxiliary.damping[p])
     return stiffness, damping

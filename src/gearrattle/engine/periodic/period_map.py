@@ -62,11 +62,25 @@ class State:
 
 
 class Approach(NamedTuple):
-    """An extremum of a clearance's deflection near a corner."""
+    """An extremum of a clearance's deflection near a corner; NaN and None where it is not known."""
 
     depth: float  # how far it lies beyond the corner [SI]
     time: float  # in periods from the start
-    acceleration: float = np.nan  # of the deflection [SI]; NaN: not known
+    acceleration: float = np.nan  # of the deflection [SI]
+    slope: Array | None = None  # (N + 1,) of the depth, by the state at the start and by a parameter [SI]
+    gain: float = np.nan  # what the trace of the gradient gains for a second beyond the corner [1/s]
+    rate: float = np.nan  # of what is entered there [rad/s]
+
+
+class Turns(NamedTuple):
+    """The E turning points of a motion's deflections, each by a corner that it has not reached, or has passed."""
+
+    watch: IntArray  # (E,) clearance
+    upward: IntArray  # (E,) 1: its deflection grows towards the corner
+    after: IntArray  # (E,) crossings before it
+    time: Array  # (E,) in periods from the start
+    depth: Array  # (E,) how far it lies beyond the corner [SI]
+    slope: Array  # (E, N + 1) of the depth, by the state at the start and by a parameter [SI]
 
 
 @dataclass(frozen=True)
@@ -89,6 +103,8 @@ class Pass:
         n.
     approach
         of a clearance to a corner; None: there is no extremum, or none was asked for.
+    turns
+        turning points; None: they are not known.
     """
 
     start: State
@@ -99,6 +115,7 @@ class Pass:
     period: float
     cycles: int
     approach: Approach | None = None
+    turns: Turns | None = None
 
     @property
     def gap(self) -> Array:

@@ -119,9 +119,25 @@ def pieces_before(period_map: PeriodMap, motion: Pass, touch: Touch) -> Pieces:
 
 def _begin_of(crossings: Passages, times: Array, touch: Touch) -> float:
     """When a touch begins, in periods: the corner is crossed, or where it is not, the instant of the extremum."""
+    pairs = _pairs_around(crossings, times, touch)
+    return min([touch.time, *(float(times[i]) for i, _ in pairs)])
+
+
+def _pairs_around(crossings: Passages, times: Array, touch: Touch) -> list[tuple[int, int]]:
+    """The crossings to a corner and back between which the instant of a touch lies."""
     ours = np.flatnonzero(crossings.watch == touch.watch)
-    limit = touch.time
-    for i, j in pairwise(ours.tolist()):
-        if crossings.upward[i] == touch.upward and times[i] - _NEAR < touch.time < times[j] + _NEAR:
-            limit = min(limit, float(times[i]))
-    return limit
+    return [
+        (i, j)
+        for i, j in pairwise(ours.tolist())
+        if crossings.upward[i] == touch.upward and times[i] - _NEAR < touch.time < times[j] + _NEAR
+    ]
+
+
+def without_touch(motion: Pass, touch: Touch) -> Passages:
+    """Return the crossings of a motion without those of a touch, if it is one of a depth near rounding."""
+    crossings = motion.crossings
+    times = crossings.time / motion.period
+    kept = np.ones(times.size, np.bool_)
+    for i, j in _pairs_around(crossings, times, touch):
+        kept[[i, j]] &= times[j] - times[i] > _NEAR or crossings.upward[j] == crossings.upward[i]
+    return crossings.where(kept)

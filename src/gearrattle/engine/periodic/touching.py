@@ -16,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.period_map import Approach
 from gearrattle.engine.periodic.stretch import Stretch
 from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.periodic.views import View, touch_between
@@ -49,6 +50,8 @@ class Search:
     ----------
     is_after
         whether the motions after the grazing touch.
+    nearby
+        the touch of the last motion followed that does not touch; None: not known.
     """
 
     def __init__(self, curve: Continuation, before: Point, after: Point, view: View) -> None:
@@ -60,7 +63,7 @@ class Search:
         velocity, touch = touch_between(apart, touching, view)
         self._velocities, self._touch = [(self._inner, velocity)], touch
         self._depths: list[tuple[float, float]] = []
-        self._acceleration = np.nan
+        self.nearby: Approach | None = None
         self._left = _NEARER
         self._ask(touch)
 
@@ -156,15 +159,7 @@ class Search:
         aside = min(_OUTSIDE * self._stretch.located, abs(share - self._outer))
         share += aside if self._outer > self._inner else -aside
         self._stretch.at(share, is_trial=True, among=self._is_apart)
-        return self._stretch.at(share, among=self._is_apart), self._touch
-
-    def spread(self) -> float:
-        """How long a touch lasts, squared, over the arclength from the grazing [s^2], in the limit; NaN: not known."""
-        if len(self._depths) < 2:
-            return np.nan
-        (low, deep), (high, deeper) = self._depths[0], self._depths[-1]
-        slope = abs((deeper - deep) / ((high - low) * self._stretch.distance))
-        return float(8.0 * slope / abs(self._acceleration))
+        return self._stretch.at(share, among=self._is_apart, touch=self._touch), self._touch
 
     def _is_apart(self, point: Point) -> bool:
         return self._view(point) == self._fewer
@@ -182,7 +177,7 @@ class Search:
             self._depths.clear()
             return
         self._depths.append((share, approach.depth))
-        self._touch, self._acceleration = replace(self._touch, time=approach.time), approach.acceleration
+        self._touch, self.nearby = replace(self._touch, time=approach.time), approach
 
 
 def _root_of(samples: list[tuple[float, float]]) -> float:
