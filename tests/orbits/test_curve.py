@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import Event, changes_between, events_between
+from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits import curve as curves
 from gearrattle.orbits.curve import Curve, followed

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model

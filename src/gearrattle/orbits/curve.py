@@ -13,9 +13,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, PATTERN, Event, changes_between, events_between
 from gearrattle.engine.periodic.grazing import COMPLIANT
+from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.edges import followed_through_families
 from gearrattle.orbits.orbit import is_stable

@@ -15,9 +15,10 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.continuation import Continuation, Point, appended
+from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.point import Point, appended
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.freedom import room_of
 

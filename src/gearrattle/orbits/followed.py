@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.continuation import Point
+from gearrattle.engine.periodic.point import Point
 from gearrattle.model import Model
 from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.orbit import Orbit

@@ -17,8 +17,8 @@ from scipy.linalg import qr
 
 from gearrattle.assembly import assemble, free_names
 from gearrattle.engine.periodic import shooting
-from gearrattle.engine.periodic.continuation import pattern_of
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.point import pattern_of
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model

@@ -11,9 +11,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.continuation import Continuation, Point, turned_around
+from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import BREAKING, DOUBLING, Event
 from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.progress import Progress, part_of

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label

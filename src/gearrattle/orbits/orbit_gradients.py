@@ -23,8 +23,8 @@ from scipy.optimize import linear_sum_assignment
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
-from gearrattle.engine.periodic.continuation import pattern_of
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.point import pattern_of
 from gearrattle.engine.system.levels import deflection_levels, force_levels
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, Event, events_between
 from gearrattle.engine.periodic.family import GeneralFamily
+from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.shooting import shoot
 from tests.engine.periodic.test_shooting import at, oscillator
 

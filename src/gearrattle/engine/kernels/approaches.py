@@ -26,8 +26,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearrattle.engine.kernels._jit import kernel, strict
+from gearrattle.engine.kernels._jit import kernel, loose, strict
 from gearrattle.engine.kernels.arrays import Array3, Array4, IntVector, Matrix, Vector
+from gearrattle.engine.kernels.levels import turn_between, value_of
 from gearrattle.engine.kernels.workspace import PERIOD
 
 TERMS = 7
@@ -37,7 +38,7 @@ NEAR = 1.0 / 64.0
 FARTHEST = 1.0 / 16.0
 """Periods from an instant within which its extremum lies."""
 _ITERATIONS, _SETTLED = 30, 1e-11  # of Newton's method in time; a step after which the depth is exact, in periods
-_COARSER = 6  # levels from the finest step to that between two looks at the rates
+_COARSER, _ORDER = 6, 18  # levels from the finest step to that between two looks at the rates; terms of its series
 TIME, DEPTH, BEND, GAIN, STIFFNESS, DAMPING, SLOPE = range(7)
 """Entries of ``Map.approach``; from SLOPE on the derivative of the depth: (N,) by the state at the start, by p."""
 CLEARANCE, UPWARD, AFTER, TURN_TIME, TURN_DEPTH, TURN_SLOPE = range(6)
@@ -101,7 +102,7 @@ class Room(NamedTuple):
     state_product: Vector
 
 
-@kernel
+@loose
 def dot(matrix, i, z):
     """Product of a row and a vector."""
     total = 0.0
@@ -111,20 +112,27 @@ def dot(matrix, i, z):
 
 
 @kernel
-def write_products(matrix, z, out):
-    """Write the product of a square matrix and a vector."""
-    for i in range(z.size):
+def write_products(matrix, states, z, out):
+    """Write the product of rates, or of increments, and z; inputs turn in pairs."""
+    for i in range(states):
         out[i] = dot(matrix, i, z)
+    if z.size > states:
+        out[states] = 0.0
+    pairs = (z.size - states - 1) // 2
+    for cosine in range(states + 1, states + 1 + pairs):
+        sine = cosine + pairs
+        out[cosine] = matrix[cosine, cosine] * z[cosine] + matrix[cosine, sine] * z[sine]
+        out[sine] = matrix[sine, cosine] * z[cosine] + matrix[sine, sine] * z[sine]
 
 
 @strict
 def carry_state(steps, slot, generator, h, z, term, product):
     """Carry the first entries of z alone over an interval; the others are room of the same size."""
-    left, size = h, z.size
+    left, size, states = h, z.size, steps.moved.shape[2]
     length = 0.5 ** steps.first[slot]
     for level in range(steps.first[slot], steps.levels[slot]):
         while left >= length:
-            write_products(steps.increment[slot, level], z, product)
+            write_products(steps.increment[slot, level], states, z, product)
             for i in range(size):
                 z[i] += product[i]
             left -= length
@@ -132,7 +140,7 @@ def carry_state(steps, slot, generator, h, z, term, product):
     for i in range(size):
         term[i] = z[i]
     for m in range(1, TERMS + 1):
-        write_products(generator, term, product)
+        write_products(generator, states, term, product)
         for i in range(size):
             term[i] = left / m * product[i]
             z[i] += term[i]
@@ -212,10 +220,10 @@ def _write_slope(steps, rates, course, i, k, since, sign, corner_shift, scale, r
 @strict
 def _stand(rates, slot, k, room):
     """Value, first and second derivative of a deflection at ``room.z``, over periods."""
-    value = dot(rates.deflection, k, room.z)
-    write_products(rates.generator[slot], room.z, room.product)
+    value, states = dot(rates.deflection, k, room.z), rates.shift.shape[1]
+    write_products(rates.generator[slot], states, room.z, room.product)
     rate = dot(rates.deflection, k, room.product)
-    write_products(rates.generator[slot], room.product, room.term)
+    write_products(rates.generator[slot], states, room.product, room.term)
     return value, rate, dot(rates.deflection, k, room.term)
 
 
@@ -325,58 +333,62 @@ def _next_crossing(crossings, i, k, step):
     return -1
 
 
-@strict
-def _write_turn(laws, clearances, regions, rates, steps, course, crossings, turn, scale, room, turns, count):
-    """Write the turning point of a clearance between two looks: so long after crossing i, within so much time."""
-    i, k, since, span, rate, following = turn
-    slot, upward, settled = course.slot[i], 1 if rate > 0.0 else 0, False
-    low, high, after = 0.0, span, span * rate / (rate - following)
-    value, origin = 0.0, room.row_product
+@kernel
+def _write_series(rates, slot, k, h, room, series):
+    """Write the coefficients of a deflection from ``room.z`` on, over powers of the time over h."""
+    states = rates.shift.shape[1]
     for j in range(room.z.size):
-        origin[j] = room.z[j]
-    for _ in range(_ITERATIONS):
+        room.term[j] = room.z[j]
+    for m in range(series.size):
+        series[m] = dot(rates.deflection, k, room.term)
+        write_products(rates.generator[slot], states, room.term, room.product)
         for j in range(room.z.size):
-            room.z[j] = origin[j]
-        carry_state(steps, slot, rates.generator[slot], after, room.z, room.term, room.product)
-        value, now, bend = _stand(rates, slot, k, room)
-        if settled:
-            break
-        if (now > 0.0) == (upward == 1):
-            low = after
-        else:
-            high = after
-        change = -now / bend if bend != 0.0 else span
-        if not low < after + change < high:
-            change = 0.5 * (low + high) - after
-        settled = abs(change) < _SETTLED
-        after += change
-    piece, sign = laws.first[clearances[k]] + regions.piece[slot, k], 1.0 if upward == 1 else -1.0
-    outer, inner = (laws.upper, laws.lower) if upward == 1 else (laws.lower, laws.upper)
-    outer_shift, inner_shift = rates.lower_shift, rates.upper_shift
-    if upward == 1:
-        outer_shift, inner_shift = rates.upper_shift, rates.lower_shift
+            room.term[j] = h / (m + 1.0) * room.product[j]
+
+
+@kernel
+def _is_visit(crossings, i, k, upward):
+    """Whether a turning point after crossing i lies beyond a corner that is crossed before and after it."""
     entered, left = _next_crossing(crossings, i - 1, k, -1), _next_crossing(crossings, i, k, 1)
-    has_entered = entered >= 0 and crossings.upward[entered] == upward and crossings.upward[left] != upward
-    for is_inner in range(2):
-        corner = inner[piece] if is_inner else outer[piece]
-        if not np.isfinite(corner) or (is_inner and not has_entered) or count[0] >= turns.shape[0]:
-            continue
-        shift = inner_shift[piece] if is_inner else outer_shift[piece]
-        row = turns[count[0]]
-        row[CLEARANCE], row[UPWARD], row[AFTER] = k, upward, i
-        row[TURN_TIME], row[TURN_DEPTH] = course.time[i] + since + after, sign * (value - corner)
-        _write_slope(steps, rates, course, i, k, since + after, sign, shift, scale, room, row, TURN_SLOPE)
-        count[0] += 1
+    return entered >= 0 and crossings.upward[entered] == upward and crossings.upward[left] != upward
 
 
 @strict
-def write_turns(laws, clearances, regions, rates, steps, course, crossings, scale, turns, count):
-    """Write all turning points of the clearances that a corner lies beyond, or that lie beyond a corner."""
-    states, size, clearances_ = rates.shift.shape[1], course.z.shape[1], clearances.size
-    room, row = room_for(states, size), np.zeros((clearances_, size))
-    z, product, before = np.empty(size), np.empty(size), np.empty(clearances_)
+def _write_turn(laws, element, regions, rates, steps, course, turn, scale, room, turns, count):
+    """Write a turning point so long after crossing i by the corner ahead, and by the one behind that it has passed."""
+    i, k, since, value, upward, is_visit, reach = turn
+    slot, states = course.slot[i], room.state_row.size
+    piece, sign = laws.first[element] + regions.piece[slot, k], 1.0 if upward == 1 else -1.0
+    ahead = laws.upper[piece] - value if upward == 1 else value - laws.lower[piece]
+    behind = value - laws.lower[piece] if upward == 1 else laws.upper[piece] - value
+    has_ahead, has_behind = np.isfinite(ahead) and ahead < reach, is_visit and np.isfinite(behind) and behind < reach
+    first = count[0]
+    for is_behind in range(2):
+        is_wanted = has_behind if is_behind else has_ahead
+        if is_wanted and count[0] < turns.shape[0]:
+            row = turns[count[0]]
+            is_upper = (upward == 1) != (is_behind == 1)
+            row[CLEARANCE], row[UPWARD], row[AFTER] = k, upward, i
+            row[TURN_TIME], row[TURN_DEPTH] = course.time[i] + since, behind if is_behind else -ahead
+            shift = rates.upper_shift[piece] if is_upper else rates.lower_shift[piece]
+            if count[0] == first:
+                _write_slope(steps, rates, course, i, k, since, sign, shift, scale, room, row, TURN_SLOPE)
+            else:
+                other = rates.lower_shift[piece] if is_upper else rates.upper_shift[piece]
+                for j in range(states + 1):
+                    row[TURN_SLOPE + j] = turns[first, TURN_SLOPE + j]
+                row[TURN_SLOPE + states] += sign * (other - shift)
+            count[0] += 1
+
+
+@strict
+def write_turns(laws, clearances, regions, rates, steps, course, crossings, scale, reach, turns, count):
+    """Write the turning points that lie nearer than a reach to a corner ahead, or to one that they have passed."""
+    states, size, width = rates.shift.shape[1], course.z.shape[1], clearances.size
+    room, row, series = room_for(states, size), np.zeros((width, size)), np.empty(_ORDER)
+    z, product, before = np.empty(size), np.empty(size), np.empty(width)
     count[0] = 0
-    for k in range(clearances_):
+    for k in range(width):
         for j in range(size):
             for q in range(size):
                 row[k, j] += rates.deflection[k, q] * rates.generator[0, q, j]
@@ -392,22 +404,19 @@ def write_turns(laws, clearances, regions, rates, steps, course, crossings, scal
             for j in range(size):
                 room.z[j] = z[j]
             if span == h:
-                write_products(steps.increment[slot, level], z, product)
+                write_products(steps.increment[slot, level], states, z, product)
                 for j in range(size):
                     z[j] += product[j]
             else:
                 for j in range(size):
                     z[j] = course.z[i + 1, j]
-            for k in range(clearances_):
-                rate, following = before[k], dot(row, k, z)
-                before[k] = following
-                if (rate > 0.0) != (following > 0.0):
-                    turn = i, k, since, span, rate, following
-                    for j in range(size):
-                        product[j] = room.z[j]
-                    _write_turn(
-                        laws, clearances, regions, rates, steps, course, crossings, turn, scale, room, turns, count
-                    )
-                    for j in range(size):
-                        room.z[j] = product[j]
+            for k in range(width):
+                rises, rate = before[k] > 0.0, dot(row, k, z)
+                before[k] = rate
+                if rises != (rate > 0.0):
+                    _write_series(rates, slot, k, span, room, series)
+                    share = turn_between(series, 0.0, 1.0)
+                    is_visit = _is_visit(crossings, i, k, int(rises))
+                    turn = i, k, since + share * span, value_of(series, share), int(rises), is_visit, reach[k]
+                    _write_turn(laws, clearances[k], regions, rates, steps, course, turn, scale, room, turns, count)
             since += span

@@ -66,6 +66,7 @@ class Map(NamedTuple):
     approach: Vector  # (7 + N,) an instant nearby [periods]; then what ``approaches`` writes; depth NaN: there is none
     turns: Matrix  # (MOST_TURNS, 6 + N) all turning points
     turning: IntVector  # (1,) how many; -1: none are asked for
+    reach: Vector  # (K,) to a corner of every clearance: turning points farther away are left out
 
 
 class Carried(NamedTuple):
@@ -401,7 +402,8 @@ def _follow(common, laws, regions, rates, log, events, initial, end, carried, sc
         write_approach(common, laws, regions, rates, steps, course, crossings, out.corner, scale, out.approach)
     if out.turning[0] >= 0:
         clearances = common.clearances
-        write_turns(laws, clearances, regions, rates, steps, course, crossings, scale, out.turns, out.turning)
+        reach = out.reach
+        write_turns(laws, clearances, regions, rates, steps, course, crossings, scale, reach, out.turns, out.turning)
 
 
 @strict_entry

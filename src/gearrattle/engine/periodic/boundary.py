@@ -14,9 +14,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.continuation import Continuation, Point, turned_around
+from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import test_of
 from gearrattle.engine.periodic.events import Event
+from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.engine.periodic.touch import depth
 from gearrattle.errors import ConvergenceError
 

@@ -22,6 +22,8 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 
+_REACH = 0.25  # of the corner nearest to zero: turning points farther from a corner are left out
+
 
 class PeriodBatch(Batch):
     """The loop for one motion, used many times: buffers and compiled code are made once.
@@ -44,10 +46,18 @@ class PeriodBatch(Batch):
         pattern = Pattern(system, False, cycles, judged)
         frame = pattern.frame()
         states = len(frame.elements) + system.size
-        ends = np.zeros(states), np.zeros(len(frame.references))
-        asked = np.full(2, -1, np.int64), np.full(approaches.SLOPE + states + 1, np.nan)
-        turns = np.zeros((approaches.MOST_TURNS, approaches.TURN_SLOPE + states + 1)), np.full(1, -1)
-        out = Map(*ends, np.zeros((states, states)), np.zeros(states), *asked, *turns)
+        corners = [law.corners[law.corners != 0.0] for law in (system.laws[k] for k in system.clearances)]
+        out = Map(
+            end=np.zeros(states),
+            turned=np.zeros(len(frame.references)),
+            gradient=np.zeros((states, states)),
+            slope=np.zeros(states),
+            corner=np.full(2, -1, np.int64),
+            approach=np.full(approaches.SLOPE + states + 1, np.nan),
+            turns=np.zeros((approaches.MOST_TURNS, approaches.TURN_SLOPE + states + 1)),
+            turning=np.full(1, -1),
+            reach=_REACH * np.array([np.abs(own).min(initial=np.inf) for own in corners]),
+        )
         super().__init__(pattern, numbers, (start[0], start[1]), window, (vectorised(differentiate), out))
 
     def follow(

@@ -18,26 +18,21 @@ H. B. Keller, in Applications of Bifurcation Theory, ed. P. H. Rabinowitz, Acade
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.equations import shortest_solution
+from gearrattle.engine.periodic.corrector import Corrector, null_vector
 from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.patterns import Pattern, pairs_of, rotated, word_of
-from gearrattle.engine.periodic.period_map import Pass, State
-from gearrattle.engine.periodic.shooting import multipliers_of
+from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.point import Point, appended, interpolated, turned_around
 from gearrattle.engine.periodic.touch import Touch
+from gearrattle.engine.periodic.turning import agree
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
-_TOLERANCE = 1e-12  # of the residual, over the size of the state
-_ROUNDING = 1e-14  # the same, for each unit of the gradient's norm
-_ITERATIONS = 8
 _EASY = 3  # iterations: a step that needs no more may grow
 _TURN = 0.9  # least cosine between the tangents at both ends of a step
 _DEFECT = 0.08  # largest difference between a chord and the mean of both tangents
@@ -51,79 +46,6 @@ _FIRST = 0.1  # of the longest step
 _CLOSED = 1e-3  # of the longest step: a branch that passes its first point nearer than this is closed
 _SHORTER, _MOST_SHORTER, _DETOUR = 0.2, 100, 3.0  # steps to be sure of a step: its share, how many, their way at most
 _SAME = 1e-2  # of a step: shorter steps that pass its end nearer than this lead there
-
-
-@dataclass(frozen=True)
-class Point:
-    """A periodic motion of a branch.
-
-    Attributes
-    ----------
-    parameter
-        p.
-    motion
-        over n periods.
-    slope
-        (N,) d end / d p for a fixed start [SI].
-    scale
-        (N,) factors: balanced = scale * SI.
-    size
-        norm of balanced coordinates that counts as one.
-    w
-        (N + 1,) state and parameter in the branch's units.
-    tangent
-        (N + 1,) direction of the branch, of length one.
-    free
-        number of directions in which neighbouring motions repeat as well, at the same parameter.
-    orientation
-        det [dF/du, dF/dp; t]; 0 where there are free directions.
-    error
-        estimated error of the state, over its size.
-    length
-        arclength from the start of the branch.
-    """
-
-    parameter: float
-    motion: Pass
-    slope: Array
-    scale: Array
-    size: float
-    w: Array
-    tangent: Array
-    free: int
-    orientation: float
-    error: float
-    length: float
-
-    @property
-    def state(self) -> Array:
-        """(N,) deflections of the basis, velocities, memories at the start of the period [SI]."""
-        return self.motion.start.y
-
-    @cached_property
-    def gradient(self) -> Array:
-        """(N, N) M in balanced coordinates."""
-        return np.asarray(self.scale[:, None] * self.motion.gradient / self.scale)
-
-    @cached_property
-    def multipliers(self) -> NDArray[np.complex128]:
-        """(N,) Floquet multipliers, the largest first."""
-        return multipliers_of(self.gradient)
-
-    @cached_property
-    def word(self) -> str:
-        """Its pattern, as a word of ``patterns``."""
-        return rotated(word_of(self.motion.crossings))
-
-    @property
-    def pattern(self) -> Pattern:
-        """What crosses its bounds, and which bound (1: the upper one), in order of time."""
-        return pairs_of(self.word)
-
-
-def pattern_of(motion: Pass) -> Pattern:
-    """Return the crossings of a motion in order of time, wherever it begins."""
-    return pairs_of(rotated(word_of(motion.crossings)))
 
 
 class Continuation:
@@ -152,7 +74,7 @@ class Continuation:
         self.family, self._longest = family, longest
         self._step_limit = np.inf if step_limit is None else step_limit / family.unit
         self._units = (family.scale, family.size) if units is None else units
-        self._scale = self._units[0] / self._units[1]
+        self._corrector = Corrector(family, self._units)
 
     def begin(self, state: State, parameter: float, *, upward: bool = True) -> Point:
         """Return the first point of a branch that goes on to larger or to smaller parameters.
@@ -162,9 +84,9 @@ class Continuation:
         ConvergenceError
             there is no periodic motion near the state.
         """
-        w = np.append(state.y * self._scale, parameter / self.family.unit)
+        w = np.append(state.y * self._corrector.scale, parameter / self.family.unit)
         direction = np.append(np.zeros(w.size - 1), 1.0 if upward else -1.0)
-        point = self._corrected(w, direction, direction, state.auxiliary_pieces)
+        point = self._corrector.point(w, direction, direction, state.auxiliary_pieces, with_turns=True)
         is_backward = (point.tangent[-1] > 0.0) != upward
         return replace(turned_around(point) if is_backward else point, parameter=parameter)
 
@@ -233,7 +155,9 @@ class Continuation:
             return before if share <= 0.0 else after
         chord = (after.w - before.w) / np.linalg.norm(after.w - before.w)
         predicted = interpolated(before, after, share)
-        point = self._corrected(predicted, chord, before.tangent, before.motion.end.auxiliary_pieces)
+        point = self._corrector.point(
+            predicted, chord, before.tangent, before.motion.end.auxiliary_pieces, with_turns=True
+        )
         return replace(point, length=before.length + share * (after.length - before.length))
 
     def moved_along(self, point: Point, step: float) -> Point:
@@ -245,7 +169,7 @@ class Continuation:
             Newton's method does not converge.
         """
         predicted = point.w + step * point.tangent
-        return self._corrected(predicted, point.tangent, point.tangent, point.motion.end.auxiliary_pieces)
+        return self._corrector.point(predicted, point.tangent, point.tangent, point.motion.end.auxiliary_pieces)
 
     def of(self, family: Family) -> Continuation:
         """Return a Continuation of another family, in the units of this one."""
@@ -259,7 +183,7 @@ class Continuation:
         ConvergenceError
             Newton's method does not converge.
         """
-        return self._corrected(point.w, point.tangent, point.tangent, point.motion.end.auxiliary_pieces)
+        return self._corrector.point(point.w, point.tangent, point.tangent, point.motion.end.auxiliary_pieces)
 
     def near(
         self, predicted: Array, normal: Array, like: Point, *, slack: float = 0.0, touch: Touch | None = None
@@ -283,7 +207,7 @@ class Continuation:
             Newton's method does not converge.
         """
         pieces = like.motion.end.auxiliary_pieces
-        return self._newton(predicted, normal, like.tangent, pieces, slack=slack, touch=touch)[0]
+        return self._corrector.point(predicted, normal, like.tangent, pieces, slack=slack, touch=touch)
 
     def beside(self, point: Point, direction: Array, distance: float) -> Point:
         """Return a point of another branch through a point, in a direction (N,) of balanced states, at a distance [w].
@@ -294,7 +218,7 @@ class Continuation:
             there is none at that distance.
         """
         normal = np.append(direction / np.linalg.norm(direction), 0.0)
-        return self._corrected(point.w + distance * normal, normal, normal, point.motion.end.auxiliary_pieces)
+        return self._corrector.point(point.w + distance * normal, normal, normal, point.motion.end.auxiliary_pieces)
 
     def at_parameter(self, before: Point, after: Point, parameter: float) -> Point:
         """Return the point between two others at a parameter.
@@ -311,13 +235,10 @@ class Continuation:
         predicted = interpolated(before, after, share)
         predicted[-1] = target
         normal = np.append(np.zeros(predicted.size - 1), 1.0)
-        point = self._corrected(predicted, normal, before.tangent, before.motion.end.auxiliary_pieces)
+        point = self._corrector.point(
+            predicted, normal, before.tangent, before.motion.end.auxiliary_pieces, with_turns=True
+        )
         return replace(point, parameter=parameter, length=before.length + share * (after.length - before.length))
-
-    def along(self, point: Point, slope: Array) -> float:
-        """Return the derivative along the branch of what has a slope (N + 1,), by the state [SI] and the parameter."""
-        direction = point.tangent / np.append(self._scale, 1.0 / self.family.unit)
-        return float(slope @ direction)
 
     def _next(self, earlier: Point, point: Point, step: float) -> tuple[Point, float]:
         """The point that follows two consecutive points, and the step to try next."""
@@ -328,7 +249,9 @@ class Continuation:
             try:
                 predicted = _predicted(earlier, point, step)
                 pieces = point.motion.end.auxiliary_pieces
-                following, iterations = self._newton(predicted, point.tangent, point.tangent, pieces, is_near=True)
+                following, iterations = self._corrector.point_and_iterations(
+                    predicted, point.tangent, point.tangent, pieces, is_near=True, with_turns=True
+                )
             except ConvergenceError:
                 step, is_first = 0.4 * step, False
                 continue
@@ -350,7 +273,9 @@ class Continuation:
         predicted[-1] = end
         normal = np.append(np.zeros(predicted.size - 1), 1.0)
         try:
-            last = self._corrected(predicted, normal, point.tangent, point.motion.end.auxiliary_pieces)
+            last = self._corrector.point(
+                predicted, normal, point.tangent, point.motion.end.auxiliary_pieces, with_turns=True
+            )
         except ConvergenceError:
             return None
         if not (_is_straight(point, last) and self._is_allowed(point, last)):
@@ -359,7 +284,9 @@ class Continuation:
 
     def _is_allowed(self, point: Point, following: Point) -> bool:
         """Whether a step keeps its limit and its way."""
-        return abs(following.w[-1] - point.w[-1]) <= self._step_limit and self._keeps_way(point, following)
+        if abs(following.w[-1] - point.w[-1]) > self._step_limit or not agree(point, following, self.family.unit):
+            return False
+        return self._keeps_way(point, following)
 
     def _around_corner(self, point: Point) -> tuple[Point, float]:
         """The point beyond a corner of the branch, where its motions begin to touch something; and the next step.
@@ -369,16 +296,16 @@ class Continuation:
         pieces = point.motion.end.auxiliary_pieces
         for ahead in _AHEAD:
             try:
-                motion, slope = self._followed(point.w + ahead * point.tangent, pieces)
+                motion, slope = self._corrector.followed(point.w + ahead * point.tangent, pieces)
             except ConvergenceError:
                 continue
-            matrix = self._matrix(motion, slope)
-            tangent, _ = _tangent(matrix, point.tangent)
+            matrix = self._corrector.matrix(motion, slope)
+            tangent, _ = null_vector(matrix, point.tangent)
             if np.linalg.det(np.vstack([matrix, tangent])) * point.orientation < 0.0:
                 tangent = -tangent
             for step in _AHEAD:
                 try:
-                    beyond, _ = self._newton(point.w + step * tangent, tangent, tangent, pieces)
+                    beyond = self._corrector.point(point.w + step * tangent, tangent, tangent, pieces)
                 except ConvergenceError:
                     continue
                 length = float(np.linalg.norm(beyond.w - point.w))
@@ -386,15 +313,6 @@ class Continuation:
                     return replace(beyond, length=point.length + length), step
         message = f"the branch cannot be followed beyond the parameter {point.parameter:.9g}"
         raise ConvergenceError(message, remedy="another start, or another range")
-
-    def _followed(self, w: Array, pieces: IntArray | None, touch: Touch | None = None) -> tuple[Pass, Array]:
-        """The motion from w (N + 1,), and its slope (N,) [SI]."""
-        return self.family.follow(State(w[:-1] / self._scale, pieces), float(w[-1] * self.family.unit), touch)
-
-    def _matrix(self, motion: Pass, slope: Array) -> Array:
-        """(N, N + 1) [dF/du, dF/dp] in the branch's units."""
-        gradient = self._scale[:, None] * motion.gradient / self._scale
-        return np.column_stack([gradient - np.eye(len(gradient)), self._scale * slope * self.family.unit])
 
     def _keeps_way(self, point: Point, following: Point) -> bool:
         """Whether two points lie on one branch, passed in the same direction: see the top of this file."""
@@ -426,55 +344,6 @@ class Continuation:
             return False
         return bool(np.linalg.norm(interpolated(point, following, share) - target.w) < nearest)
 
-    def _corrected(self, predicted: Array, normal: Array, direction: Array, pieces: IntArray | None) -> Point:
-        return self._newton(predicted, normal, direction, pieces)[0]
-
-    def _newton(
-        self,
-        predicted: Array,
-        normal: Array,
-        direction: Array,
-        pieces: IntArray | None,
-        *,
-        is_near: bool = False,
-        slack: float = 0.0,
-        touch: Touch | None = None,
-    ) -> tuple[Point, int]:
-        """The point of the branch in the plane through a prediction at right angles to ``normal``, and the iterations.
-
-        ``predicted``, ``normal`` and ``direction`` are (N + 1,); the tangent points to the side of ``direction``;
-        ``slack`` and ``touch`` are those of ``near``. A prediction that is near is given up once the residual grows:
-        then Newton's method goes round in circles between two patterns of crossings, and a shorter step costs less.
-        """
-        w, last = predicted.copy(), np.inf
-        for iteration in range(_ITERATIONS):
-            parameter = float(w[-1] * self.family.unit)
-            motion, slope = self._followed(w, pieces, touch)
-            matrix = self._matrix(motion, slope)
-            residual = self._scale * motion.gap
-            norm = float(np.linalg.norm(residual))
-            plane = float(normal @ (w - predicted))
-            least = _TOLERANCE * max(1.0, float(np.linalg.norm(w[:-1]))) + _ROUNDING * float(np.linalg.norm(matrix))
-            is_lost = is_near and norm > last and norm > 100.0 * least
-            if is_lost or not np.isfinite(norm) or not np.all(np.isfinite(matrix)):
-                break
-            change, _ = shortest_solution(np.vstack([matrix, normal]), np.append(-residual, -plane))
-            is_settled = norm <= least or (norm <= 100.0 * least and norm > 0.5 * last)
-            error = float(np.linalg.norm(change))
-            if (is_settled or error <= slack) and abs(plane) < 1e-12:
-                tangent, free = _tangent(matrix, direction)
-                way = 0.0 if free else float(np.linalg.det(np.vstack([matrix, tangent])))
-                w = w + change if slack > 0.0 else w
-                point = Point(parameter, motion, slope, *self._units, w, tangent, free, way, error, 0.0)
-                return point, iteration + 1
-            w, last = w + change, norm
-        raise ConvergenceError("Newton's method does not converge")
-
-
-def turned_around(point: Point) -> Point:
-    """Return the point of the same branch passed in the other direction."""
-    return replace(point, tangent=-point.tangent, orientation=-point.orientation)
-
 
 def _predicted(earlier: Point, point: Point, step: float) -> Array:
     """(N + 1,) a step from a point: along its tangent, curved like the cubic through the last two points.
@@ -503,27 +372,3 @@ def _growth(point: Point, following: Point) -> float:
     """By how much a step may grow: to where the tangent turns by half the angle that it may turn by."""
     turn = max(1.0 - float(point.tangent @ following.tangent), 1e-12)
     return float(np.clip(np.sqrt(0.25 * (1.0 - _TURN) / turn), 1.0, _GROWTH))
-
-
-def appended(point: Point, following: Point) -> Point:
-    """Return a point that follows another one, with its length along the branch."""
-    return replace(following, length=point.length + float(np.linalg.norm(following.w - point.w)))
-
-
-def interpolated(before: Point, after: Point, share: float) -> Array:
-    """Return the value (N + 1,) at a share of the cubic through two points that has their tangents."""
-    chord = after.w - before.w
-    length = np.linalg.norm(chord)
-    s, rest = share, 1.0 - share
-    bend = rest * (length * before.tangent - chord) - s * (length * after.tangent - chord)
-    return np.asarray(before.w + s * chord + s * rest * bend)
-
-
-def _tangent(matrix: Array, direction: Array) -> tuple[Array, int]:
-    """The null vector of (N, N + 1) equations nearest to a direction, and how many others there are."""
-    _, null = shortest_solution(matrix, np.zeros(len(matrix)))
-    tangent = null @ (direction @ null)
-    norm = float(np.linalg.norm(tangent))
-    if norm < 1e-12:  # at right angles to it: any of them
-        tangent, norm = null[:, 0], 1.0
-    return np.asarray(tangent / norm), null.shape[1] - 1

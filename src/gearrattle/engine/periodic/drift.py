@@ -21,9 +21,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, REAL, TESTS, Event
 from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.touch import depth
 from gearrattle.errors import ConvergenceError
 

@@ -31,11 +31,13 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from gearrattle.engine.periodic import patterns
-from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.grazing import JUMP, Grazing, grazing_of
+from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.stretch import Stretch
 from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.periodic.touching import Search
+from gearrattle.engine.periodic.turning import hidden_between
 from gearrattle.engine.periodic.views import View, time_between
 from gearrattle.errors import ConvergenceError
 
@@ -92,21 +94,24 @@ def events_between(curve: Continuation, before: Point, after: Point, depth: int 
     ConvergenceError
         the branch cannot be followed in between.
     """
+    hidden = hidden_between(before, after, curve.family.unit) if depth < _DEEPEST else None
+    if hidden is not None:
+        return _events_of_parts(curve, before, after, hidden, depth)
     view = _view_of(curve, before, after)
     if not patterns.is_one_change(view(before), view(after)) and depth < _DEEPEST:
-        return _events_of_halves(curve, before, after, depth)
+        return _events_of_parts(curve, before, after, 0.5, depth)
     try:
         changes = list(_changes_of_pattern(curve, before, after, view))
     except ConvergenceError:
         if depth >= _DEEPEST:
             raise
-        return _events_of_halves(curve, before, after, depth)
+        return _events_of_parts(curve, before, after, 0.5, depth)
     if len(changes) == 1 and changes[0].grazing is not None and changes[0].grazing.kind == JUMP:
         left, right = _sides(curve, before, after, changes[0].point)
         smooth = [*_losses(curve, before, left), *_losses(curve, right, after)]
         changes += _collisions(left, right, changes[0])
     else:
-        smooth = list(_losses(curve, before, after))
+        smooth = _smooth_events(curve, before, after, changes)
     return sorted([*changes, *smooth], key=lambda event: event.point.length)
 
 
@@ -128,10 +133,27 @@ def _view_of(curve: Continuation, before: Point, after: Point) -> View:
     return View() if corners(before) == corners(after) else corners
 
 
-def _events_of_halves(curve: Continuation, before: Point, after: Point, depth: int) -> list[Event]:
-    """The events of both halves of a step."""
-    middle = curve.between(before, after, 0.5)
+def _events_of_parts(curve: Continuation, before: Point, after: Point, share: float, depth: int) -> list[Event]:
+    """The events of both parts of a step, up to a share of the way and from there on."""
+    middle = curve.between(before, after, share)
     return [*events_between(curve, before, middle, depth + 1), *events_between(curve, middle, after, depth + 1)]
+
+
+def _smooth_events(curve: Continuation, before: Point, after: Point, changes: list[Event]) -> list[Event]:
+    """The events of a step with a smooth test function; if need be up to its grazing and from there on.
+
+    Raises
+    ------
+    ConvergenceError
+        the branch cannot be followed in between.
+    """
+    try:
+        return list(_losses(curve, before, after))
+    except ConvergenceError:
+        if len(changes) != 1 or changes[0].kind != GRAZING:
+            raise
+    grazing = changes[0].point
+    return [*_losses(curve, before, grazing), *_losses(curve, grazing, after)]
 
 
 def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]:

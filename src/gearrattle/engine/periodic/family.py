@@ -52,6 +52,8 @@ class Family(ABC):
         scale of the parameter: a change by it counts as one.
     clearances
         number of them: what crosses bounds counts from 0, clearances first.
+    finds_turns
+        whether turning points of motions are found.
     """
 
     scale: Array
@@ -59,6 +61,7 @@ class Family(ABC):
     cycles: int
     unit: float
     clearances: int
+    finds_turns: bool = False
 
     @abstractmethod
     def map_at(self, parameter: float) -> PeriodMap:
@@ -158,6 +161,8 @@ class CompiledFamily(Family):
         gives, for (V,) parameter values, the coefficients with a leading axis V, and (V,) which of them have the
         structure of ``system``.
     """
+
+    finds_turns = True
 
     def __init__(self, general: GeneralFamily, system: PiecewiseSystem, coefficients_of: CoefficientsOf) -> None:
         self._general, self._coefficients_of = general, coefficients_of

@@ -33,9 +33,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Approach, PeriodMap
+from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.touch import Touch, before_touch, depth, pieces_before, without_touch
+from gearrattle.engine.periodic.turning import slopes_along
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.variation import variation
@@ -102,7 +104,11 @@ def _slope(curve: Continuation, point: Point, touch: Touch, approach: Approach) 
     """How the depth of a touch grows along the branch, over the distance in the parameter [SI]; NaN: not known."""
     along = abs(float(point.tangent[-1]) * curve.family.unit)
     if approach.slope is not None:
-        return abs(curve.along(point, approach.slope)) / along if along > 0.0 else np.nan
+        return (
+            abs(float(slopes_along(point, approach.slope[None], curve.family.unit)[0])) / along
+            if along > 0.0
+            else np.nan
+        )
     for side in (-_APART, _APART):
         slopes = []
         for distance in (side, 2.0 * side):

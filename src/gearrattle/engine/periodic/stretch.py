@@ -15,7 +15,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.continuation import Continuation, Point, interpolated
+from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.point import Point, interpolated
 from gearrattle.engine.periodic.touch import Touch
 
 Array = NDArray[np.float64]

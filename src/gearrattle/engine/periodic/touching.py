@@ -15,8 +15,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearrattle.engine.periodic.continuation import Continuation, Point
+from gearrattle.engine.periodic import turning
+from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Approach
+from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.stretch import Stretch
 from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.periodic.views import View, touch_between
@@ -61,6 +63,7 @@ class Search:
         apart, touching = (before, after) if is_after else (after, before)
         self._fewer, self._nearest = view(apart), apart
         velocity, touch = touch_between(apart, touching, view)
+        touch = turning.passed_between(apart, touching) or touch
         self._velocities, self._touch = [(self._inner, velocity)], touch
         self._depths: list[tuple[float, float]] = []
         self.nearby: Approach | None = None

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic import patterns
-from gearrattle.engine.periodic.continuation import Point
+from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.system.passages import Passages
 from gearrattle.errors import ConvergenceError

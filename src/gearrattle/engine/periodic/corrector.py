@@ -1,0 +1,151 @@
+"""Newton's method for a motion of a branch, in a plane across it.
+
+    F(w) = P(u; p) - u = 0,      normal . (w - w_predicted) = 0,      [dF/du, dF/dp] t = 0,  |t| = 1
+
+w = (u, p / unit), u the balanced state at the start of a period over the size; t is the tangent of the branch.
+
+Takes a Family and predictions; gives Points.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.periodic.equations import shortest_solution
+from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.period_map import Pass, State
+from gearrattle.engine.periodic.point import Point
+from gearrattle.engine.periodic.touch import Touch
+from gearrattle.errors import ConvergenceError
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_TOLERANCE = 1e-12  # of the residual, over the size of the state
+_ROUNDING = 1e-14  # the same, for each unit of the gradient's norm
+_ITERATIONS = 8
+_LAST = 1e-4  # change of w from which the next motion is likely to be the last one
+
+
+class Corrector:
+    """Finds motions of a branch near predictions.
+
+    Parameters
+    ----------
+    family
+        the period map with its parameter.
+    units
+        scale (N,) and size of the states, as in a Point.
+
+    Attributes
+    ----------
+    scale
+        (N,) the part of w of a state is scale * state.
+    """
+
+    def __init__(self, family: Family, units: tuple[Array, float]) -> None:
+        self._family, self._units = family, units
+        self.scale = units[0] / units[1]
+
+    def followed(
+        self, w: Array, pieces: IntArray | None, touch: Touch | None = None, *, with_turns: bool = False
+    ) -> tuple[Pass, Array]:
+        """Return the motion from w (N + 1,), and its slope (N,) [SI]."""
+        state, parameter = State(w[:-1] / self.scale, pieces), float(w[-1] * self._family.unit)
+        return self._family.follow(state, parameter, touch, with_turns=with_turns)
+
+    def matrix(self, motion: Pass, slope: Array) -> Array:
+        """Return (N, N + 1) [dF/du, dF/dp] in the branch's units."""
+        gradient = self.scale[:, None] * motion.gradient / self.scale
+        return np.column_stack([gradient - np.eye(len(gradient)), self.scale * slope * self._family.unit])
+
+    def point(
+        self,
+        predicted: Array,
+        normal: Array,
+        direction: Array,
+        pieces: IntArray | None,
+        *,
+        slack: float = 0.0,
+        touch: Touch | None = None,
+        with_turns: bool = False,
+    ) -> Point:
+        """Return the motion in the plane through a prediction at right angles to ``normal``.
+
+        Parameters
+        ----------
+        predicted, normal
+            (N + 1,).
+        direction
+            (N + 1,) the tangent points to its side.
+        pieces
+            (C,) of the auxiliaries at the start; None: the state decides them.
+        slack
+            change of w at which the iteration may end; the motion is then the last one followed.
+        touch
+            a corner and an instant, for the depth of the motion.
+        with_turns
+            whether the turning points of the motion are wanted, where the family finds them.
+
+        Raises
+        ------
+        ConvergenceError
+            Newton's method does not converge.
+        """
+        return self.point_and_iterations(
+            predicted, normal, direction, pieces, slack=slack, touch=touch, with_turns=with_turns
+        )[0]
+
+    def point_and_iterations(
+        self,
+        predicted: Array,
+        normal: Array,
+        direction: Array,
+        pieces: IntArray | None,
+        *,
+        is_near: bool = False,
+        slack: float = 0.0,
+        touch: Touch | None = None,
+        with_turns: bool = False,
+    ) -> tuple[Point, int]:
+        """Return the motion and how many were followed; see ``point``.
+
+        A prediction that is near is given up once the residual grows: then Newton's method goes round in circles
+        between two patterns of crossings, and a shorter step costs less.
+        """
+        w, last, error = predicted.copy(), np.inf, np.inf
+        for iteration in range(_ITERATIONS):
+            parameter = float(w[-1] * self._family.unit)
+            motion, slope = self.followed(w, pieces, touch, with_turns=with_turns and error < _LAST)
+            matrix = self.matrix(motion, slope)
+            residual = self.scale * motion.gap
+            norm = float(np.linalg.norm(residual))
+            plane = float(normal @ (w - predicted))
+            least = _TOLERANCE * max(1.0, float(np.linalg.norm(w[:-1]))) + _ROUNDING * float(np.linalg.norm(matrix))
+            is_lost = is_near and norm > last and norm > 100.0 * least
+            if is_lost or not np.isfinite(norm) or not np.all(np.isfinite(matrix)):
+                break
+            change, _ = shortest_solution(np.vstack([matrix, normal]), np.append(-residual, -plane))
+            is_settled = norm <= least or (norm <= 100.0 * least and norm > 0.5 * last)
+            error = float(np.linalg.norm(change))
+            if (is_settled or error <= slack) and abs(plane) < 1e-12:
+                if with_turns and self._family.finds_turns and motion.turns is None:
+                    motion, slope = self.followed(w, pieces, touch, with_turns=True)
+                tangent, free = null_vector(matrix, direction)
+                way = 0.0 if free else float(np.linalg.det(np.vstack([matrix, tangent])))
+                w = w + change if slack > 0.0 else w
+                point = Point(parameter, motion, slope, *self._units, w, tangent, free, way, error, 0.0)
+                return point, iteration + 1
+            w, last = w + change, norm
+        raise ConvergenceError("Newton's method does not converge")
+
+
+def null_vector(matrix: Array, direction: Array) -> tuple[Array, int]:
+    """Return the null vector of (N, N + 1) equations nearest to a direction, and how many others there are."""
+    _, null = shortest_solution(matrix, np.zeros(len(matrix)))
+    tangent = null @ (direction @ null)
+    norm = float(np.linalg.norm(tangent))
+    if norm < 1e-12:  # at right angles to it: any of them
+        tangent, norm = null[:, 0], 1.0
+    return np.asarray(tangent / norm), null.shape[1] - 1

@@ -1,0 +1,110 @@
+"""A motion of a branch: a point of the curve in w = (u, p / unit), with the direction of the branch there.
+
+Takes Passes; gives Points, and the cubic through two of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.periodic.patterns import Pattern, pairs_of, rotated, word_of
+from gearrattle.engine.periodic.period_map import Pass
+from gearrattle.engine.periodic.shooting import multipliers_of
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Point:
+    """A periodic motion of a branch.
+
+    Attributes
+    ----------
+    parameter
+        p.
+    motion
+        over n periods.
+    slope
+        (N,) d end / d p for a fixed start [SI].
+    scale
+        (N,) factors: balanced = scale * SI.
+    size
+        norm of balanced coordinates that counts as one.
+    w
+        (N + 1,) state and parameter in the branch's units.
+    tangent
+        (N + 1,) direction of the branch, of length one.
+    free
+        number of directions in which neighbouring motions repeat as well, at the same parameter.
+    orientation
+        det [dF/du, dF/dp; t]; 0 where there are free directions.
+    error
+        estimated error of the state, over its size.
+    length
+        arclength from the start of the branch.
+    """
+
+    parameter: float
+    motion: Pass
+    slope: Array
+    scale: Array
+    size: float
+    w: Array
+    tangent: Array
+    free: int
+    orientation: float
+    error: float
+    length: float
+
+    @property
+    def state(self) -> Array:
+        """(N,) deflections of the basis, velocities, memories at the start of the period [SI]."""
+        return self.motion.start.y
+
+    @cached_property
+    def gradient(self) -> Array:
+        """(N, N) M in balanced coordinates."""
+        return np.asarray(self.scale[:, None] * self.motion.gradient / self.scale)
+
+    @cached_property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """(N,) Floquet multipliers, the largest first."""
+        return multipliers_of(self.gradient)
+
+    @cached_property
+    def word(self) -> str:
+        """Its pattern, as a word of ``patterns``."""
+        return rotated(word_of(self.motion.crossings))
+
+    @property
+    def pattern(self) -> Pattern:
+        """What crosses its bounds, and which bound (1: the upper one), in order of time."""
+        return pairs_of(self.word)
+
+
+def pattern_of(motion: Pass) -> Pattern:
+    """Return the crossings of a motion in order of time, wherever it begins."""
+    return pairs_of(rotated(word_of(motion.crossings)))
+
+
+def turned_around(point: Point) -> Point:
+    """Return the point of the same branch passed in the other direction."""
+    return replace(point, tangent=-point.tangent, orientation=-point.orientation)
+
+
+def appended(point: Point, following: Point) -> Point:
+    """Return a point that follows another one, with its length along the branch."""
+    return replace(following, length=point.length + float(np.linalg.norm(following.w - point.w)))
+
+
+def interpolated(before: Point, after: Point, share: float) -> Array:
+    """Return the value (N + 1,) at a share of the cubic through two points that has their tangents."""
+    chord = after.w - before.w
+    length = np.linalg.norm(chord)
+    s, rest = share, 1.0 - share
+    bend = rest * (length * before.tangent - chord) - s * (length * after.tangent - chord)
+    return np.asarray(before.w + s * chord + s * rest * bend)
