@@ -22,11 +22,11 @@ AMPLITUDE = "torque.0.harmonics.0.amplitude"
 GRAZING = 6.0531904
 
 
-def paper_case(first: float, last: float) -> Curve:
+def paper_case(first: float, last: float, steps: float = 60.0) -> Curve:
     """The branch of the paper's case 1 over the speed, from the motion that it settles on at the first one."""
     model = gr.example("case1")
     state = gr.periodic(model.with_({"excitation.speed": first})).motion.start
-    follower = Continuation(family_of(model, "excitation.speed", first, 1, 255.0), longest=1.0 / 60.0)
+    follower = Continuation(family_of(model, "excitation.speed", first, 1, 255.0), longest=1.0 / steps)
     begin = follower.begin(state, first, upward=last > first)
     return followed(follower, begin, (min(first, last), max(first, last)))
 
@@ -47,6 +47,17 @@ def test_the_branch_of_case_1_passes_grazings_at_which_multipliers_leap() -> Non
     assert curve.points[-1].parameter == 179.5
     assert curve.notes == ()
     assert is_consistent(curve)
+
+
+@pytest.mark.compiled
+def test_with_every_step_the_branch_of_case_1_goes_through_the_same_loop() -> None:
+    """Over 0.06 rad/s four touches come and go, and the period doubles four times; 1e-3 of the range of the branch."""
+    coarse, fine = (paper_case(186.0, 185.8, steps).events for steps in (60.0, 400.0))
+    assert [event.kind for event in coarse].count("grazing") == 4
+    assert [event.kind for event in coarse].count("period doubling") == 4
+    assert [event.kind for event in coarse] == [event.kind for event in fine]
+    values = [[event.point.parameter for event in events] for events in (coarse, fine)]
+    np.testing.assert_allclose(*values, rtol=0, atol=1e-7)
 
 
 @pytest.mark.long
