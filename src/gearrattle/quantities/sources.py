@@ -30,6 +30,7 @@ from gearrattle.trajectory import Array, Layout, Trajectory
 from gearrattle.wording import counted
 
 _WHOLE = 1e-6  # of a period: shorter remainders are rounding
+_EVEN = 1e-6  # of a sample interval: steps that differ by less are alike
 _ROUNDED = 0.01  # of a sample interval: times that stray by less are rounded ones
 
 
@@ -275,7 +276,7 @@ def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:
         remedy = "resample the recording, for example by rate in a mapping"
         problem = f"times up to {stray / interval:.3g} sample intervals off a uniform grid"
         raise ModelError(Problem(recording.source, problem, "metrics need uniform samples", remedy))
-    if recording.interval is not None:
+    if np.all(np.abs(np.diff(time) - interval) <= _EVEN * interval):
         return time, interval, ()
     return even, interval, (f"times stray by {stray / interval:.2g} of a sample interval and are taken as uniform",)
 
