@@ -25,6 +25,7 @@ from gearrattle.measured.fitting.problem import Differences, Judged, MotionProbl
 from gearrattle.measured.identification.identifiability import Combination
 from gearrattle.measured.identification.problem import Residual
 from gearrattle.measured.identification.search import EXACT, Minimum, search
+from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 
@@ -140,9 +141,9 @@ class Surface(Judged):
         wide = 100.0 * float(np.expm1(self.half.max()))
         said = [
             "the simulated motion does not repeat itself: its averages scatter from run to run, however near the "
-            f"values, by {self.jitter:.2g} standard errors of the data. A parabola through {len(self.left)} runs over "
-            f"{wide:.2g} % to either side was fitted, and the runs' scatter is in the standard errors. More cycles "
-            "make both smaller."
+            f"values, by {self.jitter:.2g} standard errors of the data. A parabola through "
+            f"{counted(len(self.left), 'run')} over {wide:.2g} % to either side was fitted, and the runs' scatter is "
+            "in the standard errors. More cycles make both smaller."
         ]
         if not self.of.recorded.chosen.by_rms.size:
             said.append(
