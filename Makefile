@@ -10,7 +10,7 @@ PYTEST_ARGS ?=
 TESTS       ?=
 FUZZ_ARGS   ?=
 MUTATION_ARGS ?= --count 100
-INTERPRETED := tests/engine tests/signals/test_crossing_sums.py tests/analysis/test_modes.py tests/quantities/test_peak_to_peak.py
+INTERPRETED := tests/engine/kernels tests/engine/solvers tests/engine/system tests/signals/test_crossing_sums.py tests/analysis/test_modes.py tests/quantities/test_peak_to_peak.py
 BASE        ?= HEAD
 KINDS       ?=
 
