@@ -15,6 +15,7 @@ from pathlib import Path
 
 FOLDER = Path(__file__).parent / "static" / "widgets"
 _NEEDS = re.compile(r"\A// needs: ([a-z_, ]+)\n")
+_COMMENT = re.compile(r"^ *//.*\n", flags=re.MULTILINE)
 _EXPORT = re.compile(r"^export default ", flags=re.MULTILINE)
 
 
@@ -60,5 +61,5 @@ def _needed(name: str) -> list[str]:
 
 
 def _scoped(name: str) -> str:
-    """Return a part as a constant of its name."""
-    return f"const {name} = (() => {{\n{_EXPORT.sub('return ', _source(name))}\n}})();"
+    """Return a part as a constant of its name, without its lines of comment: every widget that needs it holds it."""
+    return f"const {name} = (() => {{\n{_EXPORT.sub('return ', _COMMENT.sub('', _source(name)))}\n}})();"
