@@ -133,8 +133,7 @@ class Recording:
         if self.time.size < 2:
             return None
         mean = float(self.time[-1] - self.time[0]) / (self.time.size - 1)
-        even = np.all(np.abs(np.diff(self.time) - mean) <= _UNEVEN * mean)
-        return mean if even or _is_rounded(self.time, mean) else None
+        return mean if are_even(self.time, mean) or _is_rounded(self.time, mean) else None
 
     def __getitem__(self, name: str) -> Channel:
         """Return the channel of a name."""
@@ -176,6 +175,11 @@ class Recording:
             return name
         remedy = f"the channels are {', '.join(self.names)}"
         raise ModelError(Problem(self.source, name, "is no channel of the recording", remedy))
+
+
+def are_even(time: Array, interval: float) -> bool:
+    """Tell whether the steps of times [s] are alike: each is the interval, within 1e-6 of it."""
+    return bool(np.all(np.abs(np.diff(time) - interval) <= _UNEVEN * interval))
 
 
 def _is_rounded(time: Array, interval: float) -> bool:

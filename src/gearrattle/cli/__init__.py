@@ -32,7 +32,7 @@ COMMANDS = {
     "stiffness": ("gearrattle.cli.stiffness:stiffness", "Eigenvalues, R_lambda, and which fixed steps are stable."),
     "reduce": ("gearrattle.cli.reduce:reduce", "A smaller model for a band, and its error."),
     "condense": ("gearrattle.cli.condense:condense", "Matrices of few coordinates for a band, and their error."),
-    "fit": ("gearrattle.cli.fit:fit", "Parameters from measured modes and responses."),
+    "fit": ("gearrattle.cli.fit:fit", "Parameters from measured modes, responses or motions."),
     "loop": ("gearrattle.cli.loop:loop", "Stages of a damper from its measured torque-angle loop."),
     "simulate": ("gearrattle.cli.simulate:simulate", "The motion alone, saved as netCDF-4 or CSV."),
     "periodic": ("gearrattle.cli.periodic:periodic", "A motion that repeats, stable or not; or all of them."),

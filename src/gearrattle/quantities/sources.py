@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.quantities.inputs import Inputs, Signal, asked_of
 from gearrattle.quantities.quantity import Sums
-from gearrattle.recording import Channel, Recording
+from gearrattle.recording import Channel, Recording, are_even
 from gearrattle.signals import steady
 from gearrattle.signals.chunks import Exactly, SignalSums, add_chunk
 from gearrattle.signals.crossing_sums import Sums as CrossingSums
@@ -30,7 +30,6 @@ from gearrattle.trajectory import Array, Layout, Trajectory
 from gearrattle.wording import counted
 
 _WHOLE = 1e-6  # of a period: shorter remainders are rounding
-_EVEN = 1e-6  # of a sample interval: steps that differ by less are alike
 _ROUNDED = 0.01  # of a sample interval: times that stray by less are rounded ones
 
 
@@ -276,7 +275,7 @@ def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:
         remedy = "resample the recording, for example by rate in a mapping"
         problem = f"times up to {stray / interval:.3g} sample intervals off a uniform grid"
         raise ModelError(Problem(recording.source, problem, "metrics need uniform samples", remedy))
-    if np.all(np.abs(np.diff(time) - interval) <= _EVEN * interval):
+    if are_even(time, interval):
         return time, interval, ()
     return even, interval, (f"times stray by {stray / interval:.2g} of a sample interval and are taken as uniform",)
 

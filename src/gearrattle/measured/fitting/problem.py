@@ -94,7 +94,7 @@ class MotionProblem:
 
     def scattering(self, x: Array, seed: int) -> MotionProblem:
         """Return the problem with the scatter of the simulated motion at x in its standard errors."""
-        return replace(self, recorded=self.recorded.beside(self.cycles(x), seed))
+        return replace(self, recorded=self.recorded.with_scatter_of(self.cycles(x), seed))
 
     def chi_square(self, x: Array) -> float:
         """Sum of squares of the residuals, a prior's included."""

@@ -119,7 +119,7 @@ class Recorded:
     calibration: Array
     scatter: Array | float = 0.0
 
-    def beside(self, cycles: Cycles, seed: int) -> Recorded:
+    def with_scatter_of(self, cycles: Cycles, seed: int) -> Recorded:
         """Return the same with the scatter of simulated cycles in the standard errors."""
         how = draws(levels.mean_squares(cycles), np.random.default_rng(seed), lines=orders.strong(cycles))
         lines = how.means(cycles.amplitudes()[:, self.chosen.line, self.chosen.channel])
