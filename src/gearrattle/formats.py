@@ -12,6 +12,8 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import cache
+from importlib import metadata
 
 from gearrattle.errors import ModelError, Problem
 
@@ -52,6 +54,23 @@ FORMATS = {
 def format_name(kind: str) -> str:
     """Return the name of the format that is written: ``"gearrattle run 2"``."""
     return f"gearrattle {kind} {FORMATS[kind].version}"
+
+
+@cache
+def version_of(package: str) -> str:
+    """Return the version of an installed package, read once: its metadata is parsed as a whole, which takes 5 ms.
+
+    Parameters
+    ----------
+    package
+        name of the distribution.
+
+    Raises
+    ------
+    PackageNotFoundError
+        it is not installed.
+    """
+    return metadata.version(package)
 
 
 def check_format(name: object, source: object, *kinds: str) -> None:

@@ -13,7 +13,6 @@ import platform
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from functools import cached_property
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +29,7 @@ from gearrattle.engine.system.passages import Auxiliaries, Passages
 from gearrattle.engine.system.perturbed import Gradient
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, opened_hdf5
-from gearrattle.formats import check_format, format_name
+from gearrattle.formats import check_format, format_name, version_of
 from gearrattle.model import Model, Points, loads
 from gearrattle.result import Result
 from gearrattle.trajectory import Array, Cost, EventLog, Trajectory
@@ -248,9 +247,9 @@ class Run(Result):
         t = self.trajectory
         packages = ("numpy", "scipy", "numba")
         provenance = {
-            "gearrattle": version("gearrattle"),
+            "gearrattle": version_of("gearrattle"),
             "python": platform.python_version(),
-            **{name: version(name) for name in packages},
+            **{name: version_of(name) for name in packages},
             "algorithm": t.cost.algorithm,
         }
         return {

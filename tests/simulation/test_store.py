@@ -195,7 +195,7 @@ def test_another_motion_is_refused_and_nothing_changed(
 
 
 def test_other_versions_are_refused(reference: Path, model: gr.Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stores, "version", lambda _: "0.0.1")
+    monkeypatch.setattr(stores, "version_of", lambda _: "0.0.1")
     with pytest.raises(gr.ModelError, match=r"found gearrattle = \"0\.0\.1\"; holds another motion"):
         gr.stream(model, **SETTINGS, store=reference, resume=True)
 

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import platform
 from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError
+
+from gearrattle.formats import version_of
 
 _PACKAGES = ("gearrattle", "numpy", "scipy", "numba", "pydantic", "xarray", "h5netcdf")
 
@@ -17,7 +19,7 @@ def versions() -> dict[str, str]:
     versions = {"python": platform.python_version()}
     for package in _PACKAGES:
         try:
-            versions[package] = version(package)
+            versions[package] = version_of(package)
         except PackageNotFoundError:
             continue
     return versions

@@ -18,7 +18,6 @@ import re
 import threading
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.files import Refused, check_archive
-from gearrattle.formats import check_format, format_name
+from gearrattle.formats import check_format, format_name, version_of
 from gearrattle.model import Model
 from gearrattle.model.table import listed
 from gearrattle.results import Run, open_run
@@ -272,7 +271,7 @@ def _chunks(folder: Path, state: State) -> Iterator[Run]:
 
 def _owner(model: Model, settings: Mapping[str, Any]) -> str:
     """Everything that decides the bits, as lines of text."""
-    versions = {name: version(name) for name in ("gearrattle", "numpy", "scipy", "numba")}
+    versions = {name: version_of(name) for name in ("gearrattle", "numpy", "scipy", "numba")}
     content = {**settings, **versions, "python": platform.python_version(), "machine": platform.machine()}
     return "\n".join(
         [

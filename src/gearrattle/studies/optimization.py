@@ -15,14 +15,13 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.formats import format_name
+from gearrattle.formats import format_name, version_of
 from gearrattle.model import Model, check_model
 from gearrattle.model.quantity import SEED, AnyTable, Count, argument_problems, checked
 from gearrattle.results import Run
@@ -235,7 +234,7 @@ class Optimization:
             "population": str(self.size[0]),
             "outputs": json.dumps([output.name for output in self.outputs.all]),
             "function": "" if function is None else f"{function.__module__}.{getattr(function, '__qualname__', '')}",
-            **{name: version(name) for name in ("gearrattle", "numpy", "numba", "pymoo")},
+            **{name: version_of(name) for name in ("gearrattle", "numpy", "numba", "pymoo")},
         }
 
 

@@ -17,7 +17,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
-from importlib.metadata import version
 from math import isnan
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +24,7 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused
-from gearrattle.formats import format_name
+from gearrattle.formats import format_name, version_of
 from gearrattle.model.path_labels import path_label
 from gearrattle.model.table import shown
 from gearrattle.result import KIND
@@ -180,7 +179,7 @@ class Store:
             OF: self.plan.fingerprint,
             "outputs": json.dumps(names),
             "function": named,
-            **{name: version(name) for name in ("gearrattle", "numpy", "numba")},
+            **{name: version_of(name) for name in ("gearrattle", "numpy", "numba")},
         }
 
     def _group(self) -> Any:
@@ -233,7 +232,7 @@ class Store:
         outcome.attrs["flag_values"] = list(range(len(OUTCOMES)))
         outcome.attrs["flag_meanings"] = " ".join(word.replace(" ", "_") for word in OUTCOMES)
         group.attrs["format"] = format_name("study")
-        group.attrs["source"] = f"gearrattle {version('gearrattle')}"
+        group.attrs["source"] = f"gearrattle {version_of('gearrattle')}"
         group.attrs["model"] = plan.model.to_toml()
         group.attrs.update({KIND: "study", "kind": plan.kind, **plan.attributes})
         group.attrs["other_coordinates"] = sorted(self._extra_coordinates())

@@ -20,10 +20,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.metadata import version
 from uuid import uuid4
 
 from gearrattle.errors import Cancelled, GearRattleError, ModelError, Problem
+from gearrattle.formats import version_of
 from gearrattle.studies.storage import Storage
 from gearrattle.studies.store import Store
 
@@ -59,7 +59,7 @@ class Handed:
 def handed_over(store: Store) -> Iterator[Handed]:
     """Write a study's hand-over, and remove it in the end."""
     storage = store.storage.absolute()
-    head = json.dumps({name: version(name) for name in SAME}).encode()
+    head = json.dumps({name: version_of(name) for name in SAME}).encode()
     content = head + b"\n" + _pickled(Store(storage, store.plan, store.outputs, store.work))
     name = f".handed-{uuid4().hex}"
     storage.write(name, content)
@@ -134,9 +134,9 @@ def _received(handed: Handed) -> Store:
     storage = handed.storage
     content = _seen(handed)
     head, _, body = content.partition(b"\n")
-    wrong = {name: want for name, want in json.loads(head).items() if version(name) != want}
+    wrong = {name: want for name, want in json.loads(head).items() if version_of(name) != want}
     if wrong:
-        versions = ", ".join(f"{name} {version(name)}" for name in wrong)
+        versions = ", ".join(f"{name} {version_of(name)}" for name in wrong)
         rule = f"only the same versions give the same bits: {', '.join(f'{n} {v}' for n, v in wrong.items())}"
         raise ModelError(Problem(_here(), versions, rule, "install them there"))
     touched = f".touched-{uuid4().hex}"
