@@ -53,17 +53,18 @@ def _without_straights(points: Array, within: float) -> NDArray[np.int64]:
 
 def _ends_of_chords(points: Array, within: float) -> NDArray[np.int64]:
     chosen = np.array([0, len(points) - 1])
-    numbers = np.arange(len(points))
+    numbers = np.arange(len(points))  # of the points below chords that are not yet near enough
     while True:
         chord = np.clip(np.searchsorted(chosen, numbers, "right") - 1, 0, len(chosen) - 2)
-        away = distances(points, points[chosen[chord]], points[chosen[chord + 1]])
-        farthest = np.maximum.reduceat(away, chosen[:-1])
-        wrong = (away > within) & (away == farthest[chord])
-        further = numbers[wrong]
-        if not further.size:
+        away = distances(points[numbers], points[chosen[chord]], points[chosen[chord + 1]])
+        begins = np.diff(chord, prepend=-1) > 0
+        farthest = np.maximum.reduceat(away, np.flatnonzero(begins))[np.cumsum(begins) - 1]
+        wrong = farthest > within
+        if not wrong.any():
             return chosen
-        _, first = np.unique(chord[wrong], return_index=True)
-        chosen = np.union1d(chosen, further[first])
+        _, first = np.unique(chord[wrong & (away == farthest)], return_index=True)
+        chosen = np.union1d(chosen, numbers[wrong & (away == farthest)][first])
+        numbers = numbers[wrong]
 
 
 def distances(points: Array, begin: Array, end: Array) -> Array:
