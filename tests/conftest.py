@@ -1,5 +1,6 @@
 """Every run of the tests tries the same examples: a failure is found again, a green run means the same each time."""
 
+import gc
 import os
 
 import pytest
@@ -11,6 +12,12 @@ one_thread()  # before NumPy is imported
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
+
+
+def pytest_collection_finish() -> None:
+    """Take modules and collected tests, which live to the end, out of what the garbage collector visits."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
