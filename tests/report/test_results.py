@@ -6,6 +6,7 @@ import json
 import re
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -17,6 +18,7 @@ import gearrattle as gr
 from gearrattle.report.kinds import PRESENTATIONS, kind_of, presentation_class, presentation_of
 from gearrattle.report.numbers import Arrays, write_netcdf
 from gearrattle.report.plots.chart import Chart
+from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import texts
 from gearrattle.report.tables import Table
 from gearrattle.report.text import plain_text
@@ -63,14 +65,31 @@ class Tags(HTMLParser):
             self.words += data
 
 
+@pytest.fixture(scope="module", params=CASES)
+def case(request: pytest.FixtureRequest) -> str:
+    """Of a module's scope, so that all tests of a case follow one another, in one process: it is computed once."""
+    return str(request.param)
+
+
+@pytest.fixture(scope="module")
+def presentation(case: str) -> Presentation[Any]:
+    return presentation_of(result(case))
+
+
+@pytest.fixture(scope="module")
+def folder(case: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that a result was saved into."""
+    folder = tmp_path_factory.mktemp("saved") / "out"
+    assert gr.save(result(case), folder) == folder / "report.html"
+    return folder
+
+
 @pytest.mark.parametrize("kind", PRESENTATIONS)
 def test_every_kind_has_an_example_that_names_it(kind: str) -> None:
     assert kind_of(result(kind)) == kind
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_words_tables_and_figures(case: str) -> None:
-    presentation = presentation_of(result(case))
+def test_words_tables_and_figures(case: str, presentation: Presentation[Any]) -> None:
     assert presentation.title
     assert presentation.sentence.rstrip()[-1] in ".!?", presentation.sentence
     assert presentation.sentence[0].strip()
@@ -86,14 +105,12 @@ def test_words_tables_and_figures(case: str) -> None:
     assert len(set(keys)) == len(keys)
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_no_section_of_the_page_is_empty(case: str) -> None:
-    assert not [section.title for section in presentation_of(result(case)).page().sections if section.is_empty]
+def test_no_section_of_the_page_is_empty(presentation: Presentation[Any]) -> None:
+    assert not [section.title for section in presentation.page().sections if section.is_empty]
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_a_result_says_what_its_presentation_says(case: str) -> None:
-    of, presentation = result(case), presentation_of(result(case))
+def test_a_result_says_what_its_presentation_says(case: str, presentation: Presentation[Any]) -> None:
+    of = result(case)
     if not isinstance(of, Result):
         assert isinstance(of, pd.DataFrame | pd.Series | xr.Dataset | xr.DataArray)
         return
@@ -105,10 +122,7 @@ def test_a_result_says_what_its_presentation_says(case: str) -> None:
     assert isinstance(of.data, xr.Dataset)
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_a_folder_holds_page_summary_numbers_and_figures(case: str, tmp_path: Path) -> None:
-    presentation, folder = presentation_of(result(case)), tmp_path / "out"
-    assert gr.save(result(case), folder) == folder / "report.html"
+def test_a_folder_holds_page_summary_numbers_and_figures(presentation: Presentation[Any], folder: Path) -> None:
     names = {path.name for path in folder.iterdir()}
     assert {"report.html", "summary.json", "results.nc", "figures"} <= names
     text = (folder / "report.html").read_text(encoding="utf-8")
@@ -130,11 +144,8 @@ def test_a_folder_holds_page_summary_numbers_and_figures(case: str, tmp_path: Pa
         assert set(gr.figures(folder)) == keys
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_the_summary_is_json_and_names_format_and_kind(case: str, tmp_path: Path) -> None:
-    presentation = presentation_of(result(case))
-    gr.save(presentation, tmp_path / "out")
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+def test_the_summary_is_json_and_names_format_and_kind(presentation: Presentation[Any], folder: Path) -> None:
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert (summary["format"], summary["result"]) == ("gearrattle summary 1", presentation.kind)
     assert summary["title"] == presentation.title
     assert [name for name, value in summary.items() if value == summary["sentence"]] == ["sentence"]
@@ -142,9 +153,8 @@ def test_the_summary_is_json_and_names_format_and_kind(case: str, tmp_path: Path
     assert set(summary) > {"format", "result", "title", "sentence", "notes", "versions", "created"}, "it says nothing"
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_numbers_are_saved_and_read_again(case: str, tmp_path: Path) -> None:
-    data = presentation_of(result(case)).data()
+def test_numbers_are_saved_and_read_again(case: str, presentation: Presentation[Any], tmp_path: Path) -> None:
+    data = presentation.data()
     assert data.sizes or data.data_vars
     assert not [name for name, variable in data.variables.items() if np.iscomplexobj(variable.values)]
     gr.save(result(case), tmp_path / "numbers.nc")
@@ -164,19 +174,21 @@ def test_numbers_are_saved_and_read_again(case: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", EXAMPLES)
-def test_figures_are_drawn_for_print(kind: str) -> None:
-    charts = presentation_of(result(kind)).charts()
+def test_every_kind_has_figures_for_print(kind: str) -> None:
     if kind in WITHOUT_FIGURES:
         with pytest.raises(gr.ModelError, match="has no figures"):
             gr.figures(result(kind))
         return
+    assert list(gr.figures(result(kind))) == [chart.key for chart in presentation_of(result(kind)).charts()]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", [kind for kind in EXAMPLES if kind not in WITHOUT_FIGURES])
+def test_figures_of_every_kind_are_drawn_for_print(kind: str) -> None:
     figures = gr.figures(result(kind), width="single")
-    assert list(figures) == [chart.key for chart in charts]
-    for key in list(figures)[:1]:
-        assert figures[key].get_size_inches()[0] == pytest.approx(85.0 / 25.4)
+    assert [figures[key].get_size_inches()[0] for key in figures] == pytest.approx([85.0 / 25.4] * len(figures))
 
 
-@pytest.mark.parametrize("case", CASES)
 def test_a_notebook_shows_it_without_script_or_style_sheet(case: str) -> None:
     view = view_of(case)
     tags = Tags(view)
@@ -213,12 +225,13 @@ def test_saved_data_is_the_result_again(kind: str, tmp_path: Path) -> None:
 @pytest.mark.long
 @pytest.mark.browser
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium on this machine")
-@pytest.mark.parametrize("case", CASES)
-def test_the_page_opens_in_a_browser_without_a_complaint(case: str, tmp_path: Path) -> None:
+def test_the_page_opens_in_a_browser_without_a_complaint(
+    presentation: Presentation[Any], folder: Path, tmp_path: Path
+) -> None:
     """A forbidden address, a style that the page's policy refuses or a failing script would be told on the console."""
-    done = browse(gr.save(result(case), tmp_path / "out"), tmp_path / "profile", "--dump-dom")
+    done = browse(folder / "report.html", tmp_path / "profile", "--dump-dom")
     assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []
-    assert presentation_of(result(case)).title.split()[0] in done.stdout
+    assert presentation.title.split()[0] in done.stdout
 
 
 def test_arrays_without_elements_and_truth_values_are_saved(tmp_path: Path) -> None:
