@@ -43,9 +43,9 @@ def run_up() -> gr.Run:
 @pytest.mark.parametrize(
     ("example", "width"),
     [
-        ("paper/case3.toml", "single"),
+        pytest.param("paper/case3.toml", "single", marks=pytest.mark.long),
         pytest.param("paper/case3.toml", "double", marks=pytest.mark.long),
-        ("manual_transmission.toml", "double"),
+        pytest.param("manual_transmission.toml", "double", marks=pytest.mark.long),
         pytest.param("manual_transmission.toml", "single", marks=pytest.mark.long),
         ("run_up.toml", "single"),
         pytest.param("run_up.toml", "double", marks=pytest.mark.long),
@@ -72,7 +72,7 @@ def test_every_noun_with_a_page_has_figures(run: gr.Run, run_up: gr.Run) -> None
     loop = gr.identification.fit_loop(
         EXAMPLES / "measured" / "damper_loop.csv", name="damper", between=("flywheel", "hub")
     )
-    study = gr.study(model, {"excitation.speed": [80.0, 90.0]}, ["regime", "impacts per cycle"], scheduler="local")
+    study = gr.study(model, {"excitation.speed": [80.0, 90.0]}, ["regime", "impacts per cycle"], workers=1)
     nouns: dict[str, tuple[Any, list[str]]] = {
         "spectra": (
             gr.spectra(run, hub, "acceleration.flywheel"),
@@ -100,15 +100,15 @@ def test_a_dimensionless_campbell_diagram_names_no_units() -> None:
 def test_a_folder_gives_the_figures_of_its_page(tmp_path: Path) -> None:
     findings = synthetic.findings("double-sided")
     findings.save(tmp_path / "out")
-    actual = gr.figures(tmp_path / "out")
-    assert list(actual) == [chart.key for chart in charts(findings)]
-    again = gr.figures(tmp_path / "out" / "figures" / drawn.CHARTS)
-    for name in actual:
-        x, y = (
-            np.concatenate([line.get_ydata() for axes in f[name].axes for line in axes.lines] or [[0.0]])
-            for f in (actual, again)
-        )
-        assert np.array_equal(x, y, equal_nan=True)
+    figures = gr.figures(tmp_path / "out")
+    of_folder, of_file = charts_of(tmp_path / "out"), charts_of(tmp_path / "out" / "figures" / drawn.CHARTS)
+    assert list(figures) == [chart.key for chart in charts(findings)]
+    for chart, again in zip(of_folder, of_file, strict=True):
+        assert chart.key == again.key
+        for panel, other in zip(chart.panels, again.panels, strict=True):
+            for line, same in zip(panel.lines, other.lines, strict=True):
+                assert np.array_equal(line.y, same.y, equal_nan=True)
+    data_of((of_folder[0], figures[of_folder[0].key]))
 
 
 def test_a_saved_motion_gives_the_figures_of_the_run(run: gr.Run, tmp_path: Path) -> None:
