@@ -101,11 +101,13 @@ def test_another_site_may_not_ask_even_where_it_hides_its_origin(server: Server)
 def test_nothing_answers_without_the_token(server: Server) -> None:
     paths = {route.path.replace("{path:path}", "model.toml") for route in all_routes() if hasattr(route, "methods")}  # type: ignore[attr-defined]
     assert len(paths) > 20
-    for path in [*paths, "/", "/static/app.js", "/static/page.html", "/nothing"]:
-        for headers in ({}, {"cookie": f"gearrattle-{server.port}=x"}, {"authorization": "Bearer x"}):
-            for method in ("GET", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "HEAD"):
-                status = httpx.request(method, server.address + path, headers=headers).status_code
-                assert status in (401, 429), (method, path, status)
+    with httpx.Client(base_url=server.address) as stranger:
+        for path in [*paths, "/", "/static/app.js", "/static/page.html", "/nothing"]:
+            for headers in ({}, {"cookie": f"gearrattle-{server.port}=x"}, {"authorization": "Bearer x"}):
+                for method in ("GET", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "HEAD"):
+                    status = stranger.request(method, path, headers=headers).status_code
+                    assert status in (401, 429), (method, path, status)
+        assert not stranger.cookies
     with pytest.raises(InvalidStatus):
         connect(f"ws://127.0.0.1:{server.port}/api/events", origin=server.address)  # type: ignore[arg-type]
 
