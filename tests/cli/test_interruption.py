@@ -26,6 +26,7 @@ LISTENING = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int
 """A shell's background jobs ignore SIGINT and hand that on to what they start."""
 PROGRAM = (sys.executable, "-c", f"{LISTENING}from gearrattle.cli import main; sys.exit(main())")
 ANSWER = 0.5
+FULL = "the disk is full; nothing was written"
 
 
 @pytest.fixture
@@ -52,7 +53,7 @@ def interrupt(model: Path, delay: float, *words: str, by: signal.Signals = signa
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
-@pytest.mark.parametrize("delay", [0.8, 1.5, 4.0])
+@pytest.mark.parametrize("delay", [1.5, *(pytest.param(delay, marks=pytest.mark.long) for delay in (0.8, 4.0))])
 def test_ctrl_c_is_answered_at_once_and_leaves_nothing(model: Path, delay: float) -> None:
     for _ in range(3):  # a busy machine may be late once, the program must not be
         code, took, errors = interrupt(model, delay)
@@ -152,11 +153,16 @@ def _on_a_disk(options: str, folder: Path, words: list[str]) -> subprocess.Compl
 
 
 @pytest.mark.skipif(shutil.which("unshare") is None, reason="no unshare(1) on this machine")
-@pytest.mark.parametrize("output", ["run -o disk/out", "simulate -o disk/o.nc", "simulate -o disk/o.csv"])
 @pytest.mark.parametrize(
-    ("options", "message"),
-    [("size=2m", "the disk is full; nothing was written"), ("ro", "choose another place with -o")],
-    ids=["full", "read-only"],
+    ("output", "options", "message"),
+    [
+        ("run -o disk/out", "size=256k", FULL),
+        ("simulate -o disk/o.nc", "size=256k", FULL),
+        ("simulate -o disk/o.nc", "ro", "choose another place with -o"),
+        pytest.param("run -o disk/out", "ro", "choose another place with -o", marks=pytest.mark.long),
+        pytest.param("simulate -o disk/o.csv", "size=256k", FULL, marks=pytest.mark.long),
+        pytest.param("simulate -o disk/o.csv", "ro", "choose another place with -o", marks=pytest.mark.long),
+    ],
 )
 def test_a_disk_that_takes_nothing(
     model: Path, output: str, options: str, message: str, monkeypatch: pytest.MonkeyPatch
@@ -165,7 +171,7 @@ def test_a_disk_that_takes_nothing(
     disk = model.parent / "disk"
     disk.mkdir()
     command, *position = output.split()
-    done = _on_a_disk(options, disk, [command, str(model), "--cycles", "60", *position])
+    done = _on_a_disk(options, disk, [command, str(model), "--cycles", "12", "--discard", "4", *position])
     assert done.returncode == 1
     assert done.stdout == ""
     last = done.stderr.splitlines()[-1]
