@@ -23,7 +23,7 @@ carried a few at a time instead (``perturbed``).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +37,7 @@ from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.perturbed import Gradient, Perturbed, driveline_of, regions_of
 from gearrattle.engine.system.region import exponential_increments, finest_level
+from gearrattle.remember import kept
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -175,11 +176,12 @@ def variation(
             pieces = after
     scale = np.concatenate([flow.scaling.deflection, flow.scaling.velocity, flow.memory])
     time = np.concatenate([[0.0], grid * period])
-    if len(index) * _table_size(flow, initial) > most_tables:
+    most = most_tables // _table_size(flow, initial)
+    if len(index) > most:
         return _perturbed(flow, list(index), (steps, durations, kicks, reset), time, scale)
     rows = np.ascontiguousarray(flow.deflection[list(system.clearances), :n])
     segments = np.zeros((len(grid), n, n))
-    free = [_free_motion(flow, region) for region in index]
+    free = _free_motions(flow, index, most)
     _run(free, (steps, durations, kicks, reset, rows), segments)
     return Variation(time, segments, scale)
 
@@ -243,6 +245,24 @@ def _kicks(flow: Flow) -> Array:
     first = n - flow.memory.size - system.size
     out[:, first : first + system.size] = rows / system.inertia * flow.scaling.velocity
     return out
+
+
+@kept
+def _tables(_flow: Flow) -> dict[Pieces, tuple[Array, Array]]:
+    """Free motions by region: another motion of a driveline meets mostly the same regions."""
+    return {}
+
+
+def _free_motions(flow: Flow, regions: Collection[Pieces], most: int) -> list[tuple[Array, Array]]:
+    """The free motions of regions; so many are kept at most."""
+    tables = _tables(flow)
+    if len(tables) + sum(region not in tables for region in regions) > most:
+        tables.clear()
+    free = []
+    for region in regions:
+        free.append(tables.get(region) or _free_motion(flow, region))
+        tables[region] = free[-1]
+    return free
 
 
 def _free_motion(flow: Flow, pieces: Pieces) -> tuple[Array, Array]:
