@@ -102,7 +102,9 @@ def trials(c: np.ndarray, monkeypatch: pytest.MonkeyPatch) -> int:
     return count
 
 
-@pytest.mark.parametrize("which", [slice(0, 20), slice(0, 1), slice(7, 8)])
+@pytest.mark.parametrize(
+    "which", [slice(0, 20), *(pytest.param(slice(i, i + 1), marks=pytest.mark.compiled) for i in (0, 7))]
+)
 def test_a_search_that_can_decide_nothing_is_given_up(which: slice) -> None:
     c = np.zeros(20)
     c[:3] = 1.0, -3.0, 5.0

@@ -32,7 +32,7 @@ def whole(motion: Motion) -> Motion:
     return motion
 
 
-@pytest.mark.parametrize("threads", [1, 2, 5])
+@pytest.mark.parametrize("threads", [2, *(pytest.param(count, marks=pytest.mark.compiled) for count in (1, 5))])
 def test_the_bits_are_those_of_single_runs_in_order(threads: int) -> None:
     ended = list(march_all(tasks(), whole, threads))
     assert [one.index for one in ended] == list(range(2 * len(SEEDS)))

@@ -125,6 +125,7 @@ def test_crossings_are_those_of_exact_and_converge_with_the_tolerance(name):
         assert errors[-1] <= 1e-8
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("seed", [3, 9, 31])
 def test_restarts_at_every_corner_of_a_chain_that_rattles(seed):
     system, rng = random_chain(seed), np.random.default_rng(seed)
@@ -171,8 +172,9 @@ def test_a_motion_without_bound_is_an_outcome(name, capfd):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_works_in_slices(name):
-    march, fractions = SOLVERS[name](rattling(1e-10, cycles=300)), []
+def test_works_in_slices(monkeypatch, name):
+    monkeypatch.setattr("gearrattle.engine.solvers.stepwise._SLICE", 1e-4)
+    march, fractions = SOLVERS[name](rattling(1e-10, cycles=10)), []
     while march.advance() is Outcome.SLICE_SPENT:
         fractions.append(march.fraction())
     assert len(fractions) > 2

@@ -15,6 +15,10 @@ from tests.engine.system.drivelines import clearance, inputs
 
 NAMES = sorted(SOLVERS)
 FIXED = ("rk2", "rk4")
+ALL = pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.compiled) if name == "radau" else name for name in NAMES]
+)
+"""SciPy's Radau is slow with plain kernels, and runs no line of them that others do not."""
 CHOSEN = [name for name in NAMES if name != "exact" and name not in FIXED]
 TOLERANCE = 1e-10
 """What solvers that choose their steps are asked for; the others go by 1e-3."""
@@ -31,7 +35,7 @@ def test_the_file_format_knows_every_algorithm_and_no_other() -> None:
     assert set(ALGORITHMS) == set(SOLVERS)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@ALL
 def test_agrees_with_the_closed_form_of_a_driven_damped_oscillator(name: str) -> None:
     system = oscillator(drag=0.3, force=2.0)
     motion = run(task(system, [0.2], [-0.1], step=1e-3, tolerance=TOLERANCE), name)
@@ -46,7 +50,7 @@ def test_agrees_with_the_closed_form_of_a_driven_damped_oscillator(name: str) ->
     assert np.abs(motion.angle[:, 0] - want).max() <= ALLOWED.get(name, SMOOTH)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@ALL
 def test_inertias_without_any_element_turn_by_themselves(name: str) -> None:
     """J v' = sin(w t) - d v, from rest: v = [(d/J) sin w t - w cos w t + w exp(-d t/J)] / (J ((d/J)^2 + w^2))."""
     text = """
@@ -89,7 +93,7 @@ def test_the_time_of_a_run_is_not_that_of_its_notes(monkeypatch: pytest.MonkeyPa
     assert 0.0 < run.cost.wall_time < 0.9
 
 
-@pytest.mark.parametrize("name", NAMES)
+@ALL
 def test_a_gap_crosses_at_the_closed_form_times(name: str) -> None:
     motion = run(task(oscillator(GAP), [1.25], [0.0], cycles=20, step=1e-3, tolerance=TOLERANCE), name)
     flight = 2 * 0.5 / (2 * 0.75)
@@ -101,14 +105,14 @@ def test_a_gap_crosses_at_the_closed_form_times(name: str) -> None:
     assert np.abs(motion.crossings.time - want).max() <= allowed
 
 
-@pytest.mark.parametrize("name", NAMES)
+@ALL
 def test_the_force_integral_is_the_change_of_momentum(name: str) -> None:
     motion = run(task(oscillator(GAP), [1.25], [0.0], cycles=3, step=1e-3, tolerance=TOLERANCE), name)
     tolerance = {"exact": 1e-13, "rk2": 1e-5, "rk4": 1e-5}.get(name, SMOOTH)
     assert motion.final_force_integral[0] == pytest.approx(-motion.velocity[-1, 0], abs=tolerance)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@ALL
 def test_sampling_never_changes_the_motion(name: str) -> None:
     system = oscillator(clearance(4.0, 0.2, 0.5, 0.1), force=3.0)
     coarse = run(task(system, [0.9], [0.0], cycles=8, samples=1, step=1e-3), name)
@@ -118,7 +122,7 @@ def test_sampling_never_changes_the_motion(name: str) -> None:
 
 
 @pytest.mark.parametrize("factor", [-1.0, 4.0], ids=["mirrored", "four times as large"])
-@pytest.mark.parametrize("name", NAMES)
+@ALL
 def test_mirrored_or_enlarged_with_its_loads_a_motion_is_the_same(name: str, factor: float) -> None:
     size, settings = abs(factor), {"cycles": 8, "step": 1e-3, "tolerance": 1e-8}
     plain = run(task(oscillator(clearance(4.0, 0.2, 0.5), force=3.0), [0.9], [0.1], **settings), name)
@@ -143,7 +147,7 @@ def test_a_smaller_tolerance_gives_a_smaller_error(name: str) -> None:
     assert errors[2] < 0.3 * errors[1]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@ALL
 def test_agrees_with_exact_up_to_the_first_corner_and_finds_it(name: str) -> None:
     law = clearance(400.0, 0.1, 0.5)
     problem = task(oscillator(law, force=30.0), [0.1], [3.0], cycles=1, samples=512, step=1e-4, tolerance=TOLERANCE)
@@ -154,7 +158,7 @@ def test_agrees_with_exact_up_to_the_first_corner_and_finds_it(name: str) -> Non
     assert abs(motion.crossings.time[0] - want.crossings.time[0]) <= 10 * ALLOWED.get(name, SMOOTH)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@ALL
 def test_without_damping_energy_is_kept(name: str) -> None:
     problem = task(oscillator(GAP), [1.25], [0.0], cycles=10, step=1e-3, tolerance=TOLERANCE)
     motion = run(problem, name)
@@ -177,7 +181,7 @@ def test_a_tolerance_that_cannot_be_met_is_a_result_not_a_loop(name: str) -> Non
     assert "tolerance" in outcome.advice
 
 
-@pytest.mark.parametrize("name", NAMES)
+@ALL
 def test_steps_calls_and_lengths_are_told(name: str) -> None:
     motion = run(task(oscillator(GAP), [1.25], [0.0], cycles=5, step=1e-2), name)
     assert 0 < motion.steps < motion.function_calls
