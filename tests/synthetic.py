@@ -137,6 +137,7 @@ def layout() -> Layout:
     )
 
 
+@cache
 def trajectory(kind: str = "double-sided", cycles: int = 12, samples: int = 256, discard: int = 4) -> Trajectory:
     """Return a motion whose worst clearance is of the given kind: a key of ``DEFLECTIONS``."""
     plate = layout()
