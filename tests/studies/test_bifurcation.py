@@ -228,6 +228,7 @@ def test_further_axes_and_workers_change_nothing(tmp_path: Path) -> None:
     assert alone["rate.flanks"].equals(one["rate.flanks"].sel({"inertia.gear.drag": 0.6}, drop=True))
 
 
+@pytest.mark.long
 def test_processes_and_a_cluster_give_the_same_bits(tmp_path: Path) -> None:
     pytest.importorskip("distributed")
     values = [5.0, 5.5, 6.0, 6.5]
