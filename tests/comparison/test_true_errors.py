@@ -13,7 +13,14 @@ from tests.oracles.exact_mp import solve
 INSTANTS = (9, 17, 24)  # of 24 samples a cycle
 
 
-@pytest.mark.parametrize(("number", "algorithm"), [(1, "rk2"), (2, "rkv"), (3, "bulirsch-stoer"), (3, "adams")])
+@pytest.mark.parametrize(
+    ("number", "algorithm"),
+    [
+        (1, "rk2"),
+        (3, "adams"),
+        *(pytest.param(*case, marks=pytest.mark.long) for case in ((2, "rkv"), (3, "bulirsch-stoer"))),
+    ],
+)
 def test_errors_quoted_are_true_errors(number: int, algorithm: str) -> None:
     driveline = paper_case(number, loaded=True)
     model = gr.loads(driveline.toml())

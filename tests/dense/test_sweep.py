@@ -42,7 +42,7 @@ def test_every_crossing_and_instant_of_ten_thousand(family, part):
 
 
 @pytest.mark.usefixtures("sweeping")
-@pytest.mark.parametrize("most", [0, 1, 2, 1000])
+@pytest.mark.parametrize("most", [0, 2, *(pytest.param(most, marks=pytest.mark.long) for most in (1, 1000))])
 @pytest.mark.parametrize("family", ["chain", "tree", "loop", "flight", "stages", "error", "everything"])
 def test_however_often_the_polynomials_are_made_afresh(monkeypatch, family, most):
     monkeypatch.setattr(sweep, "MOST_CORRECTED", most)

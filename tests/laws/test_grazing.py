@@ -44,7 +44,7 @@ def visits(model: Driveline, element: int) -> list[tuple[int, int]]:
 
 
 @peaks
-@pytest.mark.parametrize("part", ["1e-6", "1e-10"])
+@pytest.mark.parametrize("part", [pytest.param("1e-6", marks=pytest.mark.long), "1e-10"])
 def test_just_touches(family, seed, element, peak, part):
     model = twin(family, seed, element, peak, f"-{part}")
     assert visits(model, element) in ([(0, 1), (1, 0)], [(0, -1), (-1, 0)])
@@ -52,7 +52,7 @@ def test_just_touches(family, seed, element, peak, part):
 
 
 @peaks
-@pytest.mark.parametrize("part", ["1e-6", "1e-10"])
+@pytest.mark.parametrize("part", [pytest.param("1e-6", marks=pytest.mark.long), "1e-10"])
 def test_just_misses(family, seed, element, peak, part):
     model = twin(family, seed, element, peak, part)
     assert visits(model, element) == []

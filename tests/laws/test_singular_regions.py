@@ -135,7 +135,7 @@ def test_equal_natural_frequencies():
     assert assert_exact(model, 4).events > 20
 
 
-@pytest.mark.parametrize("ratio", ["1e4", "1e6", "1e8"])
+@pytest.mark.parametrize("ratio", [pytest.param("1e4", marks=pytest.mark.long), "1e6", "1e8"])
 def test_stiffness_ratios(ratio):
     """A soft clutch and a mesh up to 1e8 times stiffer, which rattles: R_lambda up to 1e4."""
     k = float(ratio)

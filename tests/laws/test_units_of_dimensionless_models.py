@@ -96,7 +96,7 @@ def test_comparisons_have_none() -> None:
     assert not SHOWN.findall(" ".join(item.measure for item in statistics))
 
 
-@pytest.mark.parametrize("name", NAMES[:2])
+@pytest.mark.parametrize("name", [NAMES[0], pytest.param(NAMES[1], marks=pytest.mark.long)])
 def test_a_report_has_none(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     model = dimensionless(name).with_({"name": "bare"})
     (tmp_path / "bare.toml").write_text(model.to_toml(), encoding="utf-8")

@@ -11,11 +11,11 @@ from tests.oracles.random_drivelines import FAMILIES, random_problem
 @pytest.mark.parametrize("family", FAMILIES)
 def test_random_driveline(family):
     problem = random_problem(family, 0)
-    assert_exact(problem.model, problem.cycles, problem.samples_per_cycle)
+    assert_exact(problem.model, min(problem.cycles, 2), problem.samples_per_cycle)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(1, 42))
+@pytest.mark.parametrize("seed", range(42))
 @pytest.mark.parametrize("family", FAMILIES)
 def test_many_random_drivelines(family, seed):
     problem = random_problem(family, seed)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from mpmath import mp, mpf
@@ -52,13 +54,14 @@ def test_a_missing_switch_is_noticed():
 @pytest.mark.parametrize("seed", range(1))
 @pytest.mark.parametrize("family", FAMILIES)
 def test_random_driveline(family, seed):
-    outcome, exact = hold(dressed_problem(family, seed))
+    problem = dressed_problem(family, seed)
+    outcome, exact = hold(replace(problem, cycles=min(problem.cycles, 2)))
     assert outcome.worst < 1e-9
     assert exact.events or exact.switches
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(1, 41))
+@pytest.mark.parametrize("seed", range(41))
 @pytest.mark.parametrize("family", FAMILIES)
 def test_many_random_drivelines(family, seed):
     hold(dressed_problem(family, seed))

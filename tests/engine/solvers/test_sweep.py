@@ -89,7 +89,7 @@ def test_the_audit_agrees_with_the_tables():
 def test_against_fifty_digits(monkeypatch, family):
     monkeypatch.setattr(choice, "is_large", lambda _system: True)
     problem = random_problem(family, 0)
-    assert_exact(problem.model, problem.cycles, problem.samples_per_cycle)
+    assert_exact(problem.model, min(problem.cycles, 2), problem.samples_per_cycle)
 
 
 def test_a_train_without_clearances():
