@@ -12,7 +12,7 @@ from runpy import run_path
 import grimp
 import pytest
 
-from tests.architecture.places import ROOT, SOURCE
+from tests.architecture.places import ROOT, SOURCE, syntax_tree
 
 HEAVY = ("numba", "scipy.signal", "scipy.integrate", "xarray", "pandas", "pint", "matplotlib", "plotly", "h5netcdf")
 
@@ -70,7 +70,7 @@ def test_names_imported_from_the_package_exist() -> None:
     missing = []
     for folder in ("src", "tests", "benchmarks", "examples", "docs"):
         for path in (ROOT / folder).rglob("*.py"):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for node in ast.walk(syntax_tree(path)):
                 if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "gearrattle":
                     missing += [f"{path}: {node.module}.{name.name}" for name in node.names if not _exists(node, name)]
     assert missing == []

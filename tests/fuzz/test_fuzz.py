@@ -15,7 +15,7 @@ SLOW = ("MDF record",)
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_a_few_damaged_inputs_are_read_or_refused(name: str, tmp_path: Path) -> None:
-    count = 3 if name in SLOW else 30
+    count = 2 if name in SLOW else 12
     result = Attack(TARGETS[name], tmp_path).run(count, seed=1)
     assert result.finds == {}
     assert result.tried == count

@@ -26,7 +26,7 @@ def test_a_grazing_moves_as_its_closed_form_does(event: int) -> None:
     assert abs(table.loc["coupling.gap.clearance", "gradient"]) < 1e-6  # the motion moves with its corner
 
 
-@pytest.mark.parametrize("event", [1, 3])
+@pytest.mark.parametrize("event", [1, pytest.param(3, marks=pytest.mark.long)])
 def test_a_fold_moves_as_those_of_changed_models_do(event: int) -> None:
     branch = over_frequency()
     table = branch.gradients(event, PATHS).set_index("path")

@@ -155,7 +155,9 @@ def test_the_motion_in_contact(frequency: str) -> None:
 
 
 @pytest.mark.parametrize("ends", [(LOWEST, HIGHEST), (HIGHEST, LOWEST)], ids=["up", "down"])
-@pytest.mark.parametrize("step_limit", [None, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5])
+@pytest.mark.parametrize(
+    "step_limit", [None, 0.1, *(pytest.param(limit, marks=pytest.mark.long) for limit in (0.01, 0.02, 0.05, 0.2, 0.5))]
+)
 def test_folds_and_grazings(step_limit: float | None, ends: tuple[float, float]) -> None:
     check_events(gr.continuation(oscillator(ends[0]), PATH, ends, step_limit=step_limit))
 
@@ -260,7 +262,7 @@ def check_every(frequency: float) -> None:
     assert sum(sign for _, _, sign in actual) == 1
 
 
-@pytest.mark.parametrize("frequency", [0.72, 0.8])
+@pytest.mark.parametrize("frequency", [0.72, pytest.param(0.8, marks=pytest.mark.long)])
 def test_every_motion_is_one_that_is_counted_by_turns(frequency: float) -> None:
     check_every(frequency)
 

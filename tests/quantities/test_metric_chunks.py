@@ -56,7 +56,7 @@ def compared(whole: pd.DataFrame, chunks: pd.DataFrame, tolerance: float) -> Non
         assert other.value == pytest.approx(one.value, rel=tolerance, abs=1e-9 * scale, nan_ok=True), reported
 
 
-@pytest.mark.parametrize("chunk", [1, 7, 23])
+@pytest.mark.parametrize("chunk", [1, 7, pytest.param(23, marks=pytest.mark.long)])
 @pytest.mark.parametrize("file", FILES)
 def test_chunks_say_what_the_whole_says(file: str, chunk: int) -> None:
     """All but the three quantities that are of the whole, whatever the chunks, the discarded cycles across them."""
@@ -114,9 +114,9 @@ def test_no_chunk_is_kept() -> None:
     """Ten times the chunks, the same memory."""
     model = model_of("paper/case1_loaded.toml")
     used = []
-    for cycles in (40, 400):
+    for cycles in (20, 200):
         tracemalloc.start()
-        gr.metrics(gr.stream(model, cycles=cycles, discard=10, samples_per_cycle=64, chunk=10))
+        gr.metrics(gr.stream(model, cycles=cycles, discard=5, samples_per_cycle=64, chunk=5))
         used.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert used[1] < 1.3 * used[0]

@@ -6,6 +6,7 @@ from functools import cache
 from math import pi
 
 import numpy as np
+import pytest
 
 import gearrattle as gr
 from gearrattle.analysis.linear.matrices import LinearSystem, linearised
@@ -14,7 +15,8 @@ from gearrattle.assembly import assemble
 from gearrattle.reductions.states import contact_states
 from tests.reductions.drivelines import random_driveline
 
-DRIVELINES = 48
+COUNTS = pytest.mark.parametrize("count", [16, pytest.param(48, marks=pytest.mark.long)])
+"""Drivelines."""
 PROBES = 20
 
 
@@ -43,17 +45,18 @@ def reduced(seed: int) -> tuple[gr.Model, gr.typing.Reduction]:
     return model, gr.reduce(model, float(band) / (2 * pi))
 
 
-def test_the_stated_error_is_not_optimistic() -> None:
+@COUNTS
+def test_the_stated_error_is_not_optimistic(count: int) -> None:
     ratios, merged = [], 0
-    for seed in range(DRIVELINES):
+    for seed in range(count):
         (model, small), rng = reduced(seed), np.random.default_rng(2000 + seed)
         assert float(small.error) <= small.error.limit
         merged += any(fate.merged for fate in small.elements.values())
         actual = measured(model, small, rng)
         if actual > 1e-9:
             ratios.append(actual / float(small.error))
-    assert merged >= 0.7 * DRIVELINES
-    assert len(ratios) >= 0.5 * DRIVELINES
+    assert merged >= 0.7 * count
+    assert len(ratios) >= 0.5 * count
     assert max(ratios) <= 1.5
     assert np.mean(np.array(ratios) <= 1.0 + 1e-6) >= 0.95
 
@@ -63,10 +66,11 @@ def closed(model: gr.Model) -> LinearSystem:
     return linearised(system, *contact_states(system, ())[0][:2])
 
 
-def test_the_stated_errors_of_responses_are_not_optimistic() -> None:
+@COUNTS
+def test_the_stated_errors_of_responses_are_not_optimistic(count: int) -> None:
     """Against a grid that knows nothing of resonances; torque on the first body, acceleration of every body kept."""
     ratios = []
-    for seed in range(DRIVELINES):
+    for seed in range(count):
         model, small = reduced(seed)
         if not small.groups:
             continue
@@ -87,6 +91,6 @@ def test_the_stated_errors_of_responses_are_not_optimistic() -> None:
         levels = np.where(np.abs(full) >= 0.01 * peak, 20 * np.abs(np.log10(np.abs(less) / np.abs(full))), 0.0).max()
         if small.error.response_peak > 1e-9:
             ratios.append(max(shares / small.error.response_peak, levels / small.error.response_db))
-    assert len(ratios) >= 0.6 * DRIVELINES
+    assert len(ratios) >= 0.6 * count
     assert max(ratios) <= 1.5
     assert np.mean(np.array(ratios) <= 1.01) >= 0.95

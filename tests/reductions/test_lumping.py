@@ -15,7 +15,7 @@ from tests.reductions.drivelines import random_driveline
 
 EIGHT = Path(__file__).parents[2] / "examples" / "paper" / "eight_dof.toml"
 PAPER = ("clutch", "spline", "mesh_34")
-SEEDS = range(40)
+SEEDS = [*range(16), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(16, 40))]
 
 
 @cache

@@ -15,7 +15,7 @@ from gearrattle.reductions import REDUCTIONS, Request, accuracy
 from gearrattle.reductions.states import contact_states
 from tests.reductions.drivelines import random_driveline
 
-SEEDS = range(12)
+SEEDS = [*range(5), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(5, 12))]
 
 
 def asked(seed: int, factor: float = 1.2) -> Request:

@@ -52,7 +52,7 @@ def same_bits(runs: list[gr.Run], whole: gr.Run) -> None:
     assert [name for name in want if have[name].tobytes() != want[name].tobytes()] == []
 
 
-@pytest.mark.parametrize("chunk", [1, 7, 29])
+@pytest.mark.parametrize("chunk", [1, 7, pytest.param(29, marks=pytest.mark.long)])
 def test_chunks_are_the_whole_to_the_last_bit(whole: tuple[gr.Model, gr.Run], chunk: int) -> None:
     model, run = whole
     chunks = list(gr.stream(model, **LONG, chunk=chunk))
@@ -95,7 +95,7 @@ def test_discarded_cycles_are_spread_over_chunks(rattle: gr.Model) -> None:
     assert window == whole.window
 
 
-@pytest.mark.parametrize("chunk", [3, 7, 29])
+@pytest.mark.parametrize("chunk", [7, *(pytest.param(chunk, marks=pytest.mark.long) for chunk in (3, 29))])
 def test_the_verdict_on_chunks_is_that_on_the_whole(whole: tuple[gr.Model, gr.Run], chunk: int) -> None:
     model, run = whole
     chunks = gr.stream(model, **LONG, chunk=chunk)
@@ -142,14 +142,14 @@ def test_what_progress_raises_ends_the_call_and_the_motion_goes_on(rattle: gr.Mo
 def test_memory_is_that_of_a_chunk(rattle: gr.Model) -> None:
     def peak(cycles: int) -> int:
         tracemalloc.start()
-        for _ in gr.stream(rattle, cycles=cycles, samples_per_cycle=16, chunk=25):
+        for _ in gr.stream(rattle, cycles=cycles, samples_per_cycle=16, chunk=10):
             pass
         most = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         return most
 
-    peak(25)
-    assert peak(500) < 1.3 * peak(50)
+    peak(10)
+    assert peak(200) < 1.3 * peak(20)
 
 
 @pytest.mark.parametrize(

@@ -235,7 +235,7 @@ def _answer_into(wire: socket.socket, answers: list[bytes]) -> None:
     answers.append(wire.recv(4096))
 
 
-def test_a_thousand_connections_leave_nothing(server: Server) -> None:
+def test_hundreds_of_connections_leave_nothing(server: Server) -> None:
     def opened() -> int:
         return len(list(Path(f"/proc/{server.process.pid}/fd").iterdir()))
 
@@ -253,7 +253,7 @@ def test_a_thousand_connections_leave_nothing(server: Server) -> None:
     visit(100)
     assert answers()
     descriptors, memory = opened(), resident_bytes(server.process.pid)
-    visit(1000)
+    visit(400)
     assert answers()
     assert opened() <= descriptors + 20
-    assert resident_bytes(server.process.pid) - memory < 20_000_000
+    assert resident_bytes(server.process.pid) - memory < 8_000_000

@@ -34,7 +34,7 @@ def oscillator(force: float, frequency: float, mean: float = 0.0, alpha: float =
 
 
 @pytest.mark.parametrize("mean", [0.0, 0.05, 0.8])
-@pytest.mark.parametrize("frequency", [0.4, 0.7, 1.5])
+@pytest.mark.parametrize("frequency", [0.4, pytest.param(0.7, marks=pytest.mark.long), 1.5])
 def test_one_oscillator_satisfies_the_closed_forms(frequency: float, mean: float) -> None:
     system = oscillator(0.6, frequency, mean)
     actual = forecast(system)

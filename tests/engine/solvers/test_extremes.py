@@ -187,7 +187,10 @@ def test_an_explicit_algorithm_that_hardly_gets_on_says_so(monkeypatch: pytest.M
         gr.simulate(loads(text), "dop853", cycles=1, discard=0)
 
 
-@pytest.mark.parametrize("algorithm", ["adams", "bulirsch-stoer", "rkv", "dop853"])
+@pytest.mark.parametrize(
+    "algorithm",
+    ["adams", "dop853", *(pytest.param(name, marks=pytest.mark.long) for name in ("bulirsch-stoer", "rkv"))],
+)
 def test_steps_that_a_stiff_element_holds_too_short_end_a_run_in_seconds(algorithm: str) -> None:
     text = re.sub(r'"4500 N\*s/m"', "1e9", TEXTS["case3"])
     error = ends(text, algorithm=algorithm)

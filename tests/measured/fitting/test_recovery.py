@@ -9,8 +9,6 @@ from scipy.stats import binom
 import gearrattle as gr
 from tests.measured.fitting import made
 
-DRAWS = 25
-
 
 @pytest.mark.parametrize(
     ("path", "off"), [(path, off) for path, off in zip(made.TRUTH, (1.8, 0.4, 2.2, 0.45), strict=True)]
@@ -33,18 +31,19 @@ def test_several_values_are_told_apart() -> None:
     assert away @ np.linalg.solve(fit.covariance, away) < 16.3  # 99.9 % of chi-square with three degrees
 
 
-def test_standard_errors_cover_the_truth() -> None:
+@pytest.mark.parametrize("draws", [10, pytest.param(25, marks=pytest.mark.long)])
+def test_standard_errors_cover_the_truth(draws: int) -> None:
     """Over seeded noise: the shares within one and 1.96 standard errors, by the binomial law, and no bias."""
     path = "coupling.gap.clearance"
     deviations, spread = [], []
-    for seed in range(DRAWS):
+    for seed in range(draws):
         fit = gr.identification.fit(made.model(), made.recording(seed), [path], starts=1)
         deviations.append(np.log(fit.parameters[0].value / made.TRUTH[path]) / fit.parameters[0].relative_error)
         spread.append(fit.chi_square / fit.degrees_of_freedom)
     for inside, rate in ((1.0, 0.6827), (1.96, 0.95)):
-        low, high = binom.ppf([0.0005, 0.9995], DRAWS, rate)
+        low, high = binom.ppf([0.0005, 0.9995], draws, rate)
         assert low <= np.count_nonzero(np.abs(deviations) < inside) <= high
-    assert abs(np.mean(deviations)) < 3.3 / np.sqrt(DRAWS)
+    assert abs(np.mean(deviations)) < 3.3 / np.sqrt(draws)
     assert 0.8 < np.mean(spread) < 1.5  # the errors are those of a bootstrap over 50 cycles
 
 

@@ -118,7 +118,9 @@ def _fit(correlated: float) -> gr.typing.Fit:
     return gr.typing.Fit(gr.loads(made.MODEL), parameters, (), 0.0, 1, covariance, (), 1, (), ())
 
 
-@pytest.mark.parametrize("correlated", [-1.0, 0.0, 0.9, 1.0])
+@pytest.mark.parametrize(
+    "correlated", [-1.0, 0.9, *(pytest.param(value, marks=pytest.mark.long) for value in (0.0, 1.0))]
+)
 def test_a_fit_brings_its_correlations(correlated: float) -> None:
     """The variance of ln(rms) is s' R s: what moves together may cancel, or add up."""
     validation = gr.validate(made.run(), made.record(), parameters=_fit(correlated), draws=60, seed=2)

@@ -109,7 +109,7 @@ def test_labels_of_neighbouring_values_differ() -> None:
     assert labels_of(data, GAP) == ["1000", "1000.4", "1000.8"]
 
 
-@pytest.mark.parametrize("width", [85.0, 175.0])
+@pytest.mark.parametrize("width", [85.0, pytest.param(175.0, marks=pytest.mark.long)])
 def test_words_of_study_figures_stand_apart_in_print(studies: dict[str, xr.Dataset], width: float) -> None:
     for name, data in studies.items():
         for chart in charts_of(data):
