@@ -182,6 +182,9 @@ class Exact(Protocol):
     def exceeded(self, trajectory: Trajectory, signals: Sequence[Signal], share: float) -> Array | None:
         """Return (q,) what the modulus of each exceeds for a share of the steady part; None: they take too long."""
 
+    def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Array | None:
+        """Return (N, q, 2) deflection and rate of elements over the last cycles, as lines; None: they take too long."""
+
 
 @dataclass(frozen=True)
 class Trajectory:

@@ -1,7 +1,7 @@
-"""Extremes, moments and exceeded levels of a simulated motion between its samples, by quantity and name.
+"""Extremes, moments, exceeded levels and curves of a simulated motion between its samples, by quantity and name.
 
-Takes a Model and a Trajectory of the exact algorithm; gives those of accelerations, velocities and mesh forces
-(``system.statistics``).
+Takes a Model and a Trajectory of the exact algorithm; gives those of accelerations, velocities and mesh forces, and
+curves in phase planes (``system.statistics``).
 """
 
 from __future__ import annotations
@@ -106,13 +106,34 @@ class Between:
         walk = self._walk(trajectory)
         return None if walk is None else walk.exceeded(self._rows(trajectory, signals), share)
 
+    def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Array | None:
+        """Return (N, q, 2) deflection and rate of some elements over the last cycles, as lines; None as before.
+
+        Parameters
+        ----------
+        trajectory
+            as before.
+        elements
+            their names.
+        cycles
+            how many, not more than the steady part has.
+        """
+        discard = trajectory.cycles - cycles
+        is_all = discard == trajectory.discard
+        walk = self._walk(trajectory) if is_all else self._new_walk(replace(trajectory, discard=discard))
+        if walk is None:
+            return None
+        signals = [(quantity, name) for name in elements for quantity in ("deflection", "rate")]
+        values = walk.curves(self._rows(trajectory, signals))
+        return None if values is None else values.reshape(len(values), len(elements), 2)
+
     def _rows(self, trajectory: Trajectory, signals: Sequence[Signal]) -> Rows:
         flow = _engine(self.model)[0]
         bodies, elements = list(free_names(self.model)), list(trajectory.layout.element_names)
 
         def rows(pieces: Pieces) -> Array:
             of_body = {"velocity": flow.velocity, "acceleration": flow.acceleration_rows(pieces)}
-            of_element = {"deflection": flow.deflection, "force": flow.force_rows(pieces)}
+            of_element = {"deflection": flow.deflection, "rate": flow.rate, "force": flow.force_rows(pieces)}
             return np.array(
                 [
                     of_element[kind][elements.index(name)] if kind in of_element else of_body[kind][bodies.index(name)]
@@ -126,17 +147,21 @@ class Between:
         """The motion cut into parts; kept for the next question, unless it is so long that its states fill memory."""
         if self._walked is not None and self._walked[0]() is trajectory:
             return self._walked[1]
+        self._told = {}
+        walk = self._new_walk(trajectory)
+        if walk is None or walk.path.samples.size < _MOST_KEPT:
+            self._walked = weakref.ref(trajectory), walk
+        return walk
+
+    def _new_walk(self, trajectory: Trajectory) -> Walk | None:
+        """The motion cut into parts."""
         flow, known = _engine(self.model)
 
         def series_of(pieces: Pieces, length: float) -> Series:
             key = pieces, length
             return known[key] if key in known else known.setdefault(key, Series.of(flow, pieces, length))
 
-        self._told = {}
-        walk = walk_of(flow, _path(self.model, flow, trajectory), series_of)
-        if walk is None or walk.path.samples.size < _MOST_KEPT:
-            self._walked = weakref.ref(trajectory), walk
-        return walk
+        return walk_of(flow, _path(self.model, flow, trajectory), series_of)
 
 
 def exact_between(model: Model, trajectory: Trajectory) -> Trajectory:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import deflection_rate
-from gearrattle.pipeline import judged
+from gearrattle.model.examples import example_files
+from gearrattle.pipeline import Findings, judged
 from gearrattle.report.plots.chords import MOST_POINTS, SCREEN
-from gearrattle.report.plots.phase_plane import smooth_curve
+from gearrattle.report.plots.phase_plane import phase_curves
 from gearrattle.report.plots.smooth import PIECES, Knots, between, with_crossings
+from gearrattle.signals import last_cycles
+from gearrattle.trajectory import Array, Trajectory
 
 
 def test_a_polynomial_comes_back_exactly() -> None:
@@ -31,20 +35,42 @@ def test_crossings_stand_between_the_samples() -> None:
     assert np.isnan(knots.second).tolist() == [False, True, False, True, False]
 
 
-def test_the_phase_plane_of_a_rattling_run_is_smooth() -> None:
+def test_the_phase_plane_of_a_rattling_run_is_its_flow() -> None:
     """Case 3, 25 impacts a cycle, 512 samples: chords between samples miss the flow by up to 184 px of 1200 x 600."""
     model = gr.example("case3").with_({"simulation.cycles": 12, "simulation.discard": 10})
     run, fine = judged(gr.simulate(model)), gr.simulate(model, samples_per_cycle=8192).trajectory
-    last = slice(-2 * 512 - 1, None)
-    for k in range(3):
-        curve = smooth_curve(run, k, last)
+    for k, curve in enumerate(_curves(run)):
         assert len(curve) <= MOST_POINTS
-        rate = deflection_rate(model, fine, int(fine.layout.clearance[k]))
-        flow = np.column_stack([fine.deflection[:, k], rate])[-2 * 8192 - 1 :: 5]
-        scale = np.array(SCREEN) / np.ptp(curve, axis=0)
-        away = np.array([_distance(point, curve * scale) for point in flow * scale])
-        assert np.quantile(away, 0.99) < 0.5
-        assert away.max() < 6.0  # a contact of fewer than three samples
+        assert _farthest(curve, model, fine, k) < 1.0
+
+
+@pytest.mark.parametrize("name", example_files())
+def test_every_sample_stands_on_the_curve_of_the_exact_motion(name: str) -> None:
+    run = gr.simulate(gr.example(name), cycles=3, discard=2)
+    motion, model = run.trajectory, run.model
+    names = motion.layout.clearance_names
+    assert motion.exact is not None
+    curves = motion.exact.phase_curves(motion, names, 1)
+    assert curves is not None
+    part = slice(2 * motion.samples_per_cycle, None, max(1, motion.samples_per_cycle // 64))
+    for k, curve in enumerate(np.moveaxis(curves, 1, 0)):
+        rate = deflection_rate(model, motion, int(motion.layout.clearance[k]))
+        samples = np.column_stack([motion.deflection[part, k], rate[part]])
+        frame = np.ptp(curve, axis=0)
+        scale = np.array(SCREEN) / np.where(frame > 0.0, frame, 1.0)
+        assert max(_distance(point, curve * scale) for point in samples * scale) < 0.35
+
+
+def _curves(run: Findings) -> list[Array]:
+    return phase_curves(run, [0, 1, 2], last_cycles(run.motion.trajectory, 2))[0]
+
+
+def _farthest(curve: Array, model: gr.Model, fine: Trajectory, k: int) -> float:
+    """Largest distance of a fine motion's last two cycles from the chords of a curve [px]."""
+    rate = deflection_rate(model, fine, int(fine.layout.clearance[k]))
+    flow = np.column_stack([fine.deflection[:, k], rate])[-2 * 8192 - 1 :: 5]
+    scale = np.array(SCREEN) / np.ptp(curve, axis=0)
+    return max(_distance(point, curve * scale) for point in flow * scale)
 
 
 def _distance(point: np.ndarray, line: np.ndarray) -> float:

@@ -53,18 +53,19 @@ def _without_straights(points: Array, within: float) -> NDArray[np.int64]:
 
 def _ends_of_chords(points: Array, within: float) -> NDArray[np.int64]:
     chosen = np.array([0, len(points) - 1])
-    numbers = np.arange(len(points))  # of the points below chords that are not yet near enough
-    while True:
-        chord = np.clip(np.searchsorted(chosen, numbers, "right") - 1, 0, len(chosen) - 2)
-        away = distances(points[numbers], points[chosen[chord]], points[chosen[chord + 1]])
-        begins = np.diff(chord, prepend=-1) > 0
-        farthest = np.maximum.reduceat(away, np.flatnonzero(begins))[np.cumsum(begins) - 1]
-        wrong = farthest > within
-        if not wrong.any():
-            return chosen
-        _, first = np.unique(chord[wrong & (away == farthest)], return_index=True)
-        chosen = np.union1d(chosen, numbers[wrong & (away == farthest)][first])
-        numbers = numbers[wrong]
+    beyond = np.arange(len(points))  # points of chords that are too far from some of them
+    while beyond.size:
+        chord = np.clip(np.searchsorted(chosen, beyond, "right") - 1, 0, len(chosen) - 2)
+        away = distances(points[beyond], points[chosen[chord]], points[chosen[chord + 1]])
+        begins = np.flatnonzero(np.diff(chord, prepend=-1))
+        sizes = np.diff(begins, append=len(beyond))
+        farthest = np.repeat(np.maximum.reduceat(away, begins), sizes)
+        is_wrong = farthest > within
+        ends = np.flatnonzero(is_wrong & (away == farthest))
+        _, first = np.unique(chord[ends], return_index=True)
+        chosen = np.union1d(chosen, beyond[ends[first]])
+        beyond = beyond[is_wrong]
+    return chosen
 
 
 def distances(points: Array, begin: Array, end: Array) -> Array:

@@ -6,6 +6,8 @@ from the bodies' speeds: delta' = R_a theta_a' - R_b theta_b' - e'(t), with R = 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gearrattle.assembly import deflection_acceleration as acceleration_of
@@ -17,8 +19,9 @@ from gearrattle.report.plots.corners import SIDES, reach, shading, units
 from gearrattle.report.plots.palette import INK
 from gearrattle.report.plots.smooth import Knots, between, with_crossings
 from gearrattle.report.plots.view import coarse, scale
-from gearrattle.signals import last_cycles
-from gearrattle.trajectory import Array, Trajectory
+from gearrattle.signals import Window, last_cycles
+from gearrattle.trajectory import Array
+from gearrattle.wording import counted
 
 CYCLES = 8
 _POINTS = 6000
@@ -28,23 +31,17 @@ def phase_plane(findings: Judged) -> Chart:
     """Draw the phase plane of every clearance over the last cycles."""
     trajectory = findings.motion.trajectory
     layout = trajectory.layout
-    window = last_cycles(trajectory, CYCLES)
-    whole = max(1, _POINTS // trajectory.samples_per_cycle)
-    first = max(window.first, window.last - whole * trajectory.samples_per_cycle)
-    part = slice(first, window.last + 1, max(1, (window.last - first) // _POINTS))
+    window = last_cycles(trajectory, min(CYCLES, max(1, _POINTS // trajectory.samples_per_cycle)))
     chosen, left_out = chosen_clearances(findings)
+    curves, mark = phase_curves(findings, chosen, window)
     panels = []
-    for k in chosen:
+    for k, curve in zip(chosen, curves, strict=True):
         name = layout.clearance_names[k]
         unit = units(findings, k)
-        if coarse(trajectory):
-            delta, rate = trajectory.deflection[part, k], deflection_rate(findings, k)[part]
-        else:
-            delta, rate = smooth_curve(findings, k, slice(first, window.last + 1)).T
+        delta, rate = curve.T
         across = scale(np.concatenate([delta, layout.corners[k]]), unit["deflection"])
         rate_scale = scale(rate, unit["rate"])
         bands, rules = shading(layout, k, across.factor)
-        mark: Mark = "points" if coarse(trajectory) else "line"
         line = Line(
             delta * across.factor,
             rate * rate_scale.factor,
@@ -69,7 +66,7 @@ def phase_plane(findings: Judged) -> Chart:
             )
         )
     caption = (
-        f"Deflection rate against deflection over the last {_count(window.last - first, trajectory)}. "
+        f"Deflection rate against deflection over the last {counted(window.cycles, 'cycle')}. "
         "Dotted: corners; shaded: in contact. Passages right across the white middle are rattle."
         f"{left_out}"
     )
@@ -85,18 +82,37 @@ def phase_plane(findings: Judged) -> Chart:
     )
 
 
-def smooth_curve(findings: Judged, clearance: int, part: slice) -> Array:
-    """Return (N, 2) deflection and rate of one clearance over some samples, smooth on a screen.
+def phase_curves(findings: Judged, clearances: Sequence[int], window: Window) -> tuple[list[Array], Mark]:
+    """Return deflection and rate (N, 2) of each clearance over the last cycles, and how they are drawn.
+
+    A motion that is known between its samples is drawn as it is, another one through its samples by polynomials
+    (``plots/smooth``), or as points where these are too far apart.
 
     Parameters
     ----------
     findings
         what the pipeline found.
-    clearance
-        index into ``layout.clearance``.
-    part
-        of the samples.
+    clearances
+        indices into ``layout.clearance``.
+    window
+        the last cycles.
     """
+    trajectory = findings.motion.trajectory
+    if trajectory.exact is not None and clearances:
+        names = [trajectory.layout.clearance_names[k] for k in clearances]
+        exact = trajectory.exact.phase_curves(trajectory, names, window.cycles)
+        if exact is not None:
+            return [_on_screen(exact[:, k]) for k in range(len(names))], "line"
+    part = slice(window.first, window.last + 1)
+    if not coarse(trajectory):
+        return [_on_screen(_through_samples(findings, k, part)) for k in clearances], "line"
+    rates = [deflection_rate(findings, k) for k in clearances]
+    deflections = [trajectory.deflection[:, k] for k in clearances]
+    return [np.stack(both, 1)[part] for both in zip(deflections, rates, strict=True)], "points"
+
+
+def _through_samples(findings: Judged, clearance: int, part: slice) -> Array:
+    """(N, 2) deflection and rate of one clearance through samples and its crossings."""
     trajectory, model = findings.motion.trajectory, findings.model
     layout, events = trajectory.layout, trajectory.events
     element, deflection = int(layout.clearance[clearance]), trajectory.deflection[:, clearance]
@@ -106,15 +122,14 @@ def smooth_curve(findings: Judged, clearance: int, part: slice) -> Array:
     reached = np.interp(events.time[own], trajectory.time, deflection)
     corners = layout.corners[clearance]
     corner = corners[np.argmin(np.abs(reached[:, None] - corners), axis=1)] if corners.size else reached
-    knots = with_crossings(Knots(*(values[part] for values in samples)), events.time[own], corner, events.velocity[own])
-    points = between(knots)
+    knots = Knots(*(values[part] for values in samples))
+    return between(with_crossings(knots, events.time[own], corner, events.velocity[own]))
+
+
+def _on_screen(points: Array) -> Array:
+    """Those of the points of a curve that a screen shows."""
     frame = np.ptp(points, axis=0)
     return points[thinned(points * (np.array(SCREEN) / np.where(frame > 0.0, frame, 1.0)), WITHIN)]
-
-
-def _count(samples: int, trajectory: Trajectory) -> str:
-    cycles = samples // trajectory.samples_per_cycle
-    return "cycle" if cycles == 1 else f"{cycles} cycles"
 
 
 def deflection_rate(findings: Judged, clearance: int) -> Array:
