@@ -47,6 +47,29 @@ def test_standard_errors_cover_the_truth(draws: int) -> None:
     assert 0.8 < np.mean(spread) < 1.5  # the errors are those of a bootstrap over 50 cycles
 
 
+LINEAR = gr.loads(made.MODEL.replace("clearance = 0.01\n", ""))
+
+
+@pytest.mark.parametrize(
+    ("free", "how"),
+    [
+        (["torque.0.harmonics.0.amplitude"], {}),
+        (["torque.0.harmonics.0.amplitude"], {"calibration": 3.0}),
+        (["coupling.gap.stiffness", "inertia.gear.J"], {}),
+    ],
+)
+def test_a_profile_is_the_standard_errors_interval_where_the_motion_is_linear(
+    free: list[str], how: dict[str, float]
+) -> None:
+    """Without a gap the motion is linear in a torque, and over a standard error in all others."""
+    data = {"recording": {"file": made.recording(source=LINEAR), **how}}
+    fit = gr.identification.fit(LINEAR, data, free, starts=1, profile=True)
+    for p in fit.parameters:
+        low, high = (np.array(p.interval) - p.value) / (1.96 * p.standard_error)
+        assert low == pytest.approx(-1.0, rel=0.005)
+        assert high == pytest.approx(1.0, rel=0.005)
+
+
 def test_a_record_without_noise_gives_the_truth() -> None:
     path = "inertia.gear.J"
     fit = gr.identification.fit(made.model(**{path: 0.06}), made.recording(noise=0.0), [path], starts=1)
@@ -90,8 +113,10 @@ def test_a_motion_that_never_repeats_is_fitted_on_a_surface_and_says_so() -> Non
     long = {"simulation.cycles": 260, "simulation.discard": 60}
     path, truth = "coupling.gap.stiffness", made.model(**changes, **long)
     record = made.recording(source=truth.with_({"simulation.initial": "zero"}), noise=0.02, cycles=320)
-    fit = gr.identification.fit(truth.with_({path: 1.3 * 900.0}), record, [path], starts=6, factor=2.0)
+    fit = gr.identification.fit(truth.with_({path: 1.3 * 900.0}), record, [path], starts=6, factor=2.0, profile=True)
     (p,) = fit.parameters
+    assert p.interval is None
+    assert any(note.startswith("no profiles:") for note in fit.notes)
     assert any("does not repeat itself" in note for note in fit.notes)
     assert abs(np.log(p.value / 900.0)) < 4.0 * p.relative_error
     assert p.relative_error < 0.1

@@ -20,7 +20,7 @@ from gearrattle.measured.fitting.problem import ROUGH, MotionProblem
 from gearrattle.measured.fitting.recorded import Chosen, Recorded, choose, motion_of
 from gearrattle.measured.fitting.recording_table import RecordingTable
 from gearrattle.measured.fitting.simulated import Simulator, cycles_of
-from gearrattle.measured.fitting.surface import settle
+from gearrattle.measured.fitting.surface import Surface, settle
 from gearrattle.measured.identification.estimates import (
     FACTOR,
     STARTS,
@@ -107,8 +107,15 @@ def fit_motion(
     problem = MotionProblem(recorded, simulator, model, parameters, prior, steps.count)
     steps.count()
     searched, judged, said = _searched(problem, starts, seed)
+    is_smooth = not isinstance(judged, Surface)
+    if profile and not is_smooth:
+        said = [
+            *said,
+            "no profiles: of a motion that does not repeat itself only slopes are known, over a small range.",
+        ]
     said = [*notes, *pairing.notes, *said, *recording.notes]
-    fitted = estimates(model, judged, parameters, searched, notes=said, profile=profile, progress=progress)
+    has_profile = profile and is_smooth
+    fitted = estimates(model, judged, parameters, searched, notes=said, profile=has_profile, progress=progress)
     if progress is not None:
         progress(1.0)
     return fitted

@@ -18,9 +18,16 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.fitted import RIVAL, Fit, FittedParameter, LocalMinimum
-from gearrattle.measured.identification.identifiability import Combination, null_space, split, undetermined
+from gearrattle.measured.identification.identifiability import (
+    Combination,
+    covariance,
+    null_space,
+    split,
+    undetermined,
+)
 from gearrattle.measured.identification.parameters import Parameters
 from gearrattle.measured.identification.problem import Residual
+from gearrattle.measured.identification.profile import LEVEL
 from gearrattle.measured.identification.profile import profile as profile_of
 from gearrattle.measured.identification.search import EXACT, Effort, Minimum
 from gearrattle.model import Model
@@ -150,8 +157,8 @@ def estimates(
     spread = np.sqrt(np.diag(covariances))
     ends: list[tuple[float, float] | None] = [None] * problem.count
     if profile:
-        errors = spread, scale
-        ends = _profiles(problem, parameters, best.x, errors, effort=searched.effort, progress=progress)
+        rises = LEVEL * _widened(problem, best, spread, scale)
+        ends = _profiles(problem, parameters, best.x, (spread, rises), effort=searched.effort, progress=progress)
     values = parameters.values(best.x)
     words = {-1: "lower", 0: "", 1: "upper"}
     table = [
@@ -199,11 +206,26 @@ def _covariance(problem: DataProblem, best: Minimum, null: Array) -> Array:
     return matrix
 
 
+def _widened(problem: DataProblem, best: Minimum, spread: Array, scale: float) -> Array:
+    """Return (P,) how much larger the variance of a parameter is than independent residuals of size one make it.
+
+    By so much chi-square rises more until it leaves the interval (J. T. Kent 1982, Biometrika 69, 19); ``scale``
+    squared where one of both variances is not known.
+    """
+    inside = best.at_bound == 0
+    jacobian = problem.residuals(best.x)[1][:, inside]
+    alone = np.full(problem.count, np.nan)
+    alone[inside] = np.diag(covariance(jacobian, null_space(jacobian)))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        widened = spread**2 / alone
+    return np.where(np.isfinite(widened) & (widened > 0.0), widened, scale**2)
+
+
 def _profiles(
     problem: DataProblem,
     parameters: Parameters,
     x: Array,
-    errors: tuple[Array, float],
+    errors: tuple[Array, Array],
     *,
     effort: Effort,
     progress: Progress | None,
@@ -215,14 +237,16 @@ def _profiles(
             progress(share)
         return problem.residuals(y)
 
-    spread, scale = errors
+    spread, rises = errors
     intervals: list[tuple[float, float] | None] = []
     for p, start in enumerate(parameters.start.tolist()):
         share = p / problem.count
         if math.isinf(spread[p]):
             intervals.append((0.0, math.inf))
             continue
-        low, high = profile_of(residuals, x, p, parameters.box, errors=(float(spread[p]), scale), effort=effort)
+        low, high = profile_of(
+            residuals, x, p, parameters.box, errors=(float(spread[p]), float(rises[p])), effort=effort
+        )
         intervals.append((start * math.exp(low), math.inf if math.isinf(high) else start * math.exp(high)))
     return intervals
 

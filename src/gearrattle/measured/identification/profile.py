@@ -2,7 +2,8 @@
 
 The interval of parameter p holds every value at which min over the others of chi-square stays within 3.841 of its
 minimum, the 95 % point of chi-square with one degree of freedom (Raue et al., Bioinformatics 25 (2009) 1923). Unlike
-a standard error it need not be symmetric, and it is open where the data set no end inside the bounds.
+a standard error it need not be symmetric, and it is open where the data set no end inside the bounds. Where residuals
+are not independent, or of another size, the minimum may be left by more or less than that (``estimates``).
 
 Takes the residual function and a minimum; gives intervals.
 """
@@ -45,13 +46,13 @@ def profile(
     box
         (P,) lowest and highest x.
     errors
-        standard error of x[p], for the first step (need not be finite); factor on those of the data.
+        standard error of x[p], for the first step (need not be finite); by how much chi-square rises to the ends.
     effort
         of each local search.
     """
-    spread, scale = errors
+    spread, rise = errors
     rows = residuals(x)[0]
-    target = float(rows @ rows) + LEVEL * scale**2
+    target = float(rows @ rows) + rise
     ends = []
     for side in (-1, 1):
         limit = float(box[(side + 1) // 2][parameter])
