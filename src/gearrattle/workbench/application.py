@@ -125,7 +125,13 @@ def _begin(state: State, limits: Limits) -> None:
     queue = import_module("gearrattle.workbench.jobs.queue")
     state.jobs = queue.Jobs(state.folder, limits.processes, limits.memory, state.reserve)
     state.newest = Newest(state.folder, limits.memory, state.reserve)
-    Thread(target=_router, args=(_LAST,), daemon=True).start()
+    Thread(target=_import_rest, daemon=True).start()
+
+
+def _import_rest() -> None:
+    """Import the rest of the interface, and what it imports itself when the first result is read."""
+    _router(_LAST)
+    import_module("h5netcdf")
 
 
 async def _end_answers(state: State) -> None:
