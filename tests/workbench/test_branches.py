@@ -21,6 +21,7 @@ from gearrattle.workbench.notebook import Answers
 from tests.browser import MARKS
 from tests.orbits.test_branch import over_frequency
 from tests.report.examples import result
+from tests.studies import oscillator
 from tests.workbench.jobs import client, make_job
 from tests.workbench.page import opened_page, violations
 from tests.workbench.server import Server, serving
@@ -194,6 +195,21 @@ def test_branches_are_told_as_they_grow() -> None:
     assert sizes[-1] == len(branch.points)
     for one in known:
         assert one.points == branch.points[: len(one.points)]
+
+
+@pytest.mark.parametrize(("ends", "isolated"), [((3.6, 6.3), False), ((5.9, 6.3), True)])
+def test_every_branch_is_told_from_its_first_points_on(ends: tuple[float, float], isolated: bool) -> None:
+    known: list[Branch] = []
+    branch = gr.continuation(
+        oscillator.model(), oscillator.AMPLITUDE, ends, start="linear", isolated=isolated, so_far=known.append
+    )
+    assert len(branch.curves) > 1
+    assert known[-1].points == branch.points
+    for number, curve in enumerate(branch.curves):
+        sizes = [len(one.curves[number].points) for one in known if len(one.curves) > number]
+        assert sizes[0] <= 3
+        assert sizes == sorted(sizes)
+        assert len(set(sizes)) > len(curve.points) / 2
 
 
 def test_a_branch_is_seen_while_it_grows(tmp_path: Path) -> None:

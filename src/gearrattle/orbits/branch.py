@@ -435,8 +435,8 @@ def continuation(
         called with the finished share of the work, which never falls; an exception from it ends the work. The first
         branch, the search for isolated ones, and the branches that leave them count as equal parts.
     so_far
-        called with what is followed so far: after every step of the first branch, and when others are complete. What
-        is looked for beyond a branch's points, such as branches that leave it, is not in it yet.
+        called with what is followed so far, after every step of every branch. What is looked for beyond a branch's
+        points, such as branches that leave it, is not in it yet.
 
     Returns
     -------
@@ -474,22 +474,26 @@ def continuation(
     parts = 1 + isolated + has_doubled
     work = None if progress is None else never_falling(progress)
 
-    def tell(known: Sequence[Curve]) -> None:
-        if so_far is not None:
-            so_far(Branch(model, path, (first, last), cycles, tuple(known)))
+    curves: list[Curve] = []
 
-    curves = [followed(curve, start_point, ascending, progress=part_of(work, 0, parts), so_far=lambda one: tell([one]))]
+    def tell(further: Sequence[Curve]) -> None:
+        if so_far is not None:
+            so_far(Branch(model, path, (first, last), cycles, (*curves, *further)))
+
+    own = part_of(work, 0, parts)
+    curves.append(followed(curve, start_point, ascending, progress=own, so_far=lambda one: tell([one])))
     if isolated:
-        curves += isolated_curves(curve, ascending, curves, part_of(work, 1, parts))
-        tell(curves)
+        curves += isolated_curves(curve, ascending, curves, progress=part_of(work, 1, parts), so_far=tell)
+        tell([])
     if has_doubled:
         doubled = Continuation(
             family_of(model, path, first, 2 * cycles, unit), longest=1.0 / _POINTS, step_limit=step_limit
         )
         last_part, known = part_of(work, parts - 1, parts), tuple(curves)
         for i, one in enumerate(known):
-            curves += branches_off(curve, doubled, one, ascending, part_of(last_part, i, len(known)))
-            tell(curves)
+            part = part_of(last_part, i, len(known))
+            curves += branches_off(curve, doubled, one, ascending, progress=part, so_far=tell)
+            tell([])
     if work is not None:
         work(1.0)
     notes = tuple(dict.fromkeys(note for c in curves for note in c.notes))

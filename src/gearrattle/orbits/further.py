@@ -5,7 +5,7 @@ Takes a Continuation and the branches known so far; gives further ones.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from gearrattle.orbits.progress import Progress, part_of
 from gearrattle.orbits.search import Known, search, starts_of
 
 Array = NDArray[np.float64]
+SoFar = Callable[[Sequence[Curve]], None]
 
 _VALUES = 7
 """Number of parameter values inside the range at which isolated branches are sought."""
@@ -30,7 +31,12 @@ _DISTANCES = (0.02, 0.005, 0.001)  # of the first point from the branch that is 
 
 
 def isolated_curves(
-    curve: Continuation, ends: tuple[float, float], curves: Sequence[Curve], progress: Progress | None = None
+    curve: Continuation,
+    ends: tuple[float, float],
+    curves: Sequence[Curve],
+    *,
+    progress: Progress | None = None,
+    so_far: SoFar | None = None,
 ) -> list[Curve]:
     """Return branches that are connected to none of the known ones.
 
@@ -44,6 +50,8 @@ def isolated_curves(
         the branches known.
     progress
         called with the share of the values at which they have been sought.
+    so_far
+        called with these branches as far as they are followed, after every step.
     """
     further: list[Curve] = []
     for i, value in enumerate(np.linspace(*ends, _VALUES + 2)[1:-1]):
@@ -59,7 +67,8 @@ def isolated_curves(
         for motion in known.passes:
             if not on_branches.holds(motion.start):
                 try:
-                    isolated = _both_ways(curve, motion.start, float(value), ends=ends, progress=part)
+                    tell = _with(further, so_far)
+                    isolated = _both_ways(curve, motion.start, float(value), ends=ends, progress=part, so_far=tell)
                 except ConvergenceError:
                     continue
                 further.append(isolated)
@@ -74,15 +83,32 @@ def _points_at(curve: Continuation, curves: Sequence[Curve], value: float) -> li
     return [point for known in curves for _, point in known.motions_at(curve, value)]
 
 
+def _with(further: list[Curve], so_far: SoFar | None) -> Callable[[Curve], None] | None:
+    """Return the function that tells of a branch under way beside those that are complete; None if there is none."""
+    return None if so_far is None else lambda growing: so_far([*further, growing])
+
+
 def _both_ways(
-    curve: Continuation, state: State, value: float, *, ends: tuple[float, float], progress: Progress | None
+    curve: Continuation,
+    state: State,
+    value: float,
+    *,
+    ends: tuple[float, float],
+    progress: Progress | None,
+    so_far: Callable[[Curve], None] | None,
 ) -> Curve:
     """The branch through a motion, followed upward and downward and put together."""
     first = curve.begin(state, value)
-    ahead = followed(curve, first, ends, progress=progress)
+    ahead = followed(curve, first, ends, progress=progress, so_far=so_far)
     if len(ahead.points) > 2 and ahead.points[-1].w is first.w:  # closed
         return ahead
-    behind = followed(curve, curve.begin(state, value, upward=False), ends, progress=progress)
+    downward = curve.begin(state, value, upward=False)
+    tell = None if so_far is None else lambda growing: so_far(_joined(growing, ahead))
+    return _joined(followed(curve, downward, ends, progress=progress, so_far=tell), ahead)
+
+
+def _joined(behind: Curve, ahead: Curve) -> Curve:
+    """One branch from two that begin at the same motion, the first of them passed backwards."""
     length = behind.points[-1].length
     points = [_reversed(point, length) for point in reversed(behind.points[1:])]
     points += [replace(point, length=length + point.length) for point in ahead.points]
@@ -90,7 +116,7 @@ def _both_ways(
     events += [replace(e, point=replace(e.point, length=length + e.point.length)) for e in ahead.events]
     unlocated = [replace(step, before=step.after, after=step.before) for step in reversed(behind.unlocated)]
     every = *unlocated, *ahead.unlocated
-    return Curve(curve.family.cycles, tuple(points), tuple(events), behind.note or ahead.note, unlocated=every)
+    return Curve(ahead.cycles, tuple(points), tuple(events), behind.note or ahead.note, unlocated=every)
 
 
 def _reversed(point: Point, length: float) -> Point:
@@ -103,7 +129,9 @@ def branches_off(
     doubled: Continuation,
     known: Curve,
     ends: tuple[float, float],
+    *,
     progress: Progress | None = None,
+    so_far: SoFar | None = None,
 ) -> list[Curve]:
     """Return the branches that leave one where its period doubles or its symmetry breaks.
 
@@ -117,6 +145,8 @@ def branches_off(
         of the range, ascending.
     progress
         called with the share of the events whose branches have been followed.
+    so_far
+        called with these branches as far as they are followed, after every step.
     """
     further: list[Curve] = []
     reached: list[float] = []
@@ -133,9 +163,15 @@ def branches_off(
         for j, first in enumerate(leaving):
             if _is_known(follower, first, curve, [known, *further]):
                 continue
-            own = part_of(part, j, len(leaving))
-            home = curve if event.kind == DOUBLING else None
-            branch = followed(follower, first, ends, home=home, origin=_origin(follower, event, first), progress=own)
+            branch = followed(
+                follower,
+                first,
+                ends,
+                home=curve if event.kind == DOUBLING else None,
+                origin=_origin(follower, event, first),
+                progress=part_of(part, j, len(leaving)),
+                so_far=_with(further, so_far),
+            )
             further.append(branch)
             if branch.events and branch.events[-1].kind == DOUBLING:
                 reached.append(branch.events[-1].point.parameter)
