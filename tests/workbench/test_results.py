@@ -178,10 +178,11 @@ def test_what_is_not_there_is_a_problem_in_words(page: Any, path: str, status: i
         assert set(problem) == {"place", "value", "rule", "remedy"}
 
 
-def test_widgets_are_served_as_one_text(page: Any) -> None:
+def test_widgets_are_served_as_modules(page: Any) -> None:
     answer = page.get("/widgets/result.js")
     assert answer.headers["content-type"].startswith("text/javascript")
-    assert "const plot = (() =>" in answer.text
+    assert 'import plot from "./plot.js";' in answer.text
+    assert page.get("/widgets/plot.js").status_code == 200
     assert page.get("/widgets/widgets.css").headers["content-type"].startswith("text/css")
 
 

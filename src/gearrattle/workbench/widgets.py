@@ -1,8 +1,8 @@
-"""Widgets put together: every one is served as a single text, on the page and in notebooks alike.
+"""Widgets and the parts that they need, as notebooks and as the page load them.
 
-A notebook loads a widget as one text, so relative imports fail there. A widget's file names the parts that it needs in
-its first line (``// needs: plot, theme``); here they are put before it, each in a scope of its own. A part ends with
-``export default``, as a widget does.
+A widget's file names the parts that it needs in its first line (``// needs: plot, theme``); a part ends with ``export
+default``, as a widget does. A notebook loads a widget as one text, so relative imports fail there: the parts are put
+before it, each in a scope of its own. The page imports them, so that it loads every part once.
 
 Takes names of widgets; gives JavaScript and CSS.
 """
@@ -35,6 +35,23 @@ def text(name: str) -> str:
     """
     source = _source(name)
     return "\n".join([*(_scoped(part) for part in _needed(name)), source])
+
+
+@cache
+def module(name: str) -> str:
+    """Return a widget as an ES module that imports what it needs from beside it.
+
+    All parts are named, also those that parts need, so that a browser asks for them at once.
+
+    Raises
+    ------
+    KeyError
+        there is no such widget.
+    """
+    source, direct = _source(name), _needs(name)
+    others = [part for part in _needed(name) if part not in direct]
+    lines = [f'import {part} from "./{part}.js";' for part in direct] + [f'import "./{part}.js";' for part in others]
+    return "\n".join([*lines, source])
 
 
 @cache

@@ -1,4 +1,4 @@
-"""Widgets, each as one text, and their style sheet.
+"""Widgets and their parts, each a module, and their style sheet.
 
 Takes requests for ``/widgets/...``; gives JavaScript and CSS.
 """
@@ -19,7 +19,7 @@ def _widget(request: Request) -> Response:
     name = str(request.path_params["name"])
     if name not in widgets.names():
         raise NotThereError(Problem("widget", name[:60], "there is no such widget", ""))
-    return Response(widgets.text(name), media_type="text/javascript; charset=utf-8")
+    return Response(widgets.module(name), media_type="text/javascript; charset=utf-8")
 
 
 def _style(request: Request) -> Response:
