@@ -215,7 +215,9 @@ def _model_archive(request: Request) -> Response:
 
 def _compare(request: Request) -> Response:
     jobs = [job for job in request.query_params.get("jobs", "").split(",") if job][:_MOST_JOBS]
-    return JSONResponse({"jobs": jobs, **differences([_job_folder(request, job) for job in jobs])})
+    folders = [_job_folder(request, job) for job in jobs]
+    figures = [[chart.key for chart in kept.charts_of_job(folder)] for folder in folders]
+    return JSONResponse({"jobs": jobs, **differences(folders), "figures": figures})
 
 
 def _recording(request: Request) -> Any:

@@ -12,13 +12,13 @@ const WORSE = { quiet: 0, "single-sided": 1, "double-sided": 2 };
 const SMALLER = new Set(["impacts per second", "fastest approach", "hardest impact", "loose-gear margin"]);
 
 export function Compare({ jobs, chosen, onError }) {
-  const [rows, setRows] = useState(null);
+  const [answered, setAnswered] = useState({});
   const done = (jobs ?? []).filter((job) => job.state === "done");
   const known = chosen.filter((id) => done.some((job) => job.id === id));
   const key = known.join(",");
+  const rows = answered.key === key ? answered.rows : null; // those of the runs marked before are not theirs
   useEffect(() => {
-    setRows(null);
-    if (known.length > 1) api.get(`/api/compare?jobs=${key}`).then(setRows).catch(onError);
+    if (known.length > 1) api.get(`/api/compare?jobs=${key}`).then((rows) => setAnswered({ key, rows })).catch(onError);
   }, [key]);
   const toggle = (id, isOn) => { location.hash = `#/compare?jobs=${(isOn ? [...known, id] : known.filter((other) => other !== id)).join(",")}`; };
   return html`<div class="page split">
@@ -27,7 +27,7 @@ export function Compare({ jobs, chosen, onError }) {
     </aside>
     <article class="card">
       ${known.length < 2 ? html`<div class="empty"><h1>Compare variants</h1><p>Mark two runs or more on the left. What differs in their models is named, and what came of it stands side by side.</p></div>`
-        : rows ? html`<${Table} rows=${rows} jobs=${known.map((id) => done.find((job) => job.id === id))} onError=${onError} /><${Overlay} key=${key} jobs=${known.map((id) => done.find((job) => job.id === id))} />` : html`<p class="loading">Reading …</p>`}
+        : rows ? html`<${Table} rows=${rows} jobs=${known.map((id) => done.find((job) => job.id === id))} onError=${onError} /><${Overlay} key=${key} figures=${rows.figures} jobs=${known.map((id) => done.find((job) => job.id === id))} />` : html`<p class="loading">Reading …</p>`}
     </article>
   </div>`;
 }
@@ -38,11 +38,12 @@ function shown(value) {
   return typeof value === "string" ? value : JSON.stringify(value);
 }
 
-// Index of the best value of a row; -1 where there is none that is better than another.
+// Index of the best value of a row; -1 where there is none that is better than another that is known.
 function best({ quantity, values }) {
   const size = quantity === "regime" ? (value) => WORSE[value] : SMALLER.has(quantity) ? (value) => value : null;
   if (!size) return -1;
   const sizes = values.map((value) => (value === null || value === undefined ? Infinity : size(value)));
+  if (sizes.filter(Number.isFinite).length < 2) return -1;
   const least = Math.min(...sizes);
   return sizes.filter((other) => other === least).length === 1 ? sizes.indexOf(least) : -1;
 }
@@ -70,24 +71,28 @@ function Table({ rows, jobs, onError }) {
       </tbody></table></div>`;
 }
 
-// One figure of several runs, laid over each other: panels of one title together, a colour a run.
-function Overlay({ jobs }) {
-  const [name, setName] = useState("phase_plane");
+// One figure of several runs, laid over each other: panels of one title together, a colour a run. Only those are asked
+// for that a job has.
+function Overlay({ jobs, figures }) {
+  const choices = OVERLAID.filter(([key]) => figures.some((keys) => keys.includes(key)));
+  const [name, setName] = useState(choices[0]?.[0]);
   const [model, setModel] = useState(null);
   const [words, setWords] = useState("");
   useEffect(() => {
+    if (!name) return;
     const shown = jobs.slice(0, COLOURS.length);
     let isGone = false;
     setModel(null);
-    Promise.all(shown.map((job) => api.get(`/api/jobs/${job.id}/figures/${name}.json`).catch(() => null))).then((charts) => laidOver(charts, shown)).then((made) => {
+    Promise.all(shown.map((job, k) => (figures[k].includes(name) ? api.get(`/api/jobs/${job.id}/figures/${name}.json`) : null))).then((charts) => laidOver(charts, shown)).then((made) => {
       if (isGone) return;
-      setWords(made ? "" : "These have no such figure.");
-      if (made) setModel(standIn({ chart: made }));
+      setWords("");
+      setModel(standIn({ chart: made }));
     }).catch((error) => setWords(error.message));
     return () => { isGone = true; };
   }, [name]);
+  if (!name) return null;
   return html`<section aria-label="Laid over each other"><div class="head"><h2 class="title">Laid over each other</h2>
-      <label>Figure <select value=${name} onChange=${(event) => setName(event.target.value)}>${OVERLAID.map(([key, title]) => html`<option value=${key}>${title}</option>`)}</select></label></div>
+      <label>Figure <select value=${name} onChange=${(event) => setName(event.target.value)}>${choices.map(([key, title]) => html`<option value=${key}>${title}</option>`)}</select></label></div>
     ${words ? html`<p class="muted">${words}</p>` : null}${model ? html`<${Widget} name="figure" model=${model} />` : null}</section>`;
 }
 
@@ -109,7 +114,6 @@ function factorOf(from, to) {
 
 async function laidOver(charts, jobs) {
   const first = charts.find(Boolean), plot = await widget("plot");
-  if (!first) return null;
   const panels = new Map(), scaled = (values, factor) => (factor === 1 ? values : values.map((value) => factor * value));
   charts.forEach((chart, k) => (chart ? plot.decoded(chart).panels : []).forEach((panel) => {
     const old = panels.get(panel.title) ?? { ...panel, lines: [], bars: [], labels: [], x_range: panel.y_log ? panel.x_range : null, y_range: panel.y_log ? panel.y_range : null };

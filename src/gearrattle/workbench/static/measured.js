@@ -12,7 +12,8 @@ const MEASURED = "#d55e00";
 
 export function Measured({ jobs, query, onStarted, onError }) {
   const motions = (jobs ?? []).filter((job) => job.state === "done" && MOTIONS.includes(job.task));
-  const [job, setJob] = useState(query.get("job") ?? "");
+  const [asked, setJob] = useState(query.get("job") ?? "");
+  const job = motions.some(({ id }) => id === asked) ? asked : motions[0]?.id ?? "";
   const [files, setFiles] = useState([]);
   const [file, setFile] = useState(query.get("file") ?? "");
   const [known, setKnown] = useState({ simulated: null, measured: null });
@@ -21,7 +22,6 @@ export function Measured({ jobs, query, onStarted, onError }) {
   const picker = useRef(null);
   const list = () => api.get("/api/files").then((all) => setFiles(all.filter((entry) => READ.split(",").some((end) => entry.path.toLowerCase().endsWith(end))))).catch(onError);
   useEffect(() => { list(); }, []);
-  useEffect(() => { if (!job && motions.length) setJob(motions[0].id); }, [motions.length]);
   useEffect(() => { if (job) api.get(`/api/jobs/${job}/traces`).then((simulated) => setKnown((old) => ({ ...old, simulated }))).catch(onError); }, [job]);
   useEffect(() => {
     setKnown((old) => ({ ...old, measured: null }));

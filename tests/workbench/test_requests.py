@@ -1,0 +1,111 @@
+"""No page asks for what is not there: results of every kind, alone and beside each other, with every part opened."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import Any
+
+import pytest
+
+from tests.browser import MARKS
+from tests.report.examples import model, result
+from tests.workbench.jobs import make_job
+from tests.workbench.page import opened_page
+from tests.workbench.server import Server, serving
+
+pytest.importorskip("uvicorn")
+playwright = pytest.importorskip("playwright.sync_api")
+pytestmark = MARKS
+
+KINDS = {
+    "run": "run",
+    "simulate": "motion",
+    "advise": "advice",
+    "modes": "modes",
+    "equilibrium": "equilibrium",
+    "stiffness": "stiffness",
+    "reduce": "reduction",
+    "compare": "comparison",
+    "study": "study",
+    "bifurcation": "bifurcation",
+    "basins": "basins, grid",
+    "screen": "screening",
+    "periodic": "periodic motion",
+    "continuation": "branches",
+    "validate": "validation",
+    "fit": "fit",
+}
+"""Task -> an example of what it answers."""
+QUIET = 300  # ms: what a page asks for, it asks for at once
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    root = tmp_path_factory.mktemp("kinds")
+    for task, case in KINDS.items():
+        make_job(root, task, result(case), model(), task=task)
+    with serving(root) as running:
+        yield running
+
+
+def test_every_task_is_here() -> None:
+    from gearrattle.workbench.jobs.tasks import TASKS
+
+    assert set(KINDS) == set(TASKS)
+
+
+@pytest.mark.parametrize("task", KINDS)
+def test_every_part_of_a_result_is_there(server: Server, task: str) -> None:
+    with opened_page(server) as tab:
+        refused = _refused(tab)
+        tab.goto(f"{server.address}/#/runs/{task}")
+        tab.wait_for_selector(".gr-tabpanel > *")
+        tabs = tab.get_by_role("tab")
+        for k in range(tabs.count()):
+            tabs.nth(k).click()
+            tab.wait_for_load_state("networkidle")
+        assert refused == []
+
+
+def test_all_pairs_are_compared(server: Server) -> None:
+    with opened_page(server) as tab:
+        refused = _refused(tab)
+        for pair in combinations(KINDS, 2):
+            with tab.expect_response("**/api/compare?*"):
+                tab.goto(f"{server.address}/#/compare?jobs={','.join(pair)}")
+            _figures_of(tab, pair, server)
+        assert refused == []
+
+
+def _figures_of(tab: Any, pair: tuple[str, ...], server: Server) -> None:
+    """Choose every figure that is laid over, and wait until it is drawn."""
+    figures = server.client.get(f"/api/compare?jobs={','.join(pair)}").json()["figures"]
+    offered = [key for key in ("phase_plane", "spectrum", "impacts") if any(key in keys for keys in figures)]
+    tab.wait_for_function(
+        "(names) => names.every((name) => document.querySelector('thead')?.textContent.includes(name))", arg=list(pair)
+    )
+    for key in offered:
+        tab.get_by_label("Figure").select_option(key)
+        tab.wait_for_selector("section canvas")
+
+
+@pytest.mark.parametrize(
+    ("page", "sign"), [("edit?job={}", ".gr-node"), ("measured?job={}", "option"), ("studies?job={}", "option")]
+)
+def test_every_page_of_a_job_is_there(server: Server, page: str, sign: str) -> None:
+    with opened_page(server) as tab:
+        refused = _refused(tab)
+        for task in KINDS:
+            tab.goto("about:blank")
+            tab.goto(f"{server.address}/#/{page.format(task)}")
+            tab.wait_for_selector(f"main {sign}", state="attached")
+            tab.wait_for_timeout(QUIET)
+        assert refused == []
+
+
+def _refused(tab: Any) -> list[str]:
+    """A list of the requests that are answered by 4xx or 5xx, from now on."""
+    refused: list[str] = []
+    tab.on("response", lambda answer: refused.append(f"{answer.status} {answer.url}") if answer.status >= 400 else None)
+    return refused
