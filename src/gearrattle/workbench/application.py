@@ -27,6 +27,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Mount, Route, Router
 from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp
 
 from gearrattle.errors import Problem
 from gearrattle.workbench.access import Receive, Scope, Send
@@ -37,8 +38,8 @@ from gearrattle.workbench.routes import widgets
 from gearrattle.workbench.routes.answers import problems
 
 STATIC = Path(__file__).parent / "static"
-_FIRST, _LAST = ("model", "files", "jobs"), ("results",)
-"""Modules of ``routes`` in the order in which they are imported: what the page asks for first, and the rest."""
+_STAGES = ("model", "files"), ("jobs",), ("results",)
+"""Modules of ``routes`` in the order in which they are imported: what the editor asks for, jobs, and their results."""
 
 
 @dataclass(frozen=True)
@@ -108,19 +109,34 @@ class Server(uvicorn.Server):
 
 def all_routes() -> list[BaseRoute]:
     """Return the HTTP interface; its modules are imported now."""
-    return [*widgets.ROUTES, *_router(_FIRST).routes, *_router(_LAST).routes]
+    return [*widgets.ROUTES, *(route for stage in range(len(_STAGES)) for route in _router(stage).routes)]
 
 
 @cache
-def _router(names: tuple[str, ...]) -> Router:
-    """Return what passes requests on to some modules, and others to those that are imported last."""
-    modules = [import_module(f"gearrattle.workbench.routes.{name}") for name in names]
-    return Router([route for module in modules for route in module.ROUTES], default=_rest if names == _FIRST else None)
+def _router(stage: int) -> Router:
+    """Return what passes requests on to the modules of a stage, and others to those that are imported later."""
+    modules = [import_module(f"gearrattle.workbench.routes.{name}") for name in _STAGES[stage]]
+    is_last = stage + 1 == len(_STAGES)
+    return Router(
+        [route for module in modules for route in module.ROUTES], default=None if is_last else _later(stage + 1)
+    )
+
+
+def _later(stage: int) -> ASGIApp:
+    """Return what passes a request on to a stage as soon as that is imported, and computes."""
+
+    async def pass_on(scope: Scope, receive: Receive, send: Send) -> None:
+        state = scope["app"].state
+        if hasattr(state, "begun"):  # not where nothing is computed
+            await asyncio.shield(state.begun)
+        await (await run_in_threadpool(_router, stage))(scope, receive, send)
+
+    return pass_on
 
 
 def _begin(state: State, limits: Limits) -> None:
     """Import the interface and begin to compute."""
-    _router(_FIRST)
+    _router(0)
     state.reserve = Reserve()
     queue = import_module("gearrattle.workbench.jobs.queue")
     state.jobs = queue.Jobs(state.folder, limits.processes, limits.memory, state.reserve)
@@ -130,7 +146,8 @@ def _begin(state: State, limits: Limits) -> None:
 
 def _import_rest() -> None:
     """Import the rest of the interface, and what it imports itself when the first result is read."""
-    _router(_LAST)
+    for stage in range(len(_STAGES)):
+        _router(stage)
     import_module("h5netcdf")
 
 
@@ -140,15 +157,8 @@ async def _end_answers(state: State) -> None:
 
 
 async def _interface(scope: Scope, receive: Receive, send: Send) -> None:
-    """Pass a request on to the interface, as soon as that is imported."""
-    state = scope["app"].state
-    if hasattr(state, "begun"):  # not where nothing is computed
-        await asyncio.shield(state.begun)
-    await (await run_in_threadpool(_router, _FIRST))(scope, receive, send)
-
-
-async def _rest(scope: Scope, receive: Receive, send: Send) -> None:
-    await (await run_in_threadpool(_router, _LAST))(scope, receive, send)
+    """Pass a request on to the interface: what the editor asks for does not wait until jobs can be computed."""
+    await (await run_in_threadpool(_router, 0))(scope, receive, send)
 
 
 async def _refusal(request: Request, error: Exception) -> Response:

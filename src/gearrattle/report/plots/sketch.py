@@ -11,13 +11,13 @@ from __future__ import annotations
 from html import escape
 from typing import TYPE_CHECKING
 
-from gearrattle.pipeline import Findings
 from gearrattle.report.plots import driveline
 from gearrattle.report.plots.numerals import numeral, quantity
 from gearrattle.report.plots.palette import MUTED, REGIMES
 
 if TYPE_CHECKING:
     from gearrattle.model import Torque
+    from gearrattle.pipeline import Findings
     from gearrattle.quantities import Part
 
 _FRAME = driveline.Frame(pitch_x=196, pitch_y=200, left=92, right=150, top=104, bottom=96)

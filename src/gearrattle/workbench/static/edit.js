@@ -12,7 +12,7 @@ export function Edit({ from, motion, onStarted, onError }) {
     const open = async () => {
       const path = `/api/jobs/${encodeURIComponent(from)}`, of = motion ? `motions/${encodeURIComponent(motion)}/` : "";
       const [text, job] = from ? await Promise.all([api.get(`${path}/${of}model.toml`), api.get(path)]) : [];
-      if (!isGone) editor = await mountEditor(slot.current, { api, onRun, onError, text, origin: job?.file });
+      if (!isGone) editor = mountEditor(slot.current, { api, onRun, onError, text, origin: job?.file });
     };
     open().catch(onError);
     return () => { isGone = true; editor?.destroy?.(); };

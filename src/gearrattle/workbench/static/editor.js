@@ -267,6 +267,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
 
   // Adds a table with its template; ends without a body get new inertias.
   const insert = (table, between = [], at = null) => {
+    if (!shelf.length) return; // it is on its way
     const entry = shelf.find((candidate) => candidate.table === table), taken = namesOf(), edits = [];
     const clean = (template) => (tables?.units === "dimensionless" ? plain(template) : copy(template));
     const body = (base) => { const name = fresh(base, taken); edits.push({ op: "add", table: ["inertia"], value: { ...clean(shelf[0].template), name } }); return name; };
@@ -389,7 +390,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
     if (where.length) { field(where); setTimeout(focusWanted, 60); }
     if (!where.length && problem.line) { const area = root.current.querySelector(".toml-area"); if (area) { const start = text.split("\n").slice(0, problem.line - 1).join("\n").length + (problem.line > 1 ? 1 : 0); area.focus(); area.setSelectionRange(start, start); } }
   };
-  const isEmpty = answer.isParsed && !rowsOf(tables, "inertia").length;
+  const isEmpty = answer.isParsed ? !rowsOf(tables, "inertia").length : text === NEW;
   const count = answer.problems.length;
   const isChanged = doc.saved !== text;
   const title = answer.title || "Untitled";
@@ -410,7 +411,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
         <div class="ed-palette" role="toolbar" aria-label="Add"><span class="ed-word">Add</span>${shelf.filter(({ table }) => !SINGLE.includes(table)).map((entry) => html`<button type="button" title=${entry.words} disabled=${!answer.isParsed} onClick=${() => insert(entry.table)}><${Symbol} path=${entry.symbol} width=${entry.width} />${entry.title}</button>`)}
           <button type="button" class="ed-arrange" title="Lay the driveline out anew" disabled=${!answer.drawing} onClick=${arrange}>Arrange</button></div>
         <div class="ed-sheet"><${Widget} name="driveline" model=${model} label="Drawing" />
-          ${isEmpty ? html`<div class="ed-start"><h2>An empty sheet</h2><p>Add an inertia, then pull the small circle beside it to the next one. Or begin with something that works.</p><div class="choices"><button type="button" class="primary" onClick=${() => insert("inertia")}>Add an inertia</button><button type="button" onClick=${() => setDialog({ kind: "open" })}>Open an example …</button></div></div>` : null}</div>
+          ${isEmpty ? html`<div class="ed-start"><h2>An empty sheet</h2><p>Add an inertia, then pull the small circle beside it to the next one. Or begin with something that works.</p><div class="choices"><button type="button" class="primary" disabled=${!shelf.length} onClick=${() => insert("inertia")}>Add an inertia</button><button type="button" onClick=${() => setDialog({ kind: "open" })}>Open an example …</button></div></div>` : null}</div>
         ${verdict ? html`<div class=${`ed-verdict ${verdict.isFailed ? "failed" : verdict.verdict}${verdict.isStale ? " stale" : ""}`} role="status">${verdict.isFailed ? verdict.sentence
           : html`<details><summary><b>${verdict.headline}</b> <small>a look over 60 cycles at most; Run gives the whole</small></summary>${verdict.sentence}</details>`}</div>` : null}
         ${message ? html`<p class="ed-note" role="status"><span>${message}</span><button type="button" class="small-button" aria-label="Close the message" onClick=${() => setMessage("")}>×</button></p>` : null}
@@ -428,14 +429,16 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
   </section>`;
 }
 
-// Mounts the editor; returns {text(), open(text, name), destroy()}.
-export async function mountEditor(el, { api, onRun, onError = () => {}, text, origin }) {
-  const [schema, shelf] = await Promise.all([api.get("/api/schema"), api.get("/api/components")]);
-  let draft = null;
+// Mounts the editor; returns {text(), open(text, name), destroy()}. It is there at once; forms and the palette come with
+// the schema and the shelf.
+export function mountEditor(el, { api, onRun, onError = () => {}, text, origin }) {
+  let draft = null, isGone = false;
   try { draft = JSON.parse(localStorage.getItem(DRAFT)); } catch { /* no draft */ }
   const initial = text !== undefined ? { text, name: "", origin } : draft?.text ? draft : { text: NEW, name: "" };
-  const editor = { destroy: () => render(null, el) };
-  render(html`<${Editor} ...${{ api, schema, shelf, initial, onRun, onError, handle: (parts) => Object.assign(editor, parts) }} />`, el);
+  const editor = { destroy: () => { isGone = true; render(null, el); } };
+  const show = (schema, shelf) => isGone || render(html`<${Editor} ...${{ api, schema, shelf, initial, onRun, onError, handle: (parts) => Object.assign(editor, parts) }} />`, el);
+  show(null, []);
+  Promise.all([api.get("/api/schema"), api.get("/api/components")]).then((parts) => show(...parts)).catch(onError);
   return editor;
 }
 
