@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 import gearrattle as gr
 from tests.engine.periodic.test_grazing import DRAG, MEAN, oscillator
+from tests.orbits.test_curve import paper_case
 
 pytestmark = pytest.mark.compiled  # turning points of motions are found by the compiled loop
 
@@ -87,3 +89,10 @@ def test_with_every_step_limit_the_backlash_oscillator_has_the_same_grazings() -
     counts = {limit: grazings_of(model, "excitation.speed", (0.3, 1.6), limit) for limit in (0.01, 0.1, 0.5)}
     for grazings in counts.values():
         np.testing.assert_allclose(grazings, counts[0.01], rtol=0, atol=1e-8)
+
+
+def test_rebounds_are_told_apart_where_all_of_them_shift() -> None:
+    """Case 1 near 190.5 rad/s: 20 rebounds 0.003 to 0.01 periods apart, which move by more than that over a step."""
+    points = paper_case(300.0, 190.3).points
+    steps = [after.length - before.length for before, after in pairwise(points) if before.parameter < 191.0]
+    assert max(steps) > 1e-3

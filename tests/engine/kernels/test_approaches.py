@@ -44,6 +44,12 @@ def slopes(time: float) -> np.ndarray:
     return np.array([gradient[0], gradient[1], gradient[2] / FORCE])
 
 
+def time_slopes(time: float) -> np.ndarray:
+    """Derivatives of the instant of a turning point by x(0), x'(0) and p."""
+    gradient = expm(GENERATOR * time)[1]
+    return -np.array([gradient[0], gradient[1], gradient[2] / FORCE]) / (GENERATOR @ at(time))[1]
+
+
 def tables(crossed: tuple[float, ...]) -> dict[str, Any]:
     """What the loop has written of a motion before its turning points are sought; crossings change nothing."""
     shift = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -86,7 +92,7 @@ def tables(crossed: tuple[float, ...]) -> dict[str, Any]:
 
 def turns_of(crossed: tuple[float, ...]) -> np.ndarray:
     parts = tables(crossed)
-    turns, count = np.zeros((40, approaches.TURN_SLOPE + 3)), np.zeros(1, np.int64)
+    turns, count = np.zeros((40, approaches.TURN_SLOPE + 6)), np.zeros(1, np.int64)
     approaches.write_turns(
         parts["laws"],
         np.array([0]),
@@ -116,7 +122,7 @@ def test_turning_points_have_their_instants_depths_and_slopes(crossed: tuple[flo
         depth = at(time)[0] - UPPER if is_upper else LOWER - at(time)[0]
         assert row[approaches.TURN_DEPTH] == pytest.approx(depth, abs=1e-12)
         moved = slopes(time) - np.array([0.0, 0.0, CORNER_SHIFT]) if is_upper else -slopes(time)
-        np.testing.assert_allclose(row[approaches.TURN_SLOPE :], moved, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(row[approaches.TURN_SLOPE :], [*moved, *time_slopes(time)], rtol=0, atol=1e-12)
 
 
 def test_between_two_crossings_of_a_corner_a_turning_point_counts_by_that_one_too() -> None:
@@ -135,7 +141,7 @@ def test_between_two_crossings_of_a_corner_a_turning_point_counts_by_that_one_to
         depth = at(time)[0] - LOWER if is_maximum else UPPER - at(time)[0]
         assert row[approaches.TURN_DEPTH] == pytest.approx(depth, abs=1e-12)
         moved = slopes(time) if is_maximum else np.array([0.0, 0.0, CORNER_SHIFT]) - slopes(time)
-        np.testing.assert_allclose(row[approaches.TURN_SLOPE :], moved, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(row[approaches.TURN_SLOPE :], [*moved, *time_slopes(time)], rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("crossed", [(), CROSSED], ids=["whole", "crossed"])

@@ -3,7 +3,8 @@
 The *depth* of a turning point is how far it lies beyond a corner, in the direction in which the deflection moves before
 it: negative where the corner is not reached. With d = w z the deflection of a clearance and c the corner, the depth is
 stationary over time, so its derivative with respect to the state at the start and to the parameter p is that of w z - c
-at a fixed instant. A row over (s, z), s = dx/dp, is carried backwards over the interval from the crossing before:
+at a fixed instant. The instant itself moves by that of the rate w Z z, over the second derivative of w z, with the
+opposite sign. A row over (s, z), s = dx/dp, is carried backwards over the interval from the crossing before:
 
     [r_s, r_z] -> [r_s exp(A h), r_s D(h) + r_z exp(Z h)]            (``periods``)
 
@@ -42,7 +43,7 @@ _COARSER, _ORDER = 6, 18  # levels from the finest step to that between two look
 TIME, DEPTH, BEND, GAIN, STIFFNESS, DAMPING, SLOPE = range(7)
 """Entries of ``Map.approach``; from SLOPE on the derivative of the depth: (N,) by the state at the start, by p."""
 CLEARANCE, UPWARD, AFTER, TURN_TIME, TURN_DEPTH, TURN_SLOPE = range(6)
-"""Columns of ``Map.turns``; from TURN_SLOPE on as in ``SLOPE``."""
+"""Columns of ``Map.turns``; from TURN_SLOPE on as in ``SLOPE``, N + 1 of the depth, then as many of the instant."""
 MOST_TURNS = 512
 """Rows of ``Map.turns``."""
 
@@ -198,23 +199,45 @@ def _carry_row(steps, slot, rates, h, room):
 
 
 @strict
-def _write_slope(steps, rates, course, i, k, since, sign, corner_shift, scale, room, out, first):
-    """Write the derivative of a depth at so much time since crossing i, by the state at the start and by p."""
+def _write_slope(steps, rates, course, i, since, room, scale, factor, out, first):
+    """Write a factor times the derivative of a value so long after crossing i, by the state at the start and by p.
+
+    The value is ``room.state_row`` times the states; ``room.row`` times z is what the shift of p adds.
+    """
     states = room.state_row.size
-    for j in range(states):
-        room.state_row[j] = rates.deflection[k, j]
-    for j in range(room.row.size):
-        room.row[j] = rates.deflection_shift[k, j]
     _carry_row(steps, course.slot[i], rates, since, room)
     for p in range(states + 1):
         total = 0.0
         for j in range(states):
             total += room.state_row[j] * course.columns[i, j, p]
-        out[first + p] = sign * (total * scale[p] if p < states else total - corner_shift)
+        out[first + p] = factor * (total * scale[p] if p < states else total)
     total = 0.0
     for j in range(room.row.size):
         total += room.row[j] * course.z[i, j]
-    out[first + states] += sign * total
+    out[first + states] += factor * total
+
+
+@strict
+def _write_depth_slope(steps, rates, course, i, k, since, sign, corner_shift, scale, room, out, first):
+    """Write the derivative of a depth so long after crossing i, by the state at the start and by p."""
+    states = room.state_row.size
+    for j in range(states):
+        room.state_row[j] = rates.deflection[k, j]
+    for j in range(room.row.size):
+        room.row[j] = rates.deflection_shift[k, j]
+    _write_slope(steps, rates, course, i, since, room, scale, sign, out, first)
+    out[first + states] -= sign * corner_shift
+
+
+@strict
+def _write_time_slope(steps, rates, rate_rows, course, i, k, since, bend, scale, room, out, first):
+    """Write the derivative of the instant of a turning point, by the state at the start and by p."""
+    row, shift = rate_rows
+    for j in range(room.state_row.size):
+        room.state_row[j] = row[k, j]
+    for j in range(room.row.size):
+        room.row[j] = shift[k, j]
+    _write_slope(steps, rates, course, i, since, room, scale, -1.0 / bend, out, first)
 
 
 @strict
@@ -264,7 +287,7 @@ def write_approach(common, laws, regions, rates, steps, course, crossings, corne
             if np.isfinite(approach[DEPTH]):
                 sign = 1.0 if upward == 1 else -1.0
                 shift = rates.upper_shift[piece] if upward == 1 else rates.lower_shift[piece]
-                _write_slope(steps, rates, course, i, k, since, sign, shift, scale, room, approach, SLOPE)
+                _write_depth_slope(steps, rates, course, i, k, since, sign, shift, scale, room, approach, SLOPE)
                 beyond = piece + 1 if upward == 1 else piece - 1
                 _write_gain(common, laws, rates, steps, course, crossings, (i, k, since, piece, beyond), room, approach)
             return
@@ -353,16 +376,25 @@ def _is_visit(crossings, i, k, upward):
     return entered >= 0 and crossings.upward[entered] == upward and crossings.upward[left] != upward
 
 
+@kernel
+def _bend_of(series, share):
+    """Second derivative of a polynomial."""
+    bend = 0.0
+    for m in range(series.size - 1, 1, -1):
+        bend = bend * share + m * (m - 1.0) * series[m]
+    return bend
+
+
 @strict
-def _write_turn(laws, element, regions, rates, steps, course, turn, scale, room, turns, count):
+def _write_turn(laws, element, regions, rates, rate_rows, steps, course, turn, scale, room, turns, count):
     """Write a turning point so long after crossing i by the corner ahead, and by the one behind that it has passed."""
-    i, k, since, value, upward, is_visit, reach = turn
+    i, k, since, value, bend, upward, is_visit, reach = turn
     slot, states = course.slot[i], room.state_row.size
     piece, sign = laws.first[element] + regions.piece[slot, k], 1.0 if upward == 1 else -1.0
     ahead = laws.upper[piece] - value if upward == 1 else value - laws.lower[piece]
     behind = value - laws.lower[piece] if upward == 1 else laws.upper[piece] - value
     has_ahead, has_behind = np.isfinite(ahead) and ahead < reach, is_visit and np.isfinite(behind) and behind < reach
-    first = count[0]
+    first, time_slope = count[0], TURN_SLOPE + states + 1
     for is_behind in range(2):
         is_wanted = has_behind if is_behind else has_ahead
         if is_wanted and count[0] < turns.shape[0]:
@@ -372,27 +404,40 @@ def _write_turn(laws, element, regions, rates, steps, course, turn, scale, room,
             row[TURN_TIME], row[TURN_DEPTH] = course.time[i] + since, behind if is_behind else -ahead
             shift = rates.upper_shift[piece] if is_upper else rates.lower_shift[piece]
             if count[0] == first:
-                _write_slope(steps, rates, course, i, k, since, sign, shift, scale, room, row, TURN_SLOPE)
+                _write_depth_slope(steps, rates, course, i, k, since, sign, shift, scale, room, row, TURN_SLOPE)
+                _write_time_slope(steps, rates, rate_rows, course, i, k, since, bend, scale, room, row, time_slope)
             else:
                 other = rates.lower_shift[piece] if is_upper else rates.upper_shift[piece]
-                for j in range(states + 1):
-                    row[TURN_SLOPE + j] = turns[first, TURN_SLOPE + j]
-                row[TURN_SLOPE + states] += sign * (other - shift)
+                for j in range(TURN_SLOPE, row.size):
+                    row[j] = turns[first, j]
+                row[time_slope - 1] += sign * (other - shift)
             count[0] += 1
+
+
+@kernel
+def _write_rate_rows(rates, rows, shift):
+    """Write the rows of the clearances' rates over z, the same in every region, and how the parameter shifts them."""
+    width, size, states = rows.shape[0], rows.shape[1], rates.shift.shape[1]
+    for k in range(width):
+        for j in range(size):
+            for q in range(size):
+                rows[k, j] += rates.deflection[k, q] * rates.generator[0, q, j]
+                shift[k, j] += rates.deflection_shift[k, q] * rates.generator[0, q, j]
+            for q in range(states):
+                shift[k, j] += rates.deflection[k, q] * rates.shift[0, q, j]
 
 
 @strict
 def write_turns(laws, clearances, regions, rates, steps, course, crossings, scale, reach, turns, count):
     """Write the turning points that lie nearer than a reach to a corner ahead, or to one that they have passed."""
     states, size, width = rates.shift.shape[1], course.z.shape[1], clearances.size
-    room, row, series = room_for(states, size), np.zeros((width, size)), np.empty(_ORDER)
+    room, rows, series = room_for(states, size), np.zeros((width, size)), np.empty(_ORDER)
     z, product, before = np.empty(size), np.empty(size), np.empty(width)
+    rate_rows = rows, np.zeros((width, size))
+    _write_rate_rows(rates, rate_rows[0], rate_rows[1])
     count[0] = 0
     for k in range(width):
-        for j in range(size):
-            for q in range(size):
-                row[k, j] += rates.deflection[k, q] * rates.generator[0, q, j]
-        before[k] = dot(row, k, course.z[0])
+        before[k] = dot(rows, k, course.z[0])
     for i in range(course.slot.size):
         slot, since, length = course.slot[i], 0.0, course.time[i + 1] - course.time[i]
         level = max(steps.first[slot], steps.levels[slot] - 1 - _COARSER)
@@ -411,12 +456,16 @@ def write_turns(laws, clearances, regions, rates, steps, course, crossings, scal
                 for j in range(size):
                     z[j] = course.z[i + 1, j]
             for k in range(width):
-                rises, rate = before[k] > 0.0, dot(row, k, z)
+                rises, rate = before[k] > 0.0, dot(rows, k, z)
                 before[k] = rate
                 if rises != (rate > 0.0):
                     _write_series(rates, slot, k, span, room, series)
                     share = turn_between(series, 0.0, 1.0)
+                    value, bend = value_of(series, share), _bend_of(series, share) / (span * span)
                     is_visit = _is_visit(crossings, i, k, int(rises))
-                    turn = i, k, since + share * span, value_of(series, share), int(rises), is_visit, reach[k]
-                    _write_turn(laws, clearances[k], regions, rates, steps, course, turn, scale, room, turns, count)
+                    turn = i, k, since + share * span, value, bend, int(rises), is_visit, reach[k]
+                    element = clearances[k]
+                    _write_turn(
+                        laws, element, regions, rates, rate_rows, steps, course, turn, scale, room, turns, count
+                    )
             since += span

@@ -64,7 +64,7 @@ class Map(NamedTuple):
     slope: Vector  # (N,) of the end with respect to the parameter [SI], times half the distance of both neighbours
     corner: IntVector  # (2,) clearance whose approach to a corner is asked for (-1: none), and 1 for the upper corner
     approach: Vector  # (7 + N,) an instant nearby [periods]; then what ``approaches`` writes; depth NaN: there is none
-    turns: Matrix  # (MOST_TURNS, 6 + N) all turning points
+    turns: Matrix  # (MOST_TURNS, 7 + 2 N) all turning points
     turning: IntVector  # (1,) how many; -1: none are asked for
     reach: Vector  # (K,) to a corner of every clearance: turning points farther away are left out
 

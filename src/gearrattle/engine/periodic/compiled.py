@@ -54,7 +54,7 @@ class PeriodBatch(Batch):
             slope=np.zeros(states),
             corner=np.full(2, -1, np.int64),
             approach=np.full(approaches.SLOPE + states + 1, np.nan),
-            turns=np.zeros((approaches.MOST_TURNS, approaches.TURN_SLOPE + states + 1)),
+            turns=np.zeros((approaches.MOST_TURNS, approaches.TURN_SLOPE + 2 * (states + 1))),
             turning=np.full(1, -1),
             reach=_REACH * np.array([np.abs(own).min(initial=np.inf) for own in corners]),
         )
@@ -128,8 +128,9 @@ class PeriodBatch(Batch):
         if count < 0:
             return None
         rows = self.out.turns[:count].copy()
-        rows[:, -1] /= step
-        names = rows[:, : approaches.TURN_TIME].astype(np.int64)
-        watch, upward, after = names.T
-        slope = rows[:, approaches.TURN_SLOPE :]
-        return Turns(watch, upward, after, rows[:, approaches.TURN_TIME], rows[:, approaches.TURN_DEPTH], slope)
+        slope, time_slope = np.split(rows[:, approaches.TURN_SLOPE :], 2, axis=1)
+        slope[:, -1] /= step
+        time_slope[:, -1] /= step
+        watch, upward, after = rows[:, : approaches.TURN_TIME].astype(np.int64).T
+        time, depth = rows[:, approaches.TURN_TIME], rows[:, approaches.TURN_DEPTH]
+        return Turns(watch, upward, after, time, depth, slope, time_slope)

@@ -28,7 +28,7 @@ from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.periodic.point import Point, appended, interpolated, turned_around
 from gearrattle.engine.periodic.touch import Touch
-from gearrattle.engine.periodic.turning import agree
+from gearrattle.engine.periodic.turning import agreeing_step
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -42,6 +42,10 @@ _SHORTEST = 1e-10  # step
 _AHEAD = tuple(10.0**power for power in range(-9, -3))  # beyond a corner of the branch
 _NEAR_CORNER = 10.0  # steps: a point farther from a corner lies elsewhere
 _GROWTH, _LEAST_GROWTH = 4.0, 1.6  # of a step after one that was easy: at most; after one shorter than a kink, at least
+_SAFE, _SHORTEST_SHARE = (
+    0.9,
+    0.1,
+)  # of the step up to which depths agree: the next one; of a step: the next try, at least
 _FIRST = 0.1  # of the longest step
 _CLOSED = 1e-3  # of the longest step: a branch that passes its first point nearer than this is closed
 _SHORTER, _MOST_SHORTER, _DETOUR = 0.2, 100, 3.0  # steps to be sure of a step: its share, how many, their way at most
@@ -255,12 +259,13 @@ class Continuation:
             except ConvergenceError:
                 step, is_first = 0.4 * step, False
                 continue
-            is_short = step < _KINK
-            if (_is_straight(point, following) or is_short) and self._is_allowed(point, following):
+            is_short, agreeing = step < _KINK, _SAFE * agreeing_step(point, following, self.family.unit)
+            agrees = agreeing >= _SAFE
+            if agrees and (_is_straight(point, following) or is_short) and self._is_allowed(point, following):
                 growth = _growth(point, following) if is_first and iterations <= _EASY else 1.0
-                growth = max(growth, _LEAST_GROWTH) if is_short else growth
+                growth = min(max(growth, _LEAST_GROWTH) if is_short else growth, max(agreeing, 1.0))
                 return appended(point, following), min(self._longest, growth * step)
-            step, is_first = 0.5 * step, False
+            step, is_first = step * (0.5 if agrees else max(agreeing, _SHORTEST_SHARE)), False
         return self._around_corner(point)
 
     def _last(self, point: Point, step: float, lowest: float, highest: float) -> Point | None:
@@ -278,15 +283,14 @@ class Continuation:
             )
         except ConvergenceError:
             return None
-        if not (_is_straight(point, last) and self._is_allowed(point, last)):
+        agrees = agreeing_step(point, last, self.family.unit) >= 1.0
+        if not (agrees and _is_straight(point, last) and self._is_allowed(point, last)):
             return None
         return replace(appended(point, last), parameter=highest if point.tangent[-1] > 0.0 else lowest)
 
     def _is_allowed(self, point: Point, following: Point) -> bool:
         """Whether a step keeps its limit and its way."""
-        if abs(following.w[-1] - point.w[-1]) > self._step_limit or not agree(point, following, self.family.unit):
-            return False
-        return self._keeps_way(point, following)
+        return abs(following.w[-1] - point.w[-1]) <= self._step_limit and self._keeps_way(point, following)
 
     def _around_corner(self, point: Point) -> tuple[Point, float]:
         """The point beyond a corner of the branch, where its motions begin to touch something; and the next step.

@@ -25,7 +25,7 @@ IntArray = NDArray[np.int64]
 _TOLERANCE = 1e-12  # of the residual, over the size of the state
 _ROUNDING = 1e-14  # the same, for each unit of the gradient's norm
 _ITERATIONS = 8
-_LAST = 1e-4  # change of w from which the next motion is likely to be the last one
+_LAST = 1e-6  # change of w from which the next motion is likely to be the last one
 
 
 class Corrector:

@@ -81,6 +81,7 @@ class Turns(NamedTuple):
     time: Array  # (E,) in periods from the start
     depth: Array  # (E,) how far it lies beyond the corner [SI]
     slope: Array  # (E, N + 1) of the depth, by the state at the start and by a parameter [SI]
+    time_slope: Array  # (E, N + 1) of the time, by the same
 
 
 @dataclass(frozen=True)

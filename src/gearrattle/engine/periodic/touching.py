@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,6 +35,14 @@ _OUTSIDE = 0.1  # times what a grazing is located to: so far from it its motion 
 _ROUNDING = 1e-2  # of the depth before: one that lies beyond zero by less does so by rounding
 _LITTLE, _LITTLE_ARC = 1e-4, 1e-10  # by which an expected grazing may move at last: share of the way, and arclength
 _ANOTHER = 1.0 / 64.0  # periods: touches farther apart are different ones
+
+
+class _Depth(NamedTuple):
+    """How near a motion comes to the corner."""
+
+    share: float  # of the way
+    depth: float  # [SI]
+    time: float  # [periods]
 
 
 class Search:
@@ -63,12 +72,15 @@ class Search:
         apart, touching = (before, after) if is_after else (after, before)
         self._fewer, self._nearest = view(apart), apart
         velocity, touch = touch_between(apart, touching, view)
-        touch = turning.passed_between(apart, touching) or touch
         self._velocities, self._touch = [(self._inner, velocity)], touch
-        self._depths: list[tuple[float, float]] = []
+        self._depths: list[_Depth] = []
         self.nearby: Approach | None = None
         self._left = _NEARER
-        self._ask(touch)
+        passed = turning.passed_between(apart, touching, curve.family.unit)
+        if passed is None:
+            self._ask(touch)
+        else:
+            self._begin_with(passed)
 
     def grazing(self) -> tuple[Point, Touch]:
         """Return the motion that grazes, from the side without contact where there is a depth, and its touch.
@@ -87,6 +99,13 @@ class Search:
             is_sample = self._follow(expected)
             expected = expected if is_sample else np.inf  # which would not change
         return self._limit(expected)
+
+    def _begin_with(self, passed: turning.Passed) -> None:
+        """Begin with the depth of the motion without contact, and with one on its tangent."""
+        self._touch, towards = passed.touch, self._inner - self._outer
+        for aside in (0.0, _ASIDE):
+            depth, time = passed.depth + aside * passed.slope, passed.touch.time + aside * passed.time_slope
+            self._depths.append(_Depth(self._outer + aside * towards, depth, time))
 
     def _is_settled(self, expected: float, previous: float) -> bool:
         """Whether a share lies between both sides, and differs little from the one expected before.
@@ -128,7 +147,8 @@ class Search:
     def _follow_apart(self, share: float) -> bool:
         """Follow a motion that does not touch, as is expected."""
         try:
-            point = self._stretch.at(share, is_trial=True, touch=self._touch, among=self._is_apart)
+            touch = replace(self._touch, time=self._time_at(share))
+            point = self._stretch.at(share, is_trial=True, touch=touch, among=self._is_apart)
         except ConvergenceError:  # contact so stiff that Newton's method goes round in circles
             point = None
         if point is None or not self._is_apart(point):
@@ -173,19 +193,30 @@ class Search:
         self._add_depth(self._outer, self._stretch.again(near, touch))
 
     def _add_depth(self, share: float, point: Point) -> None:
-        """Note the depth of a motion that does not touch; one that is not below zero is that of another extremum."""
+        """Note the depth of a motion that does not touch.
+
+        One that is not below zero, or farther from it than before, is that of another extremum.
+        """
         approach = point.motion.approach
-        rounding = _ROUNDING * abs(self._depths[-1][1]) if len(self._depths) > 1 else 0.0
-        if approach is None or approach.depth > rounding:
+        last = abs(self._depths[-1].depth) if len(self._depths) > 1 else np.inf
+        rounding = _ROUNDING * last if np.isfinite(last) else 0.0
+        if approach is None or not -last < approach.depth <= rounding:
             self._depths.clear()
             return
-        self._depths.append((share, approach.depth))
+        self._depths.append(_Depth(share, approach.depth, approach.time))
         self._touch, self.nearby = replace(self._touch, time=approach.time), approach
 
+    def _time_at(self, share: float) -> float:
+        """When the touch is expected in a motion, from the last two whose depths are known [periods]."""
+        if len(self._depths) < 2 or self._depths[-1].share == self._depths[-2].share:
+            return self._touch.time
+        one, other = self._depths[-2:]
+        return other.time + (other.time - one.time) * (share - other.share) / (other.share - one.share)
 
-def _root_of(samples: list[tuple[float, float]]) -> float:
-    """The share at which the depth is zero, by inverse interpolation through (share, depth)."""
-    shares, depths = [share for share, _ in samples], [depth for _, depth in samples]
+
+def _root_of(samples: list[_Depth]) -> float:
+    """The share at which the depth is zero, by inverse interpolation."""
+    shares, depths = [sample.share for sample in samples], [sample.depth for sample in samples]
     if len(set(depths)) < len(depths):
         return np.inf
     for width in range(1, len(shares)):

@@ -13,7 +13,7 @@ same with the opposite sign.
 tell: over a step their change is the mean of both slopes, but for what is cubic in the step; and none that may reach
 its corner appears or is lost.
 
-Takes Points that follow one another; gives a share of the way, whether they agree, and which turning point touches.
+Takes Points that follow one another; gives a share of the way, how long a step may be, and which turning point touches.
 """
 
 from __future__ import annotations
@@ -72,32 +72,48 @@ def hidden_between(before: Point, after: Point, unit: float) -> float | None:
     return float(np.clip(meet[worst], _LEAST, 1.0 - _LEAST)) if passed[worst] > 0.0 else None
 
 
-def agree(before: Point, after: Point, unit: float) -> bool:
-    """Return whether the depths of two motions change as their slopes say; parameters are those of ``hidden_between``.
+def agreeing_step(before: Point, after: Point, unit: float) -> float:
+    """Return how many times as long a step may be for the depths of its motions to change as their slopes say.
 
-    A depth counts if its slope could take it to the corner within a few steps.
+    From 1 on they agree. What the slopes leave out grows with the third power of a step. The way that a turning point
+    of one motion alone may have come grows in proportion to it. A depth counts if its slope could take it to the corner
+    within a few steps. Parameters are those of ``hidden_between``.
     """
     depths = _depths_of(before, after, unit)
     if depths is None:
-        return True
+        return np.inf
     steepest = np.maximum(np.abs(depths.slope_before), np.abs(depths.slope_after))
     counts = steepest > _COUNTS * np.minimum(np.abs(depths.before), np.abs(depths.after))
     mean = 0.5 * (depths.slope_before + depths.slope_after)
-    is_as_said = np.abs(depths.after - depths.before - mean) <= _DEFECT * steepest
-    return bool(np.all(is_as_said | ~counts) and np.all(depths.single_slope <= _COUNTS * depths.single))
+    defect = (np.abs(depths.after - depths.before - mean) / (_DEFECT * steepest))[counts].max(initial=0.0)
+    single = (depths.single_slope / (_COUNTS * depths.single)).max(initial=0.0)
+    return float(1.0 / max(np.sqrt(defect), single, 1e-9))
 
 
-def passed_between(apart: Point, touching: Point) -> Touch | None:
+class Passed(NamedTuple):
+    """A turning point that touches at one end of a step and not at the other, where it does not touch."""
+
+    touch: Touch
+    depth: float  # [SI]
+    slope: float  # of the depth towards the other end, over the whole step [SI]
+    time_slope: float  # of the instant, by the same [periods]
+
+
+def passed_between(apart: Point, touching: Point, unit: float) -> Passed | None:
     """Return the only turning point with a negative depth in one motion and a positive one in the other, or None."""
     one, other = apart.motion.turns, touching.motion.turns
     if one is None or other is None:
         return None
-    i, j = _same(one, other, apart.motion.cycles)
+    i, j = _same(apart, touching, one, other, unit)
     touches = np.flatnonzero((one.depth[i] < 0.0) & (other.depth[j] > 0.0))
     if touches.size != 1:
         return None
     k = i[touches[0]]
-    return Touch(int(one.watch[k]), int(one.upward[k]), float(one.time[k]))
+    step = touching.w - apart.w
+    length = float(np.linalg.norm(step)) * (1.0 if step @ apart.tangent > 0.0 else -1.0)
+    slope, time_slope = (length * slopes_along(apart, rows[k], unit) for rows in (one.slope, one.time_slope))
+    touch = Touch(int(one.watch[k]), int(one.upward[k]), float(one.time[k]))
+    return Passed(touch, float(one.depth[k]), float(slope), float(time_slope))
 
 
 def _depths_of(before: Point, after: Point, unit: float) -> _Depths | None:
@@ -105,7 +121,7 @@ def _depths_of(before: Point, after: Point, unit: float) -> _Depths | None:
     one, other = before.motion.turns, after.motion.turns
     if one is None or other is None:
         return None
-    i, j = _same(one, other, before.motion.cycles)
+    i, j = _same(before, after, one, other, unit)
     length = float(np.linalg.norm(after.w - before.w))
     first, second = (length * slopes_along(p, turns.slope, unit) for p, turns in ((before, one), (after, other)))
     single = np.abs(np.concatenate([np.delete(one.depth, i), np.delete(other.depth, j)]))
@@ -114,15 +130,24 @@ def _depths_of(before: Point, after: Point, unit: float) -> _Depths | None:
 
 
 def slopes_along(point: Point, slopes: Array, unit: float) -> Array:
-    """Return the derivatives along the branch of what has slopes (E, N + 1), by the state [SI] and the parameter."""
+    """Return the derivatives along the branch of what has slopes (..., N + 1), by the state [SI] and the parameter."""
     return np.asarray(slopes @ (point.tangent * np.append(point.size / point.scale, unit)))
 
 
-def _same(one: Turns, other: Turns, cycles: int) -> tuple[IntArray, IntArray]:
-    """Which turning points of two motions are the same: by the corner, and each the nearest of the other in time."""
-    apart = one.time[:, None] - other.time[None, :]
+def _same(before: Point, after: Point, one: Turns, other: Turns, unit: float) -> tuple[IntArray, IntArray]:
+    """Which turning points of two motions are the same: by the corner, and each the nearest of the other in time.
+
+    Their instants move along the branch, in a row of rebounds by more than the time from one to the next. So the change
+    of the instant is compared with the mean of both slopes.
+    """
+    cycles, step = before.motion.cycles, after.w - before.w
+    length = float(np.linalg.norm(step)) * (1.0 if step @ before.tangent > 0.0 else -1.0)
+    moves, other_moves = (
+        length * slopes_along(p, turns.time_slope, unit) for p, turns in ((before, one), (after, other))
+    )
+    apart = (one.time + 0.5 * moves)[:, None] - (other.time - 0.5 * other_moves)[None, :]
     apart = np.abs((apart + 0.5 * cycles) % cycles - 0.5 * cycles)
-    apart[(one.watch[:, None] != other.watch) | (one.upward[:, None] != other.upward) | (apart > _MOVED)] = np.inf
+    apart[(one.watch[:, None] != other.watch) | (one.upward[:, None] != other.upward) | ~(apart <= _MOVED)] = np.inf
     if not apart.size:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     i, j = np.arange(len(one.time)), np.argmin(apart, axis=1)
