@@ -34,7 +34,8 @@ class Unlocated:
     Attributes
     ----------
     before, after
-        its points. The branch is sure to lead from one to the other: followed with shorter steps it does so again.
+        its points. The branch is sure to lead from one to the other: followed with shorter steps, where there are any,
+        it does so again.
     reason
         why they could not.
     """

@@ -125,12 +125,16 @@ class Continuation:
     def with_shorter_steps(self, before: Point, after: Point) -> list[Point]:
         """Return the points of a branch from one of its points to the next, the last included, with shorter steps.
 
+        Where these would be shorter than the shortest step there is no other point.
+
         Raises
         ------
         ConvergenceError
             they do not lead there: the step may have gone from one branch to another.
         """
         distance = after.length - before.length
+        if _SHORTER * distance <= _SHORTEST:
+            return [after]
         shorter = Continuation(self.family, longest=_SHORTER * distance, units=self._units)
         earlier, point, step, points = before, before, _SHORTER * distance, list[Point]()
         while len(points) < _MOST_SHORTER and point.length - before.length < _DETOUR * distance:
