@@ -44,7 +44,7 @@ export function Fit({ job, files, file, known, pair, peak, onStarted, onError })
   if (!model) return null;
   const values = valuesOf(model.tables).filter(({ path }) => (what === "modes" ? LINEAR.test(path) : !FIXED.test(path)));
   const bodies = (model.tables.inertia ?? []).map(({ name }) => name);
-  const change = (at, changes) => setRows(rows.map((row, k) => (k === at ? { ...row, ...changes } : row)));
+  const change = (at, changes) => setRows((before) => before.map((row, k) => (k === at ? { ...row, ...changes } : row)));
   const match = Object.fromEntries(Object.entries(partners).filter(([, partner]) => partner));
   const data = () => {
     if (what === "file") return dataFile;
@@ -63,8 +63,8 @@ export function Fit({ job, files, file, known, pair, peak, onStarted, onError })
   const choose = (next) => { setWhat(next); setFree(next === "modes" ? free.filter(({ path }) => LINEAR.test(path)) : free); };
   const parts = {
     motion: () => html`<${Motion} file=${file} known=${known} partners=${partners} setPartners=${setPartners} span=${span} setSpan=${setSpan} />`,
-    modes: () => html`${rows.map((row, k) => html`<${Row} key=${k} row=${row} bodies=${bodies} files=${files} peak=${peak} change=${(changes) => change(k, changes)} drop=${() => setRows(rows.filter((_, other) => other !== k))} />`)}
-      <div class="form"><label>Add<select value="" onChange=${(event) => { const kind = event.target.value; setRows([...rows, { kind, ...ROWS[kind].empty }]); event.target.value = ""; }}><option value="">Choose …</option>${Object.entries(ROWS).map(([kind, { words }]) => html`<option value=${kind}>${words}</option>`)}</select></label></div>`,
+    modes: () => html`${rows.map((row, k) => html`<${Row} key=${k} row=${row} bodies=${bodies} files=${files} peak=${peak} change=${(changes) => change(k, changes)} drop=${() => setRows((before) => before.filter((_, other) => other !== k))} />`)}
+      <div class="form"><label>Add<select value="" onChange=${(event) => { const kind = event.target.value; setRows((before) => [...before, { kind, ...ROWS[kind].empty }]); event.target.value = ""; }}><option value="">Choose …</option>${Object.entries(ROWS).map(([kind, { words }]) => html`<option value=${kind}>${words}</option>`)}</select></label></div>`,
     file: () => html`<div class="form"><label>Data file<select value=${dataFile} onChange=${(event) => setDataFile(event.target.value)}><option value="">Choose …</option>${files.map(({ path }) => path).filter((path) => path.toLowerCase().endsWith(".toml")).map((path) => html`<option value=${path}>${path}</option>`)}</select></label></div>`,
   };
   return html`<section class="card" aria-label="Fit"><h2>Fit values of the model</h2>
@@ -100,10 +100,10 @@ function partnersOf({ simulated, measured }, pair) {
 
 function Motion({ known, partners, setPartners, span, setSpan }) {
   if (!known.measured || !known.simulated) return null;
-  const field = (key, words, hint) => html`<label>${words}<input type="text" inputmode="decimal" value=${span[key]} placeholder=${hint} onInput=${(event) => setSpan({ ...span, [key]: event.target.value })} /></label>`;
+  const field = (key, words, hint) => html`<label>${words}<input type="text" inputmode="decimal" value=${span[key]} placeholder=${hint} onInput=${(event) => setSpan((before) => ({ ...before, [key]: event.target.value }))} /></label>`;
   return html`${known.measured.channels.map(({ name, unit }) => {
     const options = known.simulated.channels.filter((other) => other.unit === unit);
-    return html`<div class="form" key=${name}><label><span class="path">${name}${unit ? ` [${unit}]` : ""}</span><select value=${partners[name] ?? ""} aria-label=${`Partner of ${name}`} onChange=${(event) => setPartners({ ...partners, [name]: event.target.value })}>
+    return html`<div class="form" key=${name}><label><span class="path">${name}${unit ? ` [${unit}]` : ""}</span><select value=${partners[name] ?? ""} aria-label=${`Partner of ${name}`} onChange=${(event) => setPartners((before) => ({ ...before, [name]: event.target.value }))}>
       <option value="">${options.length ? "left out" : "left out: nothing simulated has this unit"}</option>${options.map((other) => html`<option value=${other.name}>${other.name}</option>`)}</select></label></div>`;
   })}
     <div class="form">${field("start", "From [s]", `${Number(known.measured.begin.toPrecision(4))}, its begin`)}${field("end", "To [s]", `${Number(known.measured.end.toPrecision(4))}, its end`)}

@@ -80,7 +80,7 @@ export function Live({ id, onStarted, onError }) {
   };
   const add = (path) => {
     const { text } = valuesOf(model.tables).find((value) => value.path === path);
-    if (!sliders.some((slider) => slider.path === path)) setSliders([...sliders, { path, ...rangeOf(text) }]);
+    if (!sliders.some((slider) => slider.path === path)) setSliders((before) => [...before, { path, ...rangeOf(text) }]);
   };
   const keep = async () => {
     const edits = sliders.map(textOf).map(([path, value]) => ({ op: "set", path, value }));
@@ -95,7 +95,7 @@ export function Live({ id, onStarted, onError }) {
   return html`<div class="page card"><div class="head"><div class="title"><h1>Vary values</h1><p class="muted small">${model.title} · <a href=${`#/runs/${id}`}>back to the run</a></p></div>
       <div class="tools"><button type="button" class="primary" disabled=${!sliders.length} onClick=${keep}>Keep as a run</button></div></div>
     <div class="live"><section aria-label="Values">
-      ${sliders.map((slider) => html`<${Slider} key=${slider.path} slider=${slider} set=${set} drop=${() => setSliders(sliders.filter((other) => other !== slider))} />`)}
+      ${sliders.map((slider) => html`<${Slider} key=${slider.path} slider=${slider} set=${set} drop=${() => setSliders((before) => before.filter((other) => other.path !== slider.path))} />`)}
       <label>Add a slider<br /><select value="" onChange=${(event) => { add(event.target.value); event.target.value = ""; }}>
         <option value="">Choose a value …</option>${free.map((value) => html`<option value=${value.path}>${value.path} = ${value.text}</option>`)}</select></label>
       <p class="rate" role="status">${rate}</p>

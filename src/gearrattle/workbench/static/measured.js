@@ -44,7 +44,7 @@ export function Measured({ jobs, query, onStarted, onError }) {
   };
   const align = async () => {
     const query = new URLSearchParams({ job, file, simulated: pair.simulated, measured: pair.measured });
-    try { const { shift } = await api.get(`/api/measured/shift?${query}`); setPair({ ...pair, shift: Number(shift.toPrecision(8)) }); } catch (error) { onError(error); }
+    try { const { shift } = await api.get(`/api/measured/shift?${query}`); setPair((before) => ({ ...before, shift: Number(shift.toPrecision(8)) })); } catch (error) { onError(error); }
   };
   return html`<div class="page">
     <section class="card"><h1>Measured over simulated</h1>
@@ -54,7 +54,7 @@ export function Measured({ jobs, query, onStarted, onError }) {
         <button type="button" onClick=${() => picker.current.click()}>Import a file …</button>
         <input ref=${picker} class="hidden" type="file" accept=${READ} aria-label="Measured file to import" tabindex="-1" onChange=${upload} />
       </div>
-      ${file && known.simulated && known.measured ? html`<${Pair} known=${known} pair=${pair} align=${align} set=${(changes) => setPair({ ...pair, ...changes })} />`
+      ${file && known.simulated && known.measured ? html`<${Pair} known=${known} pair=${pair} align=${align} set=${(changes) => setPair((before) => ({ ...before, ...changes }))} />`
         : html`<p class="muted">CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a measurement.toml that names the channels; up to 20 MB.</p>`}
     </section>
     ${job && file && known.simulated && known.measured && pair.simulated && pair.measured ? html`<${Overlay} key=${`${job}|${file}|${pair.simulated}|${pair.measured}|${pair.shift}`} job=${job} file=${file} known=${known} pair=${pair} onPeak=${setPeak} />` : null}

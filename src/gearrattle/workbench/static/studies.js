@@ -25,9 +25,9 @@ export function Studies({ jobs, onStarted, onError }) {
   const values = model ? valuesOf(model.tables).filter(({ path }) => !path.startsWith("simulation")) : [];
   const add = (path) => {
     const [, head, unit] = values.find((value) => value.path === path).text.match(PATTERN), value = Number(head) || 1;
-    setAxes([...axes, { path, unit, low: Number((value / 2).toPrecision(3)), high: Number((value * 2).toPrecision(3)), count: 9 }]);
+    setAxes((before) => [...before, { path, unit, low: Number((value / 2).toPrecision(3)), high: Number((value * 2).toPrecision(3)), count: 9 }]);
   };
-  const change = (path, changes) => setAxes(axes.map((axis) => (axis.path === path ? { ...axis, ...changes } : axis)));
+  const change = (path, changes) => setAxes((before) => before.map((axis) => (axis.path === path ? { ...axis, ...changes } : axis)));
   const cases = axes.reduce((product, axis) => product * axis.count, axes.length ? 1 : 0);
   const start = () => {
     const grid = Object.fromEntries(axes.map(({ path, unit, low, high, count }) => [path, Array.from({ length: count }, (_, k) => {
@@ -50,16 +50,26 @@ export function Studies({ jobs, onStarted, onError }) {
       <div class="form"><label>Model of<select value=${base} onChange=${(event) => setBase(event.target.value)}>${done.length ? null : html`<option value="">no finished run</option>`}${done.map((job) => html`<option value=${job.id}>${job.name || job.task}</option>`)}</select></label>
         ${model && axes.length < 2 ? html`<label>Vary<select value="" onChange=${(event) => { add(event.target.value); event.target.value = ""; }}><option value="">Choose a value …</option>
           ${values.filter(({ path }) => !axes.some((axis) => axis.path === path)).map(({ path, text }) => html`<option value=${path}>${path} = ${text}</option>`)}</select></label>` : null}</div>
-      ${axes.map((axis) => html`<${Axis} key=${axis.path} axis=${axis} change=${change} drop=${() => setAxes(axes.filter((other) => other !== axis))} />`)}
+      ${axes.map((axis) => html`<${Axis} key=${axis.path} axis=${axis} change=${change} drop=${() => setAxes((before) => before.filter((other) => other.path !== axis.path))} />`)}
       ${axes.length ? html`<p><button type="button" class="primary" disabled=${cases > MOST} onClick=${start}>Run ${cases} ${cases === 1 ? "case" : "cases"}</button>${cases > MOST ? html` <span class="failed">at most ${MOST} cases here; gearrattle study does more</span>` : null}
         ${axes.length === 1 ? html` <button type="button" onClick=${follow}>Follow periodic motions</button>` : null}</p>` : null}
     </article></div>`;
 }
 
 function Axis({ axis, change, drop }) {
-  const number = (key) => (event) => { const value = Number(event.target.value); if (Number.isFinite(value)) change(axis.path, { [key]: key === "count" ? Math.max(1, Math.round(value)) : value }); };
-  const field = (key, words) => html`<label>${words}<input type="text" inputmode="decimal" size="8" value=${axis[key]} onChange=${number(key)} /></label>`;
+  const field = (key, words) => html`<${Numeral} words=${words} value=${axis[key]} commit=${(value) => change(axis.path, { [key]: key === "count" ? Math.max(1, Math.round(value)) : value })} />`;
   return html`<fieldset class="form"><legend class="path">${axis.path}</legend>${field("low", `from [${axis.unit || "SI"}]`)}${field("high", `to [${axis.unit || "SI"}]`)}${field("count", "values")}<button type="button" class="plain" onClick=${drop}>Remove</button></fieldset>`;
+}
+
+// A number that is changed when its text is left; while it is typed it stays as it is, whatever else changes on the page.
+function Numeral({ words, value, commit }) {
+  const [typed, setTyped] = useState(null);
+  const leave = (event) => {
+    const number = Number(event.target.value);
+    if (Number.isFinite(number)) commit(number);
+    setTyped(null);
+  };
+  return html`<label>${words}<input type="text" inputmode="decimal" size="8" value=${typed ?? value} onInput=${(event) => setTyped(event.target.value)} onChange=${leave} /></label>`;
 }
 
 // The case that was chosen in a map, whose axes count the values: its values in the model, ready to be run.
