@@ -42,10 +42,8 @@ _SHORTEST = 1e-10  # step
 _AHEAD = tuple(10.0**power for power in range(-9, -3))  # beyond a corner of the branch
 _NEAR_CORNER = 10.0  # steps: a point farther from a corner lies elsewhere
 _GROWTH, _LEAST_GROWTH = 4.0, 1.6  # of a step after one that was easy: at most; after one shorter than a kink, at least
-_SAFE, _SHORTEST_SHARE = (
-    0.9,
-    0.1,
-)  # of the step up to which depths agree: the next one; of a step: the next try, at least
+_SAFE = 0.9  # of the step up to which depths agree: the next one
+_LEAST_SHARE = 0.1  # of a step that was not taken: the next try, at least
 _FIRST = 0.1  # of the longest step
 _CLOSED = 1e-3  # of the longest step: a branch that passes its first point nearer than this is closed
 _SHORTER, _MOST_SHORTER, _DETOUR = 0.2, 100, 3.0  # steps to be sure of a step: its share, how many, their way at most
@@ -263,13 +261,12 @@ class Continuation:
             except ConvergenceError:
                 step, is_first = 0.4 * step, False
                 continue
-            is_short, agreeing = step < _KINK, _SAFE * agreeing_step(point, following, self.family.unit)
-            agrees = agreeing >= _SAFE
-            if agrees and (_is_straight(point, following) or is_short) and self._is_allowed(point, following):
+            is_short, agreeing = step < _KINK, agreeing_step(point, following, self.family.unit)
+            if agreeing >= 1.0 and (_is_straight(point, following) or is_short) and self._is_allowed(point, following):
                 growth = _growth(point, following) if is_first and iterations <= _EASY else 1.0
-                growth = min(max(growth, _LEAST_GROWTH) if is_short else growth, max(agreeing, 1.0))
+                growth = min(max(growth, _LEAST_GROWTH) if is_short else growth, max(_SAFE * agreeing, 1.0))
                 return appended(point, following), min(self._longest, growth * step)
-            step, is_first = step * (0.5 if agrees else max(agreeing, _SHORTEST_SHARE)), False
+            step, is_first = step * (0.5 if agreeing >= 1.0 else max(_SAFE * agreeing, _LEAST_SHARE)), False
         return self._around_corner(point)
 
     def _last(self, point: Point, step: float, lowest: float, highest: float) -> Point | None:

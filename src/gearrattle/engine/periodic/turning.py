@@ -109,8 +109,7 @@ def passed_between(apart: Point, touching: Point, unit: float) -> Passed | None:
     if touches.size != 1:
         return None
     k = i[touches[0]]
-    step = touching.w - apart.w
-    length = float(np.linalg.norm(step)) * (1.0 if step @ apart.tangent > 0.0 else -1.0)
+    length = _length(apart, touching)
     slope, time_slope = (length * slopes_along(apart, rows[k], unit) for rows in (one.slope, one.time_slope))
     touch = Touch(int(one.watch[k]), int(one.upward[k]), float(one.time[k]))
     return Passed(touch, float(one.depth[k]), float(slope), float(time_slope))
@@ -122,11 +121,17 @@ def _depths_of(before: Point, after: Point, unit: float) -> _Depths | None:
     if one is None or other is None:
         return None
     i, j = _same(before, after, one, other, unit)
-    length = float(np.linalg.norm(after.w - before.w))
+    length = _length(before, after)
     first, second = (length * slopes_along(p, turns.slope, unit) for p, turns in ((before, one), (after, other)))
     single = np.abs(np.concatenate([np.delete(one.depth, i), np.delete(other.depth, j)]))
     single_slope = np.abs(np.concatenate([np.delete(first, i), np.delete(second, j)]))
     return _Depths(one.depth[i], other.depth[j], first[i], second[j], single, single_slope)
+
+
+def _length(one: Point, other: Point) -> float:
+    """How far it is from one point to another [arclength]; negative if it goes backwards."""
+    step = other.w - one.w
+    return float(np.copysign(np.linalg.norm(step), step @ one.tangent))
 
 
 def slopes_along(point: Point, slopes: Array, unit: float) -> Array:
@@ -140,8 +145,7 @@ def _same(before: Point, after: Point, one: Turns, other: Turns, unit: float) ->
     Their instants move along the branch, in a row of rebounds by more than the time from one to the next. So the change
     of the instant is compared with the mean of both slopes.
     """
-    cycles, step = before.motion.cycles, after.w - before.w
-    length = float(np.linalg.norm(step)) * (1.0 if step @ before.tangent > 0.0 else -1.0)
+    cycles, length = before.motion.cycles, _length(before, after)
     moves, other_moves = (
         length * slopes_along(p, turns.time_slope, unit) for p, turns in ((before, one), (after, other))
     )

@@ -65,8 +65,8 @@ function Axis({ axis, change, drop }) {
 function Numeral({ words, value, commit }) {
   const [typed, setTyped] = useState(null);
   const leave = (event) => {
-    const number = Number(event.target.value);
-    if (Number.isFinite(number)) commit(number);
+    const text = event.target.value.trim();
+    if (text && Number.isFinite(Number(text))) commit(Number(text));
     setTyped(null);
   };
   return html`<label>${words}<input type="text" inputmode="decimal" size="8" value=${typed ?? value} onInput=${(event) => setTyped(event.target.value)} onChange=${leave} /></label>`;
