@@ -173,7 +173,8 @@ def test_a_motion_without_bound_is_an_outcome(name, capfd):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_works_in_slices(monkeypatch, name):
-    monkeypatch.setattr("gearrattle.engine.solvers.stepwise._SLICE", 0.0)
+    monkeypatch.setattr("gearrattle.engine.solvers.cvode._SLICE", 0.0)
+    monkeypatch.setattr("gearrattle.engine.solvers.cvode._FIRST_BUDGET", 16)
     march, fractions = SOLVERS[name](rattling(1e-10, cycles=10)), []
     while march.advance() is Outcome.SLICE_SPENT:
         fractions.append(march.fraction())
