@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
+import socket
+import threading
 import time
 from collections.abc import Callable, Iterator
 from multiprocessing import Pipe
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from urllib.parse import quote
 
@@ -19,12 +23,19 @@ from gearrattle.workbench.folder import Folder
 pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
 
+import httpx
+import uvicorn
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import State
+from starlette.requests import Request
+from starlette.responses import Response
 from starlette.routing import Route
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from gearrattle.workbench.access import LARGEST, Access, Pace
-from gearrattle.workbench.application import Limits, all_routes, application
+from gearrattle.workbench.application import Limits, Server, all_routes, application
 from gearrattle.workbench.jobs import worker
 from gearrattle.workbench.jobs.record import ENDED, Job, read_jobs
 from gearrattle.workbench.jobs.tasks import TASKS, carry_out, check_options
@@ -290,6 +301,41 @@ def test_what_follows_a_slider(client: TestClient) -> None:
     assert (
         client.post("/api/live", json={"text": MODEL, "values": {"coupling.gap.clearance": "1 kg"}}).status_code == 400
     )
+
+
+def test_an_answer_that_the_end_of_the_server_cancels_is_not_logged_as_a_fault(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    begun, ending = threading.Event(), threading.Event()
+
+    async def slow(request: Request) -> Response:
+        begun.set()
+        await run_in_threadpool(ending.wait, 60.0)
+        return Response()
+
+    async def wrong(request: Request) -> Response:
+        raise ZeroDivisionError(request.url.path)
+
+    app = Starlette(routes=[Route("/slow", slow), Route("/wrong", wrong)])
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        address = f"http://127.0.0.1:{listening.getsockname()[1]}"
+        config = uvicorn.Config(app, log_level="warning", timeout_graceful_shutdown=0, lifespan="off")
+        server = Server(config, State({"begun": asyncio.sleep(0), "newest": SimpleNamespace(close=ending.is_set)}))
+        serving = threading.Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)
+        serving.start()
+        statuses: list[int] = []
+        asking = threading.Thread(target=lambda: statuses.append(httpx.get(f"{address}/slow").status_code))
+        asking.start()
+        assert begun.wait(60)
+        assert httpx.get(f"{address}/wrong").status_code == 500
+        server.should_exit = True
+        asking.join(60)
+        ending.set()
+        serving.join(60)
+    assert statuses == [500]
+    errors = capfd.readouterr().err
+    assert "ZeroDivisionError: /wrong" in errors
+    assert "Cancel" not in errors
 
 
 def test_tasks_call_public_functions_with_the_options_they_have(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import socket
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
@@ -89,6 +90,8 @@ def application(folder: Folder, limits: Limits) -> Starlette:
 class Server(uvicorn.Server):
     """A server that, when it is to end, ends answers under way before it waits for them.
 
+    An answer that it had to cancel is no fault, and is not logged as one.
+
     Parameters
     ----------
     config
@@ -100,11 +103,18 @@ class Server(uvicorn.Server):
     def __init__(self, config: uvicorn.Config, state: State) -> None:
         super().__init__(config)
         self._state = state
+        logging.getLogger("uvicorn.error").addFilter(_is_fault)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """End it."""
         await _end_answers(self._state)
         await super().shutdown(sockets)
+
+
+def _is_fault(record: logging.LogRecord) -> bool:
+    """Whether a record of uvicorn's log tells more than that the end of the server cancelled an answer."""
+    error = record.exc_info and record.exc_info[1]
+    return not isinstance(error, asyncio.CancelledError) and not str(record.msg).startswith("Cancel %s running task")
 
 
 def all_routes() -> list[BaseRoute]:
