@@ -120,8 +120,16 @@ def test_a_curve_keeps_no_more_points_than_it_needs() -> None:
     least = np.pi / np.arccos(1.0 - 0.35 / 300.0)
     assert least <= len(chosen) <= 2.1 * least
     assert misses(circle, circle[chosen]) <= 0.35
-    assert len(thinned(circle, 1e-9, 400)) <= 400
+    assert len(thinned(circle, 1e-9, 400)) == 400
     assert thinned(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]), 0.1).tolist() == [0, 2]
+
+
+def test_with_fewer_points_those_are_kept_that_a_larger_distance_needs() -> None:
+    time = np.linspace(0.0, 1.0, 3001)
+    curve = 400.0 * np.column_stack([time, np.sin(40.0 * time**2)])
+    most = len(thinned(curve, 2.0))
+    assert 20 < most < len(thinned(curve, 0.3))
+    assert misses(curve, curve[thinned(curve, 0.3, most)]) <= 2.0
 
 
 def test_words_say_stability_and_multiplier() -> None:

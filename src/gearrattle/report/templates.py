@@ -35,8 +35,13 @@ def templates() -> Environment:
     environment.filters["plotly_data"] = plotly_data
     environment.filters["swatch"] = swatch
     environment.filters["background"] = background
-    environment.filters["data_address"] = lambda svg: f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}"
+    environment.filters["data_address"] = _data_address
     return environment
+
+
+def _data_address(svg: bytes) -> Markup:
+    """Return the address of a picture within the page: no text, in which numerals were sought."""
+    return Markup(f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}")
 
 
 def _finalized(value: object) -> object:

@@ -31,14 +31,13 @@ def thinned(points: Array, within: float, most: int = MOST_POINTS) -> NDArray[np
     within
         largest distance, in the unit of the points.
     most
-        points; where more are needed the distance grows.
+        points; where more are needed, those that are farthest are kept.
     """
     straight = _without_straights(points, _SLACK * within)
-    while True:
-        chosen = _ends_of_chords(points[straight], (1.0 - _PASSES * _SLACK) * within)
-        if len(chosen) <= most:
-            return straight[chosen]
-        within *= 1.5
+    chosen, distance = _ends_of_chords(points[straight], (1.0 - _PASSES * _SLACK) * within)
+    if len(chosen) > most:
+        chosen = chosen[distance > np.partition(distance, -most - 1)[-most - 1]]
+    return straight[chosen]
 
 
 def _without_straights(points: Array, within: float) -> NDArray[np.int64]:
@@ -51,21 +50,28 @@ def _without_straights(points: Array, within: float) -> NDArray[np.int64]:
     return kept
 
 
-def _ends_of_chords(points: Array, within: float) -> NDArray[np.int64]:
-    chosen = np.array([0, len(points) - 1])
+def _ends_of_chords(points: Array, within: float) -> tuple[NDArray[np.int64], Array]:
+    """Return the points (n,) at which chords are divided, and how far each was from the chord that it divided.
+
+    No distance is larger than those of the chords divided before: for a larger ``within``, those at larger distances
+    are the answer.
+    """
+    chosen, distance = np.array([0, len(points) - 1]), np.full(2, np.inf)
     beyond = np.arange(len(points))  # points of chords that are too far from some of them
     while beyond.size:
         chord = np.clip(np.searchsorted(chosen, beyond, "right") - 1, 0, len(chosen) - 2)
         away = distances(points[beyond], points[chosen[chord]], points[chosen[chord + 1]])
         begins = np.flatnonzero(np.diff(chord, prepend=-1))
-        sizes = np.diff(begins, append=len(beyond))
-        farthest = np.repeat(np.maximum.reduceat(away, begins), sizes)
+        farthest = np.maximum.reduceat(away, begins)
         is_wrong = farthest > within
-        ends = np.flatnonzero(is_wrong & (away == farthest))
-        _, first = np.unique(chord[ends], return_index=True)
-        chosen = np.union1d(chosen, beyond[ends[first]])
-        beyond = beyond[is_wrong]
-    return chosen
+        of_chord = np.repeat(np.arange(len(begins)), np.diff(begins, append=len(beyond)))
+        ends = np.flatnonzero((away == farthest[of_chord]) & is_wrong[of_chord])
+        ends = ends[np.diff(of_chord[ends], prepend=-1) > 0]
+        divided = chord[ends]
+        smallest = np.minimum(away[ends], np.minimum(distance[divided], distance[divided + 1]))
+        chosen, distance = np.insert(chosen, divided + 1, beyond[ends]), np.insert(distance, divided + 1, smallest)
+        beyond = beyond[is_wrong[of_chord]]
+    return chosen, distance
 
 
 def distances(points: Array, begin: Array, end: Array) -> Array:
