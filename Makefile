@@ -23,6 +23,9 @@ export OMP_NUM_THREADS      ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 export MPLBACKEND           ?= Agg
 
+# Commands and tests start hundreds of processes: none of them compiles a module that another one has compiled.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:

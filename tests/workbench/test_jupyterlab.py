@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +21,9 @@ import gearrattle as gr
 from tests.browser import BROWSER, MARKS
 from tests.workbench.test_results import model
 
-pytest.importorskip("jupyterlab")
-pytest.importorskip("anywidget")
 playwright = pytest.importorskip("playwright.sync_api")
-pytestmark = [pytest.mark.long, *MARKS]
+LACKS = next((name for name in ("jupyterlab", "anywidget") if find_spec(name) is None), "")
+pytestmark = [pytest.mark.long, pytest.mark.skipif(bool(LACKS), reason=f"needs {LACKS}"), *MARKS]
 
 CELLS = ('import gearrattle as gr\nmodel = gr.load("model.toml")', "gr.view(gr.run(model))")
 BRANCHES = (
