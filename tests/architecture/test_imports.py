@@ -7,6 +7,7 @@ import subprocess
 import sys
 from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
 from runpy import run_path
 
 import grimp
@@ -104,6 +105,17 @@ def test_a_simulation_on_a_terminal_loads_no_figures() -> None:
     code = (
         "import sys\nfrom gearrattle.cli import main\n"
         "assert main(['simulate', 'examples/paper/case3.toml', '--cycles', '2']) == 0\n"
+        f"print('LOADED', *sorted(set(sys.modules) & set({unneeded!r})))"
+    )
+    assert _python(code).strip().splitlines()[-1] == "LOADED"
+
+
+def test_a_run_and_its_report_load_no_library_of_which_they_need_a_line(tmp_path: Path) -> None:
+    """A second of the start: a taper is three cosines, a limit of confidence one quantile."""
+    unneeded = ("scipy.signal", "scipy.stats", "scipy.integrate", "scipy.interpolate", "pandas", "xarray", "matplotlib")
+    code = (
+        "import sys\nfrom gearrattle.cli import main\n"
+        f"assert main(['run', 'examples/paper/case3.toml', '-o', {str(tmp_path / 'out')!r}]) in (0, 1)\n"
         f"print('LOADED', *sorted(set(sys.modules) & set({unneeded!r})))"
     )
     assert _python(code).strip().splitlines()[-1] == "LOADED"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import get_window
 from scipy.special import betainc, hyp2f1
 from scipy.stats import binom, chi2
 
@@ -15,7 +16,7 @@ from gearrattle.signals.confidence import (
     density_factors,
     response_radius,
 )
-from gearrattle.signals.cross_spectra import cross_spectra, cut, power_density, taper
+from gearrattle.signals.cross_spectra import WINDOWS, cross_spectra, cut, power_density, taper
 
 
 def within_chance(hits: int, trials: int, level: float) -> bool:
@@ -143,3 +144,9 @@ def test_limits_of_coherence_and_response_enclose_a_known_mixture(truth: float, 
     assert below.mean() == pytest.approx(0.5, abs=4.0 / np.sqrt(12.0 * value.size))  # uniform: its mean
     assert within_chance(int(np.sum((low <= truth) & (truth <= high))), value.size, level)
     assert within_chance(int(np.sum(np.abs(response - gain) <= radius)), value.size, level)
+
+
+@pytest.mark.parametrize("name", WINDOWS)
+@pytest.mark.parametrize("length", [2, 7, 4096])
+def test_tapers_are_those_of_scipy(name: str, length: int) -> None:
+    np.testing.assert_allclose(taper(name, length), get_window(name, length, fftbins=True), rtol=0, atol=1e-15)

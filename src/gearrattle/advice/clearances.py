@@ -68,8 +68,8 @@ def contact_ratios_line(model: Model, pilot: Pilot) -> Line:
         return Line("contact ratios", "There are none.")
     words = ", ".join(f"{name} {value:.3g}" for name, value in slopes.items())
     try:
-        linearised = forecast_ratios(model, "mean-slope", thorough=False)
-        count = len(linearised.attrs["fixed_points"])
+        linearised, attributes = forecast_ratios(model, "mean-slope", thorough=False)
+        count = len(attributes["fixed_points"])
         points = f", the most visited of {count} fixed points" if count > 1 else ""
         ratios_text = ", ".join(f"{name} {linearised[name]:.3g}" for name in slopes)
         off = max((abs(linearised[n] - v) for n, v in slopes.items() if not math.isnan(v)), default=0.0)

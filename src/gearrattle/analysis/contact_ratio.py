@@ -70,17 +70,21 @@ def contact_ratio(run_or_model: Run | Model, method: str = "mean-slope") -> pd.S
     if method not in ROUTES:
         raise ModelError(Problem("method", f'"{method}"', f"must be one of {', '.join(ROUTES)}"))
     if isinstance(run_or_model, Model):
-        return forecast_ratios(run_or_model, method)
+        ratios, attributes = forecast_ratios(run_or_model, method)
+        return _series(ratios, method, attributes)
     check_run(run_or_model, (Model,))
     estimate, names = ROUTES[method](run_or_model.trajectory), run_or_model.trajectory.layout.clearance_names
     left_out_notes = () if method == "spectral" else left_out(run_or_model.model)
     interval = {"low": _by_name(names, estimate.low), "high": _by_name(names, estimate.high)}
     attributes = {"quantity": estimate.quantity, **interval, "notes": [*estimate.notes, *left_out_notes]}
-    return _series(names, estimate.value, method, attributes)
+    return _series(_by_name(names, estimate.value), method, attributes)
 
 
-def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> pd.Series[float]:
-    """Contact ratios forecast by equivalent linearisation, as of ``contact_ratio``; from two starts if not thorough."""
+def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> tuple[dict[str, float], dict[str, Any]]:
+    """Return ratios forecast by equivalent linearisation, by clearance, and the ``attrs`` of ``contact_ratio``.
+
+    From two starts if not thorough.
+    """
     if method not in _LINEARISED:
         raise ModelError(Problem("method", f'"{method}"', "needs a motion, not a model", "simulate it first"))
     refuse_recorded_motions(model, "a forecast")
@@ -104,7 +108,8 @@ def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> pd.S
     if prediction.failed:
         notes.append(f"{prediction.failed} searches found none")
     notes += left_out(model)
-    return _series(names, ratios, method, {"quantity": _QUANTITY[method], "fixed_points": points, "notes": notes})
+    attributes = {"quantity": _QUANTITY[method], "fixed_points": points, "notes": notes}
+    return _by_name(names, ratios), attributes
 
 
 def _described(names: tuple[str, ...], point: FixedPoint) -> dict[str, Any]:
@@ -122,9 +127,9 @@ def _by_name(names: tuple[str, ...], values: NDArray[np.float64]) -> dict[str, f
     return dict(zip(names, values.tolist(), strict=True))
 
 
-def _series(names: tuple[str, ...], values: NDArray[np.float64], name: str, attrs: dict[str, Any]) -> pd.Series[float]:
+def _series(ratios: dict[str, float], name: str, attrs: dict[str, Any]) -> pd.Series[float]:
     import pandas as pd
 
-    series = pd.Series(values, index=pd.Index(names, name="clearance"), name=name)
+    series = pd.Series([*ratios.values()], index=pd.Index([*ratios], name="clearance"), name=name, dtype=np.float64)
     series.attrs.update({KIND: "contact ratio", **attrs})
     return series

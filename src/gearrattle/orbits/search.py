@@ -16,7 +16,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
@@ -116,6 +115,8 @@ def starts_of(period_map: PeriodMap, count: int, seed: int = 0) -> Iterator[Stat
     seed
         of the sequence (Halton's).
     """
+    from scipy.stats import qmc
+
     scale = period_map.scale
     points = qmc.Halton(len(scale), seed=seed).random(count)
     for point in points:

@@ -34,9 +34,9 @@ def wilson(count: ArrayLike, among: ArrayLike, level: float = 0.95) -> tuple[NDA
     tuple[NDArray[np.float64], NDArray[np.float64]]
         Its lower and its upper limit, (...,) each.
     """
-    from scipy.stats import norm
+    from scipy.special import ndtri
 
-    z2 = float(norm.ppf(0.5 + 0.5 * level)) ** 2
+    z2 = float(ndtri(0.5 + 0.5 * level)) ** 2
     k, n = np.asarray(count, dtype=np.float64), np.asarray(among, dtype=np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
         half = np.sqrt(z2 * (k * (n - k) / n + 0.25 * z2))

@@ -48,7 +48,7 @@ def samples_needed(half_width: float, probability: float = 0.5, level: float = 0
     >>> gr.studies.samples_needed(0.05)
     381
     """
-    from scipy.stats import norm
+    from scipy.special import ndtri
 
     arguments = {
         "half_width": (half_width, 1e-9, 0.5),
@@ -62,7 +62,7 @@ def samples_needed(half_width: float, probability: float = 0.5, level: float = 0
     ]
     if problems:
         raise ModelError(problems)
-    z2 = float(norm.ppf(0.5 + 0.5 * level)) ** 2
+    z2 = float(ndtri(0.5 + 0.5 * level)) ** 2
     scatter = probability * (1.0 - probability)
 
     def half(n: float) -> float:
