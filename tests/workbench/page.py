@@ -12,24 +12,20 @@ from typing import Any
 
 import pytest
 
-from tests.browser import BROWSER
 from tests.workbench.server import Server
 
 
 @contextmanager
 def opened_page(server: Server, width: int = 1280, height: int = 800) -> Iterator[Any]:
     """Open the page of a server; errors on the console and requests that leave the machine fail the test."""
-    playwright = pytest.importorskip("playwright.sync_api")
     wrong: list[str] = []
-    with playwright.sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        tab = browser.new_page(viewport={"width": width, "height": height})
+    with server.browser.new_context(viewport={"width": width, "height": height}) as context:
+        tab = context.new_page()
         tab.on("console", lambda line: wrong.append(f"{line.text} {line.location}") if is_fault(line) else None)
         tab.on("pageerror", lambda error: wrong.append(str(error)))
         tab.on("request", lambda sent: None if is_own(sent.url, server.address) else wrong.append(sent.url))
         tab.goto(f"{server.address}/?token={server.token}")
         yield tab
-        browser.close()
     assert wrong == [], "\n".join(wrong)
 
 

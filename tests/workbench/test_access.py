@@ -33,6 +33,7 @@ pytestmark = pytest.mark.compiled
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     outer = tmp_path_factory.mktemp("outer")
     (outer / "secret.toml").write_text("secret", encoding="utf-8")
+    (outer / "beside.csv").write_text("t [s],T [N*m]\n0,1\n2,2\n4,1\n6,0\n", encoding="utf-8")
     inner = outer / "inner"
     inner.mkdir()
     (inner / "link.toml").symlink_to(outer / "secret.toml")
@@ -43,7 +44,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def server(folder: Path) -> Iterator[Server]:
-    with serving(folder) as server:
+    """Started in the folder above, whose files a model on the command line may name."""
+    with serving(folder, within=folder.parent) as server:
         yield server
 
 
@@ -172,30 +174,25 @@ def test_no_path_leads_outside(server: Server, folder: Path) -> None:
         written = server.client.put(f"/api/files/{quote(name, safe='')}", content="changed")
         assert written.status_code in (200, 400, 404, 405), name
     assert (folder.parent / "secret.toml").read_text(encoding="utf-8") == "secret"
-    assert {path.name for path in folder.parent.iterdir()} == {"secret.toml", "inner"}
+    assert {path.name for path in folder.parent.iterdir()} == {"secret.toml", "beside.csv", "inner"}
 
 
-def test_a_model_names_no_file_beside_the_folder(tmp_path: Path) -> None:
-    """Started in the folder above, whose files a model on the command line may name."""
-    folder = tmp_path / "inner"
-    folder.mkdir()
-    (tmp_path / "beside.csv").write_text("t [s],T [N*m]\n0,1\n2,2\n4,1\n6,0\n", encoding="utf-8")
+def test_a_model_names_no_file_beside_the_folder(server: Server, folder: Path) -> None:
     text = MODEL.replace(
         "harmonics = [{ order = 1, amplitude = 2.0 }]", 'signal = { file = "FILE", time = "t", value = "T" }'
     )
     outside = text.replace("FILE", "../beside.csv")
-    with serving(folder, within=tmp_path) as server:
-        checked = server.client.post("/api/check", json={"text": outside}).json()["problems"]
-        answers = [
-            server.client.post("/api/live", json={"text": outside, "values": {}}),
-            server.client.post("/api/jobs", json={"text": outside, "task": "run"}),
-        ]
-        assert [answer.status_code for answer in answers] == [400, 400]
-        for problem in (*checked, *(answer.json()["problems"][0] for answer in answers)):
-            assert "lies outside of" in problem["rule"]
-        (folder / "own.csv").write_bytes((tmp_path / "beside.csv").read_bytes())
-        inside = {"text": text.replace("FILE", "own.csv"), "values": {}}
-        assert server.client.post("/api/live", json=inside).status_code == 200
+    checked = server.client.post("/api/check", json={"text": outside}).json()["problems"]
+    answers = [
+        server.client.post("/api/live", json={"text": outside, "values": {}}),
+        server.client.post("/api/jobs", json={"text": outside, "task": "run"}),
+    ]
+    assert [answer.status_code for answer in answers] == [400, 400]
+    for problem in (*checked, *(answer.json()["problems"][0] for answer in answers)):
+        assert "lies outside of" in problem["rule"]
+    (folder / "own.csv").write_bytes((folder.parent / "beside.csv").read_bytes())
+    inside = {"text": text.replace("FILE", "own.csv"), "values": {}}
+    assert server.client.post("/api/live", json=inside).status_code == 200
 
 
 def test_a_gigabyte_is_refused_while_it_is_read(server: Server) -> None:

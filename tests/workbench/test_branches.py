@@ -36,6 +36,10 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
     branch = over_frequency()
     make_job(folder, "branches", branch, branch.model, task="continuation")
     make_job(folder, "modes", gr.modes(branch.model), branch.model, task="modes")
+    half = gr.continuation(branch.model, "excitation.frequency", (0.4, 0.5))
+    job = Job("continuation", "half done", id="half", state="running", progress={"fraction": 0.5, "text": "computing"})
+    job.write(Folder(folder).jobs)
+    Growing(Folder(folder).job("half") / PARTIAL)(half)
     return folder
 
 
@@ -231,16 +235,11 @@ def test_a_branch_is_seen_while_it_grows(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("_marks", browser)
-def test_what_is_followed_is_on_the_screen(_marks: tuple[()], tmp_path: Path) -> None:
+def test_what_is_followed_is_on_the_screen(_marks: tuple[()], server: Server) -> None:
     """Of a job that a killed server left half done: as while it runs."""
     playwright = pytest.importorskip("playwright.sync_api")
-    model = over_frequency().model
-    half = gr.continuation(model, "excitation.frequency", (0.4, 0.5))
-    job = Job("continuation", "half done", id="half", state="running", progress={"fraction": 0.5, "text": "computing"})
-    job.write(Folder(tmp_path).jobs)
-    Growing(Folder(tmp_path).job("half") / PARTIAL)(half)
-    with serving(tmp_path) as running, opened_page(running) as tab:
-        tab.goto(f"{running.address}/#/runs/half")
+    with opened_page(server) as tab:
+        tab.goto(f"{server.address}/#/runs/half")
         region = tab.get_by_role("region", name="Computed so far")
         playwright.expect(region.locator("canvas").first).to_be_visible(timeout=60_000)
         playwright.expect(region.locator(".gr-legend").first).to_contain_text("stable")

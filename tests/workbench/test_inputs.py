@@ -191,7 +191,7 @@ def test_a_data_file_from_elsewhere_in_the_folder_is_named_anew(root: Path, tmp_
     np.testing.assert_array_equal(gr.simulate(here).trajectory.deflection, gr.simulate(there).trajectory.deflection)
 
 
-@pytest.mark.parametrize("task", ["run", "fit"])
+@pytest.mark.parametrize("task", [pytest.param("run", marks=pytest.mark.long), "fit"])
 def test_what_is_handed_over_runs_in_an_empty_folder(client: TestClient, root: Path, tmp_path: Path, task: str) -> None:
     """The data are those of the job, whatever has become of the files since."""
     options = next(options for name, options, _ in TASKS if name == task)
@@ -237,6 +237,7 @@ def test_files_outside_the_folder_are_brought_in(root: Path, tmp_path: Path) -> 
     assert handed == f"# of the rig\n{text.replace('response.csv', '../data/response.csv')}"
 
 
+@pytest.mark.long
 def test_processes_that_compute_know_the_folder_of_root(tmp_path: Path) -> None:
     """``gearrattle --root DIR serve``: what a check allows, a job and a slider read."""
     outside, workspace = tmp_path / "rig", tmp_path / "workspace"

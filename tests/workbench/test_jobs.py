@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -119,6 +117,7 @@ def test_a_crash_of_a_job_is_its_own(server: Server) -> None:
     assert server.ended(server.job()["id"])["state"] == "done"
 
 
+@pytest.mark.long
 def test_another_process_is_warm_when_one_is_lost(tmp_path: Path) -> None:
     reserve = Reserve()
     process = WarmProcess(8e9, reserve)
@@ -171,6 +170,7 @@ def test_of_answers_that_follow_a_slider_the_newest_wins(server: Server) -> None
     assert wrong.status_code == 400
 
 
+@pytest.mark.long
 def test_a_killed_server_loses_no_run_that_has_ended(tmp_path: Path) -> None:
     with serving(tmp_path) as server:
         done = server.ended(server.job(name="kept")["id"])
@@ -187,6 +187,7 @@ def test_a_killed_server_loses_no_run_that_has_ended(tmp_path: Path) -> None:
         assert server.state(running["id"])["problems"][0]["remedy"] == "start it again"
 
 
+@pytest.mark.long
 def test_a_job_that_takes_too_much_memory_ends_and_the_server_does_not(tmp_path: Path) -> None:
     with serving(tmp_path, "--memory", "0.05") as server:
         job = server.ended(server.job()["id"])
@@ -195,6 +196,7 @@ def test_a_job_that_takes_too_much_memory_ends_and_the_server_does_not(tmp_path:
         assert server.client.get("/api/jobs").status_code == 200
 
 
+@pytest.mark.long
 def test_a_server_ends_without_a_fault_whatever_is_under_way(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     statuses: list[int] = []
     with serving(tmp_path) as server:
@@ -215,12 +217,9 @@ def test_a_server_ends_without_a_fault_whatever_is_under_way(tmp_path: Path, cap
     assert capfd.readouterr().err.splitlines() == ["interrupted: nothing was written"]
 
 
-def test_a_folder_has_one_server_at_a_time(tmp_path: Path) -> None:
-    with serving(tmp_path):
-        words = [sys.executable, "-m", "gearrattle", "serve", str(tmp_path)]
-        second = subprocess.run(words, capture_output=True, text=True, check=False, timeout=60)
-        assert second.returncode == 2
-        assert "another program writes into it" in second.stderr
+def test_a_folder_has_one_server_at_a_time(server: Server, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["serve", os.readlink(f"/proc/{server.process.pid}/cwd")]) == 2
+    assert "another program writes into it" in capsys.readouterr().err
 
 
 def test_what_cannot_be_served_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -232,6 +231,7 @@ def test_what_cannot_be_served_is_said(tmp_path: Path, capsys: pytest.CaptureFix
     assert "--port" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_password_opens_a_server_that_others_reach(tmp_path: Path) -> None:
     with serving(tmp_path, "--host", "0.0.0.0", GEARRATTLE_PASSWORD="a long password") as server:
         address = f"http://127.0.0.1:{server.port}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import Any
 
 import pytest
@@ -55,23 +55,27 @@ def test_every_task_is_here() -> None:
     assert set(KINDS) == set(TASKS)
 
 
-@pytest.mark.parametrize("task", KINDS)
-def test_every_part_of_a_result_is_there(server: Server, task: str) -> None:
+def test_every_part_of_a_result_is_there(server: Server) -> None:
     with opened_page(server) as tab:
         refused = _refused(tab)
-        tab.goto(f"{server.address}/#/runs/{task}")
-        tab.wait_for_selector(".gr-tabpanel > *")
-        tabs = tab.get_by_role("tab")
-        for k in range(tabs.count()):
-            tabs.nth(k).click()
-            tab.wait_for_load_state("networkidle")
+        for task in KINDS:
+            tab.goto("about:blank")
+            tab.goto(f"{server.address}/#/runs/{task}")
+            tab.wait_for_selector(".gr-tabpanel > *")
+            tabs = tab.get_by_role("tab")
+            for k in range(tabs.count()):
+                tabs.nth(k).click()
+                tab.wait_for_load_state("networkidle")
         assert refused == []
 
 
-def test_all_pairs_are_compared(server: Server) -> None:
+@pytest.mark.parametrize(
+    "pairs", [[*pairwise(KINDS)], pytest.param([*combinations(KINDS, 2)], marks=pytest.mark.long)], ids=["some", "all"]
+)
+def test_pairs_are_compared(server: Server, pairs: list[tuple[str, str]]) -> None:
     with opened_page(server) as tab:
         refused = _refused(tab)
-        for pair in combinations(KINDS, 2):
+        for pair in pairs:
             with tab.expect_response("**/api/compare?*"):
                 tab.goto(f"{server.address}/#/compare?jobs={','.join(pair)}")
             _figures_of(tab, pair, server)
@@ -93,10 +97,13 @@ def _figures_of(tab: Any, pair: tuple[str, ...], server: Server) -> None:
 @pytest.mark.parametrize(
     ("page", "sign"), [("edit?job={}", ".gr-node"), ("measured?job={}", "option"), ("studies?job={}", "option")]
 )
-def test_every_page_of_a_job_is_there(server: Server, page: str, sign: str) -> None:
+@pytest.mark.parametrize(
+    "kinds", [("run", "study", "continuation"), pytest.param([*KINDS], marks=pytest.mark.long)], ids=["some", "all"]
+)
+def test_every_page_of_a_job_is_there(server: Server, page: str, sign: str, kinds: list[str]) -> None:
     with opened_page(server) as tab:
         refused = _refused(tab)
-        for task in KINDS:
+        for task in kinds:
             tab.goto("about:blank")
             tab.goto(f"{server.address}/#/{page.format(task)}")
             tab.wait_for_selector(f"main {sign}", state="attached")

@@ -129,6 +129,7 @@ def test_spectra_of_run_and_recording(page: Any) -> None:
     np.testing.assert_allclose(values, np.sin(np.rint(time * 1e3)), atol=1e-5)
 
 
+@pytest.mark.long
 def test_the_archive_does_the_same(page: Any, tmp_path: Path) -> None:
     """Its script, run in its folder, computes the numbers that it holds."""
     content = page.get("/api/jobs/first/archive.zip").content
