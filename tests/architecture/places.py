@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -16,9 +17,16 @@ def source_files() -> list[Path]:
     return sorted(SOURCE.rglob("*.py"))
 
 
+@cache
 def syntax_tree(path: Path) -> ast.Module:
-    """Parse a Python file."""
+    """Parse a Python file, once a process."""
     return ast.parse(path.read_bytes())
+
+
+@cache
+def nodes_of(path: Path) -> tuple[ast.AST, ...]:
+    """All nodes of a Python file, walked through once a process."""
+    return tuple(ast.walk(syntax_tree(path)))
 
 
 def document_files() -> list[Path]:

@@ -13,7 +13,7 @@ from runpy import run_path
 import grimp
 import pytest
 
-from tests.architecture.places import ROOT, SOURCE, syntax_tree
+from tests.architecture.places import ROOT, SOURCE, nodes_of
 
 HEAVY = ("numba", "scipy.signal", "scipy.integrate", "xarray", "pandas", "pint", "matplotlib", "plotly", "h5netcdf")
 
@@ -25,6 +25,7 @@ def _python(code: str) -> str:
     return done.stdout
 
 
+@pytest.mark.long
 def test_the_drawing_of_the_packages_is_that_of_the_imports() -> None:
     drawing = run_path(str(ROOT / "docs" / "images" / "packages.py"))["drawing"]
     assert (ROOT / "docs" / "images" / "packages.svg").read_text(encoding="utf-8") == drawing(), "make images"
@@ -43,6 +44,7 @@ def test_rooms_below_the_command_line_do_not_import_the_package_root() -> None:
     assert {name for name in importers if not name.startswith(("gearrattle.cli", "gearrattle.report"))} == set()
 
 
+@pytest.mark.long
 def test_public_names_are_not_shadowed_by_rooms_of_the_same_name() -> None:
     code = (
         "import pkgutil, importlib, gearrattle as gr\n"
@@ -71,7 +73,7 @@ def test_names_imported_from_the_package_exist() -> None:
     missing = []
     for folder in ("src", "tests", "benchmarks", "examples", "docs"):
         for path in (ROOT / folder).rglob("*.py"):
-            for node in ast.walk(syntax_tree(path)):
+            for node in nodes_of(path):
                 if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "gearrattle":
                     missing += [f"{path}: {node.module}.{name.name}" for name in node.names if not _exists(node, name)]
     assert missing == []

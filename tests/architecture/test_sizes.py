@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from tests.architecture.places import source_files, syntax_tree
+from tests.architecture.places import nodes_of, source_files
 
 LONGEST_FUNCTION = 80
 LONGEST_KERNEL = 105  # a compiled loop, or a list of arrays with their shapes, is one function
@@ -21,7 +21,6 @@ def test_functions_are_short() -> None:
     long_ones = []
     for path in source_files():
         limit = LONGEST_KERNEL if "kernels" in path.parts else LONGEST_FUNCTION
-        nodes = ast.walk(syntax_tree(path))
-        functions = [node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+        functions = [node for node in nodes_of(path) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
         long_ones += [f"{path}: {f.name}: {lines} lines" for f in functions if (lines := _lines(f)) >= limit]
     assert long_ones == []

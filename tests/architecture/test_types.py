@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from tests.architecture.places import ROOT, SOURCE
 from tests.architecture.public import PUBLIC
 
@@ -24,6 +26,7 @@ def _mypy(program: str, folder: Path) -> str:
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False).stdout
 
 
+@pytest.mark.long
 def test_public_names_have_their_types_outside_the_source_tree(tmp_path: Path) -> None:
     names = list(PUBLIC)
     program = ["import gearrattle as gr", *(f"reveal_type(gr.{name})" for name in names)]
@@ -33,6 +36,7 @@ def test_public_names_have_their_types_outside_the_source_tree(tmp_path: Path) -
     assert types["compare"].endswith('-> pandas.core.frame.DataFrame"')
 
 
+@pytest.mark.long
 def test_wrong_uses_are_reported_outside_the_source_tree(tmp_path: Path) -> None:
     program = """import gearrattle as gr
 

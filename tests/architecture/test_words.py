@@ -6,10 +6,11 @@ import ast
 import inspect
 import re
 from functools import cached_property
+from pathlib import Path
 
 import pytest
 
-from tests.architecture.places import ROOT, SOURCE, source_files, syntax_tree
+from tests.architecture.places import ROOT, SOURCE, nodes_of, source_files
 from tests.architecture.public import PUBLIC
 
 
@@ -24,10 +25,6 @@ def _documented(docstring: str) -> list[str]:
     return [name.strip(" *") for line in lines for name in line.split(",")]
 
 
-def test_modules_open_with_a_docstring() -> None:
-    assert [path for path in source_files() if not ast.get_docstring(syntax_tree(path))] == []
-
-
 EMPTY_NAMES = {"found", "told", "given", "each", "place", "beside", "bench", "got", "thing", "stuff", "tmp", "foo"}
 """Names that do not say what they hold."""
 
@@ -35,8 +32,8 @@ PLACES = {"errors.py", "model/table.py", "model/csv_layout.py", "measured/reader
 """Where ``place`` is the word of messages: place, value, rule, remedy."""
 
 
-def _bound_names(tree: ast.Module) -> set[str]:
-    nodes = list(ast.walk(tree))
+def _bound_names(path: Path) -> set[str]:
+    nodes = nodes_of(path)
     stored = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
     return stored | {node.arg for node in nodes if isinstance(node, ast.arg)}
 
@@ -45,7 +42,7 @@ def test_names_say_what_they_hold() -> None:
     folders = (SOURCE, ROOT / "tests", ROOT / "benchmarks", ROOT / "examples")
     allowed = {(SOURCE / path, "place") for path in PLACES}
     files = [path for folder in folders for path in sorted(folder.rglob("*.py"))]
-    empty = {(path, name) for path in files for name in _bound_names(syntax_tree(path)) & EMPTY_NAMES}
+    empty = {(path, name) for path in files for name in _bound_names(path) & EMPTY_NAMES}
     assert len(files) > 1000
     assert empty - allowed == set()
 
@@ -53,7 +50,7 @@ def test_names_say_what_they_hold() -> None:
 def test_docstrings_explain_parameters_that_exist() -> None:
     wrong = []
     for path in source_files():
-        for node in ast.walk(syntax_tree(path)):
+        for node in nodes_of(path):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 known = {argument.arg for argument in ast.walk(node.args) if isinstance(argument, ast.arg)}
                 unknown = set(_documented(ast.get_docstring(node) or "")) - known
