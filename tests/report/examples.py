@@ -181,12 +181,12 @@ FACTORIAL = ("saltelli", "saltelli-pairs", "one-at-a-time")
 def basins(which: str) -> xr.Dataset:
     """Basins over a grid, of drawn states, over a line, over three variables."""
     box = {X: {"from": -0.6, "to": 0.6}, V: {"from": -4.0, "to": 4.0}}
-    plane = {X: {"from": -0.6, "to": 0.8, "count": 11}, V: {"from": -4.0, "to": 4.0, "count": 9}}
+    plane = {X: {"from": -0.6, "to": 0.8, "count": 6}, V: {"from": -4.0, "to": 4.0, "count": 5}}
     cube = {"deflection.joint": [-0.01, 0.01], "rate.joint": [-1.0, 1.0], "velocity.wheel": [0.0, 1.0, 2.0]}
     short = {"cycles": 60, "discard": 40}
     return {
         "grid": lambda: gr.basins(oscillator.model(), plane, workers=1),
-        "drawn": lambda: gr.basins(oscillator.model(), box, samples=40, seed=1, workers=1),
+        "drawn": lambda: gr.basins(oscillator.model(), box, samples=12, seed=1, workers=1),
         "line": lambda: gr.basins(oscillator.model(), {V: [-4.0, 0.0, 4.0]}, workers=1, **short),
         "cube": lambda: gr.basins(drivelines.model(), cube, workers=1),
     }[which]()

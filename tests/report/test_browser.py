@@ -35,6 +35,7 @@ def test_figures_come_alive_without_a_network(page: Path, tmp_path: Path) -> Non
     assert done.stdout.count('class="main-svg"') >= len(drawn)
 
 
+@pytest.mark.long
 def test_a_page_of_spectra_comes_alive(tmp_path: Path) -> None:
     rng = np.random.default_rng(2)
     cause = rng.standard_normal(8000)
@@ -49,6 +50,7 @@ def test_a_page_of_spectra_comes_alive(tmp_path: Path) -> None:
     assert 'class="main-svg"' in done.stdout
 
 
+@pytest.mark.long
 def test_it_prints(page: Path, tmp_path: Path) -> None:
     target = tmp_path / "report.pdf"
     browse(page, tmp_path / "profile", f"--print-to-pdf={target}", "--no-pdf-header-footer")
@@ -60,6 +62,7 @@ def test_it_prints(page: Path, tmp_path: Path) -> None:
         assert "density at its peak" in words
 
 
+@pytest.mark.long
 def test_the_maps_of_a_run_up_come_alive(tmp_path: Path) -> None:
     actual = pipeline(load(EXAMPLES / "run_up.toml"), cycles=16)
     bodies = len(actual.motion.trajectory.layout.inertia_names)

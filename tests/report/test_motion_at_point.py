@@ -89,6 +89,7 @@ def test_long_branches_are_thinned_and_keep_their_ends() -> None:
     assert (len(points), points[0], points[-1]) == (120, 0, len(branch.points) - 1)
 
 
+@pytest.mark.long
 def test_motions_with_many_impacts_are_fewer_and_smooth_on_the_screen() -> None:
     """Within half a pixel of the exact flow, of which one point in 7 of 16 000 samples of a period is looked at."""
     branch = gr.continuation(gr.example("case1"), "excitation.speed", ("1432 rpm", "1400 rpm"))
@@ -182,6 +183,7 @@ def test_the_slider_moves_along_the_branch(_marks: tuple[()], tmp_path: Path) ->
     assert len(re.findall(r'class="inside"', done.stdout)) == 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("_marks", browser)
 def test_the_pointer_shows_the_nearest_motion(_marks: tuple[()], tmp_path: Path) -> None:
     """A pointer over the dashed part of the lower curve shows an unstable motion, and a multiplier outside."""

@@ -42,7 +42,7 @@ def test_cells_tile_the_map_with_the_colours_of_their_attractors(grid: xr.Datase
 
 def test_drawn_states_are_points(drawn: xr.Dataset) -> None:
     (panel,) = basin_map(drawn).panels
-    assert sum(line.x.size for line in panel.lines if line.name != "attractors") == 40
+    assert sum(line.x.size for line in panel.lines if line.name != "attractors") == 12
 
 
 def test_words_and_tables_say_what_the_dataset_holds(grid: xr.Dataset, drawn: xr.Dataset) -> None:
@@ -52,7 +52,7 @@ def test_words_and_tables_say_what_the_dataset_holds(grid: xr.Dataset, drawn: xr
     assert "little room" not in summary_of(grid)
     assert "little room" in summary_of(grid.assign_attrs(between=5e-3))
     rows = attractor_table(grid).rows
-    assert sum(int(row[1]) for row in rows) == 99
+    assert sum(int(row[1]) for row in rows) == 30
     assert rows[0][3] == "a grid has none"
     half = grid.assign(basin=grid["basin"].where(grid["basin"] != 1, -1))
     assert "had not settled and are counted to no motion" in summary_of(half)

@@ -109,15 +109,20 @@ def everything() -> Chart:
     )
 
 
+def panel_alone(index: int) -> Chart:
+    """One panel of the chart with every kind of mark: as quick to draw as a figure is."""
+    return replace(everything(), panels=everything().panels[index : index + 1], columns=1)
+
+
 CHARTS = [everything(), *charts(synthetic.findings("double-sided"))]
 
 
 @pytest.fixture(
     scope="module",
     params=[
-        *((chart, 85.0) for chart in CHARTS),
-        (CHARTS[0], 175.0),
-        *(pytest.param((chart, 175.0), marks=pytest.mark.long) for chart in CHARTS[1:]),
+        *((chart, 85.0) for chart in CHARTS if chart.key != "rattle_metrics"),
+        *(pytest.param((chart, 85.0), marks=pytest.mark.long) for chart in CHARTS if chart.key == "rattle_metrics"),
+        *(pytest.param((chart, 175.0), marks=pytest.mark.long) for chart in CHARTS),
     ],
     ids=lambda entry: f"{entry[0].key}-{entry[1]:g}",
 )
@@ -226,7 +231,7 @@ def test_a_check_of_overlaps_can_fail() -> None:
 
 @pytest.mark.parametrize("width", ["single", *(pytest.param(w, marks=pytest.mark.long) for w in ("3.5 inch", 120.0))])
 def test_pdf_is_as_wide_as_asked_and_carries_its_fonts(tmp_path: Path, width: float | str) -> None:
-    actual = matplotlib_figure(everything(), Style(width))
+    actual = matplotlib_figure(panel_alone(0), Style(width))
     raw = save_figure(actual, tmp_path / "a.pdf").read_bytes()
     wanted = {"single": 85.0, "double": 175.0, "3.5 inch": 88.9}.get(str(width), width)
     assert raw.startswith(b"%PDF-")
@@ -249,7 +254,7 @@ def _streams(raw: bytes) -> list[bytes]:
 
 
 def test_the_same_chart_gives_the_same_bytes_whatever_the_session_has_set() -> None:
-    chart = CHARTS[1]
+    chart = panel_alone(0)
     ours = matplotlib_figure(chart, Style("single"))
     first = [saved(ours, kind, title="t", subject="s") for kind in FORMATS]
     theirs = {
@@ -270,18 +275,20 @@ def test_the_same_chart_gives_the_same_bytes_whatever_the_session_has_set() -> N
     with mpl.rc_context(theirs):  # type: ignore[arg-type]
         before = dict(mpl.rcParams)  # type: ignore[call-overload]
         figure = matplotlib_figure(chart, Style("single"))
-        second, third = ([saved(figure, kind, title="t", subject="s") for kind in FORMATS] for _ in range(2))
+        second = [saved(figure, kind, title="t", subject="s") for kind in FORMATS]
+        third = [saved(figure, kind, title="t", subject="s") for kind in FORMATS[:2]]
         assert dict(mpl.rcParams) == before  # type: ignore[call-overload]
-    assert first == second == third
+    assert first == second
+    assert first[:2] == third, "a figure saved again"
 
 
 def test_a_style_of_the_reader_s_own_is_laid_over_ours(tmp_path: Path) -> None:
     file = tmp_path / "mine.mplstyle"
     file.write_text("font.size: 11\nxtick.labelsize: 10\naxes.linewidth: 2\n")
-    axes = matplotlib_figure(everything(), Style(rc=file)).axes[1]
+    axes = matplotlib_figure(panel_alone(1), Style(rc=file)).axes[0]
     assert axes.xaxis.get_ticklabels()[0].get_fontsize() == 10.0
     assert axes.spines["left"].get_linewidth() == 2.0
-    assert matplotlib_figure(everything(), Style(rc="grayscale"))
+    assert matplotlib_figure(panel_alone(1), Style(rc="grayscale"))
 
 
 def test_every_colour_of_curves_has_dashes_and_of_points_a_marker() -> None:
@@ -356,7 +363,7 @@ def test_long_words_are_broken_but_not_before_a_unit() -> None:
 
 
 def test_eps_shows_what_is_translucent_as_it_looks() -> None:
-    figure = matplotlib_figure(everything(), Style("single"))
+    figure = matplotlib_figure(panel_alone(0), Style("single"))
     dots = next(line for line in figure.axes[0].lines if line.get_alpha() == 0.5)
     raw = saved(figure, "eps")
     assert dots.get_alpha() == 0.5  # as before
@@ -366,7 +373,7 @@ def test_eps_shows_what_is_translucent_as_it_looks() -> None:
 
 
 def test_shadings_go_on_where_limits_are_moved() -> None:
-    axes = matplotlib_figure(everything(), Style("single")).axes[0]
+    axes = matplotlib_figure(panel_alone(0), Style("single")).axes[0]
     tops = [patch.get_y() + patch.get_height() for patch in axes.patches if isinstance(patch, Rectangle)]
     assert max(tops) > 20.0
 

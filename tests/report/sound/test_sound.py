@@ -175,13 +175,13 @@ def tone(frequency: float, level: float, seconds: float = 1.0) -> np.ndarray:
 def test_a_tone_of_forty_decibels_is_one_sone_and_ten_more_double_it() -> None:
     """By the definition of the sone; ISO 532-1 allows 5 % or 0.1 sone."""
     pytest.importorskip("mosqito")
-    actual = [quality(tone(1000.0, level), RATE) for level in (40.0, 50.0, 60.0)]
+    actual = [quality(tone(1000.0, level, seconds=0.5), RATE) for level in (40.0, 50.0)]
     assert actual[0].loudness == pytest.approx(1.0, abs=0.1)
     assert actual[1].loudness == pytest.approx(2.0, rel=0.05)
-    assert actual[2].loudness == pytest.approx(4.0, rel=0.05)
     assert actual[0].roughness < 0.1
 
 
+@pytest.mark.long
 def test_an_asper_and_sharpness() -> None:
     """A 1 kHz tone of 60 dB, wholly modulated at 70 Hz, is 1 asper; higher tones are sharper."""
     pytest.importorskip("mosqito")
