@@ -70,7 +70,7 @@ def test_the_same_motion_makes_the_same_store(reference: Path, model: gr.Model, 
     assert content(tmp_path / "again") == content(reference)
 
 
-@pytest.mark.parametrize("after", [0, pytest.param(1, marks=pytest.mark.long), 5])
+@pytest.mark.parametrize("after", [*(pytest.param(after, marks=pytest.mark.long) for after in (0, 1)), 5])
 def test_an_exception_keeps_whole_chunks_and_resume_goes_on(
     reference: Path, model: gr.Model, tmp_path: Path, after: int
 ) -> None:
@@ -93,7 +93,11 @@ def test_an_exception_keeps_whole_chunks_and_resume_goes_on(
     assert stream.verdict().to_dict() == gr.criteria(gr.open_stream(reference)).to_dict()
 
 
-@pytest.mark.parametrize("train", [synthetic.MODEL, FILE.read_text(encoding="utf-8")], ids=["synthetic", "case 3"])
+@pytest.mark.parametrize(
+    "train",
+    [synthetic.MODEL, pytest.param(FILE.read_text(encoding="utf-8"), marks=pytest.mark.long)],
+    ids=["synthetic", "case 3"],
+)
 def test_a_motion_resumed_after_every_discarded_cycle_adds_up_the_same(train: str, tmp_path: Path) -> None:
     """The flanks of the last contacts of discarded chunks decide what the first impact that counts is."""
     settings = {"cycles": 8, "samples_per_cycle": 8, "chunk": 1, "discard": 6}
@@ -122,6 +126,7 @@ def test_a_closed_stream_counts_no_chunk_that_another_thread_finishes_later(
     assert content(tmp_path / "store") == content(reference)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_a_killed_program_loses_the_chunk_under_way_only(reference: Path, model: gr.Model, tmp_path: Path) -> None:
     folder = tmp_path / "store"
@@ -262,6 +267,7 @@ def answer(process: subprocess.Popen[str]) -> str:
     return process.stdout.readline()
 
 
+@pytest.mark.long
 def test_two_programs_never_write_into_one_folder(model: gr.Model, reference: Path, tmp_path: Path) -> None:
     folder = tmp_path / "store"
     first, second = writer(folder, resume=False), writer(folder, resume=False)
