@@ -119,6 +119,7 @@ def test_a_measured_file_is_fitted_as_a_motion(capsys: pytest.CaptureFixture[str
     assert "velocity.geer" in capsys.readouterr().err
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_ctrl_c_leaves_nothing() -> None:
     program = (

@@ -66,6 +66,7 @@ def test_ctrl_c_is_answered_at_once_and_leaves_nothing(model: Path, delay: float
     assert took <= ANSWER
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_sigterm_cleans_up_as_ctrl_c_does(model: Path) -> None:
     code, _, errors = interrupt(model, 0.5, "-o", "out", by=signal.SIGTERM)
@@ -73,6 +74,7 @@ def test_sigterm_cleans_up_as_ctrl_c_does(model: Path) -> None:
     assert [path.name for path in model.parent.iterdir()] == ["train.toml"]
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_what_sigkill_leaves_is_removed_by_the_next_start_into_the_same_place(model: Path) -> None:
     code, _, _ = interrupt(model, 0.5, "-o", "out", by=signal.SIGKILL)
@@ -156,8 +158,8 @@ def _on_a_disk(options: str, folder: Path, words: list[str]) -> subprocess.Compl
 @pytest.mark.parametrize(
     ("output", "options", "message"),
     [
-        ("run -o disk/out", "size=256k", FULL),
-        ("simulate -o disk/o.nc", "size=256k", FULL),
+        pytest.param("run -o disk/out", "size=256k", FULL, marks=pytest.mark.long),
+        pytest.param("simulate -o disk/o.nc", "size=256k", FULL, marks=pytest.mark.long),
         ("simulate -o disk/o.nc", "ro", "choose another place with -o"),
         pytest.param("run -o disk/out", "ro", "choose another place with -o", marks=pytest.mark.long),
         pytest.param("simulate -o disk/o.csv", "size=256k", FULL, marks=pytest.mark.long),

@@ -66,6 +66,7 @@ def test_a_stepping_algorithm_is_refused_before_anything_is_written(
     assert not Path("long").exists()
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_ctrl_c_keeps_what_was_computed_and_resume_goes_on(model: Path) -> None:
     words = ["stream", str(model), "--cycles", "150", "--samples-per-cycle", "8", "--chunk", "10", "-o", "long"]

@@ -96,6 +96,7 @@ def test_the_memory_of_the_process_is_no_place_for_results(study: Path, capsys: 
     assert "is gone when the command ends" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_lost_cluster_is_told_in_one_line(study: Path) -> None:
     pytest.importorskip("distributed")
     study.write_text(STUDY.replace("COUNT", "64"), encoding="utf-8")
@@ -166,7 +167,6 @@ def test_a_full_disk_is_told_with_what_is_kept_and_resuming_gives_the_same(
 
 def test_a_cluster_is_named_by_its_address(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("distributed")
-    study.write_text(STUDY.replace("COUNT", "16"), encoding="utf-8")
     Path("dask").mkdir()
     with dask(Path("dask").absolute(), 1) as cluster:
         assert main(["study", str(study), "--scheduler", cluster.address, "-o", "cluster"]) == 0
@@ -177,6 +177,7 @@ def test_a_cluster_is_named_by_its_address(study: Path, capsys: pytest.CaptureFi
     assert not Path("other").exists()
 
 
+@pytest.mark.long
 def test_killed_outright_it_goes_on_to_the_same_bits(study: Path) -> None:
     study.write_text(STUDY.replace("COUNT", "200"), encoding="utf-8")
     command = [sys.executable, "-m", "gearrattle", "study", str(study), "--workers", "2", "-o"]

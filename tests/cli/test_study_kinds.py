@@ -137,7 +137,8 @@ def stopped(by: signal.Signals, count: int) -> tuple[subprocess.Popen[bytes], st
     return process, process.communicate()[1].decode()
 
 
-@pytest.mark.parametrize("by", [signal.SIGINT, pytest.param(signal.SIGKILL, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGKILL])
 def test_stopped_within_a_sweep_it_goes_on_to_the_same_bits(folder: Path, by: signal.Signals) -> None:
     for count in (60, 1500):  # on a busy machine short sweeps end before the signal is heard
         process, reported = stopped(by, count)
