@@ -59,7 +59,7 @@ _SLOW_COMMANDS = (
     "advise",
 )
 HEAVY = frozenset((*_SLOW_CALLS, *(COMMAND + name for name in _SLOW_COMMANDS)))
-"""Rows that take seconds; the quick tests compute them for ``HARDEST`` alone."""
+"""Rows that take seconds; the tests of ``quick_rows`` compute them for ``HARDEST`` alone."""
 HARDEST = ("prescribed middle",)
 LONG = (f"{COMMAND}figures",)
 """Rows that take more than ten seconds, which the quick tests leave out."""

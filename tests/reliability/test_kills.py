@@ -53,7 +53,8 @@ def left_after_kill(process: subprocess.Popen[bytes], mark: str) -> list[int]:
     return left
 
 
-@pytest.mark.parametrize("delay", [0.3, *(pytest.param(delay, marks=pytest.mark.long) for delay in (0.0, 1.0))])
+@pytest.mark.long
+@pytest.mark.parametrize("delay", [0.3, 0.0, 1.0])
 def test_workers_end_with_a_study_that_is_killed_while_they_import(delay: float, tmp_path: Path) -> None:
     (tmp_path / "A.toml").write_text(TOML, encoding="utf-8")
     (tmp_path / "study.toml").write_text(STUDY, encoding="utf-8")
@@ -64,6 +65,7 @@ def test_workers_end_with_a_study_that_is_killed_while_they_import(delay: float,
     assert left_after_kill(process, mark) == []
 
 
+@pytest.mark.long
 def test_workers_end_with_a_study_that_is_killed_while_they_import_its_main_module(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(SLOW_TO_IMPORT, encoding="utf-8")
