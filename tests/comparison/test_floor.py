@@ -48,7 +48,10 @@ def different(actual):
     return {(item.quantity, item.subject) for item in actual.items if item.verdict == "different"}
 
 
-@pytest.mark.parametrize(("algorithm", "tolerance"), [("dop853", 1e-8), ("rkv", None), ("rkv-events", None)])
+@pytest.mark.parametrize(
+    ("algorithm", "tolerance"),
+    [pytest.param("dop853", 1e-8, marks=pytest.mark.long), ("rkv", None), ("rkv-events", None)],
+)
 def test_an_accurate_motion_that_can_be_predicted_is_equal_in_every_statistic(exact, algorithm, tolerance):
     """At its own tolerance dop853 is off by 1 % in a peak: on some processors just above what its error explains."""
     actual = judged(by_algorithm(algorithm, tolerance=tolerance), exact)
