@@ -64,7 +64,7 @@ def test_gas_lines_are_those_of_quadrature() -> None:
     single = validated(1, mass=0.0)
     gas, masses = single.waves()
     assert masses == ()
-    for wave in gas[::5]:
+    for wave in gas[::20]:
         breaks = np.linspace(0.0, 4.0 * np.pi, 25)
 
         def part(turn: Any, wave: Any = wave, breaks: Any = breaks) -> float:

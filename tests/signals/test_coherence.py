@@ -32,7 +32,7 @@ def test_a_signal_with_itself_a_gain_or_a_minus_sign_is_fully_coherent() -> None
 
 @pytest.mark.parametrize("taper", ["hann", pytest.param("none", marks=pytest.mark.long)])
 def test_independent_noise_has_the_stated_bias_threshold_and_range_of_the_mean(taper: str) -> None:
-    value, chance = many(1500, 0.0, taper=taper), by_chance(4, 5)
+    value, chance = many(500, 0.0, taper=taper), by_chance(4, 5)
     assert chance.bias == 0.25
     assert chance.threshold == pytest.approx(0.6316, abs=1e-4)
     assert value.mean() == pytest.approx(0.25, abs=0.01)

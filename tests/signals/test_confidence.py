@@ -78,7 +78,7 @@ def test_without_coherence_the_threshold_is_the_distributions_quantile() -> None
     assert low == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize("count", [1.9, 5.2, 40.0, 3000.0])
+@pytest.mark.parametrize("count", [1.9, 5.2, 40.0, pytest.param(3000.0, marks=pytest.mark.long)])
 def test_limits_are_where_the_distribution_has_its_tails(count: float) -> None:
     value = np.concatenate([np.linspace(0.0, 0.99, 34), [0.999, 0.99999]])
     ends = coherence_limits(value, count, 0.9)
@@ -124,7 +124,10 @@ def mixed(rng: np.random.Generator, truth: float, gain: float, count: int) -> tu
     return x, gain * x + noise
 
 
-@pytest.mark.parametrize(("truth", "overlap"), [(0.3, 0.0), (0.8, 0.0), (0.8, 0.5)])
+@pytest.mark.parametrize(
+    ("truth", "overlap"),
+    [pytest.param(0.3, 0.0, marks=pytest.mark.long), pytest.param(0.8, 0.0, marks=pytest.mark.long), (0.8, 0.5)],
+)
 def test_limits_of_coherence_and_response_enclose_a_known_mixture(truth: float, overlap: float) -> None:
     rng = np.random.default_rng(7)
     level = 0.9

@@ -31,7 +31,8 @@ def test_several_values_are_told_apart() -> None:
     assert away @ np.linalg.solve(fit.covariance, away) < 16.3  # 99.9 % of chi-square with three degrees
 
 
-@pytest.mark.parametrize("draws", [10, pytest.param(25, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("draws", [10, 25])
 def test_standard_errors_cover_the_truth(draws: int) -> None:
     """Over seeded noise: the shares within one and 1.96 standard errors, by the binomial law, and no bias."""
     path = "coupling.gap.clearance"
@@ -55,7 +56,7 @@ LINEAR = gr.loads(made.MODEL.replace("clearance = 0.01\n", ""))
     [
         (["torque.0.harmonics.0.amplitude"], {}),
         (["torque.0.harmonics.0.amplitude"], {"calibration": 3.0}),
-        (["coupling.gap.stiffness", "inertia.gear.J"], {}),
+        pytest.param(["coupling.gap.stiffness", "inertia.gear.J"], {}, marks=pytest.mark.long),
     ],
 )
 def test_a_profile_is_the_standard_errors_interval_where_the_motion_is_linear(
@@ -107,6 +108,7 @@ def test_a_known_delay_of_the_clocks_is_one_value_less_to_fit() -> None:
     assert fit.parameters[0].value == pytest.approx(900.0, abs=4.0 * fit.parameters[0].standard_error)
 
 
+@pytest.mark.long
 def test_a_motion_that_never_repeats_is_fitted_on_a_surface_and_says_so() -> None:
     """Chaotic, by its scatter from cycle to cycle; the record is of another start, so nothing but averages agrees."""
     changes = {"excitation.frequency": 24.0, "torque.0.mean": 8.0, "inertia.engine.drag": 0.5, "inertia.gear.drag": 0.1}

@@ -187,6 +187,7 @@ def fits(
             yield seed, fit, numbers(table)
 
 
+@pytest.mark.long
 def test_errors_are_those_of_the_bound() -> None:
     """Slopes of some loops: no estimate without bias has smaller errors than these have in the mean.
 
@@ -208,6 +209,7 @@ def test_errors_are_those_of_the_bound() -> None:
     assert np.mean(inside) > 0.88
 
 
+@pytest.mark.long
 def test_a_slow_test_sampled_as_a_rig_does_tells_all() -> None:
     """60 s a cycle at 2 kHz, the same noise: slopes and ends of stages within 3 %, heights within 5 %."""
     table, low, high = damper(26)

@@ -50,6 +50,7 @@ def covered(free: list[str], noisy) -> tuple[np.ndarray, np.ndarray]:
     return np.array(deviations), np.array(spread)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("free", "noisy"), [(MODAL, noisy_modes), (DAMPED, noisy_response)], ids=["modes", "response"])
 def test_standard_errors_cover_the_truth(free: list[str], noisy) -> None:
     deviations, spread = covered(free, noisy)

@@ -21,7 +21,8 @@ KEEP = ["clutch", "spline", "mesh_34"]
 SHAPES = {2: [-0.01, 0.99, 1, 1, 1, 1, 1, 1], 3: [0, 1, -0.02, -0.02, -0.29, -0.31, -0.50, -0.50]}
 
 
-@pytest.mark.parametrize("seed", [*(pytest.param(seed, marks=pytest.mark.long) for seed in (0, 4)), 1])
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [0, 4, 1])
 def test_the_printed_transmission_is_found_from_a_rough_start(seed: int) -> None:
     start = off(MODEL, FREE, seed)
     assert np.abs(gr.modes(start).frequencies[1:] / gr.modes(MODEL).frequencies[1:] - 1).max() > 0.1

@@ -72,6 +72,7 @@ def test_an_orders_interval_holds_its_amplitude_and_phase() -> None:
     assert LOW <= phase / REPEATS <= HIGH
 
 
+@pytest.mark.long
 def test_f_limits_hold_the_ratio_of_white_spectra() -> None:
     generator = np.random.default_rng(10)
     held = 0
