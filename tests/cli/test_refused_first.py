@@ -50,7 +50,8 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         started.append("a run")
         raise RuntimeError("simulated")
 
-    monkeypatch.setattr("gearrattle.simulation.integrate.finish", refuse)
+    for module in ("stream", "integrate"):  # a stream imported later would keep the replacement
+        monkeypatch.setattr(f"gearrattle.simulation.{module}.finish", refuse)
     return started
 
 
@@ -110,7 +111,8 @@ def cycles(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         simulated.append(task.cycles)
         return finish(march, task, *rest, **settings)
 
-    monkeypatch.setattr("gearrattle.simulation.integrate.finish", counted)
+    for module in ("stream", "integrate"):  # a stream imported later would keep the replacement
+        monkeypatch.setattr(f"gearrattle.simulation.{module}.finish", counted)
     return simulated
 
 
