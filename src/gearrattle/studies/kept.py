@@ -198,18 +198,19 @@ def _hide_unfinished(
     """Take the results of chunks out that have no marker, or are not what it says."""
     along = [-(-length // taken) for length, taken in zip(grid, box, strict=True)]
     names = [str(name) for name, variable in loaded.data_vars.items() if variable.shape[: len(grid)] == grid]
+    arrays = dict(group.arrays())  # once: each look-up in the group reads its metadata again
     for chunk in range(prod(along)):
         at = np.unravel_index(chunk, along)
         where = tuple(slice(int(i) * taken, (int(i) + 1) * taken) for i, taken in zip(at, box, strict=True))
         sums = marker_in(storage, chunk).get("checksums") or {}
         stored = {
-            name: loaded[name].values[where] if loaded[name].dtype == group[name].dtype else group[name][where]
+            name: loaded[name].values[where] if loaded[name].dtype == arrays[name].dtype else arrays[name][where]
             for name in sums
-            if name in group
+            if name in arrays
         }
         if not sums or any(name not in stored or checksum(stored[name]) != crc for name, crc in sums.items()):
             for name in names:
-                loaded[name].values[where] = MISSING if name == OUTCOME else group[name].fill_value
+                loaded[name].values[where] = MISSING if name == OUTCOME else arrays[name].fill_value
 
 
 def checksum(values: NDArray[Any]) -> int:
