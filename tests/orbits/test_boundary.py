@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
+import xarray as xr
 from mpmath import mp, mpf
 
 import gearrattle as gr
@@ -28,22 +31,21 @@ TOUCHED = mpf("0.4700646")
 """When the corner is touched, in periods."""
 
 
-def test_both_folds_end_in_one_cusp() -> None:
+@pytest.mark.parametrize("event", [1, pytest.param(3, marks=pytest.mark.long)])
+def test_both_folds_end_in_one_cusp(event: int) -> None:
     """The cusp, against thirty digits."""
-    ends = []
-    for event in (1, 3):
-        curve = over_frequency().boundary(event, "torque.0.mean", (0.1, 0.45))
-        assert curve.attrs["kind"] == "fold"
-        assert curve.attrs["notes"] == ["The event is not found beyond torque.0.mean = 0.400569: cusp."]
-        assert curve["special"].values.tolist() == [""] * (curve.sizes["point"] - 1) + ["cusp"]
-        ends.append((float(curve["value"][-1]), float(curve["second"][-1])))
+    curve = over_frequency().boundary(event, "torque.0.mean", (0.1, 0.45))
+    assert curve.attrs["kind"] == "fold"
+    assert curve.attrs["notes"] == ["The event is not found beyond torque.0.mean = 0.400569: cusp."]
+    assert curve["special"].values.tolist() == [""] * (curve.sizes["point"] - 1) + ["cusp"]
+    end = (float(curve["value"][-1]), float(curve["second"][-1]))
     with mp.workdps(30):
-        cusp = oracle.cusp(mpf(ends[0][0]), mpf(ends[0][1]), CUSP)
-    for end in ends:
-        np.testing.assert_allclose(end, [float(x) for x in cusp], rtol=0, atol=1e-8)
+        cusp = oracle.cusp(mpf(end[0]), mpf(end[1]), CUSP)
+    np.testing.assert_allclose(end, [float(x) for x in cusp], rtol=0, atol=1e-8)
 
 
-@pytest.mark.parametrize("event", [0, pytest.param(5, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("event", [0, 5])
 def test_two_grazings_meet_where_the_swing_is_largest(event: int) -> None:
     """The amplitude 0.05 w^2 / |1 - w^2 + 0.1 i w| is largest at w^2 = 1 / (1 - 0.005)."""
     largest = 0.5 / np.sqrt(1.0 - 0.05**2)
@@ -53,9 +55,14 @@ def test_two_grazings_meet_where_the_swing_is_largest(event: int) -> None:
     assert float(curve["value"][-1]) == pytest.approx(1.0 / np.sqrt(1.0 - 0.005), abs=1e-6)
 
 
+@cache
+def fold_to_small_loads() -> xr.Dataset:
+    return over_frequency().boundary(1, "torque.0.mean", (0.005, 0.1))
+
+
 def test_a_fold_ends_where_it_meets_a_grazing() -> None:
     """There the motion with two crossings touches the corner once more, and folds: against thirty digits."""
-    curve = over_frequency().boundary(1, "torque.0.mean", (0.005, 0.1))
+    curve = fold_to_small_loads()
     assert curve["special"].values.tolist() == ["fold meets grazing"] + [""] * (curve.sizes["point"] - 1)
     value, mean = float(curve["value"][0]), float(curve["second"][0])
     with mp.workdps(30):
@@ -70,7 +77,7 @@ def test_a_grazing_passes_the_fold_that_it_meets_at_the_same_point() -> None:
     curve = branch.boundary(int(chosen), "torque.0.mean", (0.0087, 0.0097))
     special = curve.isel(point=curve["special"] != "")
     assert special["special"].values.tolist() == ["fold meets grazing"]
-    fold = over_frequency().boundary(1, "torque.0.mean", (0.005, 0.1))
+    fold = fold_to_small_loads()
     actual = [float(special[name][0]) for name in ("second", "value")]
     np.testing.assert_allclose(actual, [float(fold[name][0]) for name in ("second", "value")], rtol=0, atol=1e-8)
 

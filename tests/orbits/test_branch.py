@@ -94,7 +94,7 @@ def test_data_holds_levels_between_the_samples() -> None:
     assert float(data["error"].max()) < 1e-10
 
 
-@pytest.mark.parametrize("step_limit", [0.01, 0.5])
+@pytest.mark.parametrize("step_limit", [pytest.param(0.01, marks=pytest.mark.long), 0.5])
 def test_no_step_is_longer_than_the_limit_and_the_events_stay(step_limit: float) -> None:
     branch = gr.continuation(oscillator(), "excitation.frequency", (0.3, 1.6), step_limit=step_limit)
     values = [point.parameter for point in branch.points]

@@ -24,7 +24,7 @@ MEAN = "torque.0.mean"
 @cache
 def over_load() -> MotionMap:
     """The backlash oscillator over frequency and load, its cusp at the load 0.4 inside."""
-    return over_frequency().map(MEAN, (0.06, 0.46), across=26, up=8)
+    return over_frequency().map(MEAN, (0.06, 0.46), across=26, up=4)
 
 
 def test_cells_hold_what_a_search_for_all_motions_finds() -> None:
@@ -126,19 +126,17 @@ def test_a_saddle_without_its_neighbours_shows_that_motions_are_missing() -> Non
 
 def test_isolated_branches_are_sought_on_request() -> None:
     """The branch of the large motion alone does not reach an end of the range: it is found when it is sought."""
-    model = gr.example("rattle_oscillator")
-    quiet = gr.continuation(model, "torque.0.harmonics.0.amplitude", (3.8, 4.4), start="linear")
-    known, sought = (quiet.map(MEAN, (7.5, 7.6), across=2, up=1, isolated=flag) for flag in (False, True))
+    model = over_frequency().model.with_({"excitation.frequency": 0.75})
+    quiet = gr.continuation(model, "excitation.frequency", (0.75, 0.78), start="linear")
+    known, sought = (quiet.map(MEAN, (0.099, 0.101), across=2, up=1, isolated=flag) for flag in (False, True))
     assert {cell.code for cell in known.cells[0]} == {QUIET}
     assert {cell.code for cell in sought.cells[0]} == {BESIDE}
 
 
 def test_progress_grows_to_one_and_can_end_the_work() -> None:
-    branch = gr.continuation(
-        gr.example("rattle_oscillator"), "torque.0.harmonics.0.amplitude", (6.0, 6.3), start="linear"
-    )
+    branch = gr.continuation(over_frequency().model, "excitation.frequency", (0.3, 0.5), start="linear")
     shares: list[float] = []
-    branch.map(MEAN, (7.5, 7.6), across=2, up=3, progress=shares.append)
+    branch.map(MEAN, (0.099, 0.101), across=2, up=3, progress=shares.append)
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     assert shares.count(0.0) > 1, "a row reports before it ends"
@@ -147,7 +145,7 @@ def test_progress_grows_to_one_and_can_end_the_work() -> None:
         raise Cancelled(f"at {share}")
 
     with pytest.raises(Cancelled):
-        branch.map(MEAN, (7.5, 7.6), across=2, up=3, progress=stop)
+        branch.map(MEAN, (0.099, 0.101), across=2, up=3, progress=stop)
 
 
 @pytest.mark.parametrize(

@@ -73,7 +73,7 @@ def test_slow_runs_follow_the_stable_motion() -> None:
 def test_the_delay_falls_with_the_rate_to_the_power_two_thirds() -> None:
     """The fold of the large motion is smooth: over a factor 64 the exponent is 2/3 (Jung et al. 1990)."""
     rates = 6.4e-5 / 4.0 ** np.arange(4)
-    delays = np.array([down_from(0.72).run_up(float(rate)).jumps[-1].delay for rate in rates])
+    delays = np.array([down_from(0.712).run_up(float(rate)).jumps[-1].delay for rate in rates])
     exponents = np.log(delays[:-1] / delays[1:]) / np.log(4.0)
     assert np.all(np.diff(delays) < 0.0)
     assert np.log(delays[0] / delays[-1]) / np.log(64.0) == pytest.approx(2.0 / 3.0, abs=0.02)
@@ -85,7 +85,7 @@ def test_a_slow_run_is_as_late_as_the_normal_form_of_the_fold_says() -> None:
     (a b)^(1/3).
     """
     branch = gr.continuation(
-        down_from(0.72).model, SPEED, (0.711, 0.7), start=down_from(0.72).orbit(0), step_limit=2e-4
+        down_from(0.712).model, SPEED, (0.711, 0.7), start=down_from(0.712).orbit(0), step_limit=2e-4
     )
     fold = float(branch.events["value"][branch.events["kind"] == "fold"].iloc[0])
     before = branch.data.isel(point=branch.data["stable"].values & (branch.data["value"].values < fold + 4e-4))
@@ -94,7 +94,7 @@ def test_a_slow_run_is_as_late_as_the_normal_form_of_the_fold_says() -> None:
     product = np.polynomial.Polynomial.fit(np.sqrt(away), products, 1)(0.0)
     rate = 1e-6
     expected = 2.33811 * (rate * 2.0 * np.pi / fold) ** (2.0 / 3.0) / product ** (1.0 / 3.0)
-    assert down_from(0.72).run_up(rate).jumps[-1].delay == pytest.approx(expected, rel=0.06)
+    assert down_from(0.712).run_up(rate).jumps[-1].delay == pytest.approx(expected, rel=0.06)
 
 
 def test_the_reasons_why_there_is_no_jump() -> None:

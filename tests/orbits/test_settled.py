@@ -28,7 +28,7 @@ def swing(orbit: Orbit) -> float:
     return float((high - low).max())
 
 
-@pytest.mark.parametrize("name", ["backlash_oscillator", "rattle_oscillator"])
+@pytest.mark.parametrize("name", ["backlash_oscillator", pytest.param("rattle_oscillator", marks=pytest.mark.long)])
 def test_starts_settle_in_the_stable_motions_of_the_search_for_all(name: str) -> None:
     settled = settled_of(name)
     swings = sorted(swing(orbit) for orbit in settled.orbits)

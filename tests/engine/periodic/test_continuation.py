@@ -43,7 +43,7 @@ def followed(longest: float) -> tuple[list[Point], list[Event]]:
     return points, events
 
 
-@pytest.mark.parametrize("longest", [pytest.param(0.02, marks=pytest.mark.long), 0.1, 0.5])
+@pytest.mark.parametrize("longest", [0.1, *(pytest.param(longest, marks=pytest.mark.long) for longest in (0.02, 0.5))])
 def test_with_every_step_the_branch_has_the_same_events(longest: float) -> None:
     points, events = followed(longest)
     assert points[-1].parameter == HIGHEST
