@@ -58,7 +58,7 @@ def test_multipliers_of_a_motion_within_one_piece_are_the_linear_ones(mean: floa
     assert actual == pytest.approx(np.exp(-0.5 * damping * system.inputs.period), rel=1e-12)
 
 
-@pytest.mark.parametrize("seed", [103, 107, 118])
+@pytest.mark.parametrize("seed", [*(pytest.param(seed, marks=pytest.mark.long) for seed in (103, 107)), 118])
 def test_multipliers_are_those_of_the_flow_along_a_run(seed: int) -> None:
     """The exact run's own gradient over one settled period; a shift of all angles is apart."""
     driveline = train(seed)
@@ -105,6 +105,7 @@ def test_a_motion_without_corners_is_its_fixed_point() -> None:
     assert (actual.gain[0], actual.mean_slope[0]) == (pytest.approx(1.0), pytest.approx(1.0))
 
 
+@pytest.mark.long
 def test_the_score_of_small_trains() -> None:
     """Six trains of the published page: confirmed forecasts are right but where a second motion exists."""
     rows = [measure_one("train", seed, model("train", seed)) for seed in range(101, 107)]

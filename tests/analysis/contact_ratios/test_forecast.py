@@ -102,7 +102,8 @@ def test_the_answer_does_not_depend_on_the_samples(monkeypatch: pytest.MonkeyPat
     assert coarse == pytest.approx(Linearisation(system).answer(shares), abs=2e-3)
 
 
-@pytest.mark.parametrize("number", [1, *(pytest.param(number, marks=pytest.mark.long) for number in (2, 3))])
+@pytest.mark.long
+@pytest.mark.parametrize("number", [1, 2, 3])
 def test_loaded_teeth_stay_in_contact_and_some_clutch_gain_is_near(number: int) -> None:
     model = gr.load(PAPER / f"case{number}_loaded.toml")
     reported = gr.contact_ratio(model, "describing")

@@ -28,6 +28,7 @@ from gearrattle.analysis.contact_ratios.averages import Averages
 from gearrattle.analysis.contact_ratios.balance import Balance, balance
 from gearrattle.analysis.contact_ratios.base import best_line, beyond, elastic, largest_slope, slopes
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.remember import kept
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -249,6 +250,16 @@ def forecast(system: PiecewiseSystem, *, thorough: bool = True) -> Forecast:
     Runaway
         an element of zero last slope cannot carry its load.
     """
+    return _thorough(system) if thorough else _from_starts(system, thorough=False)
+
+
+@kept
+def _thorough(system: PiecewiseSystem) -> Forecast:
+    """Gains and mean slopes are asked for one after the other: both are of one search."""
+    return _from_starts(system, thorough=True)
+
+
+def _from_starts(system: PiecewiseSystem, *, thorough: bool) -> Forecast:
     linear = Linearisation(system)
     if not linear.moving:
         return Forecast((linear.point(np.zeros(0), 1),), 1, 0)
