@@ -98,21 +98,26 @@ class Set:
             "torque": [{"on": "sun", "mean": self.mean, "harmonics": [{"order": 1, "amplitude": self.swing}]}],
         }
 
-    def deflections(self, time: float, angle: Array) -> Array:
-        """(2 N,) sun meshes, then ring meshes [m]."""
+    def without_error(self, angle: Array) -> Array:
+        """(2 N,) deflections of perfect teeth: sun meshes, then ring meshes [m]; of velocities, their rates [m/s]."""
         sun, planet, ring = self.radii
         relative = angle - angle[2]
-        error = self.error[0] * np.sin(self.error[1] * self.omega * time + self.phases)
-        return np.concatenate(
-            [sun * relative[0] + planet * relative[3:] - error, ring * relative[1] - planet * relative[3:]]
-        )
+        turned = planet * relative[3:]
+        return np.concatenate([sun * relative[0] + turned, ring * relative[1] - turned])
+
+    def deflections(self, time: float, angle: Array) -> Array:
+        """(2 N,) sun meshes, then ring meshes [m]."""
+        amplitude, order = self.error
+        deflection = self.without_error(angle)
+        deflection[: self.planets] -= amplitude * np.sin(order * self.omega * time + self.phases)
+        return deflection
 
     def rates(self, time: float, velocity: Array) -> Array:
         """(2 N,) their rates [m/s]."""
         amplitude, order = self.error
-        still = Set(**{**vars(self), "error": (0.0, order)}).deflections(time, velocity)
-        still[: self.planets] -= amplitude * order * self.omega * np.cos(order * self.omega * time + self.phases)
-        return still
+        rate = self.without_error(velocity)
+        rate[: self.planets] -= amplitude * order * self.omega * np.cos(order * self.omega * time + self.phases)
+        return rate
 
     def slope(self, time: float, state: Array, sides: Array) -> Array:
         """State derivative with every mesh on a given side: -1, 0 (in its gap) or 1."""
@@ -142,7 +147,6 @@ def integrate(case: Set, state: Array, end: float) -> tuple[Array, int]:
     delta = case.deflections(0.0, state[: case.planets + 3])
     sides = np.where(np.abs(delta) < half, 0, np.sign(delta)).astype(int)
     while time < end:
-        ways = [way for k, gap in enumerate(half) for way in _ways_out(k, int(sides[k]), float(gap))]
         span = solve_ivp(
             lambda t, y: case.slope(t, y, sides),
             (time, end),
@@ -151,30 +155,30 @@ def integrate(case: Set, state: Array, end: float) -> tuple[Array, int]:
             max_step=step,
             rtol=1e-13,
             atol=1e-18,
-            events=[_event(case, way) for way in ways],
+            events=_event(case, sides, half),
         )
         state, time = span.y[:, -1], float(span.t[-1])
         if span.status == 1:
-            k, corner, _ = next(way for way, times in zip(ways, span.t_events, strict=True) if times.size)
-            sides[k] = 0 if sides[k] else int(np.sign(corner))
+            delta = case.deflections(time, state[: case.planets + 3])
+            k = int(np.argmin(_room(delta, sides, half)))
+            sides[k] = 0 if sides[k] else int(np.sign(delta[k]))
             crossings += 1
     return state, crossings
 
 
-def _ways_out(k: int, side: int, half: float) -> list[tuple[int, float, float]]:
-    """Mesh, corner and direction in which it is passed."""
-    return [(k, half, 1.0), (k, -half, -1.0)] if side == 0 else [(k, side * half, -float(side))]
+def _room(delta: Array, sides: Array, half: Array) -> Array:
+    """(2 N,) how far every mesh is from leaving its side."""
+    return np.where(sides == 0, half - np.abs(delta), sides * delta - half)
 
 
-def _event(case: Set, way: tuple[int, float, float]) -> Any:
-    """What SciPy watches: a deflection beyond a corner."""
-    k, corner, direction = way
+def _event(case: Set, sides: Array, half: Array) -> Any:
+    """What SciPy watches: the first mesh to leave its side."""
 
-    def beyond(time: float, state: Array) -> float:
-        return float(case.deflections(time, state[: case.planets + 3])[k] - corner)
+    def room(time: float, state: Array) -> float:
+        return float(np.min(_room(case.deflections(time, state[: case.planets + 3]), sides, half)))
 
-    beyond.terminal, beyond.direction = True, direction  # type: ignore[attr-defined]
-    return beyond
+    room.terminal, room.direction = True, -1.0  # type: ignore[attr-defined]
+    return room
 
 
 def random_set(seed: int) -> Set:

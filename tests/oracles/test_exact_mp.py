@@ -170,13 +170,17 @@ def right_side(model: Driveline, t: float, y: np.ndarray) -> np.ndarray:
     return np.concatenate([y[n:], torque / [float(b.J) for b in model.bodies]])
 
 
+QUICK = ("loop", "staged", "mesh", "undamped")
+FAMILIES_BY_COST = [name if name in QUICK else pytest.param(name, marks=pytest.mark.long) for name in FAMILIES]
+
+
 @cache
 def solved(family):
     problem = random_problem(family, 1)
     return problem.model, solve(problem.model, min(problem.cycles, 2), problem.samples_per_cycle)
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", FAMILIES_BY_COST)
 def test_the_oracle_solves_the_equations_of_motion(family):
     model, exact = solved(family)
     n, t = len(model.bodies), exact.array("time")
@@ -198,7 +202,7 @@ def test_the_oracle_solves_the_equations_of_motion(family):
         assert np.max(np.abs(piece.y[:, -1] - states[i + 1]) / scale) < 2e-6
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", FAMILIES_BY_COST)
 def test_crossings_and_sampled_regions_tell_one_story(family):
     exact = solved(family)[1]
     now, events = list(exact.region[0]), list(exact.events)

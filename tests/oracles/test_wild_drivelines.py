@@ -20,12 +20,12 @@ def check(seed: int) -> None:
     assert not outcome.faults, "\n".join([*outcome.faults, "", problem.model.toml()])
 
 
-@pytest.mark.parametrize("seed", range(0, 8, 2))
+@pytest.mark.parametrize("seed", [2, 4, 6])
 def test_wild_driveline(seed):
     check(seed)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", [*range(1, 8, 2), *range(8, 416)])
+@pytest.mark.parametrize("seed", [0, 1, 3, 5, *range(7, 416)])
 def test_many_wild_drivelines(seed):
     check(seed)

@@ -92,6 +92,7 @@ def test_steps_count_as_too_many_only_without_progress() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+@pytest.mark.long
 def test_ctrl_c_is_heard_while_a_march_hardly_gets_on() -> None:
     program = (
         "import signal, time\n"

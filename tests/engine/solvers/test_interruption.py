@@ -67,6 +67,7 @@ def interrupted(settings: dict[str, object], delay: float) -> float:
     return float("nan") if answer == b"done\n" else float(answer) - pressed
 
 
+@pytest.mark.long
 def test_ctrl_c_is_heard_while_kernels_compile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     took = [interrupted({"cycles": 2}, delay) for delay in (1.0, 2.0, 3.0)]

@@ -100,7 +100,7 @@ def test_torques_keep_the_bound(ramp: Ramp) -> None:
 def test_errors_keep_the_bound_in_both_derivatives(ramp: Ramp) -> None:
     tones = (constant(ramp, 20.0, 0.1, 5e-6), constant(ramp, 41.5, 2.0, 1e-6))
     (channel,) = channels(ramp, [Sound(tones, smooth=True)], 1.1 * ramp.over, 0.1)
-    times = np.sort(np.random.default_rng(2).uniform(0.0, 1.1 * ramp.over, 100))
+    times = np.sort(np.random.default_rng(2).uniform(0.0, 1.1 * ramp.over, 30))
     fastest = max(ramp.begin, ramp.end)
     for derivative in range(3):
         size = sum(t.amplitudes[0, 0] * (t.order * fastest) ** derivative for t in tones)
@@ -133,9 +133,9 @@ def test_the_bound_is_one_on_intervals_of_any_length(smooth: bool, length: float
     turned = {6.0: 2.0 * np.pi * ramp.turns([6.0], knots[:-1])[0]}
     coefficients = run_up._polynomials(run_up._Course(ramp, knots, turned), sound)
     worst = 0.0
-    for g, begin in enumerate(knots[:-1]):
+    for g in range(0, len(knots) - 1, 1 + len(knots) // 25):
         for x in np.linspace(0.0, length, 9):
-            exact = forcing(ramp, sound.tones, mpmath.mpf(begin) + mpmath.mpf(x))
+            exact = forcing(ramp, sound.tones, mpmath.mpf(knots[g]) + mpmath.mpf(x))
             value = sum(mpmath.mpf(a) * mpmath.mpf(x) ** j for j, a in enumerate(coefficients[g].tolist()))
             worst = max(worst, float(abs(value - exact)))
     turned_last = 6.0 * 0.5 * (ramp.begin + ramp.end) * ramp.over
