@@ -54,13 +54,13 @@ def test_what_the_closed_form_keeps_in_contact_becomes_quiet() -> None:
     x, v = quiet(AMPLITUDE, 0.0)
     swift = np.sqrt(STIFFNESS - DRAG**2 / 4)
     over = {
-        X: {"from": x - margin, "to": x + margin, "count": 9},
-        V: {"from": v - margin * swift, "to": v + margin * swift, "count": 9},
+        X: {"from": x - margin, "to": x + margin, "count": 5},
+        V: {"from": v - margin * swift, "to": v + margin * swift, "count": 5},
     }
     attractors = gr.basins(model(), over, workers=1)
     u, w = np.meshgrid(attractors[f"initial.{X}"].values - x, attractors[f"initial.{V}"].values - v, indexing="ij")
     held = np.hypot(u, (w + DRAG / 2 * u) / swift) < 0.999 * margin
-    assert np.count_nonzero(held) > 40
+    assert np.count_nonzero(held) > 6
     (number,) = np.unique(attractors["basin"].values[held])
     assert number == 1 + attractors["attractor verdict"].values.tolist().index(0)
     orbit = [orbit_of(attractors, int(number), name)[0] for name in (X, V)]
@@ -74,7 +74,7 @@ def test_another_integrator_ends_in_the_same_motions(attractors: xr.Dataset) -> 
         return [v, MEAN + AMPLITUDE * np.sin(2 * pi * t - 1.6660006) - DRAG * v - STIFFNESS * force]
 
     rng, basins = np.random.default_rng(5), attractors["basin"].values
-    places = np.array([rng.choice(np.argwhere(basins == number)) for number in (1, 2, 3, 4, 1, 2)])
+    places = np.array([rng.choice(np.argwhere(basins == number)) for number in (1, 2, 3, 4)])
     for i, j in places:
         start = [float(attractors[f"initial.{X}"][i]), float(attractors[f"initial.{V}"][j])]
         end = solve_ivp(slope, (0.0, 40.0), start, method="DOP853", rtol=1e-9, atol=1e-10, max_step=0.02).y[:, -1]
@@ -90,7 +90,7 @@ def test_basins_of_a_symmetric_driveline_map_onto_each_other() -> None:
     """
     even = model(6.0).with_({"torque.0.mean": 0.0, "torque.0.harmonics.0.phase": 0.3, "inertia.gear.drag": 0.3})
     mirrored = even.with_({"torque.0.harmonics.0.amplitude": -6.0})  # to the bit, and so is every motion: chaos, too
-    over = {X: {"from": -0.9, "to": 0.9, "count": 9}, V: {"from": -6.0, "to": 6.0, "count": 9}}
+    over = {X: {"from": -0.9, "to": 0.9, "count": 9}, V: [-0.9, 0.0, 0.9]}
     one, other = (gr.basins(entry, over, workers=1) for entry in (even, mirrored))
     np.testing.assert_array_equal(one["basin"], other["basin"].values[::-1, ::-1])
     assert one["family"].values.tolist() == other["family"].values.tolist() == [0, 1]
@@ -106,10 +106,10 @@ def test_basins_of_a_symmetric_driveline_map_onto_each_other() -> None:
 
 def test_shares_of_drawn_states_have_wilsons_interval_and_agree_with_the_grid(attractors: xr.Dataset) -> None:
     box = {name: {"from": inputs["from"], "to": inputs["to"]} for name, inputs in GRID.items()}
-    drawn = gr.basins(model(), box, samples=300, method="random", seed=2, workers=1)
+    drawn = gr.basins(model(), box, samples=100, method="random", seed=2, workers=1)
     cases = [int(np.count_nonzero(drawn["basin"].values == n)) for n in drawn["attractor"].values]
     assert drawn["cases"].values.tolist() == cases
-    low, high = wilson(np.array(cases), np.full(len(cases), 300))
+    low, high = wilson(np.array(cases), np.full(len(cases), 100))
     np.testing.assert_array_equal([drawn["low"].values, drawn["high"].values], [low, high])
     reported = quiet_share(drawn)
     assert reported["low"] < reported["share"] < reported["high"]
@@ -123,9 +123,10 @@ def test_shares_of_drawn_states_have_wilsons_interval_and_agree_with_the_grid(at
 
 
 def test_what_has_not_settled_is_told_as_such() -> None:
-    attractors = gr.basins(model(), GRID, cycles=12, discard=6, workers=1)
+    coarse = {name: {**inputs, "count": 5} for name, inputs in GRID.items()}
+    attractors = gr.basins(model(), coarse, cycles=12, discard=6, workers=1)
     undecided = attractors["basin"].values == -1
-    assert np.count_nonzero(undecided) > 100
+    assert np.count_nonzero(undecided) > 12
     assert np.array_equal(undecided, attractors["motion"].values == 2)
     assert quiet_share(attractors)["open"] == np.mean(undecided)
 
@@ -184,7 +185,7 @@ def test_the_threshold_is_free_within_the_empty_space(attractors: xr.Dataset) ->
 
 
 def test_stopped_and_resumed_on_other_workers_it_gives_the_same_bits(tmp_path: Path) -> None:
-    over = {X: {**GRID[X], "count": 7}, V: {**GRID[V], "count": 7}}
+    over = {X: {**GRID[X], "count": 3}, V: [1.0]}
     whole = gr.basins(model(), over, cycles=60, discard=30, workers=1)
     seen: list[float] = []
 

@@ -38,17 +38,18 @@ def whole() -> xr.Dataset:
 
 @pytest.fixture(scope="module")
 def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """Two processes, as a user hands them in."""
+    """A worker in this process, as a user hands it in."""
     scratch = str(tmp_path_factory.mktemp("dask"))
-    options = {"dashboard_address": None, "local_directory": scratch, "silence_logs": 50}
+    options = {"dashboard_address": None, "local_directory": scratch, "silence_logs": 50, "processes": False}
     with (
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, **options) as cluster,
+        distributed.LocalCluster(n_workers=1, threads_per_worker=1, **options) as cluster,
         distributed.Client(cluster) as client,
     ):
         yield client
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(i, marks=pytest.mark.long) for i in range(1, 23))])
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(23))
 def test_workers_may_be_killed_and_nothing_is_lost(seed: int, whole: xr.Dataset, tmp_path: Path) -> None:
     """At any moment, while they start as well; another is hired for each."""
     killed: list[int] = []
@@ -80,7 +81,8 @@ def test_workers_may_be_killed_and_nothing_is_lost(seed: int, whole: xr.Dataset,
     assert {path.suffix for path in (tmp_path / "s" / "done").iterdir()} == {".json"}
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(i, marks=pytest.mark.long) for i in range(1, 21))])
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(21))
 def test_a_killed_scheduler_ends_the_study_and_it_goes_on(seed: int, whole: xr.Dataset, tmp_path: Path) -> None:
     rng = np.random.default_rng(seed)
     (tmp_path / "dask").mkdir()
@@ -100,7 +102,8 @@ def test_a_killed_scheduler_ends_the_study_and_it_goes_on(seed: int, whole: xr.D
     assert again.identical(whole)
 
 
-@pytest.mark.parametrize("threads", [pytest.param(1, marks=pytest.mark.long), 3])
+@pytest.mark.long
+@pytest.mark.parametrize("threads", [1, 3])
 def test_a_case_that_kills_its_worker_is_written_down_and_the_others_are_done(threads: int, tmp_path: Path) -> None:
     """Of nine cases one kills: once among others, then ``PATIENCE`` times alone, and no more."""
     options = {"dashboard_address": None, "local_directory": str(tmp_path / "dask"), "silence_logs": 50}
