@@ -23,7 +23,7 @@ from tests.dense.signals import DRIVEN, PROMISED, SIGNALS, off, with_run_up
 from tests.dense.test_attack import BLURRED
 
 MAKERS = {**AUXILIARIES, **SIGNALS}
-ALWAYS = range(4)
+ALWAYS = range(2)
 PARTS = range(3)
 IN_A_PART = 100
 

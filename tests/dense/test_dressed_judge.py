@@ -63,8 +63,8 @@ parts = pytest.mark.parametrize(
         ("friction", "sliders"),
         ("clipped", "limiters"),
         ("alternating", "pairs"),
-        ("all beside", "sliders"),
-        ("all on board", "sliders"),
+        pytest.param("all beside", "sliders", marks=pytest.mark.long),
+        pytest.param("all on board", "sliders", marks=pytest.mark.long),
     ],
 )
 

@@ -189,7 +189,9 @@ def test_one_body_between_two_parallel_gaps_of_equal_size():
     assert_exact(model, 4)
 
 
-@pytest.mark.parametrize("clearance", ["1e-12", "1e-9", "1e-6", "1e6", "1e12"])
+@pytest.mark.parametrize(
+    "clearance", ["1e-12", "1e12", *(pytest.param(size, marks=pytest.mark.long) for size in ("1e-9", "1e-6", "1e6"))]
+)
 def test_tiny_and_huge_clearances(clearance):
     model = to_ground(
         {"stiffness": "50.0", "clearance": clearance, "stiffness_ratio": "0.3", "damping": "0.2"},
@@ -200,7 +202,9 @@ def test_tiny_and_huge_clearances(clearance):
     assert (outcome.events == 0) == (float(clearance) > 1)
 
 
-@pytest.mark.parametrize("speed", ["1e-4", "1e-2", "3e2", "3e4"])
+@pytest.mark.parametrize(
+    "speed", ["1e-4", "3e2", *(pytest.param(speed, marks=pytest.mark.long) for speed in ("1e-2", "3e4"))]
+)
 def test_periods_long_and_short_beside_the_natural_ones(speed):
     model = Driveline(
         "pair",

@@ -130,7 +130,7 @@ def test_the_torque_of_a_staged_clutch_follows_its_loops():
     """Every sample against the deflections before it: no time, no velocity and no region enters."""
     drive = Torque("x", "1", (Harmonic("1", "7"), Harmonic("2", "5", "1.0")))
     model = Driveline("clutch", (Body("x", "0.5", drag="0.4"),), (CLUTCH,), torques=(drive,), speed="3")
-    run = simulate(model.start(("0.05",), ("0",)), 6, 16384)
+    run = simulate(model.start(("0.05",), ("0",)), 2, 16384)
     deflection = run.data.deflection.values[:, 0]
     torque = run.data.element_torque.values[:, 0]
     error = np.abs(torque - returned(deflection))

@@ -116,7 +116,12 @@ def attack(family: str, seeds: range) -> None:
     assert switched > len(seeds)
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+QUICK = ("chain", "loop", "mesh", "stiff", "static")
+
+
+@pytest.mark.parametrize(
+    "family", [name if name in QUICK else pytest.param(name, marks=pytest.mark.long) for name in FAMILIES]
+)
 def test_every_sample(family):
     attack(family, range(100, 103))
 

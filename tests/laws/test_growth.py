@@ -17,7 +17,7 @@ from gearrattle.engine.solvers.stability import most_regions
 from gearrattle.engine.system.perturbed import Perturbed
 from gearrattle.signals import dwell_of_regions
 
-SIZES = ((4, 2), (16, 8), *(pytest.param(*size, marks=pytest.mark.long) for size in ((64, 20), (128, 64))))
+SIZES = ((4, 2), *(pytest.param(*size, marks=pytest.mark.long) for size in ((16, 8), (64, 20), (128, 64))))
 
 
 @pytest.fixture

@@ -20,7 +20,13 @@ def difference(a, b, name: str = "deflection") -> float:
     return float(np.max(np.abs(a.data[name].values - theirs) / scale_of(theirs)))
 
 
-@pytest.mark.parametrize("family", [f for f in FAMILIES if f != "stiff"])
+QUICK = ("chain", "loop", "staged", "mesh", "undamped")
+
+
+@pytest.mark.parametrize(
+    "family",
+    [name if name in QUICK else pytest.param(name, marks=pytest.mark.long) for name in FAMILIES if name != "stiff"],
+)
 def test_rk4_approaches_exact(family):
     """At corners a fixed step is of first order where the damping jumps, so the difference falls with the step."""
     model = random_problem(family, 1).model

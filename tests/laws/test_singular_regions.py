@@ -64,8 +64,8 @@ def test_a_train_that_runs_away_keeps_its_deflections():
         (Coupling("gap", ("a", "b"), "400.0", "0.5", clearance="0.01"),),
         torques=(Torque("a", "5.0", (Harmonic("1", "6.0"),)), Torque("b", "4.0")),
         speed="2",
-    ).start(("0.0", "0.0"), ("3000.0", "3000.0"))
-    assert assert_exact(model, 8).events > 50
+    ).start(("0.0", "0.0"), ("12000.0", "12000.0"))
+    assert assert_exact(model, 2).events > 12
 
 
 @pytest.mark.parametrize("excess", ["0.0", "1e-12", "-1e-12", "1e-8", "1e-4", "-1e-4"])
@@ -135,7 +135,7 @@ def test_equal_natural_frequencies():
     assert assert_exact(model, 4).events > 20
 
 
-@pytest.mark.parametrize("ratio", [pytest.param("1e4", marks=pytest.mark.long), "1e6", "1e8"])
+@pytest.mark.parametrize("ratio", [*(pytest.param(ratio, marks=pytest.mark.long) for ratio in ("1e4", "1e6")), "1e8"])
 def test_stiffness_ratios(ratio):
     """A soft clutch and a mesh up to 1e8 times stiffer, which rattles: R_lambda up to 1e4."""
     k = float(ratio)

@@ -74,12 +74,12 @@ def test_signals_have_none(run: gr.Run) -> None:
 
 
 def test_studies_have_none() -> None:
-    model = dimensionless("paper/case3").with_({"simulation.cycles": 12, "simulation.discard": 4})
+    model = dimensionless("paper/case1").with_({"simulation.cycles": 12, "simulation.discard": 4})
     kept = ("verdict", "largest Lyapunov exponent", "predictable cycles", "rms acceleration", "impacts per second")
     path, value = "torque.0.mean", model.torques[0].mean
     over = [value, 1.1 * value + 0.001]
     assert strangers(gr.study(model, {path: over}, kept, workers=1)) == []
-    assert strangers(gr.bifurcation(model, path, over, outputs=kept, workers=1)) == []
+    assert strangers(gr.bifurcation(model, path, over, outputs=kept, direction="up", workers=1)) == []
     where = f"angle.{model.inertias[0].name}"
     assert strangers(gr.basins(model, {where: [0.0, 0.1]}, outputs=kept, workers=1)) == []
 

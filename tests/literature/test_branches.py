@@ -53,6 +53,7 @@ def test_mason_the_quiet_motion_parts_where_its_swing_is_its_preload() -> None:
     assert first["value"] == pytest.approx(limit, rel=1e-10)
 
 
+@pytest.mark.long
 def test_mason_quiet_and_rattling_motions_coexist() -> None:
     """Met in words: beside the quiet motion stable ones that strike one flank or both. How many is not compared."""
     orbits = [orbit for orbit in gr.periodic(gr.example("rattle_oscillator"), every=True) if orbit.stable]
@@ -65,7 +66,7 @@ def test_mason_quiet_and_rattling_motions_coexist() -> None:
 # Comparin and Singh (1989), Kahraman and Singh (1990): preloaded oscillator with backlash, damping ratio 0.05
 
 
-@pytest.mark.parametrize("mean", [0.1, 0.2, 0.3])
+@pytest.mark.parametrize("mean", [0.1, *(pytest.param(mean, marks=pytest.mark.long) for mean in (0.2, 0.3))])
 def test_comparin_contact_is_lost_where_the_alternating_part_is_the_mean(mean: float) -> None:
     """Met, derived: |H(W)| 0.05 W^2 = mean, from below and, where there is one, from above."""
 

@@ -18,10 +18,11 @@ EXAMPLES = Path(__file__).parents[2] / "examples" / "paper"
 @pytest.mark.parametrize(
     ("loaded", "number"),
     [
-        (True, 2),
-        (False, 1),
         (False, 3),
-        *(pytest.param(*case, marks=pytest.mark.long) for case in ((True, 1), (True, 3), (False, 2))),
+        *(
+            pytest.param(*case, marks=pytest.mark.long)
+            for case in ((True, 1), (True, 2), (True, 3), (False, 1), (False, 2))
+        ),
     ],
 )
 def test_first_cycle_to_fifty_digits(loaded, number):

@@ -15,7 +15,7 @@ from gearrattle.assembly import assemble
 from gearrattle.reductions.states import contact_states
 from tests.reductions.drivelines import random_driveline
 
-COUNTS = pytest.mark.parametrize("count", [16, pytest.param(48, marks=pytest.mark.long)])
+COUNTS = pytest.mark.parametrize("count", [6, pytest.param(48, marks=pytest.mark.long)])
 """Drivelines."""
 PROBES = 20
 
