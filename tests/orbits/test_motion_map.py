@@ -136,7 +136,7 @@ def test_isolated_branches_are_sought_on_request() -> None:
 def test_progress_grows_to_one_and_can_end_the_work() -> None:
     branch = gr.continuation(over_frequency().model, "excitation.frequency", (0.3, 0.5), start="linear")
     shares: list[float] = []
-    branch.map(MEAN, (0.099, 0.101), across=2, up=3, progress=shares.append)
+    branch.map(MEAN, (0.099, 0.101), across=2, up=2, progress=shares.append)
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     assert shares.count(0.0) > 1, "a row reports before it ends"
@@ -145,7 +145,7 @@ def test_progress_grows_to_one_and_can_end_the_work() -> None:
         raise Cancelled(f"at {share}")
 
     with pytest.raises(Cancelled):
-        branch.map(MEAN, (0.099, 0.101), across=2, up=3, progress=stop)
+        branch.map(MEAN, (0.099, 0.101), across=2, up=2, progress=stop)
 
 
 @pytest.mark.parametrize(

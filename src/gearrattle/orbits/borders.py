@@ -112,6 +112,8 @@ def borders_of(
         borders.append(Border(int(row), kind, clearance, second, curve["value"].values, reasons[0], reasons[1]))
         if progress is not None:
             progress(done / len(chosen))
+    if progress is not None:
+        progress(1.0)  # where no event was there, or the last one could not be followed
     return borders, special_points_of(curves, spans), notes
 
 
