@@ -299,7 +299,7 @@ def test_a_branch_of_doubled_period_holds_no_motions_of_the_single_one() -> None
 
 def test_a_body_that_floats_touches_where_its_family_ends() -> None:
     """It swings by 0.5 / (W sqrt(W^2 + 0.01)), which is the half gap at W; beyond, it touches both sides."""
-    branch = gr.continuation(symmetric(0.8), "excitation.frequency", (0.8, 0.69))
+    branch = gr.continuation(symmetric(0.8), "excitation.frequency", (0.8, 0.7))
     assert branch.notes == ()
     first = branch.curves[0]
     assert [event.kind for event in first.events if event.kind != "fold"] == ["end of a family"]

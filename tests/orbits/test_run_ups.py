@@ -70,6 +70,7 @@ def test_slow_runs_follow_the_stable_motion() -> None:
     np.testing.assert_allclose(expected, data["peak_to_peak"].values[2:10, 0], rtol=2e-3)
 
 
+@pytest.mark.long
 def test_the_delay_falls_with_the_rate_to_the_power_two_thirds() -> None:
     """The fold of the large motion is smooth: over a factor 64 the exponent is 2/3 (Jung et al. 1990)."""
     rates = 6.4e-5 / 4.0 ** np.arange(4)
