@@ -105,6 +105,7 @@ def _in_own_thread(compilation: Callable[..., Any], *arguments: Any) -> Any:
     errors: list[BaseException] = []
 
     def work() -> None:
+        sys.settrace(None)  # a tracer, of a debugger or of coverage, doubles the time of the compiler
         try:
             results.append(compilation(*arguments))
         except BaseException as error:
