@@ -9,7 +9,8 @@ from typing import Any
 import gearrattle as gr
 
 
-def _public() -> dict[str, Any]:
+def public_names() -> dict[str, Any]:
+    """Return every public function and class by the name behind ``gr.``, as it is now."""
     top = {name: getattr(gr, name) for name in gr.__all__ if not name.startswith("_")}
     spaces = {name: space for name, space in top.items() if isinstance(space, ModuleType)}
     names = {name: member for name, member in top.items() if name not in spaces}
@@ -18,6 +19,6 @@ def _public() -> dict[str, Any]:
     return names
 
 
-PUBLIC = _public()
+PUBLIC = public_names()
 """Every public function and class by the name behind ``gr.``."""
 FUNCTIONS = {name: member for name, member in PUBLIC.items() if inspect.isfunction(member)}
