@@ -216,7 +216,15 @@ FIGURES = "from gearrattle.report.plots.stored import read_charts; from pathlib 
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the largest resident size is read from /proc")
-@pytest.mark.parametrize(("make", "code"), [(hdf5_bomb, READ), (mat_bomb, READ), (mdf_bomb, READ), (npz_bomb, FIGURES)])
+@pytest.mark.parametrize(
+    ("make", "code"),
+    [
+        (hdf5_bomb, READ),
+        pytest.param(mat_bomb, READ, marks=pytest.mark.long),
+        (mdf_bomb, READ),
+        pytest.param(npz_bomb, FIGURES, marks=pytest.mark.long),
+    ],
+)
 def test_a_bomb_is_refused_before_memory_is_taken(make: Callable[[Path], Path], code: str, tmp_path: Path) -> None:
     path = make(tmp_path)
     assert path.stat().st_size < 5_000_000

@@ -63,6 +63,7 @@ def test_threads_serve_such_a_function_where_nobody_says_otherwise(function: str
     assert (actual.returncode, actual.stdout, actual.stderr) == (0, "16 done\n", "")
 
 
+@pytest.mark.long
 def test_a_function_of_a_script_without_a_guard_ends_in_one_error(tmp_path: Path) -> None:
     prefix = OWN + "print('imported', file=sys.stderr)"
     actual = ran(STUDY.format(prefix=prefix, outputs="[]", more=f"function=own, {LOCAL}"), tmp_path, from_file=True)

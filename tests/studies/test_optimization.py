@@ -281,6 +281,7 @@ def test_any_scheduler_gives_the_same_bits(search: xr.Dataset, scheduler: str) -
     assert again.equals(search)
 
 
+@pytest.mark.long
 def test_killed_within_a_generation_it_goes_on_to_the_same_bits(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -46,6 +46,8 @@ def addresses(flag: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
 
 
 TABLE = sorted(set(SCHEDULERS) - {"tls://"})  # the same function as tcp://, and certificates
+SOONEST = [pytest.param(name, marks=pytest.mark.long if name == "local" else ()) for name in TABLE]
+"""Processes start slowly; what is the same for all schedulers the quick tests try on the others."""
 
 
 @pytest.mark.parametrize("name", TABLE)
@@ -63,7 +65,7 @@ def test_every_scheduler_gives_the_bits_of_one_process(
     assert sorted(path.name for path in (tmp_path / "s").iterdir()) == [".lock", "done", "results.zarr", "study.json"]
 
 
-@pytest.mark.parametrize("name", TABLE)
+@pytest.mark.parametrize("name", SOONEST)
 def test_every_scheduler_stops_when_told_and_goes_on(
     name: str, addresses: dict[str, tuple[str, int | None]], whole: xr.Dataset, tmp_path: Path
 ) -> None:
@@ -81,7 +83,7 @@ def test_every_scheduler_stops_when_told_and_goes_on(
     assert gr.study(model(), AXES, OUTPUTS, **arguments, resume=True).identical(whole)
 
 
-@pytest.mark.parametrize("name", TABLE)
+@pytest.mark.parametrize("name", SOONEST)
 def test_a_disk_that_fills_up_ends_the_study_and_it_goes_on(
     name: str, addresses: dict[str, tuple[str, int | None]], flag: Path, tmp_path: Path
 ) -> None:

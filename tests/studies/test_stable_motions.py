@@ -74,6 +74,7 @@ def test_a_motion_that_does_not_settle_counts_itself() -> None:
     assert float(data[SWING][0, 0]) == pytest.approx(float(np.ptp(late)), rel=1e-12)
 
 
+@pytest.mark.long
 def test_stopped_and_resumed_by_two_processes_it_gives_the_same_bits(tmp_path: Path, data: xr.Dataset) -> None:
     def progress(share: float) -> None:
         if share > 0.3:

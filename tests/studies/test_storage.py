@@ -172,6 +172,7 @@ def test_threads_share_the_memory_of_the_process(tmp_path: Path, whole: xr.Datas
     assert storage_of(address + "2").is_empty()
 
 
+@pytest.mark.long
 def test_killed_between_two_chunks_it_goes_on_from_an_address(tmp_path: Path) -> None:
     address = where("local", tmp_path)
     (tmp_path / "two.toml").write_text(TOML, encoding="utf-8")

@@ -10,11 +10,11 @@ import pytest
 import gearrattle as gr
 from gearrattle.workbench import notebook
 from gearrattle.workbench.notebook import Answers
-from tests.report.examples import CASES, result
+from tests.report.examples import EXAMPLES, EXTREMES, result
 from tests.workbench.test_results import arrays
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [*EXAMPLES, *(pytest.param(case, marks=pytest.mark.long) for case in EXTREMES)])
 def test_every_kind_of_result_can_be_viewed(case: str) -> None:
     pytest.importorskip("anywidget")
     shown = gr.view(result(case))

@@ -56,7 +56,12 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         yield running
 
 
-@pytest.fixture(scope="module", params=SIZES, ids=lambda size: f"{size[0]}x{size[1]}")
+SMALLEST, USUAL, LARGEST = SIZES
+SOME = [SMALLEST, pytest.param(USUAL, marks=pytest.mark.long), pytest.param(LARGEST, marks=pytest.mark.long)]
+"""What fits into the smallest fits into the others."""
+
+
+@pytest.fixture(scope="module", params=SOME, ids=lambda size: f"{size[0]}x{size[1]}")
 def tab(request: pytest.FixtureRequest, server: Server) -> Iterator[Any]:
     with opened_page(server, *request.param) as opened:
         yield opened
