@@ -16,6 +16,7 @@ import gearrattle as gr
 from gearrattle.cli import background, main
 from gearrattle.cli.background import Watch, watched
 from gearrattle.cli.failures import guarded
+from gearrattle.compilation import Stopwatch
 from gearrattle.errors import Cancelled
 from gearrattle.report.saved import result_folder
 from gearrattle.writing import Staging
@@ -215,8 +216,30 @@ def test_progress_is_plain_lines_away_from_a_terminal(
     watched(work)
     out, err = capsys.readouterr()
     assert out == ""
-    assert set(err.splitlines()) <= {"preparing (a first run compiles)", "simulating: 50 %"}
+    assert set(err.splitlines()) <= {"preparing", "simulating: 50 %"}
     assert err.splitlines().count("simulating: 50 %") == 1
+
+
+def test_a_forecast_leaves_compilation_out_and_progress_names_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    now = [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(background, "COMPILATION", stopwatch := Stopwatch())
+    watch = Watch()
+    watch.enter("simulating")
+    with stopwatch:
+        now[0] += 60.0
+        assert watch.remaining() is None
+        background._Display(watch)._print()
+    now[0] += 3.0
+    watch(0.25)
+    assert watch.remaining() == pytest.approx(9.0)
+    background._Display(watch)._print()
+    assert capsys.readouterr().err.splitlines() == [
+        "simulating (compiling, once after an installation)",
+        "simulating: 25 %, about 9 s left",
+    ]
 
 
 def test_short_work_shows_no_progress(capsys: pytest.CaptureFixture[str]) -> None:

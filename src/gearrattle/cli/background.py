@@ -17,11 +17,14 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from gearrattle.cli.failures import WORKER
+from gearrattle.compilation import COMPILATION
 from gearrattle.errors import Cancelled
 
 T = TypeVar("T")
 
-_FIRST = "preparing (a first run compiles)"
+_FIRST = "preparing"
+_COMPILING = " (compiling, once after an installation)"
+_LOADING = 0.5  # seconds; a kernel that was kept is loaded sooner
 _TICK = 0.05
 _PATIENCE = 2.0
 _GRACE = 0.25
@@ -50,7 +53,7 @@ class Watch:
             self.phase = "simulating"
         self.fraction = fraction
         if self._since is None:
-            self._since = time.monotonic(), fraction
+            self._since = _working_time(), fraction
         if self._stop.is_set():
             raise Cancelled("stopped by the user")
 
@@ -66,16 +69,25 @@ class Watch:
         self._expected = time.monotonic(), seconds
 
     def remaining(self) -> float | None:
-        """Seconds this phase will still take, as the work says or at the pace so far; None while unknown."""
+        """Seconds this phase will still take, as the work says or at the pace so far; None while unknown.
+
+        The time that compilation takes is no part of the pace, and while it goes on nothing is known.
+        """
+        if COMPILATION.current > _LOADING:
+            return None
         if self._expected is not None:
             at, seconds = self._expected
             return max(0.0, seconds - (time.monotonic() - at))
         if self._since is None or self.fraction <= self._since[1]:
             return None
-        took = time.monotonic() - self._since[0]
+        took = _working_time() - self._since[0]
         if took < _PATIENCE:
             return None
         return took * (1.0 - self.fraction) / (self.fraction - self._since[1])
+
+    def words(self) -> str:
+        """Return the phase, and whether kernels are compiled in it."""
+        return self.phase + (_COMPILING if COMPILATION.current > _LOADING else "")
 
     def stop(self) -> None:
         """Ask the work to stop at its next report."""
@@ -127,6 +139,11 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE) -> T:
     return result[0]
 
 
+def _working_time() -> float:
+    """Return the time that goes by while nothing is compiled [s]."""
+    return time.monotonic() - COMPILATION.seconds
+
+
 class _Display:
     """Shows a watch on stderr, after a while."""
 
@@ -144,10 +161,13 @@ class _Display:
         if sys.stderr.isatty():
             self._draw()
             return
+        self._next = now + _LINE_EVERY
+        self._print()
+
+    def _print(self) -> None:
         share = f": {100.0 * self._watch.fraction:.0f} %" if self._watch.fraction else ""
         pace = f", {words}" if (words := self._left()) else ""
-        self._next = now + _LINE_EVERY
-        if (line := f"{self._watch.phase}{share}{pace}") != self._told:
+        if (line := f"{self._watch.words()}{share}{pace}") != self._told:
             print(line, file=sys.stderr, flush=True)
             self._told = line
 
@@ -166,9 +186,9 @@ class _Display:
                 texts[0], BarColumn(), TaskProgressColumn(), texts[1], console=Console(stderr=True), transient=True
             )
             self._bar.start()
-            self._bar.add_task(self._watch.phase, total=1.0, left="")
+            self._bar.add_task(self._watch.words(), total=1.0, left="")
         watch = self._watch
-        self._bar.update(0, description=watch.phase, completed=watch.fraction, left=self._left())
+        self._bar.update(0, description=watch.words(), completed=watch.fraction, left=self._left())
 
     def close(self) -> None:
         """Clear the bar."""

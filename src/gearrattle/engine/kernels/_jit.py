@@ -26,6 +26,7 @@ from typing import Any
 import numba
 import numpy as np
 
+from gearrattle.compilation import COMPILATION
 from gearrattle.files import private_folder
 
 
@@ -100,14 +101,16 @@ def _in_own_thread(compilation: Callable[..., Any], *arguments: Any) -> Any:
     becomes an error of numba's. The compilation goes on after it, for the next call; the end of the process ends it.
     """
     if threading.current_thread() is not threading.main_thread():
-        return compilation(*arguments)
+        with COMPILATION:
+            return compilation(*arguments)
     results: list[Any] = []
     errors: list[BaseException] = []
 
     def work() -> None:
         sys.settrace(None)  # a tracer, of a debugger or of coverage, doubles the time of the compiler
         try:
-            results.append(compilation(*arguments))
+            with COMPILATION:
+                results.append(compilation(*arguments))
         except BaseException as error:
             errors.append(error)
 
