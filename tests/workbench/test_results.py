@@ -111,6 +111,7 @@ def test_differences_of_two_runs_are_named(page: Any) -> None:
     rows = page.get("/api/compare", params={"jobs": "first,second"}).json()
     assert [row["path"] for row in rows["model"]] == ["mesh.gear.backlash"]
     assert rows["model"][0]["values"] == pytest.approx([1e-4, 5e-5])
+    assert rows["model"][0]["unit"] == "m"
     rates = next(row for row in rows["numbers"] if (row["part"], row["quantity"]) == ("gear", "impacts per second"))
     narrow = gr.criteria(gr.simulate(model().with_({"mesh.gear.backlash": "0.05 mm"})))
     assert rates["values"][1] == pytest.approx(next(p for p in narrow.parts if p.name == "gear").impacts_per_second)

@@ -97,7 +97,7 @@ def path_label(path: str, model: Model) -> PathLabel:
         return PathLabel(f"{before}{kind} of {subject}", _state_unit(kind, subject, model))
     parts = path.split(".")
     words = _words(parts, model.to_tables())
-    unit = "" if model.units == "dimensionless" else _unit_at(parts)
+    unit = "" if model.units == "dimensionless" else si_unit(path)
     return PathLabel(words, unit)
 
 
@@ -209,11 +209,17 @@ def _number(index: str) -> str:
     return f"{int(index) + 1}" if index.isdigit() else index
 
 
-def _unit_at(parts: Sequence[str]) -> str:
-    """The SI unit of plain numbers at a path, from the annotations of the classes that read it."""
+def si_unit(path: str) -> str:
+    """Return the SI unit of plain numbers at a path, from the annotations of the classes that read it.
+
+    Examples
+    --------
+    >>> si_unit("mesh.gear.backlash"), si_unit("simulation.cycles")
+    ('m', '')
+    """
     annotations: list[Any] = [Model]
     last = ""  # the key of a table over speed or time, if the path ends in one
-    for part in parts:
+    for part in path.split("."):
         inner = [child for node in annotations for child in _below(node, part)]
         annotations, last = inner or annotations, "" if inner else part  # not found: a name, an index, that key
     readers = [reader for node in annotations for reader in _walk(node)]

@@ -13,6 +13,7 @@ from typing import Any
 
 from gearrattle.errors import ModelError
 from gearrattle.json_types import TomlTable, json_value
+from gearrattle.model.path_labels import si_unit
 from gearrattle.model.paths import path_names, value_at
 from gearrattle.report.saved import SUMMARY
 from gearrattle.workbench.kept import RESULT
@@ -38,8 +39,9 @@ def differences(folders: Sequence[Path]) -> dict[str, Any]:
     Returns
     -------
     dict[str, Any]
-        model: ``{path, values}`` for every path whose values are not all the same, as they are written, None where it
-        is absent; verdicts: a word a job, None of what is no run; numbers: ``{part, quantity, unit, values}``.
+        model: ``{path, unit, values}`` for every path whose values are not all the same, as they are written, None
+        where it is absent, and the unit of plain numbers; verdicts: a word a job, None of what is no run; numbers:
+        ``{part, quantity, unit, values}``.
     """
     models = [_model(folder) for folder in folders]
     summaries = [_summary(folder) for folder in folders]
@@ -63,8 +65,19 @@ def _summary(folder: Path) -> dict[str, Any]:
 
 def _paths(models: Sequence[TomlTable]) -> list[dict[str, Any]]:
     paths = dict.fromkeys(path for model in models for path in path_names(model))
-    rows = [{"path": path, "values": [json_value(_value(model, path)) for model in models]} for path in paths]
-    return [row for row in rows if any(value != row["values"][0] for value in row["values"])]
+    has_units = all(model.get("units") != "dimensionless" for model in models)
+    rows = []
+    for path in paths:
+        values = [json_value(_value(model, path)) for model in models]
+        if any(value != values[0] for value in values):
+            unit = si_unit(path) if has_units and _has_numbers(values) else ""
+            rows.append({"path": path, "unit": unit, "values": values})
+    return rows
+
+
+def _has_numbers(values: list[Any]) -> bool:
+    """Whether values are plain numbers, or absent; the others name their units."""
+    return all(value is None or isinstance(value, int | float) for value in values)
 
 
 def _value(model: TomlTable, path: str) -> Any:

@@ -48,6 +48,8 @@ function best({ quantity, values }) {
   return sizes.filter((other) => other === least).length === 1 ? sizes.indexOf(least) : -1;
 }
 
+const withUnit = (words, { unit }) => (unit ? `${words} [${unit}]` : words);
+
 function Table({ rows, jobs, onError }) {
   const keep = (job) => {
     const name = prompt("Name of the variant that is kept", job.name);
@@ -65,9 +67,9 @@ function Table({ rows, jobs, onError }) {
     <div class="scroll" tabindex="0" role="region" aria-label="Variants side by side"><table>
       <thead><tr><td></td>${jobs.map((job) => html`<th scope="col"><a href=${`#/runs/${job.id}`}>${job.name || job.task}</a> <button type="button" class="plain small" onClick=${() => keep(job)}>Keep as …</button></th>`)}</tr></thead>
       <tbody>
-        ${rows.model.length ? html`<tr class="group"><th colspan=${jobs.length + 1}>What differs</th></tr>${rows.model.map((row) => line(row, row.path, false))}` : null}
+        ${rows.model.length ? html`<tr class="group"><th colspan=${jobs.length + 1}>What differs</th></tr>${rows.model.map((row) => line(row, withUnit(row.path, row), false))}` : null}
         <tr class="group"><th colspan=${jobs.length + 1}>What came of it</th></tr>${first}
-        ${parts.map((part) => html`<tr class="group"><th colspan=${jobs.length + 1}>${part}</th></tr>${rows.numbers.filter((row) => row.part === part).map((row) => line(row, `${row.quantity}${row.unit ? ` [${row.unit}]` : ""}`, true))}`)}
+        ${parts.map((part) => html`<tr class="group"><th colspan=${jobs.length + 1}>${part}</th></tr>${rows.numbers.filter((row) => row.part === part).map((row) => line(row, withUnit(row.quantity, row), true))}`)}
       </tbody></table></div>`;
 }
 
