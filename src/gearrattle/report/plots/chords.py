@@ -18,7 +18,7 @@ SCREEN = (1200.0, 600.0)
 WITHIN = 0.35
 """Largest distance [px] of a chord from the points that it replaces."""
 MOST_POINTS = 4000
-_PASSES, _SLACK = 6, 0.02
+_PASSES, _SLACK = 6, 0.05
 
 
 def thinned(points: Array, within: float, most: int = MOST_POINTS) -> NDArray[np.int64]:
@@ -34,10 +34,13 @@ def thinned(points: Array, within: float, most: int = MOST_POINTS) -> NDArray[np
         points; where more are needed, those that are farthest are kept.
     """
     straight = _without_straights(points, _SLACK * within)
-    chosen, distance = _ends_of_chords(points[straight], (1.0 - _PASSES * _SLACK) * within)
-    if len(chosen) > most:
-        chosen = chosen[distance > np.partition(distance, -most - 1)[-most - 1]]
-    return straight[chosen]
+    chosen, distance = _ends_of_chords(points[straight], (1.0 - _PASSES * _SLACK) * within, most)
+    return straight[chosen[distance > _beyond_most(distance, most)]]
+
+
+def _beyond_most(distance: Array, most: int) -> float:
+    """Return the largest distance for which there is no room; 0 where there is room for all."""
+    return float(np.partition(distance, -most - 1)[-most - 1]) if len(distance) > most else 0.0
 
 
 def _without_straights(points: Array, within: float) -> NDArray[np.int64]:
@@ -50,11 +53,11 @@ def _without_straights(points: Array, within: float) -> NDArray[np.int64]:
     return kept
 
 
-def _ends_of_chords(points: Array, within: float) -> tuple[NDArray[np.int64], Array]:
+def _ends_of_chords(points: Array, within: float, most: int) -> tuple[NDArray[np.int64], Array]:
     """Return the points (n,) at which chords are divided, and how far each was from the chord that it divided.
 
     No distance is larger than those of the chords divided before: for a larger ``within``, those at larger distances
-    are the answer.
+    are the answer. Chords that come too late to be among the ``most`` are not divided.
     """
     chosen, distance = np.array([0, len(points) - 1]), np.full(2, np.inf)
     beyond = np.arange(len(points))  # points of chords that are too far from some of them
@@ -71,6 +74,7 @@ def _ends_of_chords(points: Array, within: float) -> tuple[NDArray[np.int64], Ar
         smallest = np.minimum(away[ends], np.minimum(distance[divided], distance[divided + 1]))
         chosen, distance = np.insert(chosen, divided + 1, beyond[ends]), np.insert(distance, divided + 1, smallest)
         beyond = beyond[is_wrong[of_chord]]
+        within = max(within, _beyond_most(distance, most))
     return chosen, distance
 
 
