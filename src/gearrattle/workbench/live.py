@@ -18,6 +18,7 @@ from gearrattle.simulation.simulate import simulate
 from gearrattle.workbench.views import chart_json, verdict_numbers
 
 CYCLES, DISCARD, SAMPLES = 60, 30, 512
+_DRAWN = 2  # cycles in the phase planes: they take longer to draw than the motion takes to compute
 
 
 def live_view(model: Model, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -35,4 +36,4 @@ def live_view(model: Model, values: Mapping[str, Any]) -> dict[str, Any]:
     cycles, discard = (None, None) if own is not None and own <= CYCLES else (CYCLES, DISCARD)
     motion = simulate(changed, cycles=cycles, discard=discard, samples_per_cycle=SAMPLES, audit=False)
     findings: Findings = judged(motion)
-    return {"verdict": verdict_numbers(findings), "phase_plane": chart_json(phase_plane(findings))}
+    return {"verdict": verdict_numbers(findings), "phase_plane": chart_json(phase_plane(findings, _DRAWN))}

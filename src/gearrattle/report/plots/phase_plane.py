@@ -27,11 +27,11 @@ CYCLES = 8
 _POINTS = 6000
 
 
-def phase_plane(findings: Judged) -> Chart:
+def phase_plane(findings: Judged, cycles: int = CYCLES) -> Chart:
     """Draw the phase plane of every clearance over the last cycles."""
     trajectory = findings.motion.trajectory
     layout = trajectory.layout
-    window = last_cycles(trajectory, min(CYCLES, max(1, _POINTS // trajectory.samples_per_cycle)))
+    window = last_cycles(trajectory, min(cycles, max(1, _POINTS // trajectory.samples_per_cycle)))
     chosen, left_out = chosen_clearances(findings)
     curves, mark = phase_curves(findings, chosen, window)
     panels = []
