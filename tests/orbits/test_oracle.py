@@ -164,9 +164,12 @@ def test_folds_and_grazings(step_limit: float | None, ends: tuple[float, float])
 
 @pytest.mark.parametrize(
     "ends",
-    [*(pytest.param(ends, marks=pytest.mark.long) for ends in ((0.5, 1.55), (0.72, 1.0), (1.5, 0.75))),
-     (0.815, 0.7), (0.8, 0.83)],
-)  # fmt: skip
+    [
+        *(pytest.param(ends, marks=pytest.mark.long) for ends in ((0.5, 1.55), (0.72, 1.0), (1.5, 0.75))),
+        (0.815, 0.7),
+        (0.8, 0.83),
+    ],
+)
 def test_within_another_range_the_same_events(ends: tuple[float, float]) -> None:
     """A branch that begins between the folds follows the motion in contact; it may end before a fold or a grazing."""
     start = {"angle": [1.15], "velocity": [0.0]} if ends[0] < 0.9 else None

@@ -126,9 +126,8 @@ def test_what_progress_raises_ends_the_call_and_the_motion_goes_on(
         if len(reports) in (3, 4):
             raise gr.Cancelled("enough")
 
-    monkeypatch.setattr(
-        "gearrattle.engine.solvers.exact._BUDGET", 200
-    )  # progress is reported as often as of a long run
+    # progress is reported as often as of a long run
+    monkeypatch.setattr("gearrattle.engine.solvers.exact._BUDGET", 200)
     chunks = gr.stream(rattle, cycles=60, samples_per_cycle=2, chunk=20, progress=twice_only)
     runs, stopped = [], 0
     while True:

@@ -324,10 +324,12 @@ def test_an_answer_that_the_end_of_the_server_cancels_is_not_logged_as_a_fault(
         serving = threading.Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)
         serving.start()
         statuses: list[int] = []
-        asking = threading.Thread(target=lambda: statuses.append(httpx.get(f"{address}/slow").status_code))
+        asking = threading.Thread(
+            target=lambda: statuses.append(httpx.get(f"{address}/slow", timeout=60.0).status_code)
+        )
         asking.start()
         assert begun.wait(60)
-        assert httpx.get(f"{address}/wrong").status_code == 500
+        assert httpx.get(f"{address}/wrong", timeout=60.0).status_code == 500
         server.should_exit = True
         asking.join(60)
         ending.set()

@@ -58,7 +58,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 SMALLEST, USUAL, LARGEST = SIZES
 SOME = [SMALLEST, pytest.param(USUAL, marks=pytest.mark.long), pytest.param(LARGEST, marks=pytest.mark.long)]
-"""What fits into the smallest fits into the others."""
+"""Of the quick tests the smallest alone: there things are cut off first."""
 
 
 @pytest.fixture(scope="module", params=SOME, ids=lambda size: f"{size[0]}x{size[1]}")
