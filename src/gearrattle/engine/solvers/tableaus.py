@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,15 +68,19 @@ class Tableau:
             a[i, : len(row)] = [float(x) for x in row]
         return a, np.array([float(x) for x in self.b]), np.array([float(x) for x in self.c])
 
+    @cached_property
+    def stability_polynomial(self) -> Array:
+        """(s + 1,) coefficients of R(z) = 1 + z b^T 1 + z^2 b^T a 1 + ..., highest power first."""
+        coefficients = [Fraction(1)]
+        powers = [Fraction(1)] * len(self.b)  # a^k 1
+        for _ in self.b:
+            coefficients.append(sum((x * y for x, y in zip(self.b, powers, strict=True)), Fraction(0)))
+            powers = [sum((x * y for x, y in zip(row, powers, strict=False)), Fraction(0)) for row in self.a]
+        return np.array([float(x) for x in reversed(coefficients)])
+
     def growth(self, z: NDArray[np.complex128]) -> Array:
         """|R(z)|, the factor a step multiplies a mode by; z = h lambda."""
-        a, b, _ = self.arrays()
-        total = np.ones_like(z)
-        stage = np.ones((len(b), *z.shape), dtype=complex)
-        for i in range(len(b)):
-            stage[i] = 1 + z * np.tensordot(a[i], stage, axes=1)
-        total = total + z * np.tensordot(b, stage, axes=1)
-        return np.abs(total)
+        return np.asarray(np.abs(np.polyval(self.stability_polynomial, z)))
 
 
 MIDPOINT = Tableau(

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -160,20 +161,23 @@ def variation(
     steps, kicks = np.full((len(at), 3), -1, dtype=np.int64), np.zeros((len(at), n))
     reset = np.zeros((len(at), s), dtype=np.bool_)
     push, pieces = _kicks(flow), initial
-    for i, which in enumerate(order):
-        steps[i] = index.setdefault(pieces, len(index)), -1, which >= len(path.time)
-        if which < len(path.time):
-            watch = int(path.watch[which])
-            after = system.beyond(pieces, watch, int(path.upward[which]))
-            reset[i] = ~np.isnan(flow.known(after)) | ~np.isnan(flow.known(pieces))
-            if watch < len(system.clearances):
-                k = system.clearances[watch]
-                let_go = _let_go(flow, k, pieces, after, path.memory[which])
-                jump = _damping(flow, k, after) - _damping(flow, k, pieces)
+    crossings = list(zip(path.watch.tolist(), path.upward.tolist(), strict=True))
+    changes: dict[tuple[Pieces, int, int], _Change] = {}
+    for i, which in enumerate(order.tolist()):
+        steps[i] = index.setdefault(pieces, len(index)), -1, which >= len(crossings)
+        if which < len(crossings):
+            watch, upward = crossings[which]
+            if (pieces, watch, upward) not in changes:
+                changes[pieces, watch, upward] = _change(flow, pieces, watch, upward)
+            change = changes[pieces, watch, upward]
+            reset[i] = change.reset
+            if change.element >= 0:
+                let_go = _let_go(flow, change.element, pieces, change.after, path.memory[which]) if s else 0.0
+                jump = change.damping - let_go / path.velocity[which] if let_go != 0.0 else change.damping
                 steps[i, 1] = watch
-                kicks[i] = -push[watch] * (jump - let_go / path.velocity[which] if let_go != 0.0 else jump)
-                kicks[i, n - s :] = _engaged(flow, k, pieces, after)
-            pieces = after
+                kicks[i] = -push[watch] * jump
+                kicks[i, n - s :] = change.engaged
+            pieces = change.after
     scale = np.concatenate([flow.scaling.deflection, flow.scaling.velocity, flow.memory])
     time = np.concatenate([[0.0], grid * period])
     most = most_tables // _table_size(flow, initial)
@@ -184,6 +188,41 @@ def variation(
     free = _free_motions(flow, index, most)
     _run(free, (steps, durations, kicks, reset, rows), segments)
     return Variation(time, segments, scale)
+
+
+class _Change(NamedTuple):
+    """What a crossing does to perturbations, whenever the motion comes by in this region.
+
+    Attributes
+    ----------
+    after
+        the region behind it.
+    reset
+        (S,) memories that are known before or behind it.
+    element
+        whose corner it is; -1 for another line.
+    damping
+        by how much its damping jumps.
+    engaged
+        (S,) 1, scaled, for every slider that engages.
+    """
+
+    after: Pieces
+    reset: NDArray[np.bool_]
+    element: int
+    damping: float
+    engaged: Array
+
+
+def _change(flow: Flow, pieces: Pieces, watch: int, upward: int) -> _Change:
+    system = flow.system
+    after = system.beyond(pieces, watch, upward)
+    reset = ~np.isnan(flow.known(after)) | ~np.isnan(flow.known(pieces))
+    if watch >= len(system.clearances):
+        return _Change(after, reset, -1, 0.0, np.zeros(flow.memory.size))
+    k = system.clearances[watch]
+    damping = _damping(flow, k, after) - _damping(flow, k, pieces)
+    return _Change(after, reset, k, damping, _engaged(flow, k, pieces, after))
 
 
 def _table_size(flow: Flow, pieces: Pieces) -> int:
