@@ -81,6 +81,7 @@ def test_the_delay_falls_with_the_rate_to_the_power_two_thirds() -> None:
     assert abs(exponents[-1] - 2.0 / 3.0) < abs(exponents[0] - 2.0 / 3.0)
 
 
+@pytest.mark.long
 def test_a_slow_run_is_as_late_as_the_normal_form_of_the_fold_says() -> None:
     """Near the fold the multiplier is 1 - 2 sqrt(a b (w - w*)); Airy's function gives the delay 2.338 (r T)^(2/3) /
     (a b)^(1/3).

@@ -103,7 +103,7 @@ def test_a_disk_that_fills_up_ends_the_study_and_it_goes_on(
     assert gr.study(model(), AXES, OUTPUTS, function=clusters.filling, **arguments, resume=True).identical(whole)
 
 
-@pytest.mark.parametrize("turn", [*range(5), *(pytest.param(i, marks=pytest.mark.long) for i in range(5, 60))])
+@pytest.mark.parametrize("turn", [*range(2), *(pytest.param(i, marks=pytest.mark.long) for i in range(2, 60))])
 def test_threads_share_what_is_remembered_and_nothing_else(turn: int, whole: xr.Dataset) -> None:
     """Eight threads on two cores, told to switch every few microseconds."""
     interval = sys.getswitchinterval()

@@ -214,6 +214,7 @@ def _workers_of(parent: int) -> list[int]:
     return actual
 
 
+@pytest.mark.long
 def test_a_case_that_kills_its_worker_is_written_down_and_the_others_are_done(tmp_path: Path) -> None:
     actual = gr.study(
         model(), {TORQUE: [0.2, 0.4, 0.6, 0.8]}, ["verdict"], function=deadly, workers=2, output=tmp_path / "s"

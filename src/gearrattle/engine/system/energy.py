@@ -325,23 +325,25 @@ def _powers(flow: Flow, regions: list[Pieces], short: Array, longest: float):  #
     used, places = np.unique(pairs[:, :2], return_inverse=True)
     pairs[:, :2], rows = places.reshape(-1, 2), rows[:, used]
     steps, advance, seen, generators = np.multiply.outer([1.0, LONG], short), [], [], []
+    at = abscissas * np.repeat([1.0, LONG], (NODES, LONG_NODES))
     leaps = Leaps(flow.width, pairs, weights[:NODES], longest)
-    for pieces, forms, own in zip(regions, rows, steps.T, strict=True):
+    for pieces, forms, short_step in zip(regions, rows, short.tolist(), strict=True):
         matrix = flow.generator(pieces)
-        at = abscissas * np.repeat(own, (NODES, LONG_NODES))
-        moves = _increments(matrix, np.concatenate([own, at]))
-        advance += [strips(move) for move in moves[:2]]
-        generators.append(strips(matrix))
-        nodes = forms + forms @ moves[2:]
-        seen += [strips(values) for values in nodes]
-        leaps.add(own[0], moves[0], nodes[:NODES], LONG * FEW)
+        short_move, nodes = _step(matrix * short_step, forms, at)
+        long_move = short_move
+        for _ in range(LONG.bit_length() - 1):
+            long_move = 2.0 * long_move + long_move @ long_move
+        advance += [short_move, long_move]
+        generators.append(matrix)
+        seen.append(strips(nodes))
+        leaps.add(short_step, short_move, nodes[:NODES], LONG * FEW)
     known = np.array([flow.known(pieces) for pieces in regions])
     return Powers(
         steps,
-        np.array(advance),
-        np.array(seen),
-        np.array(generators),
-        np.array([strips(forms) for forms in rows]),
+        strips(np.array(advance)),
+        np.concatenate(seen),
+        strips(np.array(generators)),
+        strips(rows),
         pairs,
         known,
         flow.states - flow.memory.size,
@@ -368,17 +370,33 @@ def _turning(flow: Flow, matrix: Array) -> Array:
     return closed
 
 
-def _increments(matrix: Array, lengths: Array) -> Array:
-    """(L, Z, Z) exp(length A) - 1, for lengths of time (L,)."""
-    longest = float(lengths.max())
-    norm = float(np.linalg.norm(matrix, 1)) * longest
-    halved = max(0, int(np.ceil(np.log2(max(norm, 1e-300) / 0.25))))
-    term = np.eye(len(matrix))
-    terms = np.array([term := term @ (matrix * (longest / 2.0**halved)) / j for j in range(1, 17)])
-    increments = np.tensordot((lengths / longest)[:, None] ** np.arange(1, 17), terms, axes=1)
-    for _ in range(halved):
-        increments = 2.0 * increments + increments @ increments
-    return increments
+def _step(matrix: Array, forms: Array, abscissas: Array) -> tuple[Array, Array]:
+    """(Z, Z) exp(h A) - 1 of a short step, and (R, F, Z) forms at nodes, of z at the start.
+
+    Both are Taylor series over a short step, of which ``ORDER`` terms suffice (``finest_level``). From a node of a long
+    step the whole short steps are split off: their moves commute with the rest.
+
+    Parameters
+    ----------
+    matrix
+        (Z, Z) h A, over a short step.
+    forms
+        (F, Z) at the start.
+    abscissas
+        (R,) nodes in short steps, those of a short and then of a long step.
+    """
+    count, width = forms.shape
+    terms = np.empty((ORDER + 1, count + width, width))
+    terms[0, :count], terms[0, count:] = forms, np.eye(width)
+    for p in range(1, ORDER + 1):
+        np.matmul(terms[p - 1], matrix / p, out=terms[p])
+    move = terms[:0:-1, count:].sum(axis=0)
+    powers = (abscissas % 1.0)[:, None] ** np.arange(ORDER + 1)
+    nodes = np.tensordot(powers, terms[:, :count], axes=1)
+    for whole in range(1, LONG):
+        behind = abscissas >= whole
+        nodes[behind] += nodes[behind] @ move
+    return move, nodes
 
 
 def _forms(flow: Flow, pieces: Pieces) -> Array:

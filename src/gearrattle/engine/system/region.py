@@ -85,9 +85,12 @@ def finest_level(matrix: Array) -> int:
 
 
 def strips(rows: Array) -> Array:
-    """(rows, Z) in strips of four rows, the last filled up with zeros: (strips, Z, 4)."""
-    filled = np.vstack([rows, np.zeros((-len(rows) % 4, rows.shape[1]))])
-    return np.ascontiguousarray(filled.reshape(len(filled) // 4, 4, rows.shape[1]).transpose(0, 2, 1))
+    """(..., rows, Z) in strips of four rows, the last filled up with zeros: (..., strips, Z, 4)."""
+    *stack, count, width = rows.shape
+    strip_count = -(-count // 4)
+    filled = np.zeros((*stack, 4 * strip_count, width))
+    filled[..., :count, :] = rows
+    return np.ascontiguousarray(filled.reshape(*stack, strip_count, 4, width).swapaxes(-1, -2))
 
 
 def unpacked(packed: Array, *rows: int) -> list[Array]:

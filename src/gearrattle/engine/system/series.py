@@ -17,7 +17,7 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.system.energy import _increments, _turning
+from gearrattle.engine.system.energy import _turning
 from gearrattle.engine.system.flow import Flow, Pieces
 
 Array = NDArray[np.float64]
@@ -116,7 +116,7 @@ class Series:
     @cached_property
     def _move(self) -> Array:
         """(Z, Z) exp(h M) - 1."""
-        return np.asarray(_increments(self.matrix, np.array([self.block]))[0])
+        return _increment(self.matrix, self.block)
 
     @cached_property
     def powers(self) -> Array:
@@ -167,6 +167,20 @@ class Series:
                 term = (term @ self.matrix.T) * (length / p)
                 states[on] += term
         return states
+
+
+def _increment(matrix: Array, length: float) -> Array:
+    """(Z, Z) exp(length A) - 1."""
+    norm = float(np.linalg.norm(matrix, 1)) * length
+    halved = max(0, int(np.ceil(np.log2(max(norm, 1e-300) / 0.25))))
+    scaled = matrix * (length / 2.0**halved)
+    increment, term = scaled.copy(), scaled
+    for j in range(2, 17):
+        term = term @ scaled / j
+        increment += term
+    for _ in range(halved):
+        increment = 2.0 * increment + increment @ increment
+    return increment
 
 
 @cache
