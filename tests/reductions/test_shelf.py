@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.analysis.linear.matrices import linearised
+from gearrattle.analysis.linear.matrices import frequencies_of, linearised
 from gearrattle.analysis.linear.response import accelerance
 from gearrattle.assembly import assemble
 from gearrattle.reductions import REDUCTIONS, Request, accuracy
@@ -53,6 +53,17 @@ def test_component_modes_converge_with_the_margin(name: str, seed: int) -> None:
     assert exact.response_error_peak < 1e-6
     near = accuracy(request, REDUCTIONS[name](request).basis, (0,))
     assert near.frequency_error < 0.05
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_frequencies_of_many_states_are_those_of_one_at_a_time(seed: int) -> None:
+    request = asked(seed)
+    states, basis = contact_states(request.system, request.clearances), REDUCTIONS["craig-bampton"](request).basis
+    together = frequencies_of(request.system, np.array([state.stiffness for state in states]), basis)
+    assert together.shape == (len(states), basis.shape[1])
+    for state, omega in zip(states, together, strict=True):
+        alone = linearised(request.system, state.stiffness, state.damping).within(basis).frequencies()
+        np.testing.assert_allclose(omega, alone, rtol=1e-9, atol=1e-9 * alone.max(initial=0.0))
 
 
 def test_guyan_is_exact_at_rest_and_its_error_is_of_second_order() -> None:

@@ -18,14 +18,14 @@ Takes a system and a subspace; gives an ``Accuracy``.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.analysis.linear.matrices import LinearSystem, linearised
+from gearrattle.analysis.linear.matrices import LinearSystem, frequencies_of, linearised
 from gearrattle.analysis.linear.response import accelerance
 from gearrattle.reductions.base import Request
 from gearrattle.reductions.states import State, contact_states, most_states, neighbours
@@ -38,6 +38,7 @@ _ROUNDS = 5  # of closing in on the largest errors of a response
 _BETWEEN = 9  # frequencies between two neighbours of the last round
 _AUDIBLE = 0.01  # of a response's peak: below it its level does not count
 _SILENT = 1e-12  # of the largest response: below it lies rounding
+_TOGETHER = 32  # states whose frequencies are found before one may end the search
 _STARTS = 3  # states from which the search for the worst one begins
 _MOST_STATES = 3000  # no search begins beyond, nor beyond ``most_states``
 _SEARCH = (False, False, False, True, True, True)  # its rounds: wide, then fine
@@ -96,7 +97,7 @@ def accuracy(request: Request, basis: Array, watched: tuple[int, ...], worst: Wo
     """
     worst = frequency_error(request, basis) if worst is None else worst
     closed = contact_states(request.system, request.clearances)[0]
-    full, partners = paired(request, basis, closed)
+    ((full, partners),) = paired(request, basis, [closed])
     linear = linearised(request.system, closed.stiffness, closed.damping)
     reduced = linear.within(basis)
     decibels, peak = _response_errors(request, linear, reduced, basis, watched)
@@ -116,8 +117,9 @@ class Worst(NamedTuple):
 def error_within(request: Request, basis: Array, limit: float) -> Worst | None:
     """Return the largest error of a frequency in the band; None at the first contact state that exceeds ``limit``."""
     states = contact_states(request.system, request.clearances, request.up_to)
-    if any(_worst_in(request, basis, state).error > limit for state in states):
-        return None
+    for begin in range(0, len(states), _TOGETHER):
+        if any(worst.error > limit for worst in _worst_in(request, basis, states[begin : begin + _TOGETHER])):
+            return None
     worst = frequency_error(request, basis)
     return None if worst.error > limit else worst
 
@@ -125,7 +127,7 @@ def error_within(request: Request, basis: Array, limit: float) -> Worst | None:
 def frequency_error(request: Request, basis: Array) -> Worst:
     """Find the largest relative error of a frequency in the band over all contact states."""
     states = contact_states(request.system, request.clearances, request.up_to)
-    first = [_worst_in(request, basis, state) for state in states]
+    first = _worst_in(request, basis, states)
     most = min(_MOST_STATES, most_states(request.system))
     order = sorted(range(len(states)), key=lambda i: (first[i].error, not np.isnan(first[i].frequency)), reverse=True)
     worst, tried = first[order[0]], len(states)
@@ -136,33 +138,39 @@ def frequency_error(request: Request, basis: Array) -> Worst:
         for fine in _SEARCH if tried < most else ():
             near = neighbours(request.system, request.clearances, here, fine)
             tried += len(near)
-            for state in near:
-                there = _worst_in(request, basis, state)
+            for state, there in zip(near, _worst_in(request, basis, near), strict=True):
                 if there.error > best.error:
                     best, here = there, state
         worst = max(worst, best, key=lambda candidate: candidate.error)
     return worst._replace(states=tried)
 
 
-def _worst_in(request: Request, basis: Array, state: State) -> Worst:
-    full, partners = paired(request, basis, state)
-    if not full.size:
-        return Worst(0.0, np.nan, state.words, 1)
-    errors = np.abs(partners - full) / full
-    k = int(np.argmax(errors))
-    return Worst(float(errors[k]), float(full[k]), state.words, 1)
+def _worst_in(request: Request, basis: Array, states: Sequence[State]) -> list[Worst]:
+    """The largest error of a frequency in every state."""
+    worst = []
+    for state, (full, partners) in zip(states, paired(request, basis, states), strict=True):
+        errors = np.abs(partners - full) / full
+        k = int(np.argmax(errors)) if full.size else -1
+        worst.append(Worst(float(errors[k]), float(full[k]), state.words, 1) if k >= 0 else _none_in(state))
+    return worst
 
 
-def paired(request: Request, basis: Array, state: State) -> tuple[Array, Array]:
-    """Elastic frequencies of the full system in the band, and those of the same rank of the reduced one."""
-    linear = linearised(request.system, state.stiffness, state.damping)
-    omega, reduced = linear.frequencies(), linear.within(basis).frequencies()
-    rigid = int(np.count_nonzero(omega == 0.0))
-    inside = omega[rigid:][omega[rigid:] <= request.up_to]
-    partners = np.full(inside.size, np.inf)
-    matched = reduced[rigid : rigid + inside.size]
-    partners[: matched.size] = matched
-    return inside, partners
+def _none_in(state: State) -> Worst:
+    """No elastic mode lies in the band."""
+    return Worst(0.0, np.nan, state.words, 1)
+
+
+def paired(request: Request, basis: Array, states: Sequence[State]) -> Iterator[tuple[Array, Array]]:
+    """Yield, state by state, elastic frequencies of the full system in the band, and those of the same rank reduced."""
+    slopes = np.array([state.stiffness for state in states]).reshape(len(states), len(request.system.laws))
+    full = frequencies_of(request.system, slopes, np.eye(request.system.size))
+    for omega, reduced in zip(full, frequencies_of(request.system, slopes, basis), strict=True):
+        rigid = int(np.count_nonzero(omega == 0.0))
+        inside = omega[rigid:][omega[rigid:] <= request.up_to]
+        partners = np.full(inside.size, np.inf)
+        matched = reduced[rigid : rigid + inside.size]
+        partners[: matched.size] = matched
+        yield inside, partners
 
 
 def _assurance(linear: LinearSystem, reduced: LinearSystem, basis: Array, count: int) -> Array:

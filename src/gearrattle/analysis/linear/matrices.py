@@ -57,19 +57,27 @@ class LinearSystem:
 
     def frequencies(self) -> Array:
         """Return the frequencies alone, in a third of the time."""
-        mass = np.diagonal(self.mass)
-        if np.count_nonzero(self.mass) == mass.size:
-            scaled = self.elastic / np.sqrt(mass)
-        else:
-            scaled = np.linalg.solve(np.linalg.cholesky(self.mass), self.elastic.T).T
-        return _padded(np.asarray(np.linalg.svd(scaled, compute_uv=False)), mass.size)[::-1]
+        return _frequencies(_scaled(self.elastic, self.mass))
+
+
+def _scaled(rows: Array, mass: Array) -> Array:
+    """(m, n) rows L^-T, with M = L L^T."""
+    diagonal = np.diagonal(mass)
+    if np.count_nonzero(mass) == diagonal.size:
+        return np.asarray(rows / np.sqrt(diagonal))
+    return np.asarray(np.linalg.solve(np.linalg.cholesky(mass), rows.T).T)
+
+
+def _frequencies(scaled: Array) -> Array:
+    """(..., n) singular values of (..., m, n), ascending."""
+    return _padded(np.asarray(np.linalg.svd(scaled, compute_uv=False)), scaled.shape[-1])[..., ::-1]
 
 
 def _padded(values: Array, size: int) -> Array:
     """All frequencies, descending: singular values that are rounding, and those a flat matrix lacks, are zero."""
-    omega = np.zeros(size)
-    omega[: values.size] = values
-    omega[omega <= _RIGID * omega.max(initial=0.0)] = 0.0
+    omega = np.zeros((*values.shape[:-1], size))
+    omega[..., : values.shape[-1]] = values
+    omega[omega <= _RIGID * omega.max(axis=-1, keepdims=True, initial=0.0)] = 0.0
     return omega
 
 
@@ -77,3 +85,21 @@ def linearised(system: PiecewiseSystem, stiffness: Array, damping: Array) -> Lin
     """Return the matrices with the slope (m,) and the damping (m,) of every element given [SI]."""
     dissipation = (system.rows.T * damping) @ system.rows + np.diag(system.drag)
     return LinearSystem(np.diag(system.inertia), dissipation, np.sqrt(stiffness)[:, None] * system.rows)
+
+
+def frequencies_of(system: PiecewiseSystem, stiffness: Array, basis: Array) -> Array:
+    """(S, r) frequencies in the subspace q = T p, ascending, with the slopes (S, m) given [SI].
+
+    They are those of ``linearised(...).within(basis).frequencies()``, many at a time.
+
+    Parameters
+    ----------
+    system
+        the driveline.
+    stiffness
+        (S, m) slope of every element, state by state.
+    basis
+        (n, r) T.
+    """
+    rows = _scaled(system.rows @ basis, basis.T @ (system.inertia[:, None] * basis))
+    return _frequencies(np.sqrt(stiffness)[:, :, None] * rows)
