@@ -91,31 +91,28 @@ def _off_edge(curve: Continuation, point: Point) -> tuple[Point, Sequence[Event]
 def _end_of(curve: Continuation, point: Point) -> tuple[Point, Point]:
     """The last motion of a family, where its length, smooth in the parameter, falls to zero; and an earlier one."""
     way = 1.0 if point.tangent[-1] > 0.0 else -1.0
-    near = _in_middle(curve, State(point.state, point.motion.end.auxiliary_pieces), point.parameter)
+    near, length = _in_middle(curve, State(point.state, point.motion.end.auxiliary_pieces), point.parameter)
     back = point.parameter - way * _BACK * curve.family.unit
-    far = _in_middle(curve, _extrapolated(point, near, back), back)
+    far, far_length = _in_middle(curve, _extrapolated(point, near, back), back)
     for _ in range(_TIMES):
-        lengths = [_length_of(curve, one) for one in (near, far)]
-        if lengths[0] <= 0.0 or lengths[0] >= lengths[1]:
+        if length <= 0.0 or length >= far_length:
             break
-        end = near.parameter + (near.parameter - far.parameter) * lengths[0] / (lengths[1] - lengths[0])
+        end = near.parameter + (near.parameter - far.parameter) * length / (far_length - length)
         following = end - _NEARER * (end - near.parameter)
-        far, near = near, _in_middle(curve, _extrapolated(far, near, following), following)
+        before = far
+        far, far_length = near, length
+        near, length = _in_middle(curve, _extrapolated(before, near, following), following)
     return appended(point, near), far
 
 
-def _length_of(curve: Continuation, point: Point) -> float:
-    room = room_of(curve.family.map_at(point.parameter), point.motion)
-    return 0.0 if room is None else room[1]
-
-
-def _in_middle(curve: Continuation, state: State, parameter: float) -> Point:
-    """The motion in the middle of the family near a state, at a parameter."""
+def _in_middle(curve: Continuation, state: State, parameter: float) -> tuple[Point, float]:
+    """The motion in the middle of the family near a state, at a parameter; and the length of the family."""
     moved = curve.begin(state, parameter)
     room = room_of(curve.family.map_at(parameter), moved.motion)
     if room is None:
-        return moved
-    return curve.begin(State(moved.state + room[0], moved.motion.end.auxiliary_pieces), parameter)
+        return moved, 0.0
+    middle = State(moved.state + room[0], moved.motion.end.auxiliary_pieces)
+    return curve.begin(middle, parameter), room[1]
 
 
 def _extrapolated(earlier: Point, point: Point, parameter: float) -> State:

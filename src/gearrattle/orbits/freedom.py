@@ -18,7 +18,7 @@ from scipy.linalg import qr
 from gearrattle.assembly import assemble, free_names
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
-from gearrattle.engine.periodic.point import pattern_of
+from gearrattle.engine.periodic.point import pattern_along, pattern_of
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
@@ -116,9 +116,10 @@ def reach_of(period_map: PeriodMap, motion: Pass, direction: Array) -> float:
 
 def _repeats(period_map: PeriodMap, motion: Pass, change: Array, size: float) -> bool:
     """Whether a motion with a changed start (N,) [SI] repeats, with the same crossings in the same order."""
+    start = motion.start.y + change
     try:
-        other = period_map(State(motion.start.y + change, motion.end.auxiliary_pieces))
+        march = period_map.marched(State(start, motion.end.auxiliary_pieces))
     except ConvergenceError:
         return False
-    gap = float(np.linalg.norm(other.gap * period_map.scale))
-    return gap < _REPEATS * size and pattern_of(other) == pattern_of(motion)
+    gap = float(np.linalg.norm((period_map.sampled(march, -1).y - start) * period_map.scale))
+    return gap < _REPEATS * size and pattern_along(period_map.passages(march)) == pattern_of(motion)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.patterns import Pattern, pairs_of, rotated, word_of
 from gearrattle.engine.periodic.period_map import Pass
 from gearrattle.engine.periodic.shooting import multipliers_of
+from gearrattle.engine.system.passages import Passages
 
 Array = NDArray[np.float64]
 
@@ -88,7 +89,12 @@ class Point:
 
 def pattern_of(motion: Pass) -> Pattern:
     """Return the crossings of a motion in order of time, wherever it begins."""
-    return pairs_of(rotated(word_of(motion.crossings)))
+    return pattern_along(motion.crossings)
+
+
+def pattern_along(crossings: Passages) -> Pattern:
+    """Return crossings in order of time, wherever the motion begins."""
+    return pairs_of(rotated(word_of(crossings)))
 
 
 def turned_around(point: Point) -> Point:
