@@ -157,15 +157,14 @@ class Series:
     def moved(self, states: Array, durations: Array) -> Array:
         """(N, Z) states (N, Z) after durations (N,), in periods."""
         states = states.copy()
-        for begin in self.block * np.arange(self.count):
-            on = np.flatnonzero(durations > begin)
-            if on.size == 0:
-                break
-            length = np.minimum(durations[on] - begin, self.block)[:, None]
-            term = states[on]
-            for p in range(1, self.terms + 1):
-                term = (term @ self.matrix.T) * (length / p)
-                states[on] += term
+        whole = np.floor(durations / self.block).astype(np.int64)
+        for j in range(int(whole.max(initial=0))):
+            on = np.flatnonzero(whole > j)
+            states[on] += states[on] @ self._move.T
+        term, rest = states, (durations - whole * self.block)[:, None]
+        for p in range(1, self.terms + 1):
+            term = (term @ self.matrix.T) * (rest / p)
+            states = states + term
         return states
 
 
