@@ -5,15 +5,18 @@ from __future__ import annotations
 import json
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import gearrattle as gr
+from gearrattle import processes
 
 pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
@@ -22,7 +25,7 @@ from websockets.sync.client import connect
 
 from gearrattle.cli import main
 from gearrattle.workbench.folder import Folder
-from gearrattle.workbench.jobs.worker import Reserve, WarmProcess
+from gearrattle.workbench.jobs.worker import EndedError, Reserve, WarmProcess, _ended
 from tests.workbench.server import MODEL, Server, serving
 
 pytestmark = pytest.mark.compiled
@@ -35,16 +38,19 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         yield server
 
 
-def children(server: Server) -> list[int]:
-    text = Path(f"/proc/{server.process.pid}/task/{server.process.pid}/children").read_text(encoding="ascii")
-    others = [
-        Path(f"/proc/{server.process.pid}/task/{task}/children")
-        for task in os.listdir(f"/proc/{server.process.pid}/task")
-    ]
-    ids = {int(word) for path in others for word in path.read_text(encoding="ascii").split()} | {
-        int(word) for word in text.split()
-    }
-    return sorted(child for child in ids if b"multiprocessing" in Path(f"/proc/{child}/cmdline").read_bytes())
+def children(process: int) -> list[int]:
+    tasks = Path(f"/proc/{process}/task").iterdir()
+    return [int(word) for task in tasks for word in (task / "children").read_text(encoding="ascii").split()]
+
+
+def command(process: int) -> bytes:
+    return Path(f"/proc/{process}/cmdline").read_bytes()
+
+
+def template_of(process: int) -> int:
+    """The process that those which compute are forked from."""
+    (template,) = [child for child in children(process) if b"forkserver" in command(child)]
+    return template
 
 
 def test_a_run_gives_the_numbers_of_the_call(server: Server) -> None:
@@ -110,11 +116,31 @@ def test_cancelled_jobs_end_and_the_next_one_runs(server: Server) -> None:
 def test_a_crash_of_a_job_is_its_own(server: Server) -> None:
     job = server.job(options=LONG)
     server.until(job["id"], "running")
-    for child in children(server):
+    for child in children(template_of(server.process.pid)):
         os.kill(child, signal.SIGKILL)
     assert server.ended(job["id"])["state"] == "failed"
     assert "signal 9" in server.state(job["id"])["problems"][0]["rule"]
     assert server.ended(server.job()["id"])["state"] == "done"
+
+
+@pytest.mark.long
+def test_what_processes_are_forked_from_is_made_anew(server: Server) -> None:
+    job = server.job(options=LONG)
+    server.until(job["id"], "running")
+    template = template_of(server.process.pid)
+    computing = children(template)
+    os.kill(template, signal.SIGKILL)
+    assert server.ended(job["id"])["state"] == "failed"
+    assert server.ended(server.job()["id"])["state"] == "done"
+    assert template_of(server.process.pid) != template
+    _wait_for_the_end_of(computing)
+
+
+def _wait_for_the_end_of(processes: list[int]) -> None:
+    end = time.monotonic() + 60.0
+    while any(Path(f"/proc/{process}").exists() for process in processes):
+        assert time.monotonic() < end
+        time.sleep(0.02)
 
 
 @pytest.mark.long
@@ -123,19 +149,41 @@ def test_another_process_is_warm_when_one_is_lost(tmp_path: Path) -> None:
     process = WarmProcess(8e9, reserve)
     question = {"text": MODEL, "values": {}, "folder": Folder(tmp_path), "file": "", "roots": ()}
     first = process.ask("live", question)
-    assert process._process is not None
-    lost, end = process._process.pid, time.monotonic() + 60.0
-    while reserve._process is None:
-        assert time.monotonic() < end
-        time.sleep(0.02)
-    spare = reserve._process[0].pid
+    lost = process.start().result()[0].pid
+    assert reserve._process is not None
+    spare = reserve._process.result()[0].pid
     process.end()
     assert process.ask("live", question) == first
-    assert process._process.pid == spare != lost
+    assert process.start().result()[0].pid == spare != lost
     reserve.close()
     process.end()
     reserve.fill()
-    assert reserve._process is None or not reserve._process[0].is_alive()
+    assert reserve._process is None or _ended(reserve._process)
+
+
+@pytest.mark.long
+def test_where_nothing_is_forked_processes_are_spawned(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    question = {"text": MODEL, "values": {}, "folder": Folder(tmp_path), "file": "", "roots": ()}
+    answers = []
+    for platform in (sys.platform, "darwin"):
+        monkeypatch.setattr(processes.sys, "platform", platform)
+        process = WarmProcess(8e9, reserve := Reserve())
+        answers.append(process.ask("live", question))
+        is_forked = children(os.getpid()).count(process.start().result()[0].pid or 0) == 0
+        assert is_forked == (platform == "linux")
+        process.end()
+        reserve.close()
+    assert answers[0] == answers[1]
+
+
+def test_a_process_that_is_ended_before_it_is_warm_fails_at_once(tmp_path: Path) -> None:
+    process = WarmProcess(8e9, Reserve())
+    question = {"text": MODEL, "values": {}, "folder": Folder(tmp_path), "file": "", "roots": ()}
+    started = process._started = Future()  # of a process that never comes
+    threading.Timer(0.1, process.end).start()
+    with pytest.raises(EndedError, match="before it was warm"):
+        process.ask("live", question)
+    assert started.cancelled()
 
 
 def test_names_parents_and_removal(server: Server) -> None:
@@ -178,8 +226,11 @@ def test_a_killed_server_loses_no_run_that_has_ended(tmp_path: Path) -> None:
         running = server.job(options=LONG)
         waiting = server.job()
         server.until(running["id"], "running")
+        template = template_of(server.process.pid)
+        computing = [template, *children(template)]
         server.process.kill()
         server.process.wait(10)
+        _wait_for_the_end_of(computing)
     with serving(tmp_path) as server:
         assert server.state(done["id"]) == done
         assert server.client.get(f"/api/jobs/{done['id']}/view").json() == view

@@ -35,7 +35,7 @@ class Newest:
         self._folder, self._process = folder, WarmProcess(memory, reserve)
         self._changed = threading.Condition()
         self._latest, self._is_busy, self._is_open = 0, False, True
-        threading.Thread(target=self._process.start, daemon=True).start()
+        self._process.start()
 
     def ask(self, text: str, values: dict[str, Any], file: str = "") -> dict[str, Any]:
         """Return what a model does with some values changed.

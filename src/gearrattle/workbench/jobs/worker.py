@@ -1,7 +1,8 @@
 """A process that computes one thing after the other and stays warm; whoever asks may end it at any time.
 
-The process imports gearrattle and loads compiled loops when it starts, so that the first answer comes at once. Compiled
-loops do not hear a request to stop: to cancel is to end the process. Its memory is watched, and ends it as well.
+The process has imported gearrattle and loaded compiled loops before it is asked, so that the first answer comes at
+once; on Linux it is forked from one that has (``template.py``). Compiled loops do not hear a request to stop: to cancel
+is to end the process. Its memory is watched, and ends it as well.
 
 Takes what is to be done, by name; gives what it returned.
 """
@@ -14,14 +15,17 @@ import shutil
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import CancelledError, Future
 from dataclasses import replace
+from functools import cache
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from gearrattle.errors import GearRattleError, ModelError, Problem
 from gearrattle.files import allowed_root
-from gearrattle.processes import Worker, Workers
+from gearrattle.processes import warm_processes
 from gearrattle.threads import one_thread
 
 _LOOKED = 0.1  # seconds between two looks at memory
@@ -36,17 +40,50 @@ class FailedError(ModelError):
     """The work failed; its problems say why."""
 
 
-Started = tuple[Worker, Connection]
+Started = tuple[BaseProcess, Connection]
 
 
-def _started() -> Started:
-    """Start a process, and return it with this end of its pipe."""
-    context = _WithoutMain()
+def _started() -> Future[Started]:
+    """Return a process that is being started, and this end of its pipe; the first one waits for what it is forked from.
+
+    A future that is cancelled ends it.
+    """
+    started: Future[Started] = Future()
+    threading.Thread(target=_start, args=(started,), daemon=True).start()
+    return started
+
+
+def _start(started: Future[Started]) -> None:
+    context: Any = warm_processes("gearrattle.workbench.jobs.template")
     here, there = context.Pipe()
     process = context.Process(target=_work, args=(there,), daemon=True)
-    process.start()
-    there.close()
-    return process, here
+    try:
+        process.start()
+    except (EOFError, OSError) as error:
+        if started.set_running_or_notify_cancel():
+            started.set_exception(EndedError(f"no process could be started: {error or 'it ended at once'}"))
+        return
+    finally:
+        there.close()
+    if started.set_running_or_notify_cancel():
+        started.set_result((process, here))
+    else:
+        process.kill()
+
+
+def _ended(started: Future[Started]) -> bool:
+    """Whether nothing is to be expected of a process any more."""
+    if not started.done():
+        return False
+    return started.cancelled() or started.exception() is not None or not started.result()[0].is_alive()
+
+
+def _end(started: Future[Started]) -> None:
+    """End a process at once."""
+    if not started.cancel() and not _ended(started):
+        process, _ = started.result()
+        process.kill()
+        process.join(5.0)
 
 
 class Reserve:
@@ -54,36 +91,27 @@ class Reserve:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._process: Started | None = None
-        self._is_filling, self._is_open = False, True
+        self._process: Future[Started] | None = None
+        self._is_open = True
 
-    def take(self) -> Started:
+    def take(self) -> Future[Started]:
         """Return the process in reserve, or a new one where there is none."""
         with self._lock:
             kept, self._process = self._process, None
-        return kept if kept is not None and kept[0].is_alive() else _started()
+        return _started() if kept is None or _ended(kept) else kept
 
     def fill(self) -> None:
         """Have a process started, unless there is one."""
         with self._lock:
-            if self._process is not None or self._is_filling or not self._is_open:
-                return
-            self._is_filling = True
-        threading.Thread(target=self._fill, daemon=True).start()
-
-    def _fill(self) -> None:
-        process = _started()
-        with self._lock:
-            self._process, self._is_filling = process, False
-            if not self._is_open:
-                process[0].kill()
+            if self._process is None and self._is_open:
+                self._process = _started()
 
     def close(self) -> None:
         """End the process in reserve."""
         with self._lock:
             self._is_open = False
             if self._process is not None:
-                self._process[0].kill()
+                _end(self._process)
 
 
 class WarmProcess:
@@ -99,14 +127,13 @@ class WarmProcess:
 
     def __init__(self, memory: float, reserve: Reserve) -> None:
         self._memory, self._reserve = memory, reserve
-        self._process: Worker | None = None
-        self._connection: Connection | None = None
+        self._started: Future[Started] | None = None
 
-    def start(self) -> None:
-        """Start it, unless it runs."""
-        if self._process is not None and self._process.is_alive():
-            return
-        self._process, self._connection = self._reserve.take()
+    def start(self) -> Future[Started]:
+        """Have it started, unless it runs; its end cancels that."""
+        if self._started is None or _ended(self._started):
+            self._started = self._reserve.take()
+        return self._started
 
     def ask(self, what: str, content: dict[str, Any], progress: Callable[[float], None] | None = None) -> Any:
         """Return the answer to a request.
@@ -118,10 +145,10 @@ class WarmProcess:
         EndedError
             the process ended.
         """
-        self.start()
-        process, connection = self._process, self._connection
-        if process is None or connection is None:
-            raise EndedError("the process could not be started")
+        try:
+            process, connection = self.start().result()
+        except CancelledError:
+            raise EndedError("its process was ended before it was warm") from None
         try:
             connection.send((what, content))
             while True:
@@ -141,7 +168,7 @@ class WarmProcess:
             process.join(5.0)
             raise EndedError(_how(process.exitcode)) from None
 
-    def _check(self, process: Worker) -> None:
+    def _check(self, process: BaseProcess) -> None:
         resident = resident_bytes(process.pid)
         if resident > self._memory:
             self.end()
@@ -150,9 +177,8 @@ class WarmProcess:
 
     def end(self) -> None:
         """End it at once; the next request starts another."""
-        if self._process is not None and self._process.is_alive():
-            self._process.kill()
-            self._process.join(5.0)
+        if self._started is not None:
+            _end(self._started)
 
 
 def resident_bytes(process: int | None) -> int:
@@ -170,20 +196,8 @@ def _how(code: int | None) -> str:
     return f"its process ended with code {code}"
 
 
-class _Apart(Worker):
-    """A process that imports nothing of the main module."""
-
-    imports_main: ClassVar[bool] = False
-
-
-class _WithoutMain(Workers):
-    """Starts such processes, of one thread each: matrices here are small, and cores are for jobs."""
-
-    Process = _Apart
-
-
 def _work(connection: Connection) -> None:
-    """Answer requests until the pipe ends."""
+    """Answer requests until the pipe ends, on one thread: matrices here are small, and cores are for jobs."""
     one_thread()
     warm_up()
     connection.send(("warm", None))
@@ -218,6 +232,7 @@ def _answer(connection: Connection, what: str, content: dict[str, Any]) -> tuple
         return "failed", [Problem("internal error", type(error).__name__, str(error), "please report it")]
 
 
+@cache
 def warm_up() -> None:
     """Import what jobs use and load compiled loops, by a short run."""
     from gearrattle.model.examples import example
