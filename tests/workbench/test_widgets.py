@@ -89,6 +89,26 @@ def test_nothing_is_inline() -> None:
         assert re.findall(r"""setAttribute\(["']style|\bstyle=["$]|\beval\(|new Function""", text) == [], path.name
 
 
+def test_the_page_names_all_modules_that_it_needs_at_once() -> None:
+    """Otherwise a module is asked for only when the one that imports it has come, four times in a row."""
+    page = (STATIC / "page.html").read_text(encoding="utf-8")
+    known: set[str] = set()
+    waiting = ["/static/app.js"]
+    while waiting:
+        url = waiting.pop()
+        known.add(url)
+        imported = re.findall(r'^(?:import|export)\b[^;]*?from "([^"]+)"', _module(url), re.MULTILINE)
+        waiting += [other for other in imported if other not in known]
+    named = re.findall(r'<link rel="modulepreload" href="([^"]+)">|<script type="module" src="([^"]+)">', page)
+    assert sorted("".join(pair) for pair in named) == sorted(known)
+
+
+def _module(url: str) -> str:
+    if url.startswith("/widgets/"):
+        return widgets.module(url.removeprefix("/widgets/").removesuffix(".js"))
+    return (STATIC / url.removeprefix("/static/")).read_text(encoding="utf-8")
+
+
 def test_every_vendored_file_has_its_licence() -> None:
     licences = {path.name for path in (STATIC / "vendor").glob("*LICENSE*")}
     assert licences == {"htm-LICENSE.txt", "preact-LICENSE.txt"}

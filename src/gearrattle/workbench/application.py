@@ -1,7 +1,7 @@
 """The application: the page, the static files, and the HTTP interface with what computes behind it.
 
-The modules of the interface take seconds to import. The page needs none of them: they are imported in a thread while it
-is sent, and its requests wait for that.
+The modules of the interface take seconds to import. The page needs none of them: they are imported in a thread as soon
+as it has been sent, or a second has passed, and its requests wait for that.
 
 Takes the workspace folder; gives an ASGI application, and the server that ends it.
 """
@@ -41,6 +41,7 @@ from gearrattle.workbench.routes.answers import problems
 STATIC = Path(__file__).parent / "static"
 _STAGES = ("model", "files"), ("jobs",), ("results",)
 """Modules of ``routes`` in the order in which they are imported: what the editor asks for, jobs, and their results."""
+_UNOPENED = 1.0  # seconds
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,8 @@ def application(folder: Folder, limits: Limits) -> Starlette:
 
     @contextlib.asynccontextmanager
     async def living(app: Starlette) -> AsyncIterator[None]:
-        app.state.begun = asyncio.create_task(asyncio.to_thread(_begin, app.state, limits))
+        app.state.asked = asyncio.Event()
+        app.state.begun = asyncio.create_task(_after_the_page(app.state, limits))
         try:
             yield
         finally:
@@ -144,6 +146,13 @@ def _later(stage: int) -> ASGIApp:
     return pass_on
 
 
+async def _after_the_page(state: State, limits: Limits) -> None:
+    """Begin once the page, which is there then, asks for something, or has not been opened within a second."""
+    with contextlib.suppress(TimeoutError):
+        await asyncio.wait_for(state.asked.wait(), _UNOPENED)
+    await asyncio.to_thread(_begin, state, limits)
+
+
 def _begin(state: State, limits: Limits) -> None:
     """Import the interface and begin to compute."""
     _router(0)
@@ -168,6 +177,9 @@ async def _end_answers(state: State) -> None:
 
 async def _interface(scope: Scope, receive: Receive, send: Send) -> None:
     """Pass a request on to the interface: what the editor asks for does not wait until jobs can be computed."""
+    state = scope["app"].state
+    if hasattr(state, "asked"):  # not where nothing is computed
+        state.asked.set()
     await (await run_in_threadpool(_router, 0))(scope, receive, send)
 
 

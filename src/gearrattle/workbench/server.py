@@ -10,6 +10,7 @@ import ipaddress
 import os
 import secrets
 import socket
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -23,6 +24,7 @@ PASSWORD = "GEARRATTLE_PASSWORD"
 _SHORTEST = 12
 _LAST_PORT = 65535
 _CONNECTIONS = 200
+_TURN = 5e-4  # seconds that a thread computes while others wait: files of the page are sent while modules are imported
 
 
 def serve(
@@ -92,6 +94,7 @@ def serve(
             announce(
                 f"who reaches port {number} and has the password can read and write {folder}; nothing is encrypted"
             )
+        sys.setswitchinterval(_TURN)
         with _within(workspace.root):
             Server(config, app.state).run(sockets=[listening])
     finally:
