@@ -13,10 +13,13 @@ import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.examples import example_files
+from gearrattle.model.file import load, text_of
+from gearrattle.model.path_labels import path_label
+from gearrattle.model.paths import path_names, value_at
 from gearrattle.model.symbol import BOX
 from gearrattle.report.plots.placement import place
 from gearrattle.report.plots.sketch import inertia_words, torque_words
-from gearrattle.workbench.checking import checked
+from gearrattle.workbench.checking import checked, units_of
 from gearrattle.workbench.drawing import PITCH, drawing, law_of
 from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.references import ends_of
@@ -173,3 +176,14 @@ def test_numbers_are_those_of_the_sketch_of_the_report(name: str) -> None:
 def test_what_is_no_number_yet_stands_as_in_the_file() -> None:
     made = drawing({"inertia": [{"name": "a", "J": "heavy"}], "torque": [{"on": "a", "mean": "3 kg"}]})
     assert (made["bodies"][0]["inertia"], made["loads"][0]["words"]) == ("heavy", "3 kg")
+
+
+@pytest.mark.parametrize("name", example_files())
+def test_every_plain_number_has_the_unit_that_charts_give_it(name: str) -> None:
+    """Of the example as it is written, and of its model in SI, in which every number is plain."""
+    model = load(example_files()[name])
+    for text in (example_files()[name].read_text(encoding="utf-8"), text_of(model)):
+        tables = tomllib.loads(text)
+        plain = [path for path in path_names(tables) if type(value_at(tables, path)) in (int, float)]
+        units = {path: path_label(path, model).unit for path in plain}
+        assert units_of(tables) == {path: unit for path, unit in units.items() if unit}

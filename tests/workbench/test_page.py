@@ -89,6 +89,21 @@ def test_variants_stand_side_by_side(tab: Any, server: Server) -> None:
     assert tab.locator("table .best").count() > 3
 
 
+def test_plain_numbers_have_their_unit(tab: Any, server: Server) -> None:
+    tab.goto(f"{server.address}/#/runs/first/vary")
+    output = tab.locator(".slider output")
+    playwright.expect(output).to_have_text("0.0001 m", timeout=60_000)
+    tab.get_by_role("slider", name="mesh.gear.backlash").evaluate(
+        "(slider) => { slider.value = 0.00005; slider.dispatchEvent(new Event('input', { bubbles: true })); }"
+    )
+    playwright.expect(output).to_have_text("0.0000497 m")
+    choice = tab.get_by_label("Add a slider").locator("option")
+    assert {"coupling.clutch.stiffness = 1500 N m/rad", "torque.0.harmonics.0.order = 1"} <= {*choice.all_inner_texts()}
+    tab.goto(f"{server.address}/#/studies")
+    tab.get_by_label("Vary").select_option("mesh.gear.backlash")
+    playwright.expect(tab.get_by_label("from [m]")).to_be_visible()
+
+
 _PIXELS = """(canvas, [across, up]) => {
   const ratio = canvas.width / canvas.clientWidth, context = canvas.getContext("2d");
   const width = canvas.clientWidth - 66 - 14, height = canvas.clientHeight - 24 - 38;

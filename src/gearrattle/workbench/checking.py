@@ -14,6 +14,8 @@ from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.files import allowed_root
 from gearrattle.model import Model
 from gearrattle.model.file import read_tables
+from gearrattle.model.path_labels import si_unit
+from gearrattle.model.paths import path_names, value_at
 from gearrattle.model.positions import headers
 from gearrattle.workbench.drawing import drawing
 from gearrattle.workbench.folder import Folder
@@ -41,7 +43,8 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
     -------
     dict
         ``problems`` with ``path`` and ``line``, ``notes``, ``drawing`` and ``tables`` (None where the text is no TOML),
-        ``headers`` with ``path`` and ``line``, ``title``.
+        ``headers`` with ``path`` and ``line``, ``title``, ``units`` of plain numbers by path (none where something is
+        wrong).
     """
     name = file or NAME
     path = name if folder is None else str(folder.path(name))
@@ -64,12 +67,28 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
         "tables": tables,
         "headers": [{"path": list(header.path), "line": header.line} for header in headers(text)],
         "title": tables["name"] if isinstance(tables.get("name"), str) else "",
+        "units": {} if problems else units_of(tables),
     }
+
+
+def units_of(tables: Mapping[str, Any]) -> dict[str, str]:
+    """Return the SI unit of every plain number in the tables of a model that has one, by path.
+
+    Examples
+    --------
+    >>> from gearrattle.workbench.checking import units_of
+    >>> units_of({"inertia": [{"name": "hub", "J": 0.1, "drag": "0.2 N*m*s/rad"}], "simulation": {"cycles": 20}})
+    {'inertia.hub.J': 'kg m²'}
+    """
+    if tables.get("units") == "dimensionless":
+        return {}
+    numbers = [path for path in path_names(tables) if type(value_at(tables, path)) in (int, float)]
+    return {path: unit for path in numbers if (unit := si_unit(path))}
 
 
 def _answer(problems: Sequence[Problem], path: str, name: str) -> dict[str, Any]:
     entries = [_problem(problem, path, name) for problem in problems]
-    return {"problems": entries, "notes": [], "drawing": None, "tables": None, "headers": [], "title": ""}
+    return {"problems": entries, "notes": [], "drawing": None, "tables": None, "headers": [], "title": "", "units": {}}
 
 
 def _problem(problem: Problem, path: str, name: str) -> dict[str, Any]:

@@ -42,7 +42,7 @@ export function Fit({ job, files, file, known, pair, peak, onStarted, onError })
   useEffect(() => { if (isMeasured) { setPartners(partnersOf(known, pair)); setWhat("motion"); } }, [isMeasured, known.measured, known.simulated]);
   useEffect(() => { if (pair.measured && pair.simulated && isSameUnit(known, pair)) setPartners((old) => ({ ...old, [pair.measured]: pair.simulated })); }, [pair.measured, pair.simulated]);
   if (!model) return null;
-  const values = valuesOf(model.tables).filter(({ path }) => (what === "modes" ? LINEAR.test(path) : !FIXED.test(path)));
+  const values = valuesOf(model).filter(({ path }) => (what === "modes" ? LINEAR.test(path) : !FIXED.test(path)));
   const bodies = (model.tables.inertia ?? []).map(({ name }) => name);
   const change = (at, changes) => setRows((before) => before.map((row, k) => (k === at ? { ...row, ...changes } : row)));
   const match = Object.fromEntries(Object.entries(partners).filter(([, partner]) => partner));
@@ -74,7 +74,7 @@ export function Fit({ job, files, file, known, pair, peak, onStarted, onError })
     ${free.map(({ path, start: text }) => html`<div class="form" key=${path}><label><span class="path">${path}</span><input type="text" value=${text} aria-label=${`Start of ${path}`} onInput=${(event) => setFree(free.map((entry) => (entry.path === path ? { ...entry, start: event.target.value } : entry)))} /></label>
       <button type="button" class="plain" aria-label=${`Hold ${path}`} onClick=${() => setFree(free.filter((entry) => entry.path !== path))}>Remove</button></div>`)}
     <div class="form"><label>Free a value<select value="" onChange=${(event) => { const { path, text } = values.find((value) => value.path === event.target.value); setFree([...free, { path, start: text }]); event.target.value = ""; }}><option value="">Choose …</option>
-      ${values.filter(({ path }) => !free.some((entry) => entry.path === path)).map(({ path, text }) => html`<option value=${path}>${path} = ${text}</option>`)}</select></label></div>
+      ${values.filter(({ path }) => !free.some((entry) => entry.path === path)).map(({ path, words }) => html`<option value=${path}>${path} = ${words}</option>`)}</select></label></div>
     <h3>${what === "motion" ? "Measured channels, and what of the model each is" : "Measured"}</h3>
     ${parts[what]()}
     <div class="form"><button type="button" class="primary" disabled=${Boolean(missing)} onClick=${start}>Fit ${free.length} ${free.length === 1 ? "value" : "values"}</button>${missing ? html`<p class="muted small">${missing}</p>` : null}</div>

@@ -9,21 +9,26 @@ import { Widget } from "/static/widget_host.js";
 const PATTERN = /^\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*)$/;
 const STEPS = 200;
 
-// Path and text of every value of a model that is a number or a number with a unit.
-export function valuesOf(tables, prefix = "") {
+// Every value of a model that is a number or a number with a unit: its path, its text, the SI unit of a plain number, and the words to show.
+export function valuesOf({ tables, units }) {
+  return textsOf(tables).map(({ path, text }) => ({ path, text, si: units[path] ?? "", words: [text, units[path]].filter(Boolean).join(" ") }));
+}
+
+function textsOf(tables, prefix = "") {
   const values = [];
   for (const [key, value] of Object.entries(tables ?? {})) {
     const path = prefix ? `${prefix}.${key}` : key;
-    if (Array.isArray(value)) value.forEach((entry, k) => { if (entry && typeof entry === "object") values.push(...valuesOf(entry, `${path}.${entry.name ?? k}`)); });
-    else if (value && typeof value === "object") values.push(...valuesOf(value, path));
+    if (Array.isArray(value)) value.forEach((entry, k) => { if (entry && typeof entry === "object") values.push(...textsOf(entry, `${path}.${entry.name ?? k}`)); });
+    else if (value && typeof value === "object") values.push(...textsOf(value, path));
     else if (key !== "schema" && (typeof value === "number" || (typeof value === "string" && PATTERN.test(value)))) values.push({ path, text: String(value) });
   }
   return values;
 }
 
-function rangeOf(text) {
+function sliderOf({ path, text, si }) {
   const [, head, unit] = text.match(PATTERN), value = Number(head);
-  return value ? { unit, low: Math.min(value / 5, value * 2), high: Math.max(value * 2, value / 5), value } : { unit, low: 0, high: 1, value };
+  const [low, high] = value ? [Math.min(value / 5, value * 2), Math.max(value * 2, value / 5)] : [0, 1];
+  return { path, unit, si, low, high, value };
 }
 
 export function Live({ id, onStarted, onError }) {
@@ -68,8 +73,8 @@ export function Live({ id, onStarted, onError }) {
   };
   useEffect(() => {
     if (!model) return;
-    const first = valuesOf(model.tables).find(({ path }) => path.endsWith(".backlash")) ?? valuesOf(model.tables).find(({ path }) => path.endsWith(".clearance"));
-    if (first) setSliders([{ path: first.path, ...rangeOf(first.text) }]);
+    const first = valuesOf(model).find(({ path }) => path.endsWith(".backlash")) ?? valuesOf(model).find(({ path }) => path.endsWith(".clearance"));
+    if (first) setSliders([sliderOf(first)]);
     ask({});
   }, [model]);
 
@@ -79,8 +84,8 @@ export function Live({ id, onStarted, onError }) {
     ask(Object.fromEntries(next.map(textOf)));
   };
   const add = (path) => {
-    const { text } = valuesOf(model.tables).find((value) => value.path === path);
-    if (!sliders.some((slider) => slider.path === path)) setSliders((before) => [...before, { path, ...rangeOf(text) }]);
+    const added = sliderOf(valuesOf(model).find((value) => value.path === path));
+    if (!sliders.some((slider) => slider.path === path)) setSliders((before) => [...before, added]);
   };
   const keep = async () => {
     const edits = sliders.map(textOf).map(([path, value]) => ({ op: "set", path, value }));
@@ -91,13 +96,13 @@ export function Live({ id, onStarted, onError }) {
     } catch (error) { onError(error); }
   };
   if (!model) return html`<div class="page card loading">Reading the model …</div>`;
-  const free = valuesOf(model.tables).filter((value) => !sliders.some((slider) => slider.path === value.path) && !value.path.startsWith("simulation"));
+  const free = valuesOf(model).filter((value) => !sliders.some((slider) => slider.path === value.path) && !value.path.startsWith("simulation"));
   return html`<div class="page card"><div class="head"><div class="title"><h1>Vary values</h1><p class="muted small">${model.title} · <a href=${`#/runs/${id}`}>back to the run</a></p></div>
       <div class="tools"><button type="button" class="primary" disabled=${!sliders.length} onClick=${keep}>Keep as a run</button></div></div>
     <div class="live"><section aria-label="Values">
       ${sliders.map((slider) => html`<${Slider} key=${slider.path} slider=${slider} set=${set} drop=${() => setSliders((before) => before.filter((other) => other.path !== slider.path))} />`)}
       <label>Add a slider<br /><select value="" onChange=${(event) => { add(event.target.value); event.target.value = ""; }}>
-        <option value="">Choose a value …</option>${free.map((value) => html`<option value=${value.path}>${value.path} = ${value.text}</option>`)}</select></label>
+        <option value="">Choose a value …</option>${free.map((value) => html`<option value=${value.path}>${value.path} = ${value.words}</option>`)}</select></label>
       <p class="rate" role="status">${rate}</p>
     </section><section aria-label="What comes of it" aria-live="off">
       ${answer?.problems ? html`<ul class="failed" role="alert">${answer.problems.map((problem) => html`<li>${problem.place} ${problem.rule}</li>`)}</ul>` : null}
@@ -111,10 +116,10 @@ function textOf({ path, value, unit }) {
 }
 
 function Slider({ slider, set, drop }) {
-  const { path, low, high, value, unit } = slider, step = (high - low) / STEPS;
+  const { path, low, high, value, unit, si } = slider, step = (high - low) / STEPS;
   const bound = (key) => (event) => { const number = Number(event.target.value); if (Number.isFinite(number)) set(path, { [key]: number }); };
   return html`<div class="slider"><div class="row"><span class="path">${path}</span><button type="button" class="plain small" aria-label=${`Remove the slider of ${path}`} onClick=${drop}>✕</button></div>
-    <output>${Number(value.toPrecision(4))} ${unit}</output>
+    <output>${Number(value.toPrecision(4))} ${unit || si}</output>
     <div class="row"><input type="range" aria-label=${path} min=${low} max=${high} step=${step} value=${value} onInput=${(event) => set(path, { value: Number(event.target.value) })} /></div>
     <div class="row small"><label>from <input type="text" inputmode="decimal" value=${Number(low.toPrecision(3))} onChange=${bound("low")} /></label><label>to <input type="text" inputmode="decimal" value=${Number(high.toPrecision(3))} onChange=${bound("high")} /></label></div></div>`;
 }

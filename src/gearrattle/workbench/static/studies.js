@@ -22,10 +22,11 @@ export function Studies({ jobs, onStarted, onError }) {
     modelOf(base).then(setModel).catch(onError);
   }, [base]);
   const studies = (jobs ?? []).filter((job) => LISTED.includes(job.task));
-  const values = model ? valuesOf(model.tables).filter(({ path }) => !path.startsWith("simulation")) : [];
+  const values = model ? valuesOf(model).filter(({ path }) => !path.startsWith("simulation")) : [];
   const add = (path) => {
-    const [, head, unit] = values.find((value) => value.path === path).text.match(PATTERN), value = Number(head) || 1;
-    setAxes((before) => [...before, { path, unit, low: Number((value / 2).toPrecision(3)), high: Number((value * 2).toPrecision(3)), count: 9 }]);
+    const { text, si } = values.find((entry) => entry.path === path);
+    const [, head, unit] = text.match(PATTERN), value = Number(head) || 1;
+    setAxes((before) => [...before, { path, unit, si, low: Number((value / 2).toPrecision(3)), high: Number((value * 2).toPrecision(3)), count: 9 }]);
   };
   const change = (path, changes) => setAxes((before) => before.map((axis) => (axis.path === path ? { ...axis, ...changes } : axis)));
   const cases = axes.reduce((product, axis) => product * axis.count, axes.length ? 1 : 0);
@@ -49,7 +50,7 @@ export function Studies({ jobs, onStarted, onError }) {
       <h1>New study</h1><p class="muted">Choose one or two values; every combination is run, and the map shows where it rattles. A click in the map opens that case. Over one value, periodic motions can be followed as well, stable or not.</p>
       <div class="form"><label>Model of<select value=${base} onChange=${(event) => setBase(event.target.value)}>${done.length ? null : html`<option value="">no finished run</option>`}${done.map((job) => html`<option value=${job.id}>${job.name || job.task}</option>`)}</select></label>
         ${model && axes.length < 2 ? html`<label>Vary<select value="" onChange=${(event) => { add(event.target.value); event.target.value = ""; }}><option value="">Choose a value …</option>
-          ${values.filter(({ path }) => !axes.some((axis) => axis.path === path)).map(({ path, text }) => html`<option value=${path}>${path} = ${text}</option>`)}</select></label>` : null}</div>
+          ${values.filter(({ path }) => !axes.some((axis) => axis.path === path)).map(({ path, words }) => html`<option value=${path}>${path} = ${words}</option>`)}</select></label>` : null}</div>
       ${axes.map((axis) => html`<${Axis} key=${axis.path} axis=${axis} change=${change} drop=${() => setAxes((before) => before.filter((other) => other.path !== axis.path))} />`)}
       ${axes.length ? html`<p><button type="button" class="primary" disabled=${cases > MOST} onClick=${start}>Run ${cases} ${cases === 1 ? "case" : "cases"}</button>${cases > MOST ? html` <span class="failed">at most ${MOST} cases here; gearrattle study does more</span>` : null}
         ${axes.length === 1 ? html` <button type="button" onClick=${follow}>Follow periodic motions</button>` : null}</p>` : null}
@@ -57,8 +58,9 @@ export function Studies({ jobs, onStarted, onError }) {
 }
 
 function Axis({ axis, change, drop }) {
+  const unit = axis.unit || axis.si, inUnit = unit ? ` [${unit}]` : "";
   const field = (key, words) => html`<${Numeral} words=${words} value=${axis[key]} commit=${(value) => change(axis.path, { [key]: key === "count" ? Math.max(1, Math.round(value)) : value })} />`;
-  return html`<fieldset class="form"><legend class="path">${axis.path}</legend>${field("low", `from [${axis.unit || "SI"}]`)}${field("high", `to [${axis.unit || "SI"}]`)}${field("count", "values")}<button type="button" class="plain" onClick=${drop}>Remove</button></fieldset>`;
+  return html`<fieldset class="form"><legend class="path">${axis.path}</legend>${field("low", `from${inUnit}`)}${field("high", `to${inUnit}`)}${field("count", "values")}<button type="button" class="plain" onClick=${drop}>Remove</button></fieldset>`;
 }
 
 // A number that is changed when its text is left; while it is typed it stays as it is, whatever else changes on the page.
