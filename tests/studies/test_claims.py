@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import threading
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,21 @@ def optimum(folder: Path, **more: Any) -> xr.Dataset:
 def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, xr.Dataset]:
     folder = tmp_path_factory.mktemp("studies") / "whole"
     return folder, study(folder)
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory: pytest.TempPathFactory) -> dict[Any, Path]:
+    """By what began them: folders of a study and of an optimisation that have ended."""
+    folder = tmp_path_factory.mktemp("begun")
+    for begin in (study, optimum):
+        begin(folder / begin.__name__)
+    return {begin: folder / begin.__name__ for begin in (study, optimum)}
+
+
+@pytest.fixture
+def ended(begin: Any, folders: dict[Any, Path], tmp_path: Path) -> Path:
+    """A copy of the folder that ``begin`` wrote."""
+    return Path(shutil.copytree(folders[begin], tmp_path / "s"))
 
 
 def held_by_another(folder: Path) -> int:
@@ -129,20 +145,23 @@ def test_what_killed_workers_leave_is_removed_at_the_end(tmp_path: Path) -> None
     assert list((folder / "done").glob("*.begun")) == []
 
 
-@pytest.mark.parametrize(
-    "text", ["", "{", "[]", '{"owner": 3}', '{"owner": {}}', "[" * 100_000, '{"owner": "same", "chunk_size": "x"}']
-)
+DAMAGED = ["", "{", "[]", '{"owner": 3}', '{"owner": {}}', "[" * 100_000]
+
+
+@pytest.mark.parametrize("text", DAMAGED)
 @pytest.mark.parametrize("begin", [study, optimum])
-def test_a_damaged_study_file_is_one_error(begin: Any, text: str, tmp_path: Path) -> None:
-    begin(tmp_path / "s")
-    path = tmp_path / "s" / "study.json"
-    if "same" in text:
-        if begin is optimum:
-            return  # has no chunks of its own
-        text = json.dumps({**json.loads(path.read_text()), "chunk_size": "x"})
-    path.write_text(text)
+def test_a_damaged_study_file_is_one_error(begin: Any, text: str, ended: Path) -> None:
+    (ended / "study.json").write_text(text)
     with pytest.raises(ModelError, match=r"study\.json|holds another study"):
-        begin(tmp_path / "s", resume=True)
+        begin(ended, resume=True)
+
+
+@pytest.mark.parametrize("begin", [study])
+def test_a_size_of_chunks_that_is_no_number_is_another_study(begin: Any, ended: Path) -> None:
+    content = json.loads((ended / "study.json").read_text())
+    (ended / "study.json").write_text(json.dumps({**content, "chunk_size": "x"}))
+    with pytest.raises(ModelError, match=r"study\.json|holds another study"):
+        begin(ended, resume=True)
 
 
 def test_results_of_another_study_are_refused(tmp_path: Path) -> None:

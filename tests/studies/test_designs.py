@@ -80,7 +80,7 @@ def test_indices_of_a_natural_frequency(saltelli: Any) -> None:
     assert int(actual["samples"]) == 128  # what is independent of it
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
 @pytest.mark.parametrize("method", ["saltelli", "saltelli-pairs"])
 def test_indices_of_ishigamis_function(method: str, seed: int) -> None:
     """Closed form (Ishigami, Homma 1990), a = 7, b = 0.1, total and second order as well."""

@@ -26,7 +26,6 @@ from tests.studies.drivelines import TOML, loudness, model
 GAP, TORQUE = "coupling.joint.clearance", "torque.0.mean"
 AXES: dict[str, Any] = {GAP: [0.005, 0.01, 0.02], TORQUE: {"from": 0.2, "to": 1.2, "count": 4}}
 OUTPUTS = ("verdict", "regime", "impacts per cycle", "TR rms")
-KINDS = ("folder", "file", "local", "memory")
 
 
 def where(kind: str, folder: Path) -> str:
@@ -39,7 +38,9 @@ def where(kind: str, folder: Path) -> str:
     }[kind]
 
 
-@pytest.fixture(params=KINDS)
+@pytest.fixture(
+    params=["folder", "memory", *(pytest.param(kind, marks=pytest.mark.long) for kind in ("file", "local"))]
+)
 def address(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     yield where(request.param, tmp_path)
     fsspec.filesystem("memory").store.clear()

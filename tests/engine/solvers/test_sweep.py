@@ -19,6 +19,8 @@ from tests.engine.solvers.tasks import task as small
 from tests.oracles.compare import assert_exact
 from tests.oracles.random_drivelines import FAMILIES, random_problem
 
+QUICK = ("chain", "loop", "staged", "everything")
+"""Of the families of random drivelines."""
 SHAPES = pytest.mark.parametrize("shape", ["chain", "tree"])
 
 
@@ -85,7 +87,9 @@ def test_the_audit_agrees_with_the_tables():
         assert np.allclose(getattr(tables, name), getattr(swept, name), rtol=1e-12, atol=1e-13)
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize(
+    "family", [name if name in QUICK else pytest.param(name, marks=pytest.mark.long) for name in FAMILIES]
+)
 def test_against_fifty_digits(monkeypatch, family):
     monkeypatch.setattr(choice, "is_large", lambda _system: True)
     problem = random_problem(family, 0)

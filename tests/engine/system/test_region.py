@@ -17,7 +17,7 @@ from gearrattle.engine.system.signals import Signals
 from tests.engine.solvers.tasks import oscillator
 from tests.engine.system.drivelines import clearance, inputs, linear, random_chain, random_pieces
 
-SEEDS = range(25)
+SEEDS = [*range(8), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(8, 25))]
 
 
 def case(seed: int) -> tuple[Flow, Region]:
