@@ -23,7 +23,7 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-_SECANTS = 25
+_SECANTS = 12
 _LOCATED = 1e-11  # arclength
 _FIRST, _FIRST_AT_GRAZING = 1e-4, 1e-6  # arclength of the first step along the branch
 
