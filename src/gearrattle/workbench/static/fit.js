@@ -2,6 +2,7 @@
 
 import { html, useEffect, useState } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
+import { modelOf } from "/static/job_model.js";
 import { valuesOf } from "/static/live.js";
 
 const LINEAR = /\.(J|stiffness|damping)$/;
@@ -35,8 +36,7 @@ export function Fit({ job, files, file, known, pair, peak, onStarted, onError })
     setModel(null);
     setFree([]);
     if (!job) return;
-    api.get(`/api/jobs/${encodeURIComponent(job)}/model.toml`)
-      .then((text) => api.post("/api/check", { text }).then(({ tables, title }) => setModel({ text, tables, title }))).catch(onError);
+    modelOf(job).then(setModel).catch(onError);
   }, [job]);
   const isMeasured = Boolean(file && known.measured && known.simulated);
   useEffect(() => { if (isMeasured) { setPartners(partnersOf(known, pair)); setWhat("motion"); } }, [isMeasured, known.measured, known.simulated]);
@@ -54,7 +54,7 @@ export function Fit({ job, files, file, known, pair, peak, onStarted, onError })
   const start = async () => {
     try {
       const edits = free.filter(({ path, start: text }) => text !== values.find((value) => value.path === path).text).map(({ path, start: text }) => ({ op: "set", path, value: text.trim() !== "" && Number.isFinite(Number(text)) ? Number(text) : text }));
-      const { text } = edits.length ? await api.post("/api/edit", { text: model.text, edits }) : model;
+      const { text } = edits.length ? await api.post("/api/edit", { text: model.text, file: model.file, edits }) : model;
       const paths = free.map(({ path }) => path);
       onStarted(await api.post("/api/jobs", { task: "fit", text, options: { data: data(), free: paths }, name: `fit of ${paths.join(", ")}`.slice(0, 120), parent: job }));
     } catch (error) { onError(error); }
