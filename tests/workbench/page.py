@@ -6,20 +6,40 @@ Takes a server; gives a page whose errors and requests to elsewhere fail the tes
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.browser import BROWSER
 from tests.workbench.server import Server
+
+_ENDS = ExitStack()
+
+
+@cache
+def browser() -> Any:
+    """Chromium, started when it is first asked for."""
+    playwright = pytest.importorskip("playwright.sync_api")
+    play = _ENDS.enter_context(playwright.sync_playwright())
+    started = play.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+    _ENDS.callback(started.close)
+    return started
+
+
+def close_browser() -> None:
+    """End it, if it was started."""
+    _ENDS.close()
+    browser.cache_clear()
 
 
 @contextmanager
 def opened_page(server: Server, width: int = 1280, height: int = 800) -> Iterator[Any]:
     """Open the page of a server; errors on the console and requests that leave the machine fail the test."""
     wrong: list[str] = []
-    with server.browser.new_context(viewport={"width": width, "height": height}) as context:
+    with browser().new_context(viewport={"width": width, "height": height}) as context:
         tab = context.new_page()
         tab.on("console", lambda line: wrong.append(f"{line.text} {line.location}") if is_fault(line) else None)
         tab.on("pageerror", lambda error: wrong.append(str(error)))

@@ -11,17 +11,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import httpx
-import pytest
 
 from gearrattle.workbench.jobs.record import ENDED
-from tests.browser import BROWSER
 
 MODEL = """schema = 1
 name = "gap"
@@ -35,22 +32,12 @@ simulation = { cycles = 20, discard = 5, samples_per_cycle = 64 }
 
 @dataclass
 class Server:
-    """A running server; what ends with it is in ``ends``."""
+    """A running server."""
 
     process: subprocess.Popen[str]
     address: str
     token: str
     client: httpx.Client
-    ends: ExitStack
-
-    @cached_property
-    def browser(self) -> Any:
-        """Chromium, started when it is first asked for."""
-        playwright = pytest.importorskip("playwright.sync_api")
-        play = self.ends.enter_context(playwright.sync_playwright())
-        browser = play.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        self.ends.callback(browser.close)
-        return browser
 
     @property
     def port(self) -> int:
@@ -88,10 +75,10 @@ def serving(folder: Path, *words: str, within: Path | None = None, **environment
         try:
             assert process.stdout is not None
             address, _, token = process.stdout.readline().strip().partition("/?token=")
-            with httpx.Client(base_url=address, timeout=600.0) as client, ExitStack() as ends:
+            with httpx.Client(base_url=address, timeout=600.0) as client:
                 _wait(client)
                 assert client.get(f"/?token={token}").status_code == 303
-                yield Server(process, address, token, client, ends)
+                yield Server(process, address, token, client)
         finally:
             process.send_signal(signal.SIGINT)
             process.wait(20)

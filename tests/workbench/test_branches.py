@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from base64 import b64decode
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +12,8 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.orbits import Branch
-from gearrattle.workbench.folder import Folder
-from gearrattle.workbench.jobs.record import Job
 from gearrattle.workbench.jobs.tasks import carry_out
-from gearrattle.workbench.kept import MOTIONS, PARTIAL, Growing, partial_view
+from gearrattle.workbench.kept import MOTIONS, PARTIAL, partial_view
 from gearrattle.workbench.notebook import Answers
 from tests.browser import MARKS
 from tests.orbits.test_branch import over_frequency
@@ -24,23 +21,15 @@ from tests.report.examples import result
 from tests.studies import oscillator
 from tests.workbench.jobs import client, make_job
 from tests.workbench.page import opened_page, violations
-from tests.workbench.server import Server, serving
+from tests.workbench.server import Server
 
 pytest.importorskip("starlette")
 browser = [pytest.param((), marks=MARKS)]
 
 
 @pytest.fixture(scope="module")
-def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("workspace")
-    branch = over_frequency()
-    make_job(folder, "branches", branch, branch.model, task="continuation")
-    make_job(folder, "modes", gr.modes(branch.model), branch.model, task="modes")
-    half = gr.continuation(branch.model, "excitation.frequency", (0.4, 0.5))
-    job = Job("continuation", "half done", id="half", state="running", progress={"fraction": 0.5, "text": "computing"})
-    job.write(Folder(folder).jobs)
-    Growing(Folder(folder).job("half") / PARTIAL)(half)
-    return folder
+def root(finished: Path) -> Path:
+    return finished
 
 
 @pytest.fixture(scope="module")
@@ -104,10 +93,9 @@ def test_a_notebook_is_answered_the_same(motions: dict[str, Any]) -> None:
     assert Answers(result("modes")).answer({"ask": "motions"})[0]["problems"]
 
 
-@pytest.fixture(scope="module")
-def server(root: Path) -> Iterator[Server]:
-    with serving(root) as running:
-        yield running
+@pytest.fixture
+def server(finished_server: Server) -> Server:
+    return finished_server
 
 
 def _pixel(tab: Any, chart: dict[str, Any], value: float, level: float) -> tuple[float, float]:

@@ -13,17 +13,16 @@ from gearrattle.model.components import COMPONENTS
 from gearrattle.workbench.shelf import TABLES, shelf
 from tests.browser import MARKS
 from tests.workbench.page import fill, name_it, opened_page, selected, text_of, waits
-from tests.workbench.server import Server, serving
+from tests.workbench.server import Server
 
 pytest.importorskip("uvicorn")
 playwright = pytest.importorskip("playwright.sync_api")
 pytestmark = MARKS
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with serving(tmp_path_factory.mktemp("editor")) as running:
-        yield running
+@pytest.fixture
+def server(empty_server: Server) -> Server:
+    return empty_server
 
 
 @pytest.fixture

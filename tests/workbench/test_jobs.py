@@ -8,7 +8,6 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
@@ -32,10 +31,9 @@ pytestmark = pytest.mark.compiled
 LONG = {"cycles": 400_000, "samples_per_cycle": 2, "discard": 0}
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with serving(tmp_path_factory.mktemp("workspace")) as server:
-        yield server
+@pytest.fixture
+def server(empty_server: Server) -> Server:
+    return empty_server
 
 
 def children(process: int) -> list[int]:

@@ -11,41 +11,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import gearrattle as gr
 from tests.browser import MARKS
-from tests.workbench.jobs import make_job
+from tests.workbench.jobs import model
 from tests.workbench.page import opened_page
-from tests.workbench.server import Server, serving
-from tests.workbench.test_results import model
+from tests.workbench.server import Server
 
 pytest.importorskip("uvicorn")
 playwright = pytest.importorskip("playwright.sync_api")
 pytestmark = MARKS
-AXES = {"mesh.gear.backlash": ["0.05 mm", "0.1 mm"], "coupling.clutch.stiffness": [1400.0, 1500.0]}
 
 
-def without(data: xr.Dataset) -> xr.Dataset:
-    """Return a study whose last case has no values."""
-    holes = data.copy(deep=True)
-    last = dict.fromkeys(AXES, 1)
-    for name, values in data.items():
-        if set(AXES) <= set(map(str, values.dims)) and values.dtype.kind in "fi":
-            holes[name][last] = np.nan if values.dtype.kind == "f" else -1
-    return holes
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    root = tmp_path_factory.mktemp("page")
-    make_job(root, "first", gr.run(model()), model(), name="wide")
-    narrow = model().with_({"mesh.gear.backlash": "0.05 mm"})
-    make_job(root, "second", gr.run(narrow), narrow, name="narrow", parent="first")
-    study = without(gr.study(model(), AXES, workers=1))
-    make_job(root, "study", study, model(), task="study", options={"axes": AXES})
-    with serving(root) as running:
-        yield running
+@pytest.fixture
+def server(finished_server: Server) -> Server:
+    return finished_server
 
 
 @pytest.fixture
@@ -100,6 +80,7 @@ def test_plain_numbers_have_their_unit(tab: Any, server: Server) -> None:
     choice = tab.get_by_label("Add a slider").locator("option")
     assert {"coupling.clutch.stiffness = 1500 N m/rad", "torque.0.harmonics.0.order = 1"} <= {*choice.all_inner_texts()}
     tab.goto(f"{server.address}/#/studies")
+    tab.get_by_label("Model of").select_option("first")
     tab.get_by_label("Vary").select_option("mesh.gear.backlash")
     playwright.expect(tab.get_by_label("from [m]")).to_be_visible()
 
@@ -125,7 +106,7 @@ def colours(tab: Any, cell: tuple[int, int]) -> list[tuple[tuple[int, ...], floa
 def test_cells_without_a_value_are_hatched_on_the_background(server: Server, scheme: str) -> None:
     with opened_page(server) as tab:
         tab.emulate_media(color_scheme=scheme)
-        tab.goto(f"{server.address}/#/runs/study")
+        tab.goto(f"{server.address}/#/runs/holes")
         tab.wait_for_selector(".gr-tabpanel canvas")
         playwright.expect(tab.locator(".gr-legend").first).to_contain_text("no value")
         swatches = tab.locator(".gr-legend").first.locator(".gr-swatch")

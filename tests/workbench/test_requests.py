@@ -2,51 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import combinations, pairwise
 from typing import Any
 
 import pytest
 
 from tests.browser import MARKS
-from tests.report.examples import model, result
-from tests.workbench.jobs import make_job
+from tests.workbench.jobs import KINDS
 from tests.workbench.page import opened_page
-from tests.workbench.server import Server, serving
+from tests.workbench.server import Server
 
 pytest.importorskip("uvicorn")
 playwright = pytest.importorskip("playwright.sync_api")
 pytestmark = MARKS
 
-KINDS = {
-    "run": "run",
-    "simulate": "motion",
-    "advise": "advice",
-    "modes": "modes",
-    "equilibrium": "equilibrium",
-    "stiffness": "stiffness",
-    "reduce": "reduction",
-    "compare": "comparison",
-    "study": "study",
-    "bifurcation": "bifurcation",
-    "basins": "basins, grid",
-    "screen": "screening",
-    "periodic": "periodic motion",
-    "continuation": "branches",
-    "validate": "validation",
-    "fit": "fit",
-}
-"""Task -> an example of what it answers."""
 QUIET = 300  # ms: what a page asks for, it asks for at once
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    root = tmp_path_factory.mktemp("kinds")
-    for task, case in KINDS.items():
-        make_job(root, task, result(case), model(), task=task)
-    with serving(root) as running:
-        yield running
+@pytest.fixture
+def server(finished_server: Server) -> Server:
+    return finished_server
 
 
 def test_every_task_is_here() -> None:

@@ -6,7 +6,6 @@ import io
 import subprocess
 import sys
 import zipfile
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +15,9 @@ import pytest
 import gearrattle as gr
 from gearrattle.report.plots.thinning import thin
 from gearrattle.workbench.script import script
-from tests.workbench.jobs import client, make_job
+from tests.workbench.jobs import client, make_job, model
 
 pytest.importorskip("starlette")
-
-
-@cache
-def model() -> gr.Model:
-    return gr.example("case3").with_({"simulation.cycles": 20, "simulation.discard": 5})
 
 
 @pytest.fixture(scope="module")

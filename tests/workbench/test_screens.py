@@ -5,16 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
 import pytest
 
-import gearrattle as gr
-from gearrattle.workbench.folder import Folder
 from tests.browser import MARKS
-from tests.workbench.jobs import make_job
 from tests.workbench.page import cut_off, opened_page, violations
-from tests.workbench.server import Server, serving
-from tests.workbench.test_results import model
+from tests.workbench.server import Server
 
 pytest.importorskip("uvicorn")
 pytest.importorskip("playwright.sync_api")
@@ -38,22 +33,8 @@ PAGES = {
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    root = tmp_path_factory.mktemp("screens")
-    make_job(root, "first", gr.run(model()), model(), name="wide")
-    narrow = model().with_({"mesh.gear.backlash": "0.05 mm"})
-    make_job(root, "second", gr.run(narrow), narrow, name="narrow", parent="first")
-    make_job(root, "modes", gr.modes(model()), model(), task="modes")
-    fit = gr.identification.fit(
-        model(), {"mode": [{"number": 2, "frequency": "55 Hz"}]}, ["coupling.clutch.stiffness"], starts=2
-    )
-    make_job(root, "fit", fit, model(), task="fit")
-    axes = {"mesh.gear.backlash": ["0.05 mm", "0.1 mm"], "coupling.clutch.stiffness": [1400.0, 1500.0]}
-    make_job(root, "study", gr.study(model(), axes, workers=1), model(), task="study", options={"axes": axes})
-    rows = "\n".join(f"{k * 1e-3:.12g},{np.sin(k):g}" for k in range(2000))
-    Folder(root).write("rig.csv", f"time [s],speed [rad/s]\n{rows}\n".encode())
-    with serving(root) as running:
-        yield running
+def server(finished_server: Server) -> Server:
+    return finished_server
 
 
 SMALLEST, USUAL, LARGEST = SIZES

@@ -1,11 +1,11 @@
-"""A day's work on a gearbox of ten bodies, by clicks and keys: from nothing to what is handed over."""
+"""A day's work on a gearbox, by clicks and keys: from nothing to what is handed over."""
 
 from __future__ import annotations
 
 import io
 import json
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ import pytest
 import gearrattle as gr
 from tests.browser import MARKS
 from tests.workbench.page import fill, name_it, opened_page, selected, text_of, waits
-from tests.workbench.server import Server, serving
+from tests.workbench.server import Server
 
 pytest.importorskip("uvicorn")
 playwright = pytest.importorskip("playwright.sync_api")
@@ -24,15 +24,15 @@ expect = playwright.expect
 
 SHAFT = (("inertia", "flywheel"), ("damper", "hub"), ("spline", "input_shaft"))
 GEARS = tuple(f"gear_{number}" for number in range(1, 8))
+SHORT = "cycles = 40\ndiscard = 20"
 FREE = "coupling.damper.stiffness"
 TRUE = 1250.0  # N m/rad, of the rig
 ROUGH = 1500.0
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with serving(tmp_path_factory.mktemp("tasks")) as running:
-        yield running
+@pytest.fixture
+def server(empty_server: Server) -> Server:
+    return empty_server
 
 
 @pytest.fixture
@@ -54,14 +54,18 @@ def attached(tab: Any, body: int, component: str, names: tuple[str, str], number
     name_it(tab, "inertia", name)
 
 
-def built(tab: Any) -> gr.Model:
-    """Draw a flywheel, a hub and an input shaft with seven loose gears, and set what matters."""
+def built(tab: Any, gears: Sequence[str]) -> gr.Model:
+    """Draw a flywheel, a hub and an input shaft with loose gears, and set what matters."""
+    area = tab.locator(".toml-area")
+    area.fill(
+        text_of(tab).replace("New driveline", f"{len(gears)} loose gears").replace("cycles = 100\ndiscard = 50", SHORT)
+    )
     tab.get_by_role("button", name="Add an inertia").click()
     name_it(tab, "inertia", "flywheel")
     fill(tab, "J *", "0.2 kg*m^2")
     for number, (element, body) in enumerate(SHAFT[1:], 1):
         attached(tab, number - 1, "coupling", (element, body), number)
-    for number, gear in enumerate(GEARS, 3):
+    for number, gear in enumerate(gears, 3):
         attached(tab, 2, "mesh", (f"mesh_{gear}", gear), number)
     selected(tab, "coupling.0")
     fill(tab, "stiffness", "1500 N*m/rad")
@@ -125,11 +129,15 @@ def test_a_map_fills_while_it_is_computed_and_a_click_opens_its_case(tab: Any, s
     assert server.client.get("/api/jobs/none/partial").status_code == 404
 
 
-def test_a_days_work_on_a_gearbox_of_ten_bodies(tab: Any, server: Server, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "gears", [GEARS[:2], pytest.param(GEARS, marks=pytest.mark.long)], ids=["five bodies", "ten bodies"]
+)
+def test_a_days_work_on_a_gearbox(tab: Any, server: Server, tmp_path: Path, gears: tuple[str, ...]) -> None:
     # From nothing to a verdict.
-    model = built(tab)
-    assert [body.name for body in model.inertias] == [name for _, name in SHAFT] + list(GEARS)
-    assert len(model.elements) == 9
+    model = built(tab, gears)
+    assert [body.name for body in model.inertias] == [name for _, name in SHAFT] + list(gears)
+    assert len(model.elements) == 2 + len(gears)
+    assert model.simulation.cycles == 40
     tab.get_by_role("button", name="Run", exact=True).click()
     first = done(tab, server)
     expect(tab.locator(".gr-headline")).to_be_visible()
