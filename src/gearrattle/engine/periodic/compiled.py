@@ -128,7 +128,8 @@ class PeriodBatch(Batch):
         if count < 0:
             return None
         rows = self.out.turns[:count].copy()
-        slope, time_slope = np.split(rows[:, approaches.TURN_SLOPE :], 2, axis=1)
+        half = (rows.shape[1] + approaches.TURN_SLOPE) // 2
+        slope, time_slope = rows[:, approaches.TURN_SLOPE : half], rows[:, half:]
         slope[:, -1] /= step
         time_slope[:, -1] /= step
         watch, upward, after = rows[:, : approaches.TURN_TIME].astype(np.int64).T

@@ -189,8 +189,8 @@ class CompiledFamily(Family):
             return self._general.follow(state, parameter, touch)
         if self._batch is None:
             self._batch = PeriodBatch(self._system, self.cycles, numbers)
-        deflection, velocity = np.split(state.y, [self._angle_from_basis.shape[1]])
-        batch = self._batch
+        first = self._angle_from_basis.shape[1]
+        deflection, velocity, batch = state.y[:first], state.y[first:], self._batch
         if not batch.follow(numbers, self._angle_from_basis @ deflection, velocity, touch, with_turns=with_turns):
             return self._general.follow(state, parameter, touch)
         end, turned, gradient, slope = (part.copy() for part in batch.out[:4])
