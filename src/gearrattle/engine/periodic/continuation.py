@@ -5,6 +5,9 @@ A branch is a curve in w = (u, p / unit): u the balanced state at the start of a
     F(w) = P(u; p) - u = 0,      t . (w - w_predicted) = 0,      [dF/du, dF/dp] t = 0,  |t| = 1
 
 dF/du = M - I is exact, and so is dF/dp for drivelines of laws and harmonics (``family``). Newton's method solves both.
+Where a turning point of a deflection comes to its corner within a step the branch is first followed to the motion that
+grazes (``landing``), and from there on: the tangents of motions that touch vary like the root of the distance.
+
 A step is taken if Newton's method converges, the tangent turns little, and the chord between both points is the mean of
 their tangents: a nearby branch has another direction. The two legs of a sharp fold have the same direction. So the
 determinant of [dF/du, dF/dp; t] is watched too: along a branch it keeps its sign until another branch crosses, where it
@@ -25,10 +28,11 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.corrector import Corrector, null_vector
 from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.landing import first_step_beyond, grazing_ahead, landed
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.periodic.point import Point, appended, interpolated, turned_around
 from gearrattle.engine.periodic.touch import Touch
-from gearrattle.engine.periodic.turning import agreeing_step
+from gearrattle.engine.periodic.turning import agreeing_step, rise_beyond
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -39,6 +43,11 @@ _DEFECT = 0.08  # largest difference between a chord and the mean of both tangen
 _BISECTIONS, _LEFT = 7, 0.1  # a determinant that passes zero falls below this share after so many bisections
 _KINK = 1e-6  # a step shorter than this may turn by any angle: the branch has a corner there
 _SHORTEST = 1e-10  # step
+_CORNER = 1e-10  # from a grazing: a motion nearer to it that touches may have any tangent
+_NEARER, _HALF = 0.9, 0.5  # of the way to a grazing that is too far: the step from motions that touch, and from others
+_OVERSHOOT = 1.5  # steps: a grazing farther away is another one
+_RISE = 4.0  # times what it is at a grazing: slope of the depth at the end of the first step beyond, at most
+_AFTER_TOUCH = 16.0  # steps before a grazing: the next try where motions no longer touch
 _AHEAD = tuple(10.0**power for power in range(-9, -3))  # beyond a corner of the branch
 _NEAR_CORNER = 10.0  # steps: a point farther from a corner lies elsewhere
 _GROWTH, _LEAST_GROWTH = 4.0, 1.6  # of a step after one that was easy: at most; after one shorter than a kink, at least
@@ -77,6 +86,7 @@ class Continuation:
         self._step_limit = np.inf if step_limit is None else step_limit / family.unit
         self._units = (family.scale, family.size) if units is None else units
         self._corrector = Corrector(family, self._units)
+        self._refused: Point | None = None  # a grazing ahead, too far for one step
 
     def begin(self, state: State, parameter: float, *, upward: bool = True) -> Point:
         """Return the first point of a branch that goes on to larger or to smaller parameters.
@@ -103,6 +113,7 @@ class Continuation:
             the branch cannot be followed any further.
         """
         earlier, point, step = begin, begin, _FIRST * self._longest
+        self._refused = None
         while True:
             last = self._last(point, step, lowest, highest)
             if last is not None:
@@ -249,7 +260,13 @@ class Continuation:
     def _next(self, earlier: Point, point: Point, step: float) -> tuple[Point, float]:
         """The point that follows two consecutive points, and the step to try next."""
         slope = abs(float(point.tangent[-1]))
-        step = min(step, self._longest, 0.95 * self._step_limit / max(slope, 1e-300))
+        longest = min(self._longest, 0.95 * self._step_limit / max(slope, 1e-300))
+        grazing, step = self._grazing_within(point, min(step, longest))
+        if grazing is not None:
+            return grazing, step
+        if point.touch is not None:
+            step = min(self._first_step(earlier, point, step), longest)
+            earlier = point
         is_first = True
         while step > _SHORTEST:
             try:
@@ -262,12 +279,40 @@ class Continuation:
                 step, is_first = 0.4 * step, False
                 continue
             is_short, agreeing = step < _KINK, agreeing_step(point, following, self.family.unit)
+            if point.touch is not None and not is_short:
+                agreeing = min(agreeing, _RISE / rise_beyond(point, following, self.family.unit))
             if agreeing >= 1.0 and (_is_straight(point, following) or is_short) and self._is_allowed(point, following):
                 growth = _growth(point, following) if is_first and iterations <= _EASY else 1.0
                 growth = min(max(growth, _LEAST_GROWTH) if is_short else growth, max(_SAFE * agreeing, 1.0))
                 return appended(point, following), min(self._longest, growth * step)
             step, is_first = step * (0.5 if agreeing >= 1.0 else max(_SAFE * agreeing, _LEAST_SHARE)), False
         return self._around_corner(point)
+
+    def _grazing_within(self, point: Point, step: float) -> tuple[Point | None, float]:
+        """The motion that grazes before a step ends; where there is none, or it is too far, the step to try."""
+        refused, self._refused = self._refused, None
+        ahead = grazing_ahead(point, self.family.unit)
+        if ahead is None or ahead.distance >= step:
+            return None, step
+        if refused is None or not ahead.is_of(refused):
+            refused = landed(self._corrector, self.family.unit, point, ahead, _OVERSHOOT * step)
+        if refused is None:
+            return None, step
+        grazing = appended(point, refused)
+        distance, agreeing = grazing.length - point.length, agreeing_step(point, grazing, self.family.unit)
+        is_straight = distance < _CORNER or _is_straight(point, grazing)
+        if agreeing >= 1.0 and is_straight and self._is_allowed(point, grazing):
+            return grazing, step
+        self._refused = refused
+        share = (_NEARER if ahead.touches else _HALF) if agreeing >= 1.0 else max(_SAFE * agreeing, _LEAST_SHARE)
+        return None, min(step, share * distance)
+
+    def _first_step(self, earlier: Point, point: Point, step: float) -> float:
+        """The step to try from a motion that grazes."""
+        if earlier.word != point.word:
+            return _AFTER_TOUCH * step
+        step = min(step, max(point.length - earlier.length, _KINK))
+        return first_step_beyond(self._corrector, point, step, _SHORTEST)
 
     def _last(self, point: Point, step: float, lowest: float, highest: float) -> Point | None:
         """The point at an end of the range, if it is no more than a step ahead; None if it is not."""

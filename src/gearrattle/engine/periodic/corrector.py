@@ -60,6 +60,14 @@ class Corrector:
         gradient = self.scale[:, None] * motion.gradient / self.scale
         return np.column_stack([gradient - np.eye(len(gradient)), self.scale * slope * self._family.unit])
 
+    def residual(self, motion: Pass) -> Array:
+        """Return (N,) F in the branch's units."""
+        return np.asarray(self.scale * motion.gap)
+
+    def least(self, w: Array, matrix: Array) -> float:
+        """Return the norm of the residual below which it is rounding."""
+        return _TOLERANCE * max(1.0, float(np.linalg.norm(w[:-1]))) + _ROUNDING * float(np.linalg.norm(matrix))
+
     def point(
         self,
         predicted: Array,
@@ -119,10 +127,10 @@ class Corrector:
             parameter = float(w[-1] * self._family.unit)
             motion, slope = self.followed(w, pieces, touch, with_turns=with_turns and error < _LAST)
             matrix = self.matrix(motion, slope)
-            residual = self.scale * motion.gap
+            residual = self.residual(motion)
             norm = float(np.linalg.norm(residual))
             plane = float(normal @ (w - predicted))
-            least = _TOLERANCE * max(1.0, float(np.linalg.norm(w[:-1]))) + _ROUNDING * float(np.linalg.norm(matrix))
+            least = self.least(w, matrix)
             is_lost = is_near and norm > last and norm > 100.0 * least
             if is_lost or not np.isfinite(norm) or not np.all(np.isfinite(matrix)):
                 break

@@ -37,7 +37,7 @@ from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.stretch import Stretch
 from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.periodic.touching import Search
-from gearrattle.engine.periodic.turning import hidden_between
+from gearrattle.engine.periodic.turning import hidden_between, touches_beyond
 from gearrattle.engine.periodic.views import View, time_between
 from gearrattle.errors import ConvergenceError
 
@@ -127,7 +127,7 @@ def changes_between(before: Point, after: Point) -> list[str]:
 
 def _view_of(curve: Continuation, before: Point, after: Point) -> View:
     """What two patterns are compared by: crossings of clearances, or where these are the same all of them."""
-    if before.pattern == after.pattern:
+    if before.word == after.word:
         return View()
     corners = View(curve.family.clearances)
     return View() if corners(before) == corners(after) else corners
@@ -212,6 +212,11 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: 
     one, other = view(before), view(after)
     if one == other:
         return
+    known = _known_grazing(before, after, view, curve.family.unit)
+    if known is not None:
+        point, touch = known
+        yield Event(GRAZING, point, touch.watch, touch=touch, grazing=grazing_of(curve, point, touch))
+        return
     if len(one) != len(other):  # by more than two crossings: several touch at once
         yield _grazing(curve, before, after, view)
         return
@@ -226,6 +231,15 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: 
     yield replace(
         _located(curve, before, after, PATTERN, apart_by), watch=patterns.watch_of(one[swaps[0]]), is_collision=False
     )
+
+
+def _known_grazing(before: Point, after: Point, view: View, unit: float) -> tuple[Point, Touch] | None:
+    """The one of two points that grazes what the other one touches, and the touch; None if neither does."""
+    for apart, touching in ((before, after), (after, before)):
+        is_longer = len(view(touching)) == len(view(apart)) + 2
+        if apart.touch is not None and is_longer and touches_beyond(apart, touching, unit):
+            return apart, apart.touch
+    return None
 
 
 def _grazing(curve: Continuation, before: Point, after: Point, view: View) -> Event:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.patterns import Pattern, pairs_of, rotated, word_of
 from gearrattle.engine.periodic.period_map import Pass
 from gearrattle.engine.periodic.shooting import multipliers_of
+from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.system.passages import Passages
 
 Array = NDArray[np.float64]
@@ -47,6 +48,8 @@ class Point:
         estimated error of the state, over its size.
     length
         arclength from the start of the branch.
+    touch
+        the corner that the motion grazes, and the instant; None: it was not sought as one that grazes.
     """
 
     parameter: float
@@ -60,6 +63,7 @@ class Point:
     orientation: float
     error: float
     length: float
+    touch: Touch | None = None
 
     @property
     def state(self) -> Array:

@@ -7,11 +7,13 @@ Every turning point of a deflection has a depth, by which it lies beyond a corne
 the crossings say nothing. But a depth that is negative at both can be positive in between only if it grows at the first
 one and falls at the second one. While it bends one way its graph lies below both tangents: where these meet below zero
 nothing is hidden, and where they meet above zero the branch is looked at there. A touch that goes and comes back is the
-same with the opposite sign.
+same with the opposite sign. If a motion touches what one beside it grazes (``landing``), although the slope of that
+one's depth leads away from the corner, there is another grazing between both.
 
 *Hidden loops.* Near grazings a branch may go back and forth in a loop too small for its tangent to tell. The depths
-tell: over a step their change is the mean of both slopes, but for what is cubic in the step; and none that may reach
-its corner appears or is lost.
+tell: over a step their change is the mean of both slopes, but for what is cubic in the step; and none that comes nearer
+to its corner appears or is lost. The depth of what grazes at one end of a step and touches at the other has different
+slopes on both sides: along the first step beyond it may become a few times as steep.
 
 Takes Points that follow one another; gives a share of the way, how long a step may be, and which turning point touches.
 """
@@ -31,6 +33,8 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _MOVED = 1.0 / 32.0  # periods that a turning point may move between two points
+_GRAZES = 1e-6  # periods between a grazing and the turning point that it is
+_FLAT = 1e-300  # [SI] slope that counts as zero
 _LEAST = 1e-3  # share of the way from either end at which the branch is looked at, at least
 _DEFECT = 0.25  # between the change of a depth and the mean of both slopes, over the larger slope
 _COUNTS = 0.25  # slope over depth, from which a depth counts
@@ -43,8 +47,9 @@ class _Depths(NamedTuple):
     after: Array
     slope_before: Array
     slope_after: Array
+    bends: NDArray[np.bool_]  # whether one motion grazes there and the other one touches: slopes differ on both sides
     single: Array  # how far from the corner those are that only one of both motions has
-    single_slope: Array
+    nearing: Array  # by how much these come nearer to it towards the other motion, over the whole step
 
 
 def hidden_between(before: Point, after: Point, unit: float) -> float | None:
@@ -60,6 +65,8 @@ def hidden_between(before: Point, after: Point, unit: float) -> float | None:
     depths = _depths_of(before, after, unit)
     if depths is None:
         return None
+    if min(_way_beyond(before, after, unit), _way_beyond(after, before, unit)) < 0.0:
+        return 0.5
     side = -np.sign(depths.before)
     rises, falls = side * depths.slope_before, -side * depths.slope_after
     nears = (rises > 0.0) & (falls > 0.0) & (depths.before * depths.after > 0.0)
@@ -76,17 +83,18 @@ def agreeing_step(before: Point, after: Point, unit: float) -> float:
     """Return how many times as long a step may be for the depths of its motions to change as their slopes say.
 
     From 1 on they agree. What the slopes leave out grows with the third power of a step. The way that a turning point
-    of one motion alone may have come grows in proportion to it. A depth counts if its slope could take it to the corner
-    within a few steps. Parameters are those of ``hidden_between``.
+    of one motion alone comes nearer to its corner grows in proportion to it. A depth counts if its slope could take it
+    to the corner within a few steps. Parameters are those of ``hidden_between``.
     """
     depths = _depths_of(before, after, unit)
     if depths is None:
         return np.inf
     steepest = np.maximum(np.abs(depths.slope_before), np.abs(depths.slope_after))
     counts = steepest > _COUNTS * np.minimum(np.abs(depths.before), np.abs(depths.after))
+    counts &= ~depths.bends
     mean = 0.5 * (depths.slope_before + depths.slope_after)
-    defect = (np.abs(depths.after - depths.before - mean) / (_DEFECT * steepest))[counts].max(initial=0.0)
-    single = (depths.single_slope / (_COUNTS * depths.single)).max(initial=0.0)
+    defect = (np.abs(depths.after - depths.before - mean)[counts] / (_DEFECT * steepest[counts])).max(initial=0.0)
+    single = (depths.nearing / (_COUNTS * depths.single)).max(initial=0.0)
     return float(1.0 / max(np.sqrt(defect), single, 1e-9))
 
 
@@ -123,9 +131,46 @@ def _depths_of(before: Point, after: Point, unit: float) -> _Depths | None:
     i, j = _same(before, after, one, other, unit)
     length = _length(before, after)
     first, second = (length * slopes_along(p, turns.slope, unit) for p, turns in ((before, one), (after, other)))
-    single = np.abs(np.concatenate([np.delete(one.depth, i), np.delete(other.depth, j)]))
-    single_slope = np.abs(np.concatenate([np.delete(first, i), np.delete(second, j)]))
-    return _Depths(one.depth[i], other.depth[j], first[i], second[j], single, single_slope)
+    single = np.concatenate([np.delete(one.depth, i), np.delete(other.depth, j)])
+    nearing = -np.sign(single) * np.concatenate([np.delete(first, i), -np.delete(second, j)])
+    bends = grazes(before, one)[i] & (other.depth[j] > 0.0) & (first[i] > 0.0)
+    bends |= grazes(after, other)[j] & (one.depth[i] > 0.0) & (second[j] < 0.0)
+    return _Depths(one.depth[i], other.depth[j], first[i], second[j], bends, np.abs(single), nearing)
+
+
+def touches_beyond(grazing: Point, other: Point, unit: float) -> bool:
+    """Return whether another motion touches the corner that one of the branch grazes, as the depth's slope tells."""
+    return _way_beyond(grazing, other, unit) > 0.0
+
+
+def _way_beyond(grazing: Point, other: Point, unit: float) -> float:
+    """By how much a depth would grow from a motion that grazes to another one [SI]; 0 if that one does not touch."""
+    turns, others = grazing.motion.turns, other.motion.turns
+    if grazing.touch is None or turns is None or others is None:
+        return 0.0
+    i, j = _same(grazing, other, turns, others, unit)
+    ours = i[grazes(grazing, turns)[i] & (others.depth[j] > 0.0)]
+    return _length(grazing, other) * float(slopes_along(grazing, turns.slope[ours], unit).sum())
+
+
+def rise_beyond(grazing: Point, touching: Point, unit: float) -> float:
+    """Return how many times as steep as at a motion that grazes its depth is at one that touches; 1 at least."""
+    turns, others = grazing.motion.turns, touching.motion.turns
+    if turns is None or others is None:
+        return 1.0
+    i, j = _same(grazing, touching, turns, others, unit)
+    ours = grazes(grazing, turns)[i] & (others.depth[j] > 0.0)
+    slope = np.abs(slopes_along(grazing, turns.slope[i[ours]], unit))
+    slope_beyond = np.abs(slopes_along(touching, others.slope[j[ours]], unit))
+    return float((slope_beyond / np.maximum(slope, _FLAT)).max(initial=1.0))
+
+
+def grazes(point: Point, turns: Turns) -> NDArray[np.bool_]:
+    """Which turning point of a motion that grazes lies at its corner."""
+    if point.touch is None:
+        return np.zeros(len(turns.depth), np.bool_)
+    is_same = (turns.watch == point.touch.watch) & (turns.upward == point.touch.upward)
+    return np.asarray(is_same & (np.abs(turns.time - point.touch.time) < _GRAZES))
 
 
 def _length(one: Point, other: Point) -> float:

@@ -1,0 +1,208 @@
+"""The motion of a branch that grazes, from a point before it: Newton's method for the motion and its depth together.
+
+    P(u; p) - u = 0,      depth(u, p) = -e,      e -> 0
+
+The depth of a turning point (``kernels.approaches``) and its gradient are exact and smooth on the side without contact,
+and so is the map there. Every iteration leaves as much of the depth as the last one was off, so no motion touches.
+
+Takes a Corrector and a Point; gives a Point that grazes, and the step to try from there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.periodic import patterns
+from gearrattle.engine.periodic.corrector import Corrector, null_vector
+from gearrattle.engine.periodic.equations import shortest_solution
+from gearrattle.engine.periodic.period_map import Pass
+from gearrattle.engine.periodic.point import Point
+from gearrattle.engine.periodic.touch import Touch
+from gearrattle.engine.periodic.turning import grazes, slopes_along
+from gearrattle.errors import ConvergenceError
+
+Array = NDArray[np.float64]
+
+_ITERATIONS, _RETREATS = 12, 3
+_LEFT = 0.05  # of the depth that the first iteration leaves
+_OFF = 3.0  # times what the depth is expected to be off: so much is left
+_CLOSE = 1e-12  # of w: so near to the corner a motion grazes
+_AIM = 0.3  # of that: the depth to aim at
+_NEAR = 1e-6  # change of w from which the next motion is likely to be the last one
+_BEYOND = 0.2  # of the way to a grazing with contact before it: so far beyond it Newton's method begins
+_AT_ONCE = 1e-10  # of w: what comes to its corner so near beyond another turning point does so with it
+_SAME = 1e-3  # periods: a turning point that moves by less is the same
+_ANGLE, _LARGEST_ANGLE = 0.2, 0.25  # [rad] by which the tangent may turn: aimed at, and at most
+_LEAST_OF_STEP, _MOST_OF_STEP = 0.01, 0.3  # shares by which a step is shortened
+
+
+class Ahead(NamedTuple):
+    """A turning point that is expected to graze."""
+
+    distance: float  # along the tangent [arclength]
+    touch: Touch
+    time_slope: Array  # (N + 1,) of its instant, by w [periods]
+    depth: float  # [SI]
+
+    @property
+    def touches(self) -> bool:
+        """Whether the motions before the grazing touch."""
+        return self.depth > 0.0
+
+    def is_of(self, grazing: Point) -> bool:
+        """Whether it is what a motion grazes."""
+        touch, own = grazing.touch, self.touch
+        if touch is None or (touch.watch, touch.upward) != (own.watch, own.upward):
+            return False
+        return abs(touch.time - own.time) < _SAME
+
+
+def grazing_ahead(point: Point, unit: float) -> Ahead | None:
+    """Return the turning point that comes to its corner next, as the tangent tells; None if none does."""
+    turns = point.motion.turns
+    if turns is None or not len(turns.depth):
+        return None
+    along = slopes_along(point, turns.slope, unit)
+    is_nearing = (along * turns.depth < 0.0) & ~grazes(point, turns)
+    distance = np.full(len(along), np.inf)
+    distance[is_nearing] = np.abs(turns.depth[is_nearing] / along[is_nearing])
+    distance[distance < _AT_ONCE] = np.inf
+    k = int(np.argmin(distance))
+    if not np.isfinite(distance[k]):
+        return None
+    touch = Touch(int(turns.watch[k]), int(turns.upward[k]), float(turns.time[k]))
+    time_slope = turns.time_slope[k] * np.append(point.size / point.scale, unit)
+    return Ahead(float(distance[k]), touch, time_slope, float(turns.depth[k]))
+
+
+def landed(corrector: Corrector, unit: float, point: Point, ahead: Ahead, farthest: float) -> Point | None:
+    """Return the motion that grazes, from the side without contact.
+
+    Parameters
+    ----------
+    corrector
+        of the branch.
+    unit
+        of the parameter.
+    point
+        of the branch.
+    ahead
+        what comes to its corner next.
+    farthest
+        from the point [w].
+
+    Returns
+    -------
+    Point | None
+        None if it is not found.
+    """
+    try:
+        return _Search(corrector, unit, point, ahead).run(farthest)
+    except ConvergenceError:
+        return None
+
+
+def first_step_beyond(corrector: Corrector, grazing: Point, step: float, shortest: float) -> float:
+    """Return the step from a motion that grazes to those that touch, as long as the tangent turns little over it.
+
+    It turns in proportion to the root of the step.
+    """
+    pieces = grazing.motion.end.auxiliary_pieces
+    while step > shortest:
+        try:
+            motion, slope = corrector.followed(grazing.w + step * grazing.tangent, pieces)
+        except ConvergenceError:
+            step *= _MOST_OF_STEP
+            continue
+        tangent, _ = null_vector(corrector.matrix(motion, slope), grazing.tangent)
+        angle = float(np.arccos(min(abs(float(tangent @ grazing.tangent)), 1.0)))
+        if angle < _LARGEST_ANGLE:
+            break
+        step *= float(np.clip((_ANGLE / angle) ** 2, _LEAST_OF_STEP, _MOST_OF_STEP))
+    return step
+
+
+class _Search:
+    """Newton's method for one grazing."""
+
+    def __init__(self, corrector: Corrector, unit: float, point: Point, ahead: Ahead) -> None:
+        self._corrector, self._unit, self._point, self._ahead = corrector, unit, point, ahead
+        self._units = np.append(point.size / point.scale, unit)
+        share = 1.0 + _BEYOND if ahead.touches else 1.0 - _LEFT
+        self._w: Array = point.w
+        self._time = ahead.touch.time
+        self._move(share * ahead.distance * point.tangent)
+        self._last: tuple[Array, float] | None = None  # motion without contact, and its instant
+        self._retreats, self._target, self._depth = 0, np.nan, np.nan
+        self._is_near = False
+
+    def run(self, farthest: float) -> Point | None:
+        """Return the motion that grazes; None if it is not found."""
+        pieces = self._point.motion.end.auxiliary_pieces
+        for _ in range(_ITERATIONS):
+            if np.linalg.norm(self._w - self._point.w) > farthest:
+                return None
+            touch = replace(self._ahead.touch, time=self._time)
+            motion, slope = self._corrector.followed(self._w, pieces, touch, with_turns=self._is_near)
+            approach = motion.approach
+            if approach is None or approach.slope is None or approach.depth > 0.0:
+                if not self._retreat():
+                    return None
+                continue
+            residual, matrix = self._corrector.residual(motion), self._corrector.matrix(motion, slope)
+            row = approach.slope * self._units
+            steep, now, self._time = float(np.linalg.norm(row)), approach.depth, approach.time
+            is_motion = np.linalg.norm(residual) <= self._corrector.least(self._w, matrix)
+            if is_motion and -now <= _CLOSE * steep and motion.turns is not None:
+                return self._point_at(motion, slope, matrix)
+            target = self._next_target(now, _CLOSE * steep)
+            right = np.append(-residual, (target - now) / steep)
+            change, _ = shortest_solution(np.vstack([matrix, row / steep]), right)
+            self._last = self._w, self._time
+            self._is_near = bool(np.linalg.norm(change) < _NEAR)
+            self._move(change)
+        return None
+
+    def _move(self, change: Array) -> None:
+        self._w, self._time = self._w + change, self._time + float(self._ahead.time_slope @ change)
+
+    def _retreat(self) -> bool:
+        """Go half of the way back to the last motion without contact; whether there is one."""
+        if self._last is None or self._retreats == _RETREATS:
+            return False
+        w, time = self._last
+        self._w, self._time = 0.5 * (self._w + w), 0.5 * (self._time + time)
+        self._retreats, self._target = self._retreats + 1, np.nan
+        return True
+
+    def _next_target(self, now: float, close: float) -> float:
+        """The depth to aim at: less of it is left the better the last one was met."""
+        left = _LEFT * abs(now)
+        if np.isfinite(self._target):
+            left = min(left, _OFF * abs(now - self._target) * (now / self._depth) ** 2)
+        self._target, self._depth = -max(left, _AIM * close), now if now < 0.0 else -close
+        return self._target
+
+    def _point_at(self, motion: Pass, slope: Array, matrix: Array) -> Point | None:
+        """The point of the branch at a motion that grazes; None if other crossings are missing or added."""
+        before, touch = self._point, replace(self._ahead.touch, time=self._time % motion.cycles)
+        tangent, free = null_vector(matrix, before.tangent)
+        way = float(np.linalg.det(np.vstack([matrix, tangent])))
+        if way * before.orientation < 0.0:
+            tangent, way = -tangent, -way
+        parameter = float(self._w[-1] * self._unit)
+        units = before.scale, before.size
+        point = Point(parameter, motion, slope, *units, self._w, tangent, free, way, 0.0, 0.0, touch)
+        same = bool(patterns.touches(point.word, before.word)) if self._ahead.touches else point.word == before.word
+        return point if same and not free and not self._touches_at_once(motion) else None
+
+    def _touches_at_once(self, motion: Pass) -> bool:
+        """Whether another turning point lies at its corner as well."""
+        turns = motion.turns
+        assert turns is not None
+        steep = np.linalg.norm(turns.slope * self._units, axis=1)
+        return int(np.count_nonzero(np.abs(turns.depth) < _AT_ONCE * steep)) > 1
