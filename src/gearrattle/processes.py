@@ -76,7 +76,9 @@ class _Apart(Worker):
     imports_main: ClassVar[bool] = False
 
 
-class _Spawning(SpawnContext):
+class WorkersWithoutMain(Workers):
+    """Starts processes that import nothing of the main module."""
+
     Process = _Apart
 
 
@@ -102,7 +104,7 @@ def warm_processes(module: str) -> BaseContext:
         what the process imports, on Linux, that all others are forked from; elsewhere they are spawned.
     """
     if sys.platform != "linux":
-        return _Spawning()
+        return WorkersWithoutMain()
     context = _Forking()
     context.set_forkserver_preload([module])
     return context

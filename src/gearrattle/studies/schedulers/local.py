@@ -28,7 +28,7 @@ from pathlib import Path
 from typing import Any
 
 from gearrattle.errors import GearRattleError, ModelError, Problem
-from gearrattle.processes import Worker, Workers
+from gearrattle.processes import Workers, WorkersWithoutMain
 from gearrattle.studies.schedulers.base import PATIENCE, TICK, WINDOW, Scheduler, Tick, Wanted, write_off
 from gearrattle.studies.store import Store
 from gearrattle.threads import ONE_THREAD
@@ -193,24 +193,12 @@ def _needs_main(store: Store) -> bool:
     return b"__main__" in pickle.dumps(store.outputs.function)
 
 
-class _Apart(Worker):
-    """A process that does not import the main module of this one."""
-
-    imports_main = False
-
-
-class _WithoutMain(Workers):
-    """Starts such processes."""
-
-    Process = _Apart
-
-
 @contextmanager
 def _pool(store: Store, count: int) -> Iterator[ProcessPoolExecutor]:
     """Fresh processes of one thread each: matrices here are small, and cores are for cases."""
     before = {name: os.environ.get(name) for name in (*ONE_THREAD, _IS_WORKER)}
     os.environ.update(dict.fromkeys(before, "1"))
-    context = Workers() if _needs_main(store) else _WithoutMain()
+    context = Workers() if _needs_main(store) else WorkersWithoutMain()
     try:
         with ProcessPoolExecutor(count, context, _take, (store,)) as pool:
             yield pool
