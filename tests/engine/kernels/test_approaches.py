@@ -90,9 +90,9 @@ def tables(crossed: tuple[float, ...]) -> dict[str, Any]:
     }
 
 
-def turns_of(crossed: tuple[float, ...]) -> np.ndarray:
+def turns_of(crossed: tuple[float, ...], change: np.ndarray) -> np.ndarray:
     parts = tables(crossed)
-    turns, count = np.zeros((40, approaches.TURN_SLOPE + 6)), np.zeros(1, np.int64)
+    turns, count = np.zeros((40, approaches.TURN_COLUMNS)), np.zeros(1, np.int64)
     approaches.write_turns(
         parts["laws"],
         np.array([0]),
@@ -101,33 +101,54 @@ def turns_of(crossed: tuple[float, ...]) -> np.ndarray:
         parts["steps"],
         parts["course"],
         parts["crossings"],
-        parts["scale"],
+        change,
         np.array([np.inf]),
         turns,
         count,
     )
-    return turns[: count[0]]
+    turns = turns[: count[0]]
+    return turns[turns[:, approaches.UPWARD] < approaches.FALLING]
 
 
 @pytest.mark.parametrize("crossed", [(), CROSSED], ids=["whole", "crossed"])
-def test_turning_points_have_their_instants_depths_and_slopes(crossed: tuple[float, ...]) -> None:
+@pytest.mark.parametrize("change", [*np.eye(3), np.array([0.3, -2.0, 1.7])], ids=["x", "rate", "p", "all"])
+def test_turning_points_have_their_instants_depths_and_slopes(crossed: tuple[float, ...], change: np.ndarray) -> None:
     """Depths are by the corner ahead: the upper one moves with p as well."""
     expected = turning_times()
     assert len(expected) > 4
-    turns = turns_of(crossed)
-    ahead = turns[[i for i, row in enumerate(turns) if i == 0 or row[3] != turns[i - 1][3]]]
+    turns = turns_of(crossed, change)
+    times = turns[:, approaches.TURN_TIME]
+    ahead = turns[[i for i in range(len(turns)) if i == 0 or times[i] != times[i - 1]]]
     np.testing.assert_allclose(ahead[:, approaches.TURN_TIME], expected, rtol=0, atol=1e-9)
     for row in ahead:
         time, is_upper = row[approaches.TURN_TIME], row[approaches.UPWARD] == 1
         depth = at(time)[0] - UPPER if is_upper else LOWER - at(time)[0]
         assert row[approaches.TURN_DEPTH] == pytest.approx(depth, abs=1e-12)
         moved = slopes(time) - np.array([0.0, 0.0, CORNER_SHIFT]) if is_upper else -slopes(time)
-        np.testing.assert_allclose(row[approaches.TURN_SLOPE :], [*moved, *time_slopes(time)], rtol=0, atol=1e-12)
+        assert row[approaches.TURN_SLOPE] == pytest.approx(moved @ change, abs=1e-12)
+        assert row[approaches.TURN_TIME_SLOPE] == pytest.approx(time_slopes(time) @ change, abs=1e-12)
+
+
+@pytest.mark.parametrize("row", np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.2, 0.1, -3.0]]), ids=["x", "p", "all"])
+def test_along_the_direction_a_motion_ends_as_far_from_its_start(row: np.ndarray) -> None:
+    ends, scale = expm(GENERATOR)[:2], np.array([2.0, 0.5])
+    columns = np.column_stack([ends[:, :2] * scale[:, None] / scale, ends[:, 2] / FORCE * scale])
+    direction = approaches.Direction(np.empty((3, 3)), np.empty(3, np.int64), np.empty(3))
+    assert approaches.write_direction(columns, scale, row, direction)
+    change = direction.change / np.append(scale, 1.0)
+    later = expm(GENERATOR) @ (START + np.append(change[:2], 0.0)) + expm(GENERATOR)[:, 2] / FORCE * change[2]
+    np.testing.assert_allclose(later[:2] - at(1.0)[:2], change[:2], rtol=0, atol=1e-12)
+    assert row @ change == pytest.approx(1.0)
+
+
+def test_where_neighbouring_motions_repeat_anyway_there_is_no_direction() -> None:
+    direction = approaches.Direction(np.empty((3, 3)), np.empty(3, np.int64), np.empty(3))
+    assert not approaches.write_direction(np.eye(2, 3), np.ones(2), np.array([1.0, 0.0, 0.0]), direction)
 
 
 def test_between_two_crossings_of_a_corner_a_turning_point_counts_by_that_one_too() -> None:
     """Crossed upwards, then downwards: maxima in between lie beyond the lower corner, other minima beyond the upper."""
-    turns, whole = turns_of(CROSSED), turns_of(())
+    turns, whole = turns_of(CROSSED, np.ones(3)), turns_of((), np.ones(3))
     visits = {
         time: is_maximum
         for time in turning_times()
@@ -135,13 +156,15 @@ def test_between_two_crossings_of_a_corner_a_turning_point_counts_by_that_one_to
     }
     assert sorted(visits.values()) == [False, False, True]
     assert len(turns) == len(whole) + len(visits)
-    behind = turns[[i for i in range(1, len(turns)) if turns[i][3] == turns[i - 1][3]]]
+    times = turns[:, approaches.TURN_TIME]
+    behind = turns[[i for i in range(1, len(turns)) if times[i] == times[i - 1]]]
     for row, (time, is_maximum) in zip(behind, visits.items(), strict=True):
         assert row[approaches.TURN_TIME] == pytest.approx(time, abs=1e-9)
         depth = at(time)[0] - LOWER if is_maximum else UPPER - at(time)[0]
         assert row[approaches.TURN_DEPTH] == pytest.approx(depth, abs=1e-12)
         moved = slopes(time) if is_maximum else np.array([0.0, 0.0, CORNER_SHIFT]) - slopes(time)
-        np.testing.assert_allclose(row[approaches.TURN_SLOPE :], [*moved, *time_slopes(time)], rtol=0, atol=1e-12)
+        assert row[approaches.TURN_SLOPE] == pytest.approx(moved.sum(), abs=1e-12)
+        assert row[approaches.TURN_TIME_SLOPE] == pytest.approx(time_slopes(time).sum(), abs=1e-12)
 
 
 @pytest.mark.parametrize("crossed", [(), CROSSED], ids=["whole", "crossed"])
@@ -156,7 +179,7 @@ def test_an_approach_has_its_depth_and_what_the_gradient_gains_beyond(crossed: t
         limits=np.ones(PERIOD + 1),
     )
     summit = max(turning_times(), key=lambda time: at(time)[0])
-    approach = np.full(approaches.SLOPE + 3, np.nan)
+    approach = np.full(approaches.SLOPE + 6, np.nan)
     approach[approaches.TIME] = summit + 5e-3
     approaches.write_approach(
         common,
@@ -175,7 +198,8 @@ def test_an_approach_has_its_depth_and_what_the_gradient_gains_beyond(crossed: t
     assert approach[approaches.BEND] == pytest.approx((GENERATOR @ GENERATOR @ at(summit))[0], rel=1e-6)
     assert approach[[approaches.STIFFNESS, approaches.DAMPING]].tolist() == [70.0, 3.0]
     moved = slopes(summit) - np.array([0.0, 0.0, CORNER_SHIFT])
-    np.testing.assert_allclose(approach[approaches.SLOPE :], moved, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(approach[approaches.SLOPE : -3], moved, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(approach[-3:], time_slopes(summit), rtol=0, atol=1e-12)
     matrix, kick = GENERATOR[:2, :2], np.array([0.0, 1.0])
     gain = -(expm(matrix) @ (70.0 * kick + 3.0 * matrix @ kick))[0]
     assert approach[approaches.GAIN] == pytest.approx(gain, rel=1e-10)

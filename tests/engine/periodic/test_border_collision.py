@@ -52,9 +52,9 @@ class NormalForm(Family):
         return SimpleNamespace(system=SimpleNamespace(clearances=(), auxiliaries=[SimpleNamespace(kind="slider")]))
 
     def follow(
-        self, state: State, parameter: float, touch: Touch | None = None, *, with_turns: bool = False
+        self, state: State, parameter: float, touch: Touch | None = None, turns_along: np.ndarray | None = None
     ) -> tuple[Pass, np.ndarray]:
-        del touch, with_turns
+        del touch, turns_along
         x, gradient, b = state.y, self.gradient(state.y), np.array([1.0, 0.0])
         root = np.sqrt(max(x[0], 0.0))  # two crossings in the middle of the period meet at velocity zero
         times = np.array([0.5 - 0.1 * root, 0.5 + 0.1 * root])[: 2 * int(root > 0.0)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -13,6 +14,7 @@ from scipy.linalg import expm
 import gearrattle as gr
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import DOUBLING, GRAZING, Event
+from gearrattle.engine.periodic.grazing import grazing_of
 from gearrattle.orbits import Branch
 from tests.oracles import stop_slider_mp as oracle
 
@@ -179,3 +181,12 @@ def test_the_doubled_branch_ends_where_it_joins_the_other_in_the_jump() -> None:
     assert gaps[-1] < 1e-9
     assert gaps[1:][distances[1:] > 1e-9].min() > 1e-9
     assert gaps.max() > 0.01
+
+
+@pytest.mark.parametrize("law", ["elastic", "damped"])
+def test_the_root_of_any_driveline_is_that_of_the_compiled_loop(law: str) -> None:
+    """What the loop knows of the touch is left out, so it is worked out as for drivelines that have no such loop."""
+    event, curve = first_grazing(branch_of(law))
+    assert event.touch is not None
+    point = replace(event.point, motion=replace(event.point.motion, approach=None))
+    assert grazing_of(curve, point, event.touch).root == pytest.approx(closed_form(law), rel=1e-4)

@@ -32,7 +32,7 @@ def point_at(amplitude: float, *, upward: bool) -> tuple[Point, Continuation]:
 
 def landed_from(point: Point, curve: Continuation) -> Point:
     """The motion that grazes ahead of a point."""
-    ahead = grazing_ahead(point, curve.family.unit)
+    ahead = grazing_ahead(point)
     assert ahead is not None
     corrector = Corrector(curve.family, (point.scale, point.size))
     grazing = landed(corrector, curve.family.unit, point, ahead, 1.0)

@@ -1,30 +1,54 @@
 """Lowest, highest and mean values of rows along a motion, from its state at the start and its regions.
 
-Every interval between crossings is cut into steps of a small norm, over which the states are Taylor series. A row is a
-polynomial there: its integral is known, and its turning points are found where its derivative changes sign.
+Every interval between crossings is cut into steps over which rows are short Taylor series,
+
+    w z(t) = w z + w Z z t + w Z^2 z t^2 / 2 + ...
+
+The rows w Z^m / m! are made once a region, and the exponential over a step where a motion takes many of them there. A
+row is a polynomial: its integral is known, and its turning points are found where its derivative changes sign.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from gearrattle.engine.kernels._jit import kernel
+from gearrattle.engine.kernels.arrays import Array3, Matrix, Vector
 
 _NORM = 0.5  # of the rates times a step
 _ORDER = 16  # terms of a series
-_HALVINGS = 60
+_ITERATIONS, _SETTLED = 60, 1e-15  # of the search for a turning point; share of the interval that counts as zero
+
+
+class Region(NamedTuple):
+    """What is made once a region, over its step."""
+
+    step: Vector  # (2,) in periods, 0: nothing is made yet; and 1 if there is an increment
+    series: Array3  # (K, _ORDER + 1, Z) rows of the Taylor series of every row
+    increment: Matrix  # (Z, Z) exp(Z step) - 1
 
 
 @kernel
-def norm_of_rows(matrix, size):
-    """Largest sum of moduli of a row, of the first rows and columns."""
-    largest = 0.0
-    for i in range(size):
-        total = 0.0
+def norm_of_square(generator, states):
+    """Root of the largest sum of moduli of a row of Z^2, of the first rows: near the largest rate of a mode.
+
+    It hardly depends on how states are scaled, as the norm of Z does.
+    """
+    size, largest = generator.shape[0], 0.0
+    row = np.empty(size)
+    for i in range(states):
+        for p in range(size):
+            row[p] = 0.0
         for j in range(size):
-            total += abs(matrix[i, j])
+            for p in range(size):
+                row[p] += generator[i, j] * generator[j, p]
+        total = 0.0
+        for p in range(size):
+            total += abs(row[p])
         largest = max(largest, total)
-    return largest
+    return np.sqrt(largest)
 
 
 @kernel
@@ -46,18 +70,33 @@ def slope_of(series, s):
 
 
 @kernel
+def bend_of(series, s):
+    """Its second derivative."""
+    total = 0.0
+    for j in range(series.size - 1, 1, -1):
+        total = total * s + j * (j - 1.0) * series[j]
+    return total
+
+
+@kernel
 def turn_between(series, begin, end):
-    """The turning point of a polynomial between two values of s at which its derivative has other signs."""
-    rises = slope_of(series, begin) > 0.0
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (begin + end)
-        if middle in (begin, end):
-            break
-        if (slope_of(series, middle) > 0.0) == rises:
-            begin = middle
+    """The turning point of a polynomial between two values of s at which its derivative has other signs.
+
+    Newton's method, and a bisection where that would leave the interval.
+    """
+    rises, s, width = slope_of(series, begin) > 0.0, 0.5 * (begin + end), end - begin
+    for _ in range(_ITERATIONS):
+        slope, bend = slope_of(series, s), bend_of(series, s)
+        if (slope > 0.0) == rises:
+            begin = s
         else:
-            end = middle
-    return 0.5 * (begin + end)
+            end = s
+        last, s = s, s - slope / bend
+        if not begin <= s <= end:
+            s = 0.5 * (begin + end)
+        if abs(s - last) <= _SETTLED * width:
+            break
+    return s
 
 
 @kernel
@@ -76,6 +115,85 @@ def add_levels(series, h, out):
             turn = value_of(series, turn_between(series, begin, end))
             out[0], out[1] = min(out[0], turn), max(out[1], turn)
         begin = end
+
+
+@kernel
+def _add_product(generator, factor, source, out):
+    """Add a factor times the product of the generator and a vector."""
+    for a in range(source.size):
+        total = 0.0
+        for b in range(source.size):
+            total += generator[a, b] * source[b]
+        out[a] += factor * total
+
+
+@kernel
+def _write_region(generator, rows, duration, region):
+    """Write the series of all rows and, if there are more steps than columns, the exponential: the series of these."""
+    size = generator.shape[0]
+    region.step[0] = h = _NORM / max(norm_of_square(generator, size), _NORM)
+    for k in range(rows.shape[0]):
+        for b in range(size):
+            region.series[k, 0, b] = rows[k, b]
+        for m in range(1, _ORDER + 1):
+            for b in range(size):
+                total = 0.0
+                for a in range(size):
+                    total += region.series[k, m - 1, a] * generator[a, b]
+                region.series[k, m, b] = total / m
+    if duration < size * h:
+        return
+    region.step[1] = 1.0
+    term, product = np.empty(size), np.empty(size)
+    for b in range(size):
+        for a in range(size):
+            term[a], region.increment[a, b] = 1.0 if a == b else 0.0, 0.0
+        for m in range(1, _ORDER + 1):
+            for a in range(size):
+                product[a] = 0.0
+            _add_product(generator, h / m, term, product)
+            for a in range(size):
+                term[a] = product[a]
+                region.increment[a, b] += term[a]
+
+
+@kernel
+def _carry(generator, h, z, term, product):
+    """Carry z over less than a step, by its Taylor series."""
+    for a in range(z.size):
+        term[a] = z[a]
+    for m in range(1, _ORDER + 1):
+        for a in range(z.size):
+            product[a] = 0.0
+        _add_product(generator, h / m, term, product)
+        for a in range(z.size):
+            term[a] = product[a]
+            z[a] += term[a]
+
+
+@kernel
+def _add_steps(generator, region, duration, z, series, room, out):
+    """Add an interval in a region to the levels of all rows, and carry z to its end."""
+    left, h = duration, region.step[0]
+    term, product = room[0], room[1]
+    while left > 0.0:
+        span = min(left, h)
+        for k in range(out.shape[0]):
+            for m in range(series.size):
+                total = 0.0
+                for b in range(z.size):
+                    total += region.series[k, m, b] * z[b]
+                series[m] = total
+            add_levels(series, span, out[k])
+        if span == h and region.step[1] != 0.0:
+            for a in range(z.size):
+                product[a] = 0.0
+            _add_product(region.increment, 1.0, z, product)
+            for a in range(z.size):
+                z[a] += product[a]
+        else:
+            _carry(generator, span, z, term, product)
+        left -= span
 
 
 @kernel
@@ -100,34 +218,19 @@ def levels(generators, region, duration, known, z, rows, out):
         (K, 3).
     """
     size, count = z.size, rows.shape[0]
-    terms, series = np.empty((_ORDER + 1, size)), np.empty(_ORDER + 1)
+    steps, increments, spent = np.zeros((len(generators), 2)), np.empty(generators.shape), np.zeros(len(generators))
+    tables = np.empty((len(generators), count, _ORDER + 1, size))
+    series, room = np.empty(_ORDER + 1), np.empty((2, size))
     for k in range(count):
         out[k, 0], out[k, 1], out[k, 2] = np.inf, -np.inf, 0.0
     for i in range(duration.size):
-        generator = generators[region[i]]
+        spent[region[i]] += duration[i]
+    for i in range(duration.size):
+        r = region[i]
+        made = Region(steps[r], tables[r], increments[r])
         for j in range(size):
             if known[i, j] == known[i, j]:
                 z[j] = known[i, j]
-        steps = int(duration[i] * norm_of_rows(generator, size) / _NORM) + 1
-        h = duration[i] / steps
-        for _ in range(steps if duration[i] > 0.0 else 0):
-            for a in range(size):
-                terms[0, a] = z[a]
-            for m in range(1, _ORDER + 1):
-                for a in range(size):
-                    total = 0.0
-                    for b in range(size):
-                        total += generator[a, b] * terms[m - 1, b]
-                    terms[m, a] = total / m
-            for k in range(count):
-                for m in range(_ORDER + 1):
-                    total = 0.0
-                    for b in range(size):
-                        total += rows[k, b] * terms[m, b]
-                    series[m] = total
-                add_levels(series, h, out[k])
-            for a in range(size):
-                total = 0.0
-                for m in range(_ORDER, -1, -1):
-                    total = total * h + terms[m, a]
-                z[a] = total
+        if made.step[0] == 0.0:
+            _write_region(generators[r], rows, spent[r], made)
+        _add_steps(generators[r], made, duration[i], z, series, room, out)

@@ -34,15 +34,17 @@ from gearrattle.engine.kernels.approaches import (
     TERMS,
     Course,
     Crossings,
+    Direction,
     Rates,
     Steps,
     dot,
     write_approach,
+    write_direction,
     write_turns,
 )
 from gearrattle.engine.kernels.arrays import IntVector, Matrix, Vector
 from gearrattle.engine.kernels.laid_out import lay_out
-from gearrattle.engine.kernels.levels import norm_of_rows
+from gearrattle.engine.kernels.levels import norm_of_square
 from gearrattle.engine.kernels.located import common_at, laws_at, region_at
 from gearrattle.engine.kernels.many import AT, SLOTS, numbers_of
 from gearrattle.engine.kernels.packed import EVENTS
@@ -63,9 +65,10 @@ class Map(NamedTuple):
     gradient: Matrix  # (N, N) of the end with respect to the start [SI]
     slope: Vector  # (N,) of the end with respect to the parameter [SI], times half the distance of both neighbours
     corner: IntVector  # (2,) clearance whose approach to a corner is asked for (-1: none), and 1 for the upper corner
-    approach: Vector  # (7 + N,) an instant nearby [periods]; then what ``approaches`` writes; depth NaN: there is none
-    turns: Matrix  # (MOST_TURNS, 7 + 2 N) all turning points
-    turning: IntVector  # (1,) how many; -1: none are asked for
+    approach: Vector  # (8 + 2 N,) an instant nearby [periods]; what ``approaches`` writes; depth NaN: there is none
+    row: Vector  # (N + 1,) over the state at the start [SI] and the parameter: says along which direction slopes are
+    turns: Matrix  # (MOST_TURNS, TURN_COLUMNS) all turning points
+    turning: IntVector  # (1,) how many; -1: none are asked for, or there is no such direction
     reach: Vector  # (K,) to a corner of every clearance: turning points farther away are left out
 
 
@@ -321,7 +324,7 @@ def _write_levels(common, rates, course, steps):
     for h in range(common.frequency.size):
         widest = max(widest, common.frequency[h])
     for slot in range(slots):
-        norm, longest = max(widest, norm_of_rows(rates.generator[slot], states)), 0.0
+        norm, longest = max(widest, norm_of_square(rates.generator[slot], states)), 0.0
         for i in range(course.slot.size):
             if course.slot[i] == slot:
                 longest = max(longest, course.time[i + 1] - course.time[i])
@@ -401,9 +404,14 @@ def _follow(common, laws, regions, rates, log, events, initial, end, carried, sc
     if out.corner[0] >= 0:
         write_approach(common, laws, regions, rates, steps, course, crossings, out.corner, scale, out.approach)
     if out.turning[0] >= 0:
-        clearances = common.clearances
-        reach = out.reach
-        write_turns(laws, clearances, regions, rates, steps, course, crossings, scale, reach, out.turns, out.turning)
+        room = np.empty((states + 1, states + 1)), np.empty(states + 1, np.int64), np.empty(states + 1)
+        direction = Direction(room[0], room[1], room[2])
+        if write_direction(carried.columns, scale, out.row, direction):
+            clearances, change = common.clearances, direction.change
+            reach, turns = out.reach, out.turns
+            write_turns(laws, clearances, regions, rates, steps, course, crossings, change, reach, turns, out.turning)
+        else:
+            out.turning[0] = -1
 
 
 @strict_entry

@@ -14,7 +14,7 @@ from gearrattle.engine.kernels import approaches, many, packed
 from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.periods import NEIGHBOURS, Map, differentiate
 from gearrattle.engine.kernels.variants import Coefficients, Judged
-from gearrattle.engine.periodic.period_map import Approach, Turns
+from gearrattle.engine.periodic.period_map import Approach, Dips, Turns
 from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.solvers.many import Batch, Pattern
 from gearrattle.engine.system.passages import Passages
@@ -53,8 +53,9 @@ class PeriodBatch(Batch):
             gradient=np.zeros((states, states)),
             slope=np.zeros(states),
             corner=np.full(2, -1, np.int64),
-            approach=np.full(approaches.SLOPE + states + 1, np.nan),
-            turns=np.zeros((approaches.MOST_TURNS, approaches.TURN_SLOPE + 2 * (states + 1))),
+            approach=np.full(approaches.SLOPE + 2 * (states + 1), np.nan),
+            row=np.zeros(states + 1),
+            turns=np.zeros((approaches.MOST_TURNS, approaches.TURN_COLUMNS)),
             turning=np.full(1, -1),
             reach=_REACH * np.array([np.abs(own).min(initial=np.inf) for own in corners]),
         )
@@ -66,8 +67,7 @@ class PeriodBatch(Batch):
         angle: Array,
         velocity: Array,
         touch: Touch | None = None,
-        *,
-        with_turns: bool = False,
+        turns_along: Array | None = None,
     ) -> bool:
         """Follow a motion to its end, which ``out`` then holds; whether it was followed.
 
@@ -79,13 +79,16 @@ class PeriodBatch(Batch):
             (n,) at the start [rad, rad/s].
         touch
             a corner and an instant, of which ``out.approach`` is written.
-        with_turns
-            whether ``out.turns`` are written.
+        turns_along
+            (N + 1,) over the state at the start [SI] and half the distance of both neighbours, see ``Family.follow``:
+            ``out.turns`` are written.
         """
         self.out.corner[:] = (-1, 0) if touch is None else (touch.watch, touch.upward)
         self.out.approach[:] = np.nan
         self.out.approach[approaches.TIME] = np.nan if touch is None else touch.time
-        self.out.turning[0] = 0 if with_turns else -1
+        self.out.turning[0] = -1 if turns_along is None else 0
+        if turns_along is not None:
+            self.out.row[:] = turns_along
         self.cases = self.cases._replace(numbers=numbers)
         self.cases.angle[-1], self.cases.velocity[-1] = angle, velocity
         self.cursor[:] = 0
@@ -117,21 +120,22 @@ class PeriodBatch(Batch):
         time, depth, bend, gain, stiffness, damping = self.out.approach[: approaches.SLOPE].tolist()
         if not np.isfinite(depth):
             return None
-        slope = self.out.approach[approaches.SLOPE :].copy()
+        slope, time_slope = np.split(self.out.approach[approaches.SLOPE :].copy(), 2)
         slope[-1] /= step
+        time_slope[-1] /= step
         rate = float(max(abs(stiffness) ** 0.5, abs(damping)))
-        return Approach(depth, time, bend / period**2, slope, gain / period, rate)
+        return Approach(depth, time, bend / period**2, slope, time_slope, gain / period, rate)
 
-    def turns(self, step: float) -> Turns | None:
-        """Return the turning points, if they were asked for; ``step`` is half the distance of both neighbours."""
+    def turns(self) -> Turns | None:
+        """Return the turning points, if they were asked for and there is one direction for their slopes."""
         count = int(self.out.turning[0])
         if count < 0:
             return None
-        rows = self.out.turns[:count].copy()
-        half = (rows.shape[1] + approaches.TURN_SLOPE) // 2
-        slope, time_slope = rows[:, approaches.TURN_SLOPE : half], rows[:, half:]
-        slope[:, -1] /= step
-        time_slope[:, -1] /= step
-        watch, upward, after = rows[:, : approaches.TURN_TIME].astype(np.int64).T
-        time, depth = rows[:, approaches.TURN_TIME], rows[:, approaches.TURN_DEPTH]
-        return Turns(watch, upward, after, time, depth, slope, time_slope)
+        rows = self.out.turns[:count]
+        is_turn = rows[:, approaches.UPWARD] < approaches.FALLING
+        watch, upward = rows[:, : approaches.TURN_TIME].T.astype(np.int64)
+        time, depth, slope, time_slope, level, level_slope = rows[:, approaches.TURN_TIME :].T.copy()
+        every = watch, upward, time, depth, slope, time_slope, level, level_slope
+        dips = Dips._make(part[~is_turn] for part in every)
+        watch, upward, time, depth, slope, time_slope = (part[is_turn] for part in every[:6])
+        return Turns(watch, upward, time, depth, slope, time_slope, dips)

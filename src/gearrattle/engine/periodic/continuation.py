@@ -105,7 +105,8 @@ class Continuation:
     def follow(self, begin: Point, lowest: float, highest: float) -> Iterator[Point]:
         """Yield the points of a branch after its first one, the last of them at an end of the range of the parameter.
 
-        A closed branch ends with its first point again.
+        A closed branch ends with its first point again. The first step of one that leaves another branch is no longer
+        than the way from there.
 
         Raises
         ------
@@ -113,6 +114,8 @@ class Continuation:
             the branch cannot be followed any further.
         """
         earlier, point, step = begin, begin, _FIRST * self._longest
+        if begin.length > 0.0:
+            step = min(step, begin.length)
         self._refused = None
         while True:
             last = self._last(point, step, lowest, highest)
@@ -278,9 +281,9 @@ class Continuation:
             except ConvergenceError:
                 step, is_first = 0.4 * step, False
                 continue
-            is_short, agreeing = step < _KINK, agreeing_step(point, following, self.family.unit)
+            is_short, agreeing = step < _KINK, agreeing_step(point, following)
             if point.touch is not None and not is_short:
-                agreeing = min(agreeing, _RISE / rise_beyond(point, following, self.family.unit))
+                agreeing = min(agreeing, _RISE / rise_beyond(point, following))
             if agreeing >= 1.0 and (_is_straight(point, following) or is_short) and self._is_allowed(point, following):
                 growth = _growth(point, following) if is_first and iterations <= _EASY else 1.0
                 growth = min(max(growth, _LEAST_GROWTH) if is_short else growth, max(_SAFE * agreeing, 1.0))
@@ -291,7 +294,7 @@ class Continuation:
     def _grazing_within(self, point: Point, step: float) -> tuple[Point | None, float]:
         """The motion that grazes before a step ends; where there is none, or it is too far, the step to try."""
         refused, self._refused = self._refused, None
-        ahead = grazing_ahead(point, self.family.unit)
+        ahead = grazing_ahead(point)
         if ahead is None or ahead.distance >= step:
             return None, step
         if refused is None or not ahead.is_of(refused):
@@ -299,7 +302,7 @@ class Continuation:
         if refused is None:
             return None, step
         grazing = appended(point, refused)
-        distance, agreeing = grazing.length - point.length, agreeing_step(point, grazing, self.family.unit)
+        distance, agreeing = grazing.length - point.length, agreeing_step(point, grazing)
         is_straight = distance < _CORNER or _is_straight(point, grazing)
         if agreeing >= 1.0 and is_straight and self._is_allowed(point, grazing):
             return grazing, step
@@ -329,7 +332,7 @@ class Continuation:
             )
         except ConvergenceError:
             return None
-        agrees = agreeing_step(point, last, self.family.unit) >= 1.0
+        agrees = agreeing_step(point, last) >= 1.0
         if not (agrees and _is_straight(point, last) and self._is_allowed(point, last)):
             return None
         return replace(appended(point, last), parameter=highest if point.tangent[-1] > 0.0 else lowest)

@@ -9,10 +9,12 @@ Takes a Family and predictions; gives Points.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.equations import shortest_solution
+from gearrattle.engine.periodic.equations import shortest_solution, solution
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.period_map import Pass, State
 from gearrattle.engine.periodic.point import Point
@@ -49,11 +51,12 @@ class Corrector:
         self.scale = units[0] / units[1]
 
     def followed(
-        self, w: Array, pieces: IntArray | None, touch: Touch | None = None, *, with_turns: bool = False
+        self, w: Array, pieces: IntArray | None, touch: Touch | None = None, turns_along: Array | None = None
     ) -> tuple[Pass, Array]:
-        """Return the motion from w (N + 1,), and its slope (N,) [SI]."""
+        """Return the motion from w (N + 1,), and its slope (N,) [SI]; for a row over w with its turning points."""
         state, parameter = State(w[:-1] / self.scale, pieces), float(w[-1] * self._family.unit)
-        return self._family.follow(state, parameter, touch, with_turns=with_turns)
+        row = None if turns_along is None else turns_along * np.append(self.scale, 1.0 / self._family.unit)
+        return self._family.follow(state, parameter, touch, row)
 
     def matrix(self, motion: Pass, slope: Array) -> Array:
         """Return (N, N + 1) [dF/du, dF/dp] in the branch's units."""
@@ -125,7 +128,7 @@ class Corrector:
         w, last, error = predicted.copy(), np.inf, np.inf
         for iteration in range(_ITERATIONS):
             parameter = float(w[-1] * self._family.unit)
-            motion, slope = self.followed(w, pieces, touch, with_turns=with_turns and error < _LAST)
+            motion, slope = self.followed(w, pieces, touch, direction if with_turns and error < _LAST else None)
             matrix = self.matrix(motion, slope)
             residual = self.residual(motion)
             norm = float(np.linalg.norm(residual))
@@ -134,19 +137,30 @@ class Corrector:
             is_lost = is_near and norm > last and norm > 100.0 * least
             if is_lost or not np.isfinite(norm) or not np.all(np.isfinite(matrix)):
                 break
-            change, _ = shortest_solution(np.vstack([matrix, normal]), np.append(-residual, -plane))
+            change = solution(np.vstack([matrix, normal]), np.append(-residual, -plane))
             is_settled = norm <= least or (norm <= 100.0 * least and norm > 0.5 * last)
             error = float(np.linalg.norm(change))
             if (is_settled or error <= slack) and abs(plane) < 1e-12:
                 if with_turns and self._family.finds_turns and motion.turns is None:
-                    motion, slope = self.followed(w, pieces, touch, with_turns=True)
+                    motion, slope = self.followed(w, pieces, touch, direction)
                 tangent, free = null_vector(matrix, direction)
+                motion = with_turns_along(motion, float(direction @ tangent), free)
                 way = 0.0 if free else float(np.linalg.det(np.vstack([matrix, tangent])))
                 w = w + change if slack > 0.0 else w
                 point = Point(parameter, motion, slope, *self._units, w, tangent, free, way, error, 0.0)
                 return point, iteration + 1
             w, last = w + change, norm
         raise ConvergenceError("Newton's method does not converge")
+
+
+def with_turns_along(motion: Pass, cosine: float, free: int) -> Pass:
+    """Return a motion with the slopes of its turning points along the tangent, not where that is one of several.
+
+    ``cosine`` is the product of the tangent and the row that they were wanted for.
+    """
+    if motion.turns is None:
+        return motion
+    return replace(motion, turns=None if free else motion.turns.scaled(cosine))
 
 
 def null_vector(matrix: Array, direction: Array) -> tuple[Array, int]:

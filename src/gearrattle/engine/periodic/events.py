@@ -94,8 +94,8 @@ def events_between(curve: Continuation, before: Point, after: Point, depth: int 
     ConvergenceError
         the branch cannot be followed in between.
     """
-    hidden = hidden_between(before, after, curve.family.unit) if depth < _DEEPEST else None
-    if hidden is not None:
+    hidden = hidden_between(before, after)
+    if hidden is not None and depth < _DEEPEST:
         return _events_of_parts(curve, before, after, hidden, depth)
     view = _view_of(curve, before, after)
     if not patterns.is_one_change(view(before), view(after)) and depth < _DEEPEST:
@@ -212,7 +212,7 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: 
     one, other = view(before), view(after)
     if one == other:
         return
-    known = _known_grazing(before, after, view, curve.family.unit)
+    known = _known_grazing(before, after, view)
     if known is not None:
         point, touch = known
         yield Event(GRAZING, point, touch.watch, touch=touch, grazing=grazing_of(curve, point, touch))
@@ -233,11 +233,11 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: 
     )
 
 
-def _known_grazing(before: Point, after: Point, view: View, unit: float) -> tuple[Point, Touch] | None:
+def _known_grazing(before: Point, after: Point, view: View) -> tuple[Point, Touch] | None:
     """The one of two points that grazes what the other one touches, and the touch; None if neither does."""
     for apart, touching in ((before, after), (after, before)):
         is_longer = len(view(touching)) == len(view(apart)) + 2
-        if apart.touch is not None and is_longer and touches_beyond(apart, touching, unit):
+        if apart.touch is not None and is_longer and touches_beyond(apart, touching):
             return apart, apart.touch
     return None
 

@@ -69,7 +69,7 @@ class Family(ABC):
 
     @abstractmethod
     def follow(
-        self, state: State, parameter: float, touch: Touch | None = None, *, with_turns: bool = False
+        self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | None = None
     ) -> tuple[Pass, Array]:
         """Follow a state.
 
@@ -81,8 +81,10 @@ class Family(ABC):
             of the driveline.
         touch
             a corner and an instant, for the approach in the Pass; None: none.
-        with_turns
-            whether the Pass is to hold its turning points; only a CompiledFamily finds them.
+        turns_along
+            (N + 1,) a row over the state at the start and the parameter [1/SI]: the Pass is to hold its turning points,
+            with slopes along the change by which the gap stays as it is and of which the product with the row is 1.
+            Only a CompiledFamily finds them.
 
         Returns
         -------
@@ -126,8 +128,7 @@ class GeneralFamily(Family):
         state: State,
         parameter: float,
         touch: Touch | None = None,
-        *,
-        with_turns: bool = False,  # noqa: ARG002 - see ``Family.follow``
+        turns_along: Array | None = None,  # noqa: ARG002 - see ``Family.follow``
     ) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""
         step = DIFFERENCE * self.unit
@@ -180,7 +181,7 @@ class CompiledFamily(Family):
         return PeriodMap(system_of(self._system, picked(numbers, 0)), self.cycles)
 
     def follow(
-        self, state: State, parameter: float, touch: Touch | None = None, *, with_turns: bool = False
+        self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | None = None
     ) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""
         step = _SHARE * min(self.unit, max(abs(parameter), _LEAST * self.unit))
@@ -191,9 +192,10 @@ class CompiledFamily(Family):
             self._batch = PeriodBatch(self._system, self.cycles, numbers)
         first = self._angle_from_basis.shape[1]
         deflection, velocity, batch = state.y[:first], state.y[first:], self._batch
-        if not batch.follow(numbers, self._angle_from_basis @ deflection, velocity, touch, with_turns=with_turns):
+        row = None if turns_along is None else turns_along * np.append(np.ones(len(state.y)), step)
+        if not batch.follow(numbers, self._angle_from_basis @ deflection, velocity, touch, row):
             return self._general.follow(state, parameter, touch)
         end, turned, gradient, slope = (part.copy() for part in batch.out[:4])
         period = float(numbers.period[-1, 0])
-        passed = batch.passages(), period, self.cycles, batch.approach(period, step), batch.turns(step)
+        passed = batch.passages(), period, self.cycles, batch.approach(period, step), batch.turns()
         return Pass(state, State(end), gradient, turned, *passed), slope / step

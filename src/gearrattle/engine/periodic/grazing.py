@@ -37,9 +37,9 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Approach, PeriodMap
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.touch import Touch, before_touch, depth, pieces_before, without_touch
-from gearrattle.engine.periodic.turning import slopes_along
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.variation import variation
 from gearrattle.errors import ConvergenceError
 
@@ -104,11 +104,8 @@ def _slope(curve: Continuation, point: Point, touch: Touch, approach: Approach) 
     """How the depth of a touch grows along the branch, over the distance in the parameter [SI]; NaN: not known."""
     along = abs(float(point.tangent[-1]) * curve.family.unit)
     if approach.slope is not None:
-        return (
-            abs(float(slopes_along(point, approach.slope[None], curve.family.unit)[0])) / along
-            if along > 0.0
-            else np.nan
-        )
+        change = point.tangent * np.append(point.size / point.scale, curve.family.unit)
+        return abs(float(approach.slope @ change)) / along if along > 0.0 else np.nan
     for side in (-_APART, _APART):
         slopes = []
         for distance in (side, 2.0 * side):
@@ -119,7 +116,7 @@ def _slope(curve: Continuation, point: Point, touch: Touch, approach: Approach) 
                 break
             if deep < 0.0 and motion.parameter != point.parameter:
                 slopes.append(-deep / abs(motion.parameter - point.parameter))
-        if len(slopes) == 2:
+        if len(slopes) == 2 and 2.0 * slopes[0] > slopes[1]:
             return 2.0 * slopes[0] - slopes[1]
     return np.nan
 
@@ -147,10 +144,12 @@ def _approach_of(period_map: PeriodMap, point: Point, touch: Touch) -> Approach:
     (stiffness, damping), (other, more) = (_slopes(flow, element, p, is_mean=True) for p in (pieces, beyond))
     added = period * (other - stiffness) * pushed + (more - damping) * generator[:n, :n] @ pushed
     path = _from_then_on(without_touch(point.motion, located), located.time * period, period_map.length)
+    if not _is_possible(system, last, path):  # another touch lies so near that its crossings are not those of one visit
+        return Approach(np.nan, located.time, float(acceleration), rate=rate)
     cycle = variation(flow, last, path, end=period_map.length)
     grown = period_map.scale * (cycle.gradient() @ (added / period_map.scale))
     gain = -float(flow.deflection[element, :n] @ grown) / period
-    return Approach(np.nan, located.time, float(acceleration), None, gain, rate)
+    return Approach(np.nan, located.time, float(acceleration), gain=gain, rate=rate)
 
 
 def _from_then_on(crossings: Passages, time: float, length: float) -> Passages:
@@ -162,6 +161,17 @@ def _from_then_on(crossings: Passages, time: float, length: float) -> Passages:
     )
     times = np.concatenate([after.time - time, before.time + (length - time)])
     return Passages(times, watch, upward, velocity, memory)
+
+
+def _is_possible(system: PiecewiseSystem, pieces: Pieces, path: Passages) -> bool:
+    """Whether crossings lead through pieces that there are."""
+    for watch, upward in zip(path.watch.tolist(), path.upward.tolist(), strict=True):
+        if watch < len(system.clearances):
+            element = system.clearances[watch]
+            if not 0 <= pieces[element] + (1 if upward else -1) < system.laws[element].pieces:
+                return False
+        pieces = system.beyond(pieces, watch, upward)
+    return True
 
 
 def _slopes(flow: Flow, element: int, pieces: Pieces, *, is_mean: bool = False) -> tuple[float, float]:

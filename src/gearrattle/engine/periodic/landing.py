@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic import patterns
-from gearrattle.engine.periodic.corrector import Corrector, null_vector
-from gearrattle.engine.periodic.equations import shortest_solution
+from gearrattle.engine.periodic.corrector import Corrector, null_vector, with_turns_along
+from gearrattle.engine.periodic.equations import solution
 from gearrattle.engine.periodic.period_map import Pass
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.touch import Touch
-from gearrattle.engine.periodic.turning import grazes, slopes_along
+from gearrattle.engine.periodic.turning import grazes
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -45,7 +45,7 @@ class Ahead(NamedTuple):
 
     distance: float  # along the tangent [arclength]
     touch: Touch
-    time_slope: Array  # (N + 1,) of its instant, by w [periods]
+    time_slope: float  # of its instant, along the tangent [periods]
     depth: float  # [SI]
 
     @property
@@ -61,22 +61,20 @@ class Ahead(NamedTuple):
         return abs(touch.time - own.time) < _SAME
 
 
-def grazing_ahead(point: Point, unit: float) -> Ahead | None:
+def grazing_ahead(point: Point) -> Ahead | None:
     """Return the turning point that comes to its corner next, as the tangent tells; None if none does."""
     turns = point.motion.turns
     if turns is None or not len(turns.depth):
         return None
-    along = slopes_along(point, turns.slope, unit)
-    is_nearing = (along * turns.depth < 0.0) & ~grazes(point, turns)
-    distance = np.full(len(along), np.inf)
-    distance[is_nearing] = np.abs(turns.depth[is_nearing] / along[is_nearing])
+    is_nearing = (turns.slope * turns.depth < 0.0) & ~grazes(point, turns)
+    distance = np.full(len(turns.slope), np.inf)
+    distance[is_nearing] = np.abs(turns.depth[is_nearing] / turns.slope[is_nearing])
     distance[distance < _AT_ONCE] = np.inf
     k = int(np.argmin(distance))
     if not np.isfinite(distance[k]):
         return None
     touch = Touch(int(turns.watch[k]), int(turns.upward[k]), float(turns.time[k]))
-    time_slope = turns.time_slope[k] * np.append(point.size / point.scale, unit)
-    return Ahead(float(distance[k]), touch, time_slope, float(turns.depth[k]))
+    return Ahead(float(distance[k]), touch, float(turns.time_slope[k]), float(turns.depth[k]))
 
 
 def landed(corrector: Corrector, unit: float, point: Point, ahead: Ahead, farthest: float) -> Point | None:
@@ -133,9 +131,9 @@ class _Search:
         self._corrector, self._unit, self._point, self._ahead = corrector, unit, point, ahead
         self._units = np.append(point.size / point.scale, unit)
         share = 1.0 + _BEYOND if ahead.touches else 1.0 - _LEFT
-        self._w: Array = point.w
-        self._time = ahead.touch.time
-        self._move(share * ahead.distance * point.tangent)
+        distance = share * ahead.distance
+        self._w: Array = point.w + distance * point.tangent
+        self._time = ahead.touch.time + distance * ahead.time_slope
         self._last: tuple[Array, float] | None = None  # motion without contact, and its instant
         self._retreats, self._target, self._depth = 0, np.nan, np.nan
         self._is_near = False
@@ -147,28 +145,26 @@ class _Search:
             if np.linalg.norm(self._w - self._point.w) > farthest:
                 return None
             touch = replace(self._ahead.touch, time=self._time)
-            motion, slope = self._corrector.followed(self._w, pieces, touch, with_turns=self._is_near)
+            row = self._point.tangent if self._is_near else None
+            motion, slope = self._corrector.followed(self._w, pieces, touch, row)
             approach = motion.approach
-            if approach is None or approach.slope is None or approach.depth > 0.0:
+            if approach is None or approach.slope is None or approach.time_slope is None or approach.depth > 0.0:
                 if not self._retreat():
                     return None
                 continue
             residual, matrix = self._corrector.residual(motion), self._corrector.matrix(motion, slope)
-            row = approach.slope * self._units
+            row, time_row = approach.slope * self._units, approach.time_slope * self._units
             steep, now, self._time = float(np.linalg.norm(row)), approach.depth, approach.time
             is_motion = np.linalg.norm(residual) <= self._corrector.least(self._w, matrix)
             if is_motion and -now <= _CLOSE * steep and motion.turns is not None:
                 return self._point_at(motion, slope, matrix)
             target = self._next_target(now, _CLOSE * steep)
             right = np.append(-residual, (target - now) / steep)
-            change, _ = shortest_solution(np.vstack([matrix, row / steep]), right)
+            change = solution(np.vstack([matrix, row / steep]), right)
             self._last = self._w, self._time
             self._is_near = bool(np.linalg.norm(change) < _NEAR)
-            self._move(change)
+            self._w, self._time = self._w + change, self._time + float(time_row @ change)
         return None
-
-    def _move(self, change: Array) -> None:
-        self._w, self._time = self._w + change, self._time + float(self._ahead.time_slope @ change)
 
     def _retreat(self) -> bool:
         """Go half of the way back to the last motion without contact; whether there is one."""
@@ -194,15 +190,18 @@ class _Search:
         way = float(np.linalg.det(np.vstack([matrix, tangent])))
         if way * before.orientation < 0.0:
             tangent, way = -tangent, -way
+        motion = with_turns_along(motion, float(before.tangent @ tangent), free)
         parameter = float(self._w[-1] * self._unit)
         units = before.scale, before.size
         point = Point(parameter, motion, slope, *units, self._w, tangent, free, way, 0.0, 0.0, touch)
         same = bool(patterns.touches(point.word, before.word)) if self._ahead.touches else point.word == before.word
-        return point if same and not free and not self._touches_at_once(motion) else None
+        return point if same and not _touches_at_once(point) else None
 
-    def _touches_at_once(self, motion: Pass) -> bool:
-        """Whether another turning point lies at its corner as well."""
-        turns = motion.turns
-        assert turns is not None
-        steep = np.linalg.norm(turns.slope * self._units, axis=1)
-        return int(np.count_nonzero(np.abs(turns.depth) < _AT_ONCE * steep)) > 1
+
+def _touches_at_once(point: Point) -> bool:
+    """Whether another turning point lies at its corner as well; True where that is not known."""
+    turns = point.motion.turns
+    if turns is None:
+        return True
+    is_near = np.abs(turns.depth) < _AT_ONCE * np.abs(turns.slope)
+    return bool((is_near & ~grazes(point, turns)).any())

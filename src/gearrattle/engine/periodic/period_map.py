@@ -68,8 +68,22 @@ class Approach(NamedTuple):
     time: float  # in periods from the start
     acceleration: float = np.nan  # of the deflection [SI]
     slope: Array | None = None  # (N + 1,) of the depth, by the state at the start and by a parameter [SI]
+    time_slope: Array | None = None  # (N + 1,) of the time, by the same
     gain: float = np.nan  # what the trace of the gradient gains for a second beyond the corner [1/s]
     rate: float = np.nan  # of what is entered there [rad/s]
+
+
+class Dips(NamedTuple):
+    """Where rates of deflections come nearest to zero and do not reach it: two turning points may appear there."""
+
+    watch: IntArray  # (D,) clearance
+    upward: IntArray  # (D,) ``approaches.RISING`` or FALLING, by the sign of the rate
+    time: Array  # (D,) in periods from the start
+    depth: Array  # (D,) how far the rate lies beyond zero, a negative number [SI, per period]
+    slope: Array  # (D,) of that along a direction
+    time_slope: Array  # (D,) of the time along it
+    level: Array  # (D,) how far the deflection is from the corner nearest to it [SI]
+    level_slope: Array  # (D,) of that along the direction
 
 
 class Turns(NamedTuple):
@@ -77,11 +91,17 @@ class Turns(NamedTuple):
 
     watch: IntArray  # (E,) clearance
     upward: IntArray  # (E,) 1: its deflection grows towards the corner
-    after: IntArray  # (E,) crossings before it
     time: Array  # (E,) in periods from the start
     depth: Array  # (E,) how far it lies beyond the corner [SI]
-    slope: Array  # (E, N + 1) of the depth, by the state at the start and by a parameter [SI]
-    time_slope: Array  # (E, N + 1) of the time, by the same
+    slope: Array  # (E,) of the depth along a direction
+    time_slope: Array  # (E,) of the time along it
+    dips: Dips
+
+    def scaled(self, factor: float) -> Turns:
+        """Return them with slopes along a direction so many times as long."""
+        slopes = {name: factor * getattr(self.dips, name) for name in ("slope", "time_slope", "level_slope")}
+        dips = self.dips._replace(**slopes)
+        return self._replace(slope=factor * self.slope, time_slope=factor * self.time_slope, dips=dips)
 
 
 @dataclass(frozen=True)

@@ -103,7 +103,9 @@ def pattern_along(crossings: Passages) -> Pattern:
 
 def turned_around(point: Point) -> Point:
     """Return the point of the same branch passed in the other direction."""
-    return replace(point, tangent=-point.tangent, orientation=-point.orientation)
+    turns = point.motion.turns
+    motion = point.motion if turns is None else replace(point.motion, turns=turns.scaled(-1.0))
+    return replace(point, motion=motion, tangent=-point.tangent, orientation=-point.orientation)
 
 
 def appended(point: Point, following: Point) -> Point:

@@ -76,7 +76,7 @@ class Search:
         self._depths: list[_Depth] = []
         self.nearby: Approach | None = None
         self._left = _NEARER
-        passed = turning.passed_between(apart, touching, curve.family.unit)
+        passed = turning.passed_between(apart, touching)
         if passed is None:
             self._ask(touch)
         else:

@@ -7,8 +7,11 @@ Every turning point of a deflection has a depth, by which it lies beyond a corne
 the crossings say nothing. But a depth that is negative at both can be positive in between only if it grows at the first
 one and falls at the second one. While it bends one way its graph lies below both tangents: where these meet below zero
 nothing is hidden, and where they meet above zero the branch is looked at there. A touch that goes and comes back is the
-same with the opposite sign. If a motion touches what one beside it grazes (``landing``), although the slope of that
-one's depth leads away from the corner, there is another grazing between both.
+same with the opposite sign. So is a pair of turning points that appears and vanishes: there a rate comes nearest to
+zero at both points, and its distance beyond zero is the depth. And a turning point that one motion alone has, or such a
+rate, may be led to zero by its slope before the other motion: the branch is looked at a little beyond. If a motion
+touches what one beside it grazes (``landing``), although the slope of that one's depth leads away from the corner,
+there is another grazing between both.
 
 *Hidden loops.* Near grazings a branch may go back and forth in a loop too small for its tangent to tell. The depths
 tell: over a step their change is the mean of both slopes, but for what is cubic in the step; and none that comes nearer
@@ -25,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.period_map import Turns
+from gearrattle.engine.periodic.period_map import Dips, Turns
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.touch import Touch
 
@@ -33,10 +36,14 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _MOVED = 1.0 / 32.0  # periods that a turning point may move between two points
+_WIDER = 2.0  # times what its slope says: so far a level may move over a step
+_BORN = 1.0 / 128.0  # periods between two turning points and the dip of the rate that they have come from
 _GRAZES = 1e-6  # periods between a grazing and the turning point that it is
+_KINDS = 4  # values of the column UPWARD
 _FLAT = 1e-300  # [SI] slope that counts as zero
 _LEAST = 1e-3  # share of the way from either end at which the branch is looked at, at least
 _DEFECT = 0.25  # between the change of a depth and the mean of both slopes, over the larger slope
+_A_LITTLE_MORE = 1.5  # times the way to where a depth reaches zero: there the branch is looked at
 _COUNTS = 0.25  # slope over depth, from which a depth counts
 
 
@@ -52,41 +59,90 @@ class _Depths(NamedTuple):
     nearing: Array  # by how much these come nearer to it towards the other motion, over the whole step
 
 
-def hidden_between(before: Point, after: Point, unit: float) -> float | None:
+def hidden_between(before: Point, after: Point) -> float | None:
     """Return the share of the way at which a touch may have come or gone; None: there is none.
 
     Parameters
     ----------
     before, after
         two points that follow one another.
-    unit
-        of the parameter.
     """
-    depths = _depths_of(before, after, unit)
-    if depths is None:
+    one, other = before.motion.turns, after.motion.turns
+    if one is None or other is None:
         return None
-    if min(_way_beyond(before, after, unit), _way_beyond(after, before, unit)) < 0.0:
+    if min(_way_beyond(before, after), _way_beyond(after, before)) < 0.0:
         return 0.5
-    side = -np.sign(depths.before)
-    rises, falls = side * depths.slope_before, -side * depths.slope_after
-    nears = (rises > 0.0) & (falls > 0.0) & (depths.before * depths.after > 0.0)
+    length = _length(before, after)
+    one, other = (turns._replace(dips=_near_corners(turns.dips, length)) for turns in (one, other))
+    common, dips = _same(before, after, one, other), _same(before, after, one.dips, other.dips)
+    touches, pairs = _hidden(length, one, other, common), _hidden(length, one.dips, other.dips, dips)
+    share, excess = max(touches, pairs, key=lambda pair: pair[1])
+    return share if excess > 0.0 else _lost(length, one, other, common)
+
+
+def _near_corners(dips: Dips, length: float) -> Dips:
+    """The dips beside which a pair of turning points might reach a corner over a step.
+
+    The level moves, and a pair that is 1/128 of a period apart lies on both sides of it by less than the rate allows.
+    """
+    way = _WIDER * np.abs(length * dips.level_slope) + _BORN * np.abs(length * dips.slope)
+    is_near = dips.level < way
+    return Dips._make(part[is_near] for part in dips)
+
+
+def _hidden(
+    length: float, one: Turns | Dips, other: Turns | Dips, common: tuple[IntArray, IntArray]
+) -> tuple[float, float]:
+    """At which share of the way a depth lies highest beyond zero, and how high, over what it is at both ends."""
+    i, j = common
+    low, high, side = one.depth[i], other.depth[j], -np.sign(one.depth[i])
+    rises, falls = side * length * one.slope[i], -side * length * other.slope[j]
+    nears = (rises > 0.0) & (falls > 0.0) & (low * high > 0.0)
     if not nears.any():
-        return None
-    low, high, rises, falls = (np.abs(part[nears]) for part in (depths.before, depths.after, rises, falls))
+        return 0.5, 0.0
+    low, high, rises, falls = (np.abs(part[nears]) for part in (low, high, rises, falls))
     meet = np.clip((falls - high + low) / (rises + falls), 0.0, 1.0)
-    passed = rises * meet - low
-    worst = int(np.argmax(passed / (low + high)))
-    return float(np.clip(meet[worst], _LEAST, 1.0 - _LEAST)) if passed[worst] > 0.0 else None
+    passed = (rises * meet - low) / (low + high)
+    worst = int(np.argmax(passed))
+    return float(np.clip(meet[worst], _LEAST, 1.0 - _LEAST)), float(passed[worst])
 
 
-def agreeing_step(before: Point, after: Point, unit: float) -> float:
+def _lost(length: float, one: Turns, other: Turns, common: tuple[IntArray, IntArray]) -> float | None:
+    """A share of the way a little beyond where a depth of one motion alone reaches zero, as its slope tells.
+
+    Of turning points that both motions have the depths agree with the slopes: see ``agreeing_step``.
+    """
+    i, j = common
+    ways = [_way_to_zero(one, i, other, j, length), _way_to_zero(other, j, one, i, -length)]
+    if min(ways) >= 1.0:
+        return None
+    share = float(np.clip(_A_LITTLE_MORE * min(ways), _LEAST, 0.5))
+    return share if ways[0] <= ways[1] else 1.0 - share
+
+
+def _way_to_zero(ours: Turns, common: IntArray, others: Turns, others_common: IntArray, length: float) -> float:
+    """The least share of the way at which a depth of one motion reaches zero, infinite if none does.
+
+    A rate that reaches zero has become two turning points: where the other motion has those, nothing is lost.
+    """
+    depth, slope = np.delete(ours.depth, common), length * np.delete(ours.slope, common)
+    dips, theirs = ours.dips, np.delete(np.arange(len(others.time)), others_common)
+    apart = np.abs((dips.time + length * dips.time_slope)[:, None] - others.time[theirs])
+    is_there = (dips.watch[:, None] == others.watch[theirs]) & (apart < _BORN)
+    is_lost = is_there.sum(axis=1) < 2
+    depth = np.concatenate([depth, dips.depth[is_lost]])
+    slope = np.concatenate([slope, length * dips.slope[is_lost]])
+    return float((np.abs(depth) / np.maximum(-np.sign(depth) * slope, _FLAT)).min(initial=np.inf))
+
+
+def agreeing_step(before: Point, after: Point) -> float:
     """Return how many times as long a step may be for the depths of its motions to change as their slopes say.
 
     From 1 on they agree. What the slopes leave out grows with the third power of a step. The way that a turning point
     of one motion alone comes nearer to its corner grows in proportion to it. A depth counts if its slope could take it
     to the corner within a few steps. Parameters are those of ``hidden_between``.
     """
-    depths = _depths_of(before, after, unit)
+    depths = _depths_of(before, after)
     if depths is None:
         return np.inf
     steepest = np.maximum(np.abs(depths.slope_before), np.abs(depths.slope_after))
@@ -107,61 +163,67 @@ class Passed(NamedTuple):
     time_slope: float  # of the instant, by the same [periods]
 
 
-def passed_between(apart: Point, touching: Point, unit: float) -> Passed | None:
+def passed_between(apart: Point, touching: Point) -> Passed | None:
     """Return the only turning point with a negative depth in one motion and a positive one in the other, or None."""
     one, other = apart.motion.turns, touching.motion.turns
     if one is None or other is None:
         return None
-    i, j = _same(apart, touching, one, other, unit)
+    i, j = _same(apart, touching, one, other)
     touches = np.flatnonzero((one.depth[i] < 0.0) & (other.depth[j] > 0.0))
     if touches.size != 1:
         return None
     k = i[touches[0]]
     length = _length(apart, touching)
-    slope, time_slope = (length * slopes_along(apart, rows[k], unit) for rows in (one.slope, one.time_slope))
     touch = Touch(int(one.watch[k]), int(one.upward[k]), float(one.time[k]))
-    return Passed(touch, float(one.depth[k]), float(slope), float(time_slope))
+    return Passed(touch, float(one.depth[k]), float(length * one.slope[k]), float(length * one.time_slope[k]))
 
 
-def _depths_of(before: Point, after: Point, unit: float) -> _Depths | None:
+def _depths_of(before: Point, after: Point) -> _Depths | None:
     """What two motions have in common; None where their turning points are not known."""
     one, other = before.motion.turns, after.motion.turns
     if one is None or other is None:
         return None
-    i, j = _same(before, after, one, other, unit)
+    i, j = _same(before, after, one, other)
     length = _length(before, after)
-    first, second = (length * slopes_along(p, turns.slope, unit) for p, turns in ((before, one), (after, other)))
+    first, second = length * one.slope, length * other.slope
     single = np.concatenate([np.delete(one.depth, i), np.delete(other.depth, j)])
     nearing = -np.sign(single) * np.concatenate([np.delete(first, i), -np.delete(second, j)])
     bends = grazes(before, one)[i] & (other.depth[j] > 0.0) & (first[i] > 0.0)
     bends |= grazes(after, other)[j] & (one.depth[i] > 0.0) & (second[j] < 0.0)
-    return _Depths(one.depth[i], other.depth[j], first[i], second[j], bends, np.abs(single), nearing)
+    return _Depths(
+        one.depth[i],
+        other.depth[j],
+        first[i],
+        second[j],
+        bends,
+        np.abs(single),
+        nearing,
+    )
 
 
-def touches_beyond(grazing: Point, other: Point, unit: float) -> bool:
+def touches_beyond(grazing: Point, other: Point) -> bool:
     """Return whether another motion touches the corner that one of the branch grazes, as the depth's slope tells."""
-    return _way_beyond(grazing, other, unit) > 0.0
+    return _way_beyond(grazing, other) > 0.0
 
 
-def _way_beyond(grazing: Point, other: Point, unit: float) -> float:
+def _way_beyond(grazing: Point, other: Point) -> float:
     """By how much a depth would grow from a motion that grazes to another one [SI]; 0 if that one does not touch."""
     turns, others = grazing.motion.turns, other.motion.turns
     if grazing.touch is None or turns is None or others is None:
         return 0.0
-    i, j = _same(grazing, other, turns, others, unit)
+    i, j = _same(grazing, other, turns, others)
     ours = i[grazes(grazing, turns)[i] & (others.depth[j] > 0.0)]
-    return _length(grazing, other) * float(slopes_along(grazing, turns.slope[ours], unit).sum())
+    return _length(grazing, other) * float(turns.slope[ours].sum())
 
 
-def rise_beyond(grazing: Point, touching: Point, unit: float) -> float:
+def rise_beyond(grazing: Point, touching: Point) -> float:
     """Return how many times as steep as at a motion that grazes its depth is at one that touches; 1 at least."""
     turns, others = grazing.motion.turns, touching.motion.turns
     if turns is None or others is None:
         return 1.0
-    i, j = _same(grazing, touching, turns, others, unit)
+    i, j = _same(grazing, touching, turns, others)
     ours = grazes(grazing, turns)[i] & (others.depth[j] > 0.0)
-    slope = np.abs(slopes_along(grazing, turns.slope[i[ours]], unit))
-    slope_beyond = np.abs(slopes_along(touching, others.slope[j[ours]], unit))
+    slope, slope_beyond = np.abs(turns.slope[i[ours]]), np.abs(others.slope[j[ours]])
     return float((slope_beyond / np.maximum(slope, _FLAT)).max(initial=1.0))
 
 
@@ -179,24 +241,18 @@ def _length(one: Point, other: Point) -> float:
     return float(np.copysign(np.linalg.norm(step), step @ one.tangent))
 
 
-def slopes_along(point: Point, slopes: Array, unit: float) -> Array:
-    """Return the derivatives along the branch of what has slopes (..., N + 1), by the state [SI] and the parameter."""
-    return np.asarray(slopes @ (point.tangent * np.append(point.size / point.scale, unit)))
-
-
-def _same(before: Point, after: Point, one: Turns, other: Turns, unit: float) -> tuple[IntArray, IntArray]:
+def _same(before: Point, after: Point, one: Turns | Dips, other: Turns | Dips) -> tuple[IntArray, IntArray]:
     """Which turning points of two motions are the same: by the corner, and each the nearest of the other in time.
 
     Their instants move along the branch, in a row of rebounds by more than the time from one to the next. So the change
     of the instant is compared with the mean of both slopes.
     """
     cycles, length = before.motion.cycles, _length(before, after)
-    moves, other_moves = (
-        length * slopes_along(p, turns.time_slope, unit) for p, turns in ((before, one), (after, other))
-    )
-    apart = (one.time + 0.5 * moves)[:, None] - (other.time - 0.5 * other_moves)[None, :]
-    apart = np.abs((apart + 0.5 * cycles) % cycles - 0.5 * cycles)
-    apart[(one.watch[:, None] != other.watch) | (one.upward[:, None] != other.upward) | ~(apart <= _MOVED)] = np.inf
+    middle, other_middle = one.time + 0.5 * length * one.time_slope, other.time - 0.5 * length * other.time_slope
+    apart = middle[:, None] - other_middle[None, :]
+    apart = np.abs(apart - cycles * np.rint(apart / cycles))
+    kinds, other_kinds = (_KINDS * turns.watch + turns.upward for turns in (one, other))
+    apart[(kinds[:, None] != other_kinds) | ~(apart <= _MOVED)] = np.inf
     if not apart.size:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     i, j = np.arange(len(one.time)), np.argmin(apart, axis=1)
