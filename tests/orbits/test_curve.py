@@ -61,6 +61,24 @@ def test_with_every_step_the_branch_of_case_1_goes_through_the_same_loop() -> No
     np.testing.assert_allclose(*values, rtol=0, atol=1e-7)
 
 
+@pytest.mark.compiled
+def test_branches_of_doubled_period_of_case_1_lead_from_one_doubling_to_the_next() -> None:
+    """Between 186 and 185.8 rad/s there are two: each begins at a period doubling and ends at the one after it.
+
+    They are 4e-5 and 2e-4 of the range wide, and their motions never leave those of the first branch by much.
+    """
+    branch = gr.continuation(gr.example("case1"), "excitation.speed", (186.0, 185.8))
+    assert branch.notes == ()
+    first, *doubled = branch.curves
+    doublings = [event.point.parameter for event in first.events if event.kind == "period doubling"]
+    assert [[curve.points[i].parameter for i in (0, -1)] for curve in doubled] == [doublings[:2], doublings[2:]]
+    assert all(curve.cycles == 2 for curve in doubled)
+    for curve in doubled:
+        halves = [np.diff(point.motion.crossings.time.reshape(2, -1), axis=0) for point in curve.points[1:-1]]
+        apart = [np.abs(half - half.mean()).max() for half in halves]
+        assert min(apart) > 1e-12
+
+
 @pytest.mark.long
 def test_the_branch_of_case_1_reaches_its_end() -> None:
     curve = paper_case(300.0, 45.0)

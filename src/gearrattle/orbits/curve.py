@@ -10,6 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +26,16 @@ from gearrattle.wording import counted
 _MOST_POINTS = 20_000
 _CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they must pass
 _HALVES = 1e-5  # of the size of the state: halves of a motion that differ by less are the same
+_AT_HOME = 1e-9  # the same, where a motion is one of half as many periods: near a doubling halves are known less well
+_ABOUT = 1e-3  # of the periods of a motion: instants that differ by more are not the same
+_NEAR_HOME = 10.0  # steps: so near lies the period doubling at which a branch joins another one
+
+
+class Home(NamedTuple):
+    """The branch that one of doubled period has left."""
+
+    curve: Continuation  # of motions with half as many periods
+    events: Sequence[Event]
 
 
 @dataclass(frozen=True)
@@ -122,7 +133,7 @@ def followed(
     begin: Point,
     ends: tuple[float, float],
     *,
-    home: Continuation | None = None,
+    home: Home | None = None,
     origin: Event | None = None,
     progress: Callable[[float], None] | None = None,
     so_far: Callable[[Curve], None] | None = None,
@@ -138,8 +149,8 @@ def followed(
     ends
         of the range, ascending.
     home
-        for a branch of doubled period: the Continuation of motions with half as many periods. The branch ends where
-        both halves of its motions are the same again. None: any other branch.
+        for a branch of doubled period: it ends where both halves of its motions are the same again. None: any other
+        branch.
     origin
         the event at which it leaves another branch, its motion over as many periods; the branch begins there.
     progress
@@ -155,7 +166,7 @@ def followed(
     try:
         for point, known in followed_through_families(curve, begin, ends):
             passed, ahead, left = _located(curve, points[-1], point) if known is None else ([point], [*known], [])
-            last = None if home is None else _arrival(home, ahead, passed[-1])
+            last = None if home is None else _arrival(curve, home, points[-1], passed[-1], ahead)
             if last is not None:
                 events += last
                 points.append(last[-1].point)
@@ -214,22 +225,71 @@ def _creeps(points: list[Point]) -> bool:
     return len(points) > _CREEPING and points[-1].length - points[-1 - _CREEPING].length < _NOWHERE
 
 
-def _arrival(home: Continuation, ahead: Sequence[Event], after: Point) -> list[Event] | None:
+def _arrival(
+    curve: Continuation, home: Home, before: Point, after: Point, ahead: Sequence[Event]
+) -> list[Event] | None:
     """The events of a step on which a branch joins the one that it has left, up to there; None: it does not.
 
     Both halves of its motions become the same in a fold, or in a jump of the gradient beyond which they stay the same.
+    Or the step goes past the fold and leads to a motion of the branch that was left.
     """
     for i, event in enumerate(ahead):
-        if event.kind == FOLD and _repeats(home, event.point):
+        if event.kind == FOLD and _apart(home, event.point) < _HALVES:
             return [*ahead[:i], replace(event, kind=DOUBLING)]
-        if event.grazing is not None and event.grazing.kind != COMPLIANT and _repeats(home, after):
+        if event.grazing is not None and event.grazing.kind != COMPLIANT and _apart(home, after) < _HALVES:
             return [*ahead[: i + 1], Event(DOUBLING, event.point, is_collision=True)]
-    return None
+    if not _has_equal_halves(after) or _apart(home, after) > _AT_HOME:
+        return None
+    doublings = [event for event in home.events if event.kind == DOUBLING]
+    nearest = min(doublings, key=lambda event: float(np.linalg.norm(event.point.w - before.w)), default=None)
+    step = float(np.linalg.norm(after.w - before.w))
+    if nearest is None or np.linalg.norm(nearest.point.w - before.w) > _NEAR_HOME * step:
+        raise ConvergenceError("both halves of its motions become the same where no period doubling is known")
+    at_once = [event for event in home.events if event.point is nearest.point and event.kind in (GRAZING, DOUBLING)]
+    ends = [shared_with(curve, event, before, is_end=True) for event in at_once]
+    return [*_touches(curve, before, ends[-1].point), *ends]
 
 
-def _repeats(home: Continuation, point: Point) -> bool:
-    """Whether a motion repeats after half its periods already."""
-    period_map = home.family.map_at(point.parameter)
-    gap = (period_map.later(point.motion.start).y - point.state) * point.scale
-    size = max(home.family.size, float(np.linalg.norm(point.state * point.scale)))
-    return bool(np.linalg.norm(gap) < _HALVES * size)
+def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: bool = False) -> Event:
+    """Return the event at which a branch leaves or joins another one, with its motion over as many periods.
+
+    Its tangent is the chord to or from a neighbouring point, for its own equations are those of both branches.
+
+    Parameters
+    ----------
+    curve
+        the Continuation of the branch.
+    event
+        of the other branch.
+    neighbour
+        the point of the branch next to it.
+    is_end
+        whether the branch ends there.
+    """
+    motion, slope = curve.family.follow(event.point.motion.start, event.point.parameter)
+    chord = (event.point.w - neighbour.w) * (1.0 if is_end else -1.0)
+    distance = float(np.linalg.norm(chord))
+    length, orientation = neighbour.length + distance if is_end else 0.0, neighbour.orientation
+    own = replace(event.point, motion=motion, slope=slope, tangent=chord / distance)
+    return replace(event, point=replace(own, orientation=orientation, length=length))
+
+
+def _has_equal_halves(point: Point) -> bool:
+    """Whether both halves of a motion cross the same corners in the same order, at about the same instants."""
+    crossings = point.motion.crossings
+    half, odd = divmod(len(crossings.time), 2)
+    if odd:
+        return False
+    first, second = slice(None, half), slice(half, None)
+    same = [np.array_equal(part[first], part[second]) for part in (crossings.watch, crossings.upward)]
+    later = crossings.time[second] - crossings.time[first]
+    whole = point.motion.period * point.motion.cycles
+    return all(same) and bool(np.all(np.abs(later - 0.5 * whole) < _ABOUT * whole))
+
+
+def _apart(home: Home, point: Point) -> float:
+    """How far apart a motion is at its start and after half its periods, over the size of the state."""
+    family = home.curve.family
+    gap = (family.map_at(point.parameter).later(point.motion.start).y - point.state) * point.scale
+    size = max(family.size, float(np.linalg.norm(point.state * point.scale)))
+    return float(np.linalg.norm(gap)) / size

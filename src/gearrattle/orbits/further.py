@@ -16,7 +16,7 @@ from gearrattle.engine.periodic.events import BREAKING, DOUBLING, Event
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.curve import Curve, followed
+from gearrattle.orbits.curve import Curve, Home, followed, shared_with
 from gearrattle.orbits.progress import Progress, part_of
 from gearrattle.orbits.search import Known, search, starts_of
 
@@ -27,7 +27,17 @@ _VALUES = 7
 """Number of parameter values inside the range at which isolated branches are sought."""
 _STARTS = 24
 _SAME = 1e-6  # of the size of the state: motions nearer than this are the same
-_DISTANCES = (0.02, 0.005, 0.001)  # of the first point from the branch that is left, in units of w
+_DISTANCES = (
+    2e-2,
+    5e-3,
+    1e-3,
+    1e-4,
+    1e-5,
+    1e-6,
+    1e-7,
+)  # of the first point from the branch that is left, in units of w
+_FARTHEST = 3.0  # distances: a motion whose state is farther away is of another branch
+_LEAST, _MOST = 0.1, 0.7  # shares of the change of the parameter at half the distance
 
 
 def isolated_curves(
@@ -167,8 +177,8 @@ def branches_off(
                 follower,
                 first,
                 ends,
-                home=curve if event.kind == DOUBLING else None,
-                origin=_origin(follower, event, first),
+                home=Home(curve, known.events) if event.kind == DOUBLING else None,
+                origin=shared_with(follower, event, first),
                 progress=part_of(part, j, len(leaving)),
                 so_far=_with(further, so_far),
             )
@@ -176,18 +186,6 @@ def branches_off(
             if branch.events and branch.events[-1].kind == DOUBLING:
                 reached.append(branch.events[-1].point.parameter)
     return further
-
-
-def _origin(follower: Continuation, event: Event, first: Point) -> Event:
-    """The event at which a branch leaves another one, its motion as the first of the branch that leaves.
-
-    Its tangent is the chord to the next point, for its own equations are those of both branches.
-    """
-    motion, slope = follower.family.follow(event.point.motion.start, event.point.parameter)
-    chord = first.w - event.point.w
-    tangent = chord / np.linalg.norm(chord)
-    point = replace(event.point, motion=motion, slope=slope, tangent=tangent, orientation=first.orientation, length=0.0)
-    return replace(event, point=point)
 
 
 def _is_known(follower: Continuation, first: Point, single: Continuation, curves: Sequence[Curve]) -> bool:
@@ -206,15 +204,29 @@ def _is_known(follower: Continuation, first: Point, single: Continuation, curves
 
 
 def _leaving(curve: Continuation, event: Event, multiplier: float, signs: Sequence[float]) -> list[Point]:
-    """First points of the branches that leave at an event, along the eigenvector of a multiplier, one for each sign."""
+    """First points of the branches that leave at an event, along the eigenvector of a multiplier, one for each sign.
+
+    The parameter changes with the square of the distance. So a motion at half of it must lie in between: Newton's
+    method may also find one of a branch that has nothing to do with the event.
+    """
     values, vectors = np.linalg.eig(event.point.gradient)
     vector = vectors[:, np.argmin(np.abs(values - multiplier))].real
     points = []
     for sign in signs:
         for distance in _DISTANCES:
-            try:
-                points.append(curve.beside(event.point, sign * vector, distance))
-            except ConvergenceError:
-                continue
-            break
+            point, nearer = (_beside(curve, event, sign * vector, share * distance) for share in (1.0, 0.5))
+            if point is not None and nearer is not None:
+                far, near = (one.w[-1] - event.point.w[-1] for one in (point, nearer))
+                if abs(far) < distance or _LEAST * far**2 < near * far < _MOST * far**2:
+                    points.append(point)
+                    break
     return points
+
+
+def _beside(curve: Continuation, event: Event, direction: Array, distance: float) -> Point | None:
+    """The motion beside one of an event, at a distance; None if none is found whose state is about so far away."""
+    try:
+        point = curve.beside(event.point, direction, distance)
+    except ConvergenceError:
+        return None
+    return point if np.linalg.norm(point.w[:-1] - event.point.w[:-1]) < _FARTHEST * distance else None
