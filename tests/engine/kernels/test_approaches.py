@@ -10,7 +10,7 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from gearrattle.engine.kernels import approaches
+from gearrattle.engine.kernels import approaches, turning_points
 from gearrattle.engine.kernels._jit import is_compiling
 from gearrattle.engine.kernels.workspace import PERIOD
 
@@ -92,8 +92,8 @@ def tables(crossed: tuple[float, ...]) -> dict[str, Any]:
 
 def turns_of(crossed: tuple[float, ...], change: np.ndarray) -> np.ndarray:
     parts = tables(crossed)
-    turns, count = np.zeros((40, approaches.TURN_COLUMNS)), np.zeros(1, np.int64)
-    approaches.write_turns(
+    turns, count = np.zeros((40, turning_points.TURN_COLUMNS)), np.zeros(1, np.int64)
+    turning_points.write_turns(
         parts["laws"],
         np.array([0]),
         parts["regions"],
@@ -107,7 +107,7 @@ def turns_of(crossed: tuple[float, ...], change: np.ndarray) -> np.ndarray:
         count,
     )
     turns = turns[: count[0]]
-    return turns[turns[:, approaches.UPWARD] < approaches.FALLING]
+    return turns[turns[:, turning_points.UPWARD] < turning_points.FALLING]
 
 
 @pytest.mark.parametrize("crossed", [(), CROSSED], ids=["whole", "crossed"])
@@ -117,24 +117,24 @@ def test_turning_points_have_their_instants_depths_and_slopes(crossed: tuple[flo
     expected = turning_times()
     assert len(expected) > 4
     turns = turns_of(crossed, change)
-    times = turns[:, approaches.TURN_TIME]
+    times = turns[:, turning_points.TURN_TIME]
     ahead = turns[[i for i in range(len(turns)) if i == 0 or times[i] != times[i - 1]]]
-    np.testing.assert_allclose(ahead[:, approaches.TURN_TIME], expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(ahead[:, turning_points.TURN_TIME], expected, rtol=0, atol=1e-9)
     for row in ahead:
-        time, is_upper = row[approaches.TURN_TIME], row[approaches.UPWARD] == 1
+        time, is_upper = row[turning_points.TURN_TIME], row[turning_points.UPWARD] == 1
         depth = at(time)[0] - UPPER if is_upper else LOWER - at(time)[0]
-        assert row[approaches.TURN_DEPTH] == pytest.approx(depth, abs=1e-12)
+        assert row[turning_points.TURN_DEPTH] == pytest.approx(depth, abs=1e-12)
         moved = slopes(time) - np.array([0.0, 0.0, CORNER_SHIFT]) if is_upper else -slopes(time)
-        assert row[approaches.TURN_SLOPE] == pytest.approx(moved @ change, abs=1e-12)
-        assert row[approaches.TURN_TIME_SLOPE] == pytest.approx(time_slopes(time) @ change, abs=1e-12)
+        assert row[turning_points.TURN_SLOPE] == pytest.approx(moved @ change, abs=1e-12)
+        assert row[turning_points.TURN_TIME_SLOPE] == pytest.approx(time_slopes(time) @ change, abs=1e-12)
 
 
 @pytest.mark.parametrize("row", np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.2, 0.1, -3.0]]), ids=["x", "p", "all"])
 def test_along_the_direction_a_motion_ends_as_far_from_its_start(row: np.ndarray) -> None:
     ends, scale = expm(GENERATOR)[:2], np.array([2.0, 0.5])
     columns = np.column_stack([ends[:, :2] * scale[:, None] / scale, ends[:, 2] / FORCE * scale])
-    direction = approaches.Direction(np.empty((3, 3)), np.empty(3, np.int64), np.empty(3))
-    assert approaches.write_direction(columns, scale, row, direction)
+    direction = turning_points.Direction(np.empty((3, 3)), np.empty(3, np.int64), np.empty(3))
+    assert turning_points.write_direction(columns, scale, row, direction)
     change = direction.change / np.append(scale, 1.0)
     later = expm(GENERATOR) @ (START + np.append(change[:2], 0.0)) + expm(GENERATOR)[:, 2] / FORCE * change[2]
     np.testing.assert_allclose(later[:2] - at(1.0)[:2], change[:2], rtol=0, atol=1e-12)
@@ -142,8 +142,8 @@ def test_along_the_direction_a_motion_ends_as_far_from_its_start(row: np.ndarray
 
 
 def test_where_neighbouring_motions_repeat_anyway_there_is_no_direction() -> None:
-    direction = approaches.Direction(np.empty((3, 3)), np.empty(3, np.int64), np.empty(3))
-    assert not approaches.write_direction(np.eye(2, 3), np.ones(2), np.array([1.0, 0.0, 0.0]), direction)
+    direction = turning_points.Direction(np.empty((3, 3)), np.empty(3, np.int64), np.empty(3))
+    assert not turning_points.write_direction(np.eye(2, 3), np.ones(2), np.array([1.0, 0.0, 0.0]), direction)
 
 
 def test_between_two_crossings_of_a_corner_a_turning_point_counts_by_that_one_too() -> None:
@@ -156,15 +156,15 @@ def test_between_two_crossings_of_a_corner_a_turning_point_counts_by_that_one_to
     }
     assert sorted(visits.values()) == [False, False, True]
     assert len(turns) == len(whole) + len(visits)
-    times = turns[:, approaches.TURN_TIME]
+    times = turns[:, turning_points.TURN_TIME]
     behind = turns[[i for i in range(1, len(turns)) if times[i] == times[i - 1]]]
     for row, (time, is_maximum) in zip(behind, visits.items(), strict=True):
-        assert row[approaches.TURN_TIME] == pytest.approx(time, abs=1e-9)
+        assert row[turning_points.TURN_TIME] == pytest.approx(time, abs=1e-9)
         depth = at(time)[0] - LOWER if is_maximum else UPPER - at(time)[0]
-        assert row[approaches.TURN_DEPTH] == pytest.approx(depth, abs=1e-12)
+        assert row[turning_points.TURN_DEPTH] == pytest.approx(depth, abs=1e-12)
         moved = slopes(time) if is_maximum else np.array([0.0, 0.0, CORNER_SHIFT]) - slopes(time)
-        assert row[approaches.TURN_SLOPE] == pytest.approx(moved.sum(), abs=1e-12)
-        assert row[approaches.TURN_TIME_SLOPE] == pytest.approx(time_slopes(time).sum(), abs=1e-12)
+        assert row[turning_points.TURN_SLOPE] == pytest.approx(moved.sum(), abs=1e-12)
+        assert row[turning_points.TURN_TIME_SLOPE] == pytest.approx(time_slopes(time).sum(), abs=1e-12)
 
 
 @pytest.mark.parametrize("crossed", [(), CROSSED], ids=["whole", "crossed"])

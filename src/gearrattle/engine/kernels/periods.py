@@ -16,7 +16,7 @@ proportion to how it moves the deflection (``system.variation``); so does p, whi
 A, G and corners are closed forms of p. Their derivatives are central differences of these, not of motions: two
 variants beside the one that is marched are laid out in its scales.
 
-If asked, turning points of deflections are found too (``approaches``).
+If asked, one touch (``approaches``) or all turning points (``turning_points``) are found too.
 
 Arrays: ``located`` (workspace), ``packed`` (regions, march, samples, log), ``variants``.
 
@@ -34,13 +34,10 @@ from gearrattle.engine.kernels.approaches import (
     TERMS,
     Course,
     Crossings,
-    Direction,
     Rates,
     Steps,
     dot,
     write_approach,
-    write_direction,
-    write_turns,
 )
 from gearrattle.engine.kernels.arrays import IntVector, Matrix, Vector
 from gearrattle.engine.kernels.laid_out import lay_out
@@ -49,6 +46,7 @@ from gearrattle.engine.kernels.located import common_at, laws_at, region_at
 from gearrattle.engine.kernels.many import AT, SLOTS, numbers_of
 from gearrattle.engine.kernels.packed import EVENTS
 from gearrattle.engine.kernels.region import accelerate
+from gearrattle.engine.kernels.turning_points import Direction, write_direction, write_turns
 from gearrattle.engine.kernels.workspace import PERIOD
 
 NEIGHBOURS = 2
@@ -68,7 +66,7 @@ class Map(NamedTuple):
     approach: Vector  # (8 + 2 N,) an instant nearby [periods]; what ``approaches`` writes; depth NaN: there is none
     row: Vector  # (N + 1,) over the state at the start [SI] and the parameter: says along which direction slopes are
     turns: Matrix  # (MOST_TURNS, TURN_COLUMNS) all turning points
-    turning: IntVector  # (1,) how many; -1: none are asked for, or there is no such direction
+    turning: IntVector  # (1,) how many; -1: none are asked for, or not known
     reach: Vector  # (K,) to a corner of every clearance: turning points farther away are left out
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import approaches, many, packed
+from gearrattle.engine.kernels import approaches, many, packed, turning_points
 from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.periods import NEIGHBOURS, Map, differentiate
 from gearrattle.engine.kernels.variants import Coefficients, Judged
@@ -55,7 +55,7 @@ class PeriodBatch(Batch):
             corner=np.full(2, -1, np.int64),
             approach=np.full(approaches.SLOPE + 2 * (states + 1), np.nan),
             row=np.zeros(states + 1),
-            turns=np.zeros((approaches.MOST_TURNS, approaches.TURN_COLUMNS)),
+            turns=np.zeros((turning_points.MOST_TURNS, turning_points.TURN_COLUMNS)),
             turning=np.full(1, -1),
             reach=_REACH * np.array([np.abs(own).min(initial=np.inf) for own in corners]),
         )
@@ -132,9 +132,9 @@ class PeriodBatch(Batch):
         if count < 0:
             return None
         rows = self.out.turns[:count]
-        is_turn = rows[:, approaches.UPWARD] < approaches.FALLING
-        watch, upward = rows[:, : approaches.TURN_TIME].T.astype(np.int64)
-        time, depth, slope, time_slope, level, level_slope = rows[:, approaches.TURN_TIME :].T.copy()
+        is_turn = rows[:, turning_points.UPWARD] < turning_points.FALLING
+        watch, upward = rows[:, : turning_points.TURN_TIME].T.astype(np.int64)
+        time, depth, slope, time_slope, level, level_slope = rows[:, turning_points.TURN_TIME :].T.copy()
         every = watch, upward, time, depth, slope, time_slope, level, level_slope
         dips = Dips._make(part[~is_turn] for part in every)
         watch, upward, time, depth, slope, time_slope = (part[is_turn] for part in every[:6])
