@@ -16,6 +16,7 @@ Takes results and the folder of a job; gives files, and what is read from them.
 from __future__ import annotations
 
 import json
+import threading
 import time
 from functools import lru_cache
 from pathlib import Path
@@ -221,7 +222,13 @@ def _hits(folder: Path, changed: int) -> Hits:
 def charts_of_job(folder: Path) -> list[Chart]:
     """Return the figures of a job's result."""
     path = folder / RESULT / "figures" / CHARTS
-    return _charts(path, path.stat().st_mtime_ns) if path.is_file() else []
+    if not path.is_file():
+        return []
+    with _READING:  # a page asks for several figures at once: one thread reads the file, the others wait for it
+        return _charts(path, path.stat().st_mtime_ns)
+
+
+_READING = threading.Lock()
 
 
 @lru_cache(8)
