@@ -62,6 +62,20 @@ def test_with_every_step_the_branch_of_case_1_goes_through_the_same_loop() -> No
 
 
 @pytest.mark.compiled
+@pytest.mark.parametrize(
+    ("span", "pair"), [((168.0, 167.7), (167.81483, 167.81476)), ((161.6, 161.2), (161.35442, 161.34548))]
+)
+def test_with_every_step_the_branch_of_case_1_shows_touches_that_come_and_go(
+    span: tuple[float, float], pair: tuple[float, float]
+) -> None:
+    """The turning points that touch appear and vanish within a step: its ends have none of them."""
+    shown = [[e.point.parameter for e in paper_case(*span, steps).events if e.kind == "grazing"] for steps in (60, 400)]
+    np.testing.assert_allclose(*shown, rtol=0, atol=1e-7)
+    for value in pair:
+        assert np.abs(np.array(shown[0]) - value).min() < 1e-5
+
+
+@pytest.mark.compiled
 def test_branches_of_doubled_period_of_case_1_lead_from_one_doubling_to_the_next() -> None:
     """Between 186 and 185.8 rad/s there are two: each begins at a period doubling and ends at the one after it.
 

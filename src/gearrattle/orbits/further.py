@@ -27,15 +27,8 @@ _VALUES = 7
 """Number of parameter values inside the range at which isolated branches are sought."""
 _STARTS = 24
 _SAME = 1e-6  # of the size of the state: motions nearer than this are the same
-_DISTANCES = (
-    2e-2,
-    5e-3,
-    1e-3,
-    1e-4,
-    1e-5,
-    1e-6,
-    1e-7,
-)  # of the first point from the branch that is left, in units of w
+_DISTANCES = (2e-2, 5e-3, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
+"""Of the first point from the branch that is left, in units of w."""
 _FARTHEST = 3.0  # distances: a motion whose state is farther away is of another branch
 _LEAST, _MOST = 0.1, 0.7  # shares of the change of the parameter at half the distance
 

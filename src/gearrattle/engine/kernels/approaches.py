@@ -147,6 +147,16 @@ def carry_state(steps, slot, generator, h, z, term, product):
 
 
 @kernel
+def add_turned(row, states, matrix, out):
+    """Add what the inputs, which turn in pairs, give to the product of a row and a matrix."""
+    pairs = (row.size - states - 1) // 2
+    for cosine in range(states + 1, states + 1 + pairs):
+        sine = cosine + pairs
+        out[cosine] += row[cosine] * matrix[cosine, cosine] + row[sine] * matrix[sine, cosine]
+        out[sine] += row[cosine] * matrix[cosine, sine] + row[sine] * matrix[sine, sine]
+
+
+@kernel
 def _multiply_rows(state_row, row, matrix, moved, state_product, product):
     """Write the products of a row over (s, z) with [[A, B], [0, Z]], or with the increments of both."""
     states, size = state_row.size, row.size
@@ -160,11 +170,7 @@ def _multiply_rows(state_row, row, matrix, moved, state_product, product):
             state_product[j] += weight * matrix[i, j]
         for j in range(size):
             product[j] += weight * moved[i, j] + own * matrix[i, j]
-    pairs = (size - states - 1) // 2
-    for cosine in range(states + 1, states + 1 + pairs):
-        sine = cosine + pairs
-        product[cosine] += row[cosine] * matrix[cosine, cosine] + row[sine] * matrix[sine, cosine]
-        product[sine] += row[cosine] * matrix[cosine, sine] + row[sine] * matrix[sine, sine]
+    add_turned(row, states, matrix, product)
 
 
 @strict

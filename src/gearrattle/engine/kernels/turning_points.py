@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearrattle.engine.kernels._jit import kernel, strict
-from gearrattle.engine.kernels.approaches import dot, write_products
+from gearrattle.engine.kernels.approaches import add_turned, dot, write_products
 from gearrattle.engine.kernels.arrays import Array4, Array5, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.dense import factorise, substitute
 from gearrattle.engine.kernels.levels import bend_of, slope_of, turn_between, value_of
@@ -206,16 +206,12 @@ def _write_series(rates, slot, k, h, by, begin, series):
 def _write_product(row, states, increment, out):
     """Write a row plus its product with an increment."""
     size = row.size
-    pairs = (size - states - 1) // 2
     for j in range(size):
         out[j] = row[j]
     for i in range(states):
         for j in range(size):
             out[j] += row[i] * increment[i, j]
-    for cosine in range(states + 1, states + 1 + pairs):
-        sine = cosine + pairs
-        out[cosine] += row[cosine] * increment[cosine, cosine] + row[sine] * increment[sine, cosine]
-        out[sine] += row[cosine] * increment[cosine, sine] + row[sine] * increment[sine, sine]
+    add_turned(row, states, increment, out)
 
 
 @strict

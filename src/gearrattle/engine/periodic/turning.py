@@ -77,7 +77,7 @@ def hidden_between(before: Point, after: Point) -> float | None:
     common, dips = _same(before, after, one, other), _same(before, after, one.dips, other.dips)
     touches, pairs = _hidden(length, one, other, common), _hidden(length, one.dips, other.dips, dips)
     share, excess = max(touches, pairs, key=lambda pair: pair[1])
-    return share if excess > 0.0 else _lost(length, one, other, common)
+    return share if excess > 0.0 else _lost(before.motion.cycles, length, one, other, common)
 
 
 def _near_corners(dips: Dips, length: float) -> Dips:
@@ -107,31 +107,35 @@ def _hidden(
     return float(np.clip(meet[worst], _LEAST, 1.0 - _LEAST)), float(passed[worst])
 
 
-def _lost(length: float, one: Turns, other: Turns, common: tuple[IntArray, IntArray]) -> float | None:
+def _lost(cycles: int, length: float, one: Turns, other: Turns, common: tuple[IntArray, IntArray]) -> float | None:
     """A share of the way a little beyond where a depth of one motion alone reaches zero, as its slope tells.
 
     Of turning points that both motions have the depths agree with the slopes: see ``agreeing_step``.
     """
-    i, j = common
-    ways = [_way_to_zero(one, i, other, j, length), _way_to_zero(other, j, one, i, -length)]
+    ours, theirs = (_without(turns, same) for turns, same in zip((one, other), common, strict=True))
+    ways = [_way_to_zero(cycles, length, ours, theirs), _way_to_zero(cycles, -length, theirs, ours)]
     if min(ways) >= 1.0:
         return None
     share = float(np.clip(_A_LITTLE_MORE * min(ways), _LEAST, 0.5))
     return share if ways[0] <= ways[1] else 1.0 - share
 
 
-def _way_to_zero(ours: Turns, common: IntArray, others: Turns, others_common: IntArray, length: float) -> float:
-    """The least share of the way at which a depth of one motion reaches zero, infinite if none does.
+def _without(turns: Turns, chosen: IntArray) -> Turns:
+    """Turning points but for some, with all dips."""
+    return Turns._make([*(np.delete(part, chosen) for part in turns[:-1]), turns.dips])
+
+
+def _way_to_zero(cycles: int, length: float, ours: Turns, theirs: Turns) -> float:
+    """The least share of the way at which a depth that one motion alone has reaches zero, infinite if none does.
 
     A rate that reaches zero has become two turning points: where the other motion has those, nothing is lost.
     """
-    depth, slope = np.delete(ours.depth, common), length * np.delete(ours.slope, common)
-    dips, theirs = ours.dips, np.delete(np.arange(len(others.time)), others_common)
-    apart = np.abs((dips.time + length * dips.time_slope)[:, None] - others.time[theirs])
-    is_there = (dips.watch[:, None] == others.watch[theirs]) & (apart < _BORN)
+    dips = ours.dips
+    apart = _times_between(dips.time + length * dips.time_slope, theirs.time, cycles)
+    is_there = (dips.watch[:, None] == theirs.watch) & (apart < _BORN)
     is_lost = is_there.sum(axis=1) < 2
-    depth = np.concatenate([depth, dips.depth[is_lost]])
-    slope = np.concatenate([slope, length * dips.slope[is_lost]])
+    depth = np.concatenate([ours.depth, dips.depth[is_lost]])
+    slope = length * np.concatenate([ours.slope, dips.slope[is_lost]])
     return float((np.abs(depth) / np.maximum(-np.sign(depth) * slope, _FLAT)).min(initial=np.inf))
 
 
@@ -190,15 +194,7 @@ def _depths_of(before: Point, after: Point) -> _Depths | None:
     nearing = -np.sign(single) * np.concatenate([np.delete(first, i), -np.delete(second, j)])
     bends = grazes(before, one)[i] & (other.depth[j] > 0.0) & (first[i] > 0.0)
     bends |= grazes(after, other)[j] & (one.depth[i] > 0.0) & (second[j] < 0.0)
-    return _Depths(
-        one.depth[i],
-        other.depth[j],
-        first[i],
-        second[j],
-        bends,
-        np.abs(single),
-        nearing,
-    )
+    return _Depths(one.depth[i], other.depth[j], first[i], second[j], bends, np.abs(single), nearing)
 
 
 def touches_beyond(grazing: Point, other: Point) -> bool:
@@ -249,8 +245,7 @@ def _same(before: Point, after: Point, one: Turns | Dips, other: Turns | Dips) -
     """
     cycles, length = before.motion.cycles, _length(before, after)
     middle, other_middle = one.time + 0.5 * length * one.time_slope, other.time - 0.5 * length * other.time_slope
-    apart = middle[:, None] - other_middle[None, :]
-    apart = np.abs(apart - cycles * np.rint(apart / cycles))
+    apart = _times_between(middle, other_middle, cycles)
     kinds, other_kinds = (_KINDS * turns.watch + turns.upward for turns in (one, other))
     apart[(kinds[:, None] != other_kinds) | ~(apart <= _MOVED)] = np.inf
     if not apart.size:
@@ -258,3 +253,9 @@ def _same(before: Point, after: Point, one: Turns | Dips, other: Turns | Dips) -
     i, j = np.arange(len(one.time)), np.argmin(apart, axis=1)
     is_mutual = np.isfinite(apart[i, j]) & (np.argmin(apart, axis=0)[j] == i)
     return i[is_mutual], j[is_mutual]
+
+
+def _times_between(times: Array, others: Array, cycles: int) -> Array:
+    """How far apart instants of a motion are from others, whichever way round its periods."""
+    apart = times[:, None] - others
+    return np.asarray(np.abs(apart - cycles * np.rint(apart / cycles)))
