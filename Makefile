@@ -1,5 +1,5 @@
 # Start here:   make run    the verdict on a four-inertia transmission, with a report
-#               make test   all tests but the long ones
+#               make test   all tests but the slow and the long ones
 # `make help` lists the rest. Needs: Python 3.11 or newer (with venv), make, git. Everything installs into .venv/.
 
 PYTHON      ?=
@@ -29,7 +29,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long coverage mutation lint docs same bench peers growth cost orders variants inputs loops advice forecast metrics horizon balance scaling compositions fuzz reliability images constraints wheel pythons lowest clean distclean
+.PHONY: help run test test-slow test-long coverage mutation lint docs same bench peers growth cost orders variants inputs loops advice forecast metrics horizon balance scaling compositions fuzz reliability images constraints wheel pythons lowest clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -37,13 +37,16 @@ help:           ## list the targets
 run: $(VENV)/.package       ## simulate MODEL, write the report to OUT, print the verdict
 	@$(VENV)/bin/gearrattle run $(MODEL) -o $(OUT)
 
-test: $(VENV)/.test         ## all tests but the long ones
-	$(PY) -m pytest -n auto --dist worksteal -m "not long" $(PYTEST_ARGS)
+test: $(VENV)/.test         ## all tests but the slow and the long ones
+	$(PY) -m pytest -n auto --dist worksteal -m "not slow and not long" $(PYTEST_ARGS)
+
+test-slow: $(VENV)/.test    ## browsers, whole processes, searches: the rest of what every change must pass
+	$(PY) -m pytest -n auto --dist worksteal -m "slow and not long" $(PYTEST_ARGS)
 
 test-long: $(VENV)/.test-long  ## the long, seeded attacks; JupyterLab
 	$(PY) -m pytest -n auto -m long $(PYTEST_ARGS)
 
-coverage: $(VENV)/.test     ## how much of the source the tests run, the kernels as plain Python (add PYTEST_ARGS=--cov to `make test` before)
+coverage: $(VENV)/.test     ## how much of the source the tests run, the kernels as plain Python (before: `make test PYTEST_ARGS=--cov`, `make test-slow PYTEST_ARGS="--cov --cov-append"`)
 	NUMBA_DISABLE_JIT=1 $(PY) -m pytest -n auto -m "not long" --cov --cov-append --cov-report= $(INTERPRETED)
 	$(PY) -m coverage report --skip-covered --fail-under=95
 

@@ -195,6 +195,7 @@ SUMMARIES: dict[str, list[str]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SUMMARIES)
 def test_a_summary_begins_with_its_format_and_kind(kind: str, tmp_path: Path) -> None:
     words = SUMMARIES[kind]

@@ -125,6 +125,7 @@ def test_linear_results_say_what_they_leave_out(model: gr.Model, run: gr.Run) ->
     assert gr.modes(smooth).notes == gr.stiffness(smooth).notes == ()
 
 
+@pytest.mark.slow
 def test_advice_claims_no_exact_linear_motion(model: gr.Model) -> None:
     """Inside one piece the linear response is a motion of the driveline only without friction."""
     quiet = model.with_({"torque.0.harmonics": [{"order": 2, "amplitude": 1.0}], "torque.0.mean": 1.0})

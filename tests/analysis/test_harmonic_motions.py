@@ -104,6 +104,7 @@ def test_a_campbell_diagram_has_its_orders() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_forecast_sees_it_as_an_error() -> None:
     for method in ("mean-slope", "describing"):
         actual, expected = gr.contact_ratio(unchanged(), method), gr.contact_ratio(grounded(), method)

@@ -29,6 +29,7 @@ def test_one_slider_draws_masings_parallelogram() -> None:
     assert len(stuck.deflection) == 3
 
 
+@pytest.mark.slow
 def test_a_clutch_of_three_stages_follows_every_loop() -> None:
     """Against a path of 9000 small steps on either branch, away from the instants of letting go."""
     loop = gr.torque_angle(of(CLUTCH), "damper", -0.3, 0.6)

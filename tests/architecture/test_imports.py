@@ -26,6 +26,7 @@ def _python(code: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_the_drawing_of_the_packages_is_that_of_the_imports() -> None:
     drawing = run_path(str(ROOT / "docs" / "images" / "packages.py"))["drawing"]
     assert (ROOT / "docs" / "images" / "packages.svg").read_text(encoding="utf-8") == drawing(), "make images"
@@ -50,6 +51,7 @@ def test_a_name_that_is_also_that_of_a_file_comes_from_it() -> None:
     assert shadowed == []
 
 
+@pytest.mark.slow
 def test_names_imported_from_the_package_exist() -> None:
     """In every file, those that no test imports (benchmarks, manual) included."""
     missing = []
@@ -85,6 +87,7 @@ def test_heavy_libraries_load_late(start: str) -> None:
     assert printed.strip().splitlines()[-1] == "LOADED"
 
 
+@pytest.mark.slow
 def test_a_simulation_on_a_terminal_loads_no_figures() -> None:
     """Nothing is drawn, judged or saved: a motion's answer is its cost and its crossings."""
     unneeded = ("gearrattle.report.plots", "gearrattle.quantities", "gearrattle.pipeline", "xarray", "h5py")
@@ -96,6 +99,7 @@ def test_a_simulation_on_a_terminal_loads_no_figures() -> None:
     assert _python(code).strip().splitlines()[-1] == "LOADED"
 
 
+@pytest.mark.slow
 def test_a_run_and_its_report_load_no_library_of_which_they_need_a_line(tmp_path: Path) -> None:
     """A second of the start: a taper is three cosines, a limit of confidence one quantile."""
     unneeded = ("scipy.signal", "scipy.stats", "scipy.integrate", "scipy.interpolate", "pandas", "xarray", "matplotlib")

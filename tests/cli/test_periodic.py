@@ -52,6 +52,7 @@ def test_every_motion_is_a_row(capsys: pytest.CaptureFixture[str]) -> None:
     assert len(summary["motions"]) == 3
 
 
+@pytest.mark.slow
 def test_a_branch(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["continue", "gear.toml", "--path", AMPLITUDE, "--range", "3.6:6.3"]
     assert main([*words, "--step-limit", "0.2", "-o", "out"]) == 0
@@ -67,6 +68,7 @@ def test_a_branch(capsys: pytest.CaptureFixture[str]) -> None:
     assert Path("branch.csv").read_text(encoding="utf-8").startswith("point,branch,cycles,value")
 
 
+@pytest.mark.slow
 def test_a_map_over_two_values(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["continue", "gear.toml", "--path", AMPLITUDE, "--range", "5.9:6.3", "--start", "linear"]
     words += ["--second", "torque.0.mean", "--second-range", "7.4:7.6", "--across", "4", "--up", "1"]

@@ -61,6 +61,7 @@ def test_two_signals_on_the_terminal(rig: str, capsys: pytest.CaptureFixture[str
     assert re.search(r"independent averages of \d+ segments, bins of 5 Hz\.$", lines[-1])
 
 
+@pytest.mark.slow
 def test_the_folder_holds_numbers_and_figures(rig: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     target = tmp_path / "out"
     words = ["spectra", rig, "--channel", "a", "--against", "torque.hub", "--resolution", "10 Hz", "-o", str(target)]

@@ -165,6 +165,7 @@ def test_a_full_disk_is_told_with_what_is_kept_and_resuming_gives_the_same(
     assert gr.open_study("gaps-study").identical(gr.open_study("whole"))
 
 
+@pytest.mark.slow
 def test_a_cluster_is_named_by_its_address(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("distributed")
     Path("dask").mkdir()

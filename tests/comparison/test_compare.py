@@ -272,6 +272,7 @@ def test_restarted_at_corners_nothing_is_missed_and_nothing_flies_away(name: str
     assert np.all(reach[1] < 1.3 * reach[0])
 
 
+@pytest.mark.slow
 def test_precision_costs_work_and_restarting_costs_less() -> None:
     actual = work_precision(case("case3_loaded"), ["rk4", "rkv", "rkv-events"], budget=2.0, most_cycles=1)
     curves = {curve.algorithm: curve.points for curve in actual.curves}

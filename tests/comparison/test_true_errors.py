@@ -13,6 +13,7 @@ from tests.oracles.exact_mp import solve
 INSTANTS = (9, 17, 24)  # of 24 samples a cycle
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "algorithm"),
     [

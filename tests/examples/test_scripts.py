@@ -16,6 +16,7 @@ def test_there_are_examples() -> None:
     assert len(SCRIPTS) >= 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
 def test_example_runs_and_asserts(script: Path) -> None:
     text = script.read_text(encoding="utf-8")

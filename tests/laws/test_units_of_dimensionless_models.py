@@ -73,6 +73,7 @@ def test_signals_have_none(run: gr.Run) -> None:
     assert strangers(gr.spectral.waterfall(run, channel)) == []
 
 
+@pytest.mark.slow
 def test_studies_have_none() -> None:
     model = dimensionless("paper/case1").with_({"simulation.cycles": 12, "simulation.discard": 4})
     kept = ("verdict", "largest Lyapunov exponent", "predictable cycles", "rms acceleration", "impacts per second")

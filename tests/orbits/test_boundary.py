@@ -70,6 +70,7 @@ def test_a_fold_ends_where_it_meets_a_grazing() -> None:
     np.testing.assert_allclose([value, mean], [float(x) for x in want], rtol=0, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_a_grazing_passes_the_fold_that_it_meets_at_the_same_point() -> None:
     model = oscillator().with_({"torque.0.mean": 0.0095})
     branch = gr.continuation(model, "excitation.frequency", (0.44, 0.5), start="linear")

@@ -26,6 +26,7 @@ def test_a_grazing_moves_as_its_closed_form_does(event: int) -> None:
     assert abs(table.loc["coupling.gap.clearance", "gradient"]) < 1e-6  # the motion moves with its corner
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("event", "ends"), [(1, (0.79, 0.84)), pytest.param(3, (0.3, 1.6), marks=pytest.mark.long)], ids=["upper", "lower"]
 )

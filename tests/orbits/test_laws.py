@@ -325,6 +325,7 @@ def test_what_a_start_of_its_own_leads_to_is_stable_or_says_so() -> None:
     assert orbit.stable or any("unstable" in note for note in orbit.notes)
 
 
+@pytest.mark.slow
 def test_every_motion_of_a_symmetric_driveline_has_its_mirror_image() -> None:
     """At W = 0.4 the symmetric motion is unstable, two stable ones are mirror images: the signs sum to one."""
     orbits = gr.periodic(symmetric(0.4), every=True)

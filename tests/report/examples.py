@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 import xarray as xr
 
 import gearrattle as gr
@@ -272,6 +273,8 @@ EXTREMES: dict[str, Callable[[], Any]] = {
 
 
 CASES = EXAMPLES | EXTREMES
+CASE_PARAMETERS = [*EXAMPLES, *(pytest.param(case, marks=pytest.mark.slow) for case in EXTREMES)]
+"""For tests of all cases: one of every kind is quick."""
 
 
 @cache

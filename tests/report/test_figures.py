@@ -44,6 +44,7 @@ MAPS = ("run_up_orders",)
 """Charts of a run-up that no made-up motion has; the smallest of them."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("example", "width", "keys"),
     [
@@ -75,6 +76,7 @@ def test_figures_of_examples_keep_the_laws(
         words_apart(entry)
 
 
+@pytest.mark.slow
 def test_every_noun_with_a_page_has_figures(run: gr.Run, run_up: gr.Run) -> None:
     model, hub = run.model, "acceleration.hub"
     loop = gr.identification.fit_loop(
@@ -142,6 +144,7 @@ def test_figures_are_matplotlib_s_and_may_be_changed(run: gr.Run, tmp_path: Path
     assert (tmp_path / "deflection.svg").read_bytes() != (tmp_path / "theirs" / "deflection.svg").read_bytes()
 
 
+@pytest.mark.slow
 def test_files_are_written_whole_and_again_the_same(run: gr.Run, tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     actual = gr.figures(run, width="single")

@@ -26,7 +26,7 @@ from gearrattle.report.text import plain_text
 from gearrattle.reproduction.record import Reproduction, Section, row
 from gearrattle.typing import Result
 from tests.browser import BROWSER, browse
-from tests.report.examples import CASES, EXAMPLES, model, result
+from tests.report.examples import CASE_PARAMETERS, EXAMPLES, model, result
 
 WITHOUT_FIGURES = {"reproduction"}
 """Kinds whose example has no figure; a whole reproduction has."""
@@ -66,7 +66,7 @@ class Tags(HTMLParser):
             self.words += data
 
 
-@pytest.fixture(scope="module", params=CASES)
+@pytest.fixture(scope="module", params=CASE_PARAMETERS)
 def case(request: pytest.FixtureRequest) -> str:
     """Of a module's scope, so that all tests of a case follow one another, in one process: it is computed once."""
     return str(request.param)

@@ -73,6 +73,7 @@ def test_rk2_and_rk4_take_the_printed_steps(reproduction):
                 assert row.figures[f"calls_{kind}"] == stages * steps
 
 
+@pytest.mark.slow
 def test_rows_that_cannot_fail_are_counted_apart(shortest):
     constructed = {row.item for row in shortest.rows if row.status == CONSTRUCTED}
     assert constructed == {

@@ -54,6 +54,7 @@ def content(folder: Path) -> dict[str, object]:
     return actual
 
 
+@pytest.mark.slow
 def test_a_store_holds_every_chunk_and_its_state(reference: Path, model: gr.Model) -> None:
     names = [path.name for path in sorted(reference.iterdir())]
     assert names == [".lock", *(f"chunk-{i:06d}.nc" for i in range(1, 8)), "state.npz"]
@@ -70,6 +71,7 @@ def test_the_same_motion_makes_the_same_store(reference: Path, model: gr.Model, 
     assert content(tmp_path / "again") == content(reference)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after", [*(pytest.param(after, marks=pytest.mark.long) for after in (0, 1)), 5])
 def test_an_exception_keeps_whole_chunks_and_resume_goes_on(
     reference: Path, model: gr.Model, tmp_path: Path, after: int
@@ -93,6 +95,7 @@ def test_an_exception_keeps_whole_chunks_and_resume_goes_on(
     assert stream.verdict().to_dict() == gr.criteria(gr.open_stream(reference)).to_dict()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "train",
     [synthetic.MODEL, pytest.param(FILE.read_text(encoding="utf-8"), marks=pytest.mark.long)],
@@ -111,6 +114,7 @@ def test_a_motion_resumed_after_every_discarded_cycle_adds_up_the_same(train: st
     assert content(cut) == content(whole)
 
 
+@pytest.mark.slow
 def test_a_closed_stream_counts_no_chunk_that_another_thread_finishes_later(
     reference: Path, model: gr.Model, tmp_path: Path
 ) -> None:

@@ -83,6 +83,7 @@ def test_another_integrator_ends_in_the_same_motions(attractors: xr.Dataset) -> 
         np.testing.assert_allclose(end, want, rtol=0, atol=2e-4)
 
 
+@pytest.mark.slow
 def test_basins_of_a_symmetric_driveline_map_onto_each_other() -> None:
     """Without a mean, (x, v, t) -> (-x, -v, t + T/2) maps motions to motions; a family floats within the gap.
 
@@ -139,6 +140,7 @@ def test_chaos_is_a_class_of_its_own() -> None:
     assert quiet_share(attractors)["share"] == 0.0
 
 
+@pytest.mark.slow
 def test_motions_are_those_that_shooting_finds_with_their_multipliers(attractors: xr.Dataset) -> None:
     """Those of ``gr.periodic``; drag alone damps the oscillator, so |mu_1 mu_2| = exp(-d T) in every one of them."""
     stable = [orbit for orbit in gr.periodic(model(), every=True) if orbit.stable]

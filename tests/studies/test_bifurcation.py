@@ -216,6 +216,7 @@ def test_stopped_within_a_sweep_it_goes_on_from_there_to_the_same_bits(
     assert gr.open_study(tmp_path / "a").identical(whole)
 
 
+@pytest.mark.slow
 def test_further_axes_and_workers_change_nothing(tmp_path: Path) -> None:
     axes = {"inertia.gear.drag": [0.5, 0.6]}
     one = gr.bifurcation(model(), AMPLITUDE, [5.0, 6.0], axes=axes, **SHORT, workers=1)

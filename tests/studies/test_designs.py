@@ -67,6 +67,7 @@ def saltelli() -> Any:
     )
 
 
+@pytest.mark.slow
 def test_indices_of_a_natural_frequency(saltelli: Any) -> None:
     actual = gr.studies.sensitivities(saltelli, "square")
     assert actual["value"].values.tolist() == list(RANGES)

@@ -62,6 +62,7 @@ def search() -> xr.Dataset:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
 def test_a_front_known_in_closed_form_is_found(seed: int) -> None:
     """Its hypervolume to (1.1, 1.1) is 1.21 - 1/3; 2000 points reach all but one hundredth of it."""
@@ -160,6 +161,7 @@ def test_a_search_by_a_coarse_algorithm_is_not_certified() -> None:
     assert coarse["certified"].values[int(coarse.attrs["best"])] == 0
 
 
+@pytest.mark.slow
 def test_the_drag_that_just_holds_a_loose_gear(tmp_path: Path) -> None:
     """A gear is lifted off its flank where I theta'' passes its drag torque: two bodies, a rigid motion, closed form.
 
@@ -236,6 +238,7 @@ def test_where_nothing_is_feasible_that_is_told(tmp_path: Path) -> None:
     assert not (tmp_path / "o" / "best.toml").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", ["folder", "memory"])
 def test_a_search_that_was_stopped_goes_on_to_the_same_bits(search: xr.Dataset, tmp_path: Path, folder: str) -> None:
     address = str(tmp_path / "o") if folder == "folder" else f"memory://{tmp_path.name}/o"

@@ -50,6 +50,7 @@ SOONEST = [pytest.param(name, marks=pytest.mark.long if name == "local" else ())
 """Processes start slowly; what is the same for all schedulers the quick tests try on the others."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TABLE)
 def test_every_scheduler_gives_the_bits_of_one_process(
     name: str, addresses: dict[str, tuple[str, int | None]], whole: xr.Dataset, tmp_path: Path
@@ -83,6 +84,7 @@ def test_every_scheduler_stops_when_told_and_goes_on(
     assert gr.study(model(), AXES, OUTPUTS, **arguments, resume=True).identical(whole)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SOONEST)
 def test_a_disk_that_fills_up_ends_the_study_and_it_goes_on(
     name: str, addresses: dict[str, tuple[str, int | None]], flag: Path, tmp_path: Path
@@ -134,6 +136,7 @@ def test_wrong_schedulers_are_refused_before_anything_is_written(
     assert not (tmp_path / "never").exists()
 
 
+@pytest.mark.slow
 def test_a_missing_library_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(NotInstalled, match=r"pip install 'gearrattle\[studies\]'"):

@@ -158,6 +158,7 @@ def test_a_second_client_that_begins_at_the_same_time_is_refused(address: str) -
             Store.open(storage, actual.plan, actual.outputs, resume=False)
 
 
+@pytest.mark.slow
 def test_processes_keep_chunks_behind_an_address_themselves(tmp_path: Path, whole: xr.Dataset) -> None:
     address = where("local", tmp_path)
     assert gr.study(model(), AXES, OUTPUTS, output=address, workers=2, function=loudness).identical(whole)

@@ -67,6 +67,7 @@ def test_cases_that_told_how_long_one_takes_are_not_computed_again(monkeypatch: 
     assert sorted(prepared.outputs.known) == [(1,), (2,), (3,)]
 
 
+@pytest.mark.slow
 def test_any_number_of_workers_gives_the_same_bits(whole: xr.Dataset, tmp_path: Path) -> None:
     actual = gr.study(model(), AXES, OUTPUTS, workers=2, output=tmp_path / "out")
     assert actual.identical(whole)

@@ -17,12 +17,14 @@ from tests.browser import BROWSER
 from tests.workbench.server import Server
 
 _ENDS = ExitStack()
+_PATIENCE = 30_000  # milliseconds until what a test expects must be there: other tests may take both cores
 
 
 @cache
 def browser() -> Any:
     """Chromium, started when it is first asked for."""
     playwright = pytest.importorskip("playwright.sync_api")
+    playwright.expect.set_options(timeout=_PATIENCE)
     play = _ENDS.enter_context(playwright.sync_playwright())
     started = play.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
     _ENDS.callback(started.close)

@@ -232,6 +232,7 @@ def _answer_into(wire: socket.socket, answers: list[bytes]) -> None:
     answers.append(wire.recv(4096))
 
 
+@pytest.mark.slow
 def test_hundreds_of_connections_leave_nothing(server: Server) -> None:
     def opened() -> int:
         return len(list(Path(f"/proc/{server.process.pid}/fd").iterdir()))

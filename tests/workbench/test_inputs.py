@@ -141,6 +141,7 @@ TASKS: list[tuple[str, dict[str, Any], Callable[[gr.Model, Path], Any]]] = [
 """Every kind of job, and what the same call gives on the model as the command line reads it."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("task", "options", "call"), TASKS, ids=[row[0] for row in TASKS])
 def test_a_job_reads_what_the_command_line_reads(
     client: TestClient, root: Path, task: str, options: dict[str, Any], call: Callable[[gr.Model, Path], Any]
@@ -191,6 +192,7 @@ def test_a_data_file_from_elsewhere_in_the_folder_is_named_anew(root: Path, tmp_
     np.testing.assert_array_equal(gr.simulate(here).trajectory.deflection, gr.simulate(there).trajectory.deflection)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("task", [pytest.param("run", marks=pytest.mark.long), "fit"])
 def test_what_is_handed_over_runs_in_an_empty_folder(client: TestClient, root: Path, tmp_path: Path, task: str) -> None:
     """The data are those of the job, whatever has become of the files since."""

@@ -53,6 +53,7 @@ def built(folder: Path) -> str:
     return (target / "index.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_without_pictures_the_page_builds_without_a_warning(script: dict[str, Any], tmp_path: Path) -> None:
     assert "<img" not in built(tmp_path)
     (tmp_path / "images").mkdir()

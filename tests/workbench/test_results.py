@@ -48,6 +48,7 @@ def arrays(content: bytes, of_part: int) -> list[list[Any]]:
     return parts
 
 
+@pytest.mark.slow
 def test_view_and_figures(page: Any) -> None:
     view = page.get("/api/jobs/first/view").json()
     assert view["verdict"]["verdict"] == "double-sided"
@@ -182,6 +183,7 @@ def test_widgets_are_served_as_modules(page: Any) -> None:
     assert page.get("/widgets/widgets.css").headers["content-type"].startswith("text/css")
 
 
+@pytest.mark.slow
 def test_a_recording_is_shifted_to_where_it_agrees(page: Any, root: Path) -> None:
     """A stretch of the run itself, with noise, at a rate of its own, its time counted from elsewhere."""
     run = gr.simulate(model())

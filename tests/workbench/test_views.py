@@ -11,10 +11,10 @@ import pytest
 from gearrattle.json_types import json_value
 from gearrattle.report.kinds import presentation_of
 from gearrattle.workbench.views import chart_json, view_of, without_styles
-from tests.report.examples import CASES, result
+from tests.report.examples import CASE_PARAMETERS, result
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", CASE_PARAMETERS)
 def test_every_kind_of_result_has_a_view(case: str) -> None:
     presentation = presentation_of(result(case))
     view = view_of(presentation)

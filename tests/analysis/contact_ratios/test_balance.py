@@ -23,6 +23,7 @@ def case_1():
     return forecast(assemble(gr.load(PAPER / "case1_loaded.toml")).system)
 
 
+@pytest.mark.slow
 def test_the_stable_motion_is_the_one_simulated(case_1) -> None:
     """Loaded case 1 from rest: linearisation tells a gain of 0.208, the motion behind it has the run's."""
     run = gr.simulate(gr.load(PAPER / "case1_loaded.toml"), cycles=200, discard=150, samples_per_cycle=1024)

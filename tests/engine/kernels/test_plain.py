@@ -34,6 +34,7 @@ def plain() -> dict[str, np.ndarray]:
     return {name: np.array(angle) for name, angle in json.loads(done.stdout).items()}
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_plain_kernels_give_the_motion_of_a_train(plain: dict[str, np.ndarray]) -> None:
     angle = gr.simulate(gr.example("case3"), cycles=1, **_SHORT).data.angle.values

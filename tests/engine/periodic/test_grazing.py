@@ -106,6 +106,7 @@ def test_at_a_compliant_corner_the_gradient_is_continuous_with_the_root_of_a_clo
     np.testing.assert_allclose(changes[:2], 10.0 * np.array(changes[1:]), rtol=0.02)
 
 
+@pytest.mark.slow
 def test_under_clipped_damping_losing_contact_is_a_grazing() -> None:
     """Near the corner both limits of the damping are crossed, with contact and without."""
     gap = {"name": "gap", "between": ["body", "ground"], "stiffness": 1.0, "clearance": 1.0, **LAWS["clipped"]}
@@ -130,6 +131,7 @@ def test_a_stop_of_a_stiffness_that_is_not_resolved_is_rigid() -> None:
     assert quotients[1] < 2.0 * quotients[0] < -4e5
 
 
+@pytest.mark.slow
 def test_where_a_slider_begins_to_slip_the_gradient_jumps_and_the_period_doubles_there() -> None:
     branch = branch_with_slider()
     event, curve = first_grazing(branch, 1)

@@ -73,6 +73,7 @@ def test_a_loop_without_noise_gives_its_law_back() -> None:
         assert fit.values[name] == pytest.approx(value, rel=0.02 if "stick" in name else 2e-3), name
 
 
+@pytest.mark.slow
 def test_noisy_loops_come_back_within_the_errors_stated() -> None:
     """Two per cent noise: boundaries and slopes within 3 %, heights within 5 % of their own values; normal pulls."""
     pulls = []
@@ -139,6 +140,7 @@ def test_a_free_gap_and_a_linear_shaft_are_loops_too() -> None:
     assert fit.stages[0].hysteresis < 4 * max(fit.errors["stages.0.hysteresis"], 0.05)
 
 
+@pytest.mark.slow
 def test_correlated_noise_widens_the_errors() -> None:
     deflection, torque = sampled(LAW, LOW, HIGH, noise=0.0, seed=0)
     white = np.random.default_rng(7).standard_normal(torque.size)
@@ -223,6 +225,7 @@ def test_a_first_loading_cycles_of_unlike_ends_and_a_shaky_angle_are_borne() -> 
             assert fit.values[name] == pytest.approx(value, rel=limit), name
 
 
+@pytest.mark.slow
 def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     data = written(tmp_path / "loop.csv", *sampled(LAW, LOW, HIGH, noise=0.01, seed=4, cycles=1, samples=2000))
     words = ["loop", str(data), "--stages", "2", "-o", str(tmp_path / "d.toml"), "--figure", str(tmp_path / "d.svg")]

@@ -45,6 +45,7 @@ def test_a_truncated_file(name: str, share: float, tmp_path: Path) -> None:
     np.testing.assert_array_equal(actual["n_engine"].values[:count], rig()["n_engine"].values[:count])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SUFFIXES)
 def test_a_file_whose_middle_is_overwritten(name: str, tmp_path: Path) -> None:
     """Bytes of no meaning: an answer or a refusal, never another exception."""
@@ -70,6 +71,7 @@ def test_a_file_whose_middle_is_overwritten(name: str, tmp_path: Path) -> None:
     assert refused > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SUFFIXES)
 def test_another_format_is_asked_for(name: str, tmp_path: Path) -> None:
     path = tmp_path / "record.bin"

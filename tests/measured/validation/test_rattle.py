@@ -65,6 +65,7 @@ def test_a_gain_is_told_against_the_scatter() -> None:
     assert "look first at m1" in actual.verdict
 
 
+@pytest.mark.slow
 def test_impacts_are_exact_in_the_run_and_counted_alike_in_both() -> None:
     run, _ = runs()
     start = run.trajectory.discard * run.trajectory.layout.period

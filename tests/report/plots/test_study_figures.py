@@ -69,6 +69,7 @@ def _words(chart: Chart) -> list[str]:
     return actual
 
 
+@pytest.mark.slow
 def test_no_figure_sentence_or_table_shows_a_path_of_the_model_file(studies: dict[str, xr.Dataset]) -> None:
     for name, data in studies.items():
         page = page_of(data)

@@ -253,6 +253,7 @@ def _streams(raw: bytes) -> list[bytes]:
     return actual
 
 
+@pytest.mark.slow
 def test_the_same_chart_gives_the_same_bytes_whatever_the_session_has_set() -> None:
     chart = panel_alone(0)
     ours = matplotlib_figure(chart, Style("single"))

@@ -172,6 +172,7 @@ def tone(frequency: float, level: float, seconds: float = 1.0) -> np.ndarray:
     return 2e-5 * 10.0 ** (level / 20.0) * np.sqrt(2.0) * np.sin(2 * np.pi * frequency * t)
 
 
+@pytest.mark.slow
 def test_a_tone_of_forty_decibels_is_one_sone_and_ten_more_double_it() -> None:
     """By the definition of the sone; ISO 532-1 allows 5 % or 0.1 sone."""
     pytest.importorskip("mosqito")
