@@ -10,6 +10,7 @@ from math import prod
 import numpy as np
 import pytest
 
+import gearrattle as gr
 from gearrattle.engine.solvers import SOLVERS, Marching, Motion
 from gearrattle.engine.solvers.one_step import ChosenStep, FixedStep, StepMarch
 from gearrattle.engine.solvers.tableaus import CLASSICAL, Tableau
@@ -197,3 +198,30 @@ def test_an_unstable_step_is_a_note_with_the_growth_factor() -> None:
 def test_the_default_step_is_a_quarter_over_the_fastest_eigenvalue_down_to_a_whole_fraction_of_the_period() -> None:
     motion = run(task(oscillator(GAP), [1.25], [0.0], cycles=1), "rk4")
     assert motion.steps == 8  # 0.25 / 2 = 1/8 of the period of 1
+
+
+def moving_corner() -> gr.Model:
+    """Two gears in a gap that a transmission error larger than half of it moves to and fro."""
+    gear = {"J": 1.0, "drag": 0.1}
+    mesh = {"name": "mesh", "between": ["pinion", "gear"], "radii": [1.0, 1.0], "stiffness": 1.0, "damping": 0.05}
+    return gr.Model.from_tables(
+        {
+            "schema": 1,
+            "units": "dimensionless",
+            "inertia": [{"name": "pinion", **gear}, {"name": "gear", **gear}],
+            "mesh": [{**mesh, "backlash": 2.0, "transmission_error": [{"order": 1, "amplitude": 1.5, "phase": 0.3}]}],
+            "excitation": {"frequency": 1.2},
+            "torque": [{"on": "pinion", "mean": 0.1}, {"on": "gear", "mean": -0.1}],
+        }
+    )
+
+
+@pytest.mark.parametrize(("algorithm", "error"), [("rk4", 1e-3), ("rkf", 1e-3), ("bulirsch-stoer", 1e-3)])
+def test_crossings_are_located_at_the_instant_that_moves_the_corner(algorithm: str, error: float) -> None:
+    model = moving_corner()
+    how = {"step": 2.0 * np.pi / 1.2 / 400} if algorithm == "rk4" else {}
+    want = gr.simulate(model, cycles=6, discard=0, audit=False).events
+    events = gr.simulate(model, algorithm=algorithm, cycles=6, discard=0, audit=False, **how).events
+    assert len(want) > 20
+    assert len(events) == len(want)
+    assert np.abs(events["time"] - want["time"]).max() < error
