@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from cmath import phase
 from itertools import pairwise
 from math import degrees, log
@@ -47,6 +48,14 @@ def test_the_sentence_tells_period_stability_rattle_and_multiplier(orbit: Orbit)
     )
     unstable = result("periodic motions").orbits[1]
     assert unstable.sentence.startswith("An unstable motion that repeats after 1 T (1): single-sided rattle")
+
+
+def test_the_ends_of_a_narrow_range_are_told_apart() -> None:
+    branch = gr.continuation(gr.example("backlash_oscillator"), "excitation.frequency", (0.6, 0.600004))
+    ends = re.findall(r"from ([\d.]*\d) to ([\d.]*\d)", branch.sentence)
+    assert ends == [("0.6", "0.600004")]
+    (row,) = presentation_of(branch).tables()[0].rows
+    assert row[2:4] == ("0.6", "0.600004")
 
 
 @pytest.mark.parametrize(

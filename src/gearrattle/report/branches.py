@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_SAID, _MOST_ORBITS = 4, 9
+_MOST_DIGITS = 10
 _FOLDED_FROM = 12
 _MULTIPLIER = "multiplier"
 
@@ -77,7 +78,8 @@ class BranchesPage(ModelPresentation[Branch]):
 
     def _span(self, low: float, high: float) -> str:
         shown = measure(self.result)
-        return f"from {numeral(low * shown.factor, 4)} to {shown.with_unit(high, 4)}"
+        digits = _digits(low * shown.factor, high * shown.factor, least=4)
+        return f"from {numeral(low * shown.factor, digits)} to {shown.with_unit(high, digits)}"
 
     def sections(self) -> tuple[Section, ...]:
         branch = self.result
@@ -181,8 +183,7 @@ class BranchesPage(ModelPresentation[Branch]):
             (
                 f"{r.branch}",
                 f"{self.result.curves[r.branch].cycles} T",
-                numeral(r.begin * shown.factor, 6),
-                numeral(r.end * shown.factor, 6),
+                *_range_words(r.begin * shown.factor, r.end * shown.factor),
                 "stable" if r.stable else "unstable",
                 r.cause,
             )
@@ -231,3 +232,14 @@ def _some(words: Sequence[str]) -> str:
     """The first few, and how many more there are."""
     more = len(words) - _MOST_SAID
     return listed([*words[:_MOST_SAID], *([f"{more} more"] if more > 0 else [])])
+
+
+def _digits(low: float, high: float, least: int) -> int:
+    """How many digits tell the ends of a range apart."""
+    return next((n for n in range(least, _MOST_DIGITS) if numeral(low, n) != numeral(high, n)), _MOST_DIGITS)
+
+
+def _range_words(begin: float, end: float) -> tuple[str, str]:
+    """Both ends of a range, with at least six digits."""
+    digits = _digits(begin, end, least=6)
+    return numeral(begin, digits), numeral(end, digits)
