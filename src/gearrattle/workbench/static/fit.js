@@ -23,6 +23,7 @@ const ROWS = {
 };
 
 const clean = (row) => Object.fromEntries(Object.entries(row).filter(([key, value]) => key !== "kind" && value !== ""));
+const isNumber = (text) => text.trim() !== "" && Number.isFinite(Number(text));
 
 export function Fit({ job, files, file, known, pair, peak, onStarted, onError }) {
   const [model, setModel] = useState(null);
@@ -53,7 +54,7 @@ export function Fit({ job, files, file, known, pair, peak, onStarted, onError })
   };
   const start = async () => {
     try {
-      const edits = free.filter(({ path, start: text }) => text !== values.find((value) => value.path === path).text).map(({ path, start: text }) => ({ op: "set", path, value: text.trim() !== "" && Number.isFinite(Number(text)) ? Number(text) : text }));
+      const edits = free.filter(({ path, start: text }) => text !== values.find((value) => value.path === path).text).map(({ path, start: text }) => ({ op: "set", path, value: isNumber(text) ? Number(text) : text }));
       const { text } = edits.length ? await api.post("/api/edit", { text: model.text, file: model.file, edits }) : model;
       const paths = free.map(({ path }) => path);
       onStarted(await api.post("/api/jobs", { task: "fit", text, options: { data: data(), free: paths }, name: `fit of ${paths.join(", ")}`.slice(0, 120), parent: job }));
@@ -71,9 +72,9 @@ export function Fit({ job, files, file, known, pair, peak, onStarted, onError })
     <div class="form"><label>Fit to<select value=${what} onChange=${(event) => choose(event.target.value)}>${Object.entries(WHAT).map(([key, words]) => html`<option value=${key} disabled=${key === "motion" && !isMeasured}>${words}${key === "motion" ? (isMeasured ? ` in ${file}` : " (choose a measured file above)") : ""}</option>`)}</select></label></div>
     <p class="muted">${WORDS[what]}</p>
     <h3>Free values, and where each begins</h3>
-    ${free.map(({ path, start: text }) => html`<div class="form" key=${path}><label><span class="path">${path}</span><input type="text" value=${text} aria-label=${`Start of ${path}`} onInput=${(event) => setFree(free.map((entry) => (entry.path === path ? { ...entry, start: event.target.value } : entry)))} /></label>
+    ${free.map(({ path, start: text, si }) => html`<div class="form" key=${path}><label><span class="path">${path}${si && isNumber(text) ? ` [${si}]` : ""}</span><input type="text" value=${text} aria-label=${`Start of ${path}`} onInput=${(event) => setFree(free.map((entry) => (entry.path === path ? { ...entry, start: event.target.value } : entry)))} /></label>
       <button type="button" class="plain" aria-label=${`Hold ${path}`} onClick=${() => setFree(free.filter((entry) => entry.path !== path))}>Remove</button></div>`)}
-    <div class="form"><label>Free a value<select value="" onChange=${(event) => { const { path, text } = values.find((value) => value.path === event.target.value); setFree([...free, { path, start: text }]); event.target.value = ""; }}><option value="">Choose …</option>
+    <div class="form"><label>Free a value<select value="" onChange=${(event) => { const { path, text, si } = values.find((value) => value.path === event.target.value); setFree([...free, { path, start: text, si }]); event.target.value = ""; }}><option value="">Choose …</option>
       ${values.filter(({ path }) => !free.some((entry) => entry.path === path)).map(({ path, words }) => html`<option value=${path}>${path} = ${words}</option>`)}</select></label></div>
     <h3>${what === "motion" ? "Measured channels, and what of the model each is" : "Measured"}</h3>
     ${parts[what]()}

@@ -331,7 +331,7 @@ class Panel {
 
   drawRule(c, theme, rule) {
     const isX = rule.along === "x", at = Math.round(isX ? this.x(rule.at) : this.y(rule.at)) + 0.5;
-    c.strokeStyle = theme.colour(rule.colour ?? "#9aa5b1"); c.lineWidth = 1; c.setLineDash(rule.dashed === false ? [] : [4, 4]);
+    c.strokeStyle = theme.colour(rule.colour ?? "#9aa5b1"); c.lineWidth = 1; c.setLineDash(rule.dashed === false ? [] : [2, 2]);
     c.beginPath();
     if (isX) { c.moveTo(at, this.top); c.lineTo(at, this.top + this.height); } else { c.moveTo(this.left, at); c.lineTo(this.left + this.width, at); }
     c.stroke(); c.setLineDash([]);
