@@ -5,6 +5,7 @@ Takes a Model and a start; gives an Orbit, or a list of them.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Literal, overload
 
 from gearrattle.assembly import assemble
@@ -16,6 +17,7 @@ from gearrattle.model.quantity import argument_problems
 from gearrattle.orbits.every import every_orbit
 from gearrattle.orbits.family import is_compiled
 from gearrattle.orbits.orbit import ATTEMPTS, CYCLES, Orbit, linear_state, orbit_of, settled_state
+from gearrattle.orbits.returns import orbit_of_returns
 from gearrattle.orbits.state import Start, check_repeats, state_of
 
 LINEAR = "linear"
@@ -49,8 +51,8 @@ def periodic(
         a state near the motion: "static", "zero", {"angle": [...], "velocity": [...]} of all inertias [rad, rad/s],
         a run (its end) or an orbit. "linear": the motion that grows out of the rest as all harmonics grow from zero to
         their full size. None: the model's own start is followed until it has settled, so that the motion is
-        one that a simulation shows; where it does not settle, "linear", unless friction or alternation would make that
-        take minutes.
+        one that a simulation shows. Where it does not settle, an unstable one that it nearly repeats; without that,
+        "linear". Neither where friction or alternation would make that take minutes.
     every
         whether all motions that repeat after ``cycles`` periods are sought.
 
@@ -91,13 +93,19 @@ def periodic(
 
 
 def _settled(model: Model, period_map: PeriodMap) -> shooting.Orbit:
-    """The motion to which the model's own start settles; where it does not settle, the one that "linear" gives."""
+    """The motion to which the model's own start settles.
+
+    Where it does not settle, one that the motion nearly repeats; without that, the one that "linear" gives.
+    """
+    state = settled_state(model, period_map)
     try:
-        return shooting.shoot(period_map, settled_state(model, period_map), settle=ATTEMPTS)
-    except ConvergenceError as error:
+        return shooting.shoot(period_map, state, settle=ATTEMPTS)
+    except ConvergenceError:
         if not is_compiled(period_map.system):  # minutes
             raise
-        try:
+    try:
+        return orbit_of_returns(period_map, state)
+    except ConvergenceError as error:
+        with suppress(ConvergenceError):
             return shooting.shoot(period_map, linear_state(period_map, state_of(model, period_map, "static")))
-        except ConvergenceError:
-            raise error from None
+        raise error from None

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from gearrattle.assembly import free_names
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.periodic.shooting import multipliers_of
-from gearrattle.engine.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
@@ -57,7 +56,9 @@ def tipping_table(model: Model, period_map: PeriodMap, motion: Pass, on: str, in
     for k in range(instants):
         row, share = k * period_map.cycles * (samples // instants), k / instants
         start = motion.start if k == 0 else period_map.sampled(march, row)
-        ahead = PeriodMap(_later(period_map.system, share * period_map.cycles), period_map.cycles)
+        system = period_map.system
+        later = replace(system, inputs=system.inputs.later(share * period_map.cycles))
+        ahead = PeriodMap(later, period_map.cycles)
         border = _Border(ahead, start, names.index(on), passes)
         rows.append((share, share * period_map.length, *(border.smallest(sign) for sign in (1.0, -1.0))))
     return pd.DataFrame(rows, columns=["share", "time", "forward", "backward"])
@@ -116,16 +117,3 @@ class _Border:
             if np.linalg.norm((state.y - self._state.y) * self._map.scale) < _BACK * self._map.size:
                 return True
         return False
-
-
-def _later(system: PiecewiseSystem, periods: float) -> PiecewiseSystem:
-    """The driveline with its inputs shifted ahead by a number of periods, whole or not."""
-    inputs = system.inputs
-    angle = 2.0 * np.pi * np.remainder(inputs.cycles * periods, 1.0)
-    turned = {}
-    for kind in ("torque", "error"):
-        sine, cosine = getattr(inputs, f"{kind}_sine"), getattr(inputs, f"{kind}_cosine")
-        turned[f"{kind}_sine"] = sine * np.cos(angle) - cosine * np.sin(angle)
-        turned[f"{kind}_cosine"] = sine * np.sin(angle) + cosine * np.cos(angle)
-    ahead: Harmonics = replace(inputs, **turned)
-    return replace(system, inputs=ahead)

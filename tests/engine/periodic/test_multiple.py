@@ -10,8 +10,8 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.multiple import joined, shoot_in_parts
-from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.multiple import EIGHTHS, EighthMap, joined, maps_of_parts, shoot_in_parts
+from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.periodic.shooting import shoot
 from gearrattle.errors import ConvergenceError
 from tests.engine.periodic.test_shooting import oscillator
@@ -49,11 +49,45 @@ def test_parts_joined_are_the_whole() -> None:
     parts = [once(start)]
     for _ in range(2):
         parts.append(once(parts[-1].end))
-    whole, together = many(start), joined(parts)
+    whole, together = many(start), joined(parts, many)
     np.testing.assert_allclose(together.end.y, whole.end.y, rtol=0, atol=1e-11)
     np.testing.assert_allclose(together.gradient, whole.gradient, rtol=0, atol=1e-10)
     np.testing.assert_allclose(together.crossings.time, whole.crossings.time, rtol=0, atol=1e-10)
     assert np.array_equal(together.crossings.watch, whole.crossings.watch)
+
+
+def test_eighths_joined_are_the_whole() -> None:
+    """Each eighth begins where the inputs are an eighth of a period later: torques and transmission errors."""
+    model = gr.example("case3").with_({"mesh.gear.transmission_error": [{"order": 3, "amplitude": "5 um"}]})
+    once = PeriodMap(assemble(model).system)
+    start = once.later(once.state_of(np.zeros(4), np.zeros(4)), 20)
+    parts = list[Pass]()
+    for part_map in maps_of_parts(once, EIGHTHS):
+        assert isinstance(part_map, EighthMap)
+        parts.append(part_map(parts[-1].end if parts else start))
+    whole, together = once(start), joined(parts, once)
+    scale = once.scale
+    assert np.linalg.norm((together.end.y - whole.end.y) * scale) < 1e-9 * once.size
+    change = scale[:, None] * (together.gradient - whole.gradient) / scale
+    assert np.linalg.norm(change) < 1e-9 * np.linalg.norm(scale[:, None] * whole.gradient / scale)
+    np.testing.assert_allclose(together.turned, whole.turned, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(together.crossings.time, whole.crossings.time, rtol=0, atol=1e-10 * once.length)
+    assert np.array_equal(together.crossings.watch, whole.crossings.watch)
+    assert (together.cycles, together.period) == (whole.cycles, whole.period)
+
+
+@pytest.mark.parametrize("parts", [1, EIGHTHS])
+def test_parts_of_a_period_lead_to_the_same_motion(parts: int) -> None:
+    once, state, multipliers = saddle()
+    orbit = shoot(once, State(state.y + 1e-3), parts_of_period=parts)
+    assert orbit.residual < 1e-12
+    np.testing.assert_allclose(orbit.motion.start.y, state.y, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(orbit.multipliers, multipliers, rtol=1e-8)
+
+
+def test_parts_are_whole_periods_where_stiffness_alternates_by_the_clock() -> None:
+    alternating = PeriodMap(assemble(gr.example("alternating_mesh")).system, 3)
+    assert [type(part_map) for part_map in maps_of_parts(alternating, EIGHTHS)] == [PeriodMap] * 3
 
 
 @pytest.mark.parametrize("cycles", [12, 24])

@@ -1,9 +1,11 @@
-"""Multiple shooting: a motion of n periods as n motions of one period each, joined by Newton's method.
+"""Multiple shooting: a motion of n periods as shorter motions, joined by Newton's method.
 
 Over n periods a small disturbance may grow a million times, as in chaos; then no state at the start is accurate enough
-for the end. Over one period it grows little. So the states at the start of every period are unknown together,
+for the end. Over a part of them it grows little. So the states at the start of every part are unknown together,
 
-    P(y_1) - y_2 = 0,   P(y_2) - y_3 = 0,   ...   P(y_n) - y_1 = 0.
+    P_1(y_1) - y_2 = 0,   P_2(y_2) - y_3 = 0,   ...   P_m(y_m) - y_1 = 0.
+
+A part is a period, or an eighth of one: with many impacts a disturbance may grow a million times within one period.
 
 Takes a PeriodMap and a state; gives a Pass.
 
@@ -12,23 +14,75 @@ H. B. Keller, Numerical Methods for Two-Point Boundary-Value Problems, Blaisdell
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.equations import shortest_solution
+from gearrattle.engine.periodic.equations import solution
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
 LARGEST_SYSTEM = 1024
-"""Unknowns, n N, up to which multiple shooting is used: its equations are solved by singular values."""
+"""Unknowns, parts times N, up to which multiple shooting is used."""
+EIGHTHS = 8
+"""Parts of a period: one, or so many."""
 _MOST_STEPS = 40
 _HALVINGS = 8
 
 
-def shoot_in_parts(period_map: PeriodMap, state: State, tolerance: float) -> tuple[Pass, float, int]:
+class EighthMap(PeriodMap):
+    """The map over an eighth of a period.
+
+    Parameters
+    ----------
+    system
+        a driveline whose stiffness does not alternate by the clock.
+    index
+        0 to 7: which eighth.
+    """
+
+    def __init__(self, system: PiecewiseSystem, index: int) -> None:
+        super().__init__(replace(system, inputs=system.inputs.later(index / EIGHTHS)), 1)
+
+    @property
+    def length(self) -> float:
+        """Duration of an eighth [s]."""
+        return super().length / EIGHTHS
+
+    def __call__(self, state: State) -> Pass:
+        """Follow a state over the eighth.
+
+        Raises
+        ------
+        ConvergenceError
+            the motion could not be followed.
+        """
+        march = self.marched(state, samples_per_cycle=EIGHTHS)
+        crossings = self.passages(march)
+        crossings = crossings.where(crossings.time < self.length)
+        gradient, turned = self.gradient_along(march, crossings), self.turned(march, 1)
+        return Pass(state, self.sampled(march, 1), gradient, turned, crossings, self.system.inputs.period, 1)
+
+
+def maps_of_parts(period_map: PeriodMap, parts: int) -> list[PeriodMap]:
+    """Return the maps over the parts of n periods, 1 or 8 a period.
+
+    A part is a whole period where stiffness alternates by the clock, or where there would be too many unknowns.
+    """
+    system, cycles = period_map.system, period_map.cycles
+    if parts == 1 or system.clock is not None or EIGHTHS * cycles * len(period_map.scale) > LARGEST_SYSTEM:
+        return [PeriodMap(system, 1)] * cycles
+    return [EighthMap(system, index) for index in range(EIGHTHS)] * cycles
+
+
+def shoot_in_parts(
+    period_map: PeriodMap, state: State, tolerance: float, parts_of_period: int = 1
+) -> tuple[Pass, float, int]:
     """Return the motion near a state, its residual over the size of the state, and how many passes were used.
 
     Parameters
@@ -39,30 +93,32 @@ def shoot_in_parts(period_map: PeriodMap, state: State, tolerance: float) -> tup
         at the start.
     tolerance
         of the residual.
+    parts_of_period
+        1 or 8.
 
     Raises
     ------
     ConvergenceError
         the motion could not be followed.
     """
-    once = PeriodMap(period_map.system, 1)
-    parts = [once(state)]
-    for _ in range(period_map.cycles - 1):
-        parts.append(once(parts[-1].end))
-    residual, passes = _residual(once, parts), 1
+    maps = maps_of_parts(period_map, parts_of_period)
+    parts = [maps[0](state)]
+    for part_map in maps[1:]:
+        parts.append(part_map(parts[-1].end))
+    residual, passes = _residual(period_map, parts), 1
     while residual > tolerance and passes < _MOST_STEPS:
-        shortened, tried = _shortened(once, parts, residual)
+        shortened, tried = _shortened(maps, parts, residual)
         passes += tried
         if shortened is None:
             break
         parts = shortened
-        residual = _residual(once, parts)
-    return joined(parts), residual, passes
+        residual = _residual(period_map, parts)
+    return joined(parts, period_map), residual, passes
 
 
-def joined(parts: list[Pass]) -> Pass:
-    """Return motions that follow one another as one."""
-    gradient, length = np.eye(len(parts[0].gradient)), parts[0].cycles * parts[0].period
+def joined(parts: list[Pass], period_map: PeriodMap) -> Pass:
+    """Return motions of one length that follow one another as one over the n periods of a map."""
+    gradient, length = np.eye(len(parts[0].gradient)), period_map.length / len(parts)
     for part in parts:
         gradient = part.gradient @ gradient
     logs = [part.crossings for part in parts]
@@ -74,8 +130,7 @@ def joined(parts: list[Pass]) -> Pass:
         np.concatenate([log.memory for log in logs]),
     )
     turned = np.sum([part.turned for part in parts], axis=0)
-    cycles = sum(part.cycles for part in parts)
-    return Pass(parts[0].start, parts[-1].end, gradient, turned, crossings, parts[0].period, cycles)
+    return Pass(parts[0].start, parts[-1].end, gradient, turned, crossings, parts[0].period, period_map.cycles)
 
 
 def _jumps(parts: list[Pass]) -> list[Array]:
@@ -83,17 +138,18 @@ def _jumps(parts: list[Pass]) -> list[Array]:
     return [part.end.y - following.start.y for part, following in zip(parts, [*parts[1:], parts[0]], strict=True)]
 
 
-def _residual(once: PeriodMap, parts: list[Pass]) -> float:
-    size = max([once.size, *(float(np.linalg.norm(part.start.y * once.scale)) for part in parts)])
-    return max(float(np.linalg.norm(jump * once.scale)) for jump in _jumps(parts)) / size
+def _residual(period_map: PeriodMap, parts: list[Pass]) -> float:
+    scale = period_map.scale
+    size = max([period_map.size, *(float(np.linalg.norm(part.start.y * scale)) for part in parts)])
+    return max(float(np.linalg.norm(jump * scale)) for jump in _jumps(parts)) / size
 
 
-def _shortened(once: PeriodMap, parts: list[Pass], residual: float) -> tuple[list[Pass] | None, int]:
+def _shortened(maps: list[PeriodMap], parts: list[Pass], residual: float) -> tuple[list[Pass] | None, int]:
     """The parts after Newton's step, half of it, a quarter, ...: the first with a smaller residual, or None.
 
     Also returns how many steps were tried.
     """
-    changes = _newton_step(once, parts)
+    changes = _newton_step(maps[0].scale, parts)
     for halvings in range(_HALVINGS + 1):
         share = 0.5**halvings
         pieces = [parts[-1].end.auxiliary_pieces, *(part.end.auxiliary_pieces for part in parts[:-1])]
@@ -102,21 +158,21 @@ def _shortened(once: PeriodMap, parts: list[Pass], residual: float) -> tuple[lis
             for part, change, piece in zip(parts, changes, pieces, strict=True)
         ]
         try:
-            trial = [once(state) for state in states]
+            trial = [part_map(state) for part_map, state in zip(maps, states, strict=True)]
         except ConvergenceError:
             continue
-        if _residual(once, trial) < residual:
+        if _residual(maps[0], trial) < residual:
             return trial, halvings + 1
     return None, _HALVINGS + 1
 
 
-def _newton_step(once: PeriodMap, parts: list[Pass]) -> Array:
+def _newton_step(scale: Array, parts: list[Pass]) -> Array:
     """(n, N) changes of the states at the start of every part [SI]: M_i d_i - d_(i+1) = -(end_i - start_(i+1))."""
-    count, size = len(parts), len(once.scale)
+    count, size = len(parts), len(scale)
     matrix = np.zeros((count, size, count, size))
     for i, part in enumerate(parts):
-        matrix[i, :, i] += once.scale[:, None] * part.gradient / once.scale
+        matrix[i, :, i] += scale[:, None] * part.gradient / scale
         matrix[i, :, (i + 1) % count] -= np.eye(size)
-    right = -np.concatenate([jump * once.scale for jump in _jumps(parts)])
-    change, _ = shortest_solution(matrix.reshape(count * size, count * size), right)
-    return np.asarray(change.reshape(count, size) / once.scale)
+    right = -np.concatenate([jump * scale for jump in _jumps(parts)])
+    change = solution(matrix.reshape(count * size, count * size), right)
+    return np.asarray(change.reshape(count, size) / scale)

@@ -74,7 +74,9 @@ def sorted_by_modulus(eigenvalues: NDArray[np.generic]) -> NDArray[np.complex128
     return np.asarray(values[np.lexsort((-values.imag, -np.round(np.abs(values), 12)))])
 
 
-def shoot(period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, settle: int = 0) -> Orbit:
+def shoot(
+    period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, settle: int = 0, parts_of_period: int = 0
+) -> Orbit:
     """Find the periodic motion that Newton's method leads to from a state.
 
     Because of corners Newton's method may stop short, or go round in circles. Then the motion is followed for some
@@ -91,13 +93,18 @@ def shoot(period_map: PeriodMap, state: State, *, tolerance: float = TOLERANCE, 
     settle
         how often Newton's method may begin again, each time after twice as many passes; a motion found then is most
         likely stable.
+    parts_of_period
+        1 or 8: multiple shooting, so many parts a period; 0: only where disturbances grow much over several periods.
 
     Raises
     ------
     ConvergenceError
         none was found from there.
     """
-    motion, residual, passes = _newton(period_map, period_map(state), tolerance)
+    if parts_of_period:
+        motion, residual, passes = shoot_in_parts(period_map, state, tolerance, parts_of_period)
+    else:
+        motion, residual, passes = _newton(period_map, period_map(state), tolerance)
     for attempt in range(settle):
         if residual <= _ROUNDING:
             break

@@ -10,7 +10,7 @@ No gears, clutches or units exist here; q, delta and time carry whatever consist
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -54,6 +54,18 @@ class Harmonics:
     def count(self) -> int:
         """Number of distinct orders H."""
         return int(self.cycles.size)
+
+    def later(self, periods: float) -> Harmonics:
+        """Return the inputs from a number of periods later on, whole or not: theirs at t = 0 are these at periods T."""
+        angle = 2.0 * np.pi * np.remainder(self.cycles * periods, 1.0)
+        cosine, sine = np.cos(angle), np.sin(angle)
+        return replace(
+            self,
+            torque_sine=self.torque_sine * cosine - self.torque_cosine * sine,
+            torque_cosine=self.torque_sine * sine + self.torque_cosine * cosine,
+            error_sine=self.error_sine * cosine - self.error_cosine * sine,
+            error_cosine=self.error_sine * sine + self.error_cosine * cosine,
+        )
 
 
 @dataclass(frozen=True)

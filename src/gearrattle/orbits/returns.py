@@ -1,0 +1,81 @@
+"""Periodic motions that an irregular motion nearly repeats.
+
+An irregular motion comes near to unstable periodic motions again and again. So the motion is followed for many periods,
+and Newton's method begins where it comes nearest to itself n periods later. Where that finds nothing, disturbances grow
+much within a period: then the states at every eighth of a period are sought together (``engine.periodic.multiple``).
+
+D. Auerbach, P. Cvitanovic, J.-P. Eckmann, G. Gunaratne, I. Procaccia, Phys. Rev. Lett. 58 (1987), 2387-2389.
+
+Takes a PeriodMap and a state; gives an Orbit of the engine.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import numpy as np
+
+from gearrattle.engine.periodic import shooting
+from gearrattle.engine.periodic.multiple import EIGHTHS
+from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.errors import ConvergenceError
+from gearrattle.orbits.settled import turning
+from gearrattle.signals.strobe import period_number
+from gearrattle.wording import counted
+
+_PERIODS = 2048  # in which returns are looked for
+_TRIES = ((0, 32), (EIGHTHS, 8))  # parts of a period, and periods of all motions that Newton's method begins with
+_SETTLING, _CORRECTIONS = 128, 2  # periods over which the mean speed of a train is taken, and how often
+_REPEATS = 1e-3  # of the size of the state: what repeats as well as this has settled
+_LONGEST = 64  # periods after which a motion may repeat
+
+
+def orbit_of_returns(period_map: PeriodMap, state: State) -> shooting.Orbit:
+    """Return a periodic motion that the motion from a state nearly repeats.
+
+    Parameters
+    ----------
+    period_map
+        over the n periods after which the motion is to repeat.
+    state
+        of a motion that does not settle.
+
+    Raises
+    ------
+    ConvergenceError
+        none was found; the message says after how many periods the motion itself repeats, if it does.
+    """
+    once = PeriodMap(period_map.system, 1)
+    march = once.marched(at_mean_speed(once, state), _PERIODS)
+    states = [once.sampled(march, row) for row in range(_PERIODS + 1)]
+    y = np.array([state.y for state in states]) * once.scale
+    n = period_map.cycles
+    repeats = period_number(y / max(once.size, float(np.linalg.norm(y[-1]))), _REPEATS, _LONGEST)
+    none = f"no motion that repeats after {counted(n, 'period')} was found from this start"
+    if repeats and n % repeats:
+        message = f"{none}: the motion settles in one that repeats after {counted(repeats, 'period')}"
+        raise ConvergenceError(message, remedy=f"cycles={repeats}, or another start")
+    distances = np.linalg.norm(y[n:] - y[:-n], axis=1)
+    nearest = np.argsort(distances)
+    for parts, most in _TRIES:
+        for row in nearest[: max(1, most // n)]:
+            with suppress(ConvergenceError, np.linalg.LinAlgError):
+                return shooting.shoot(period_map, states[row], parts_of_period=parts)
+    message = f"{none}: the motion does not repeat within {_PERIODS} periods"
+    raise ConvergenceError(message, remedy="another start, or another load; it may be irregular")
+
+
+def at_mean_speed(once: PeriodMap, state: State) -> State:
+    """Return a later state of which all trains turn as fast as they do in the mean over long.
+
+    With little drag, a train comes to its mean speed after thousands of periods only; it changes little else.
+    """
+    directions = turning(once)
+    for _ in range(_CORRECTIONS):
+        march = once.marched(state, _SETTLING)
+        half = _SETTLING // 2
+        turned = once.turned(march, -1) - once.turned(march, half)
+        speed = turned / ((_SETTLING - half) * once.length)
+        later = once.sampled(march, -1)
+        state = State(later.y - directions @ speed, later.auxiliary_pieces)
+    return state
