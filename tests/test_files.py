@@ -215,6 +215,7 @@ READ = "gearrattle.read(path)"
 FIGURES = "from gearrattle.report.plots.stored import read_charts; from pathlib import Path; read_charts(Path(path))"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the largest resident size is read from /proc")
 @pytest.mark.parametrize(
     ("make", "code"),

@@ -112,6 +112,7 @@ def test_a_forecast_sees_it_as_an_error() -> None:
         assert not any("held fast" in note for note in actual.attrs["notes"])
 
 
+@pytest.mark.slow
 def test_a_forecast_along_a_sweep_takes_its_first_speed() -> None:
     swept = moved(**{"excitation.sweep": {"from": 80.0, "to": 120.0, "over": 0.8}})
     actual = gr.contact_ratio(swept)

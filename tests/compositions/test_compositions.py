@@ -47,6 +47,7 @@ ALWAYS = (
 """Kinds whose quick rows are always computed; long tests compute those of the hardest, and every row of every kind."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ALWAYS)
 def test_quick_calls_and_commands_work_or_say_why_not(kind: str) -> None:
     rows, reported = quick_rows(kind), kept()

@@ -63,6 +63,7 @@ def test_data_and_files_have_none(run: gr.Run, tmp_path: Path) -> None:
         assert {str(v.attrs["units"]) for v in file.variables.values() if "units" in v.attrs} <= BARE
 
 
+@pytest.mark.slow
 def test_signals_have_none(run: gr.Run) -> None:
     channel = f"velocity.{run.model.inertias[-1].name}"
     other = f"velocity.{run.model.inertias[0].name}"

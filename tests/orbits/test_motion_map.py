@@ -18,6 +18,8 @@ from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOT
 from gearrattle.report.kinds import presentation_of
 from tests.orbits.test_branch import over_frequency
 
+pytestmark = pytest.mark.slow
+
 MEAN = "torque.0.mean"
 
 
@@ -27,7 +29,6 @@ def over_load() -> MotionMap:
     return over_frequency().map(MEAN, (0.06, 0.46), across=26, up=4)
 
 
-@pytest.mark.slow
 def test_cells_hold_what_a_search_for_all_motions_finds() -> None:
     """A random cell, and the one of most motions."""
     motions = over_load()
@@ -125,7 +126,6 @@ def test_a_saddle_without_its_neighbours_shows_that_motions_are_missing() -> Non
     assert [(cell.unstable, cell.signs, cell.code) for cell in motions.cells[0]] == 2 * [(1, -1, MISSING)]
 
 
-@pytest.mark.slow
 def test_isolated_branches_are_sought_on_request() -> None:
     """The branch of the large motion alone does not reach an end of the range: it is found when it is sought."""
     model = over_frequency().model.with_({"excitation.frequency": 0.75})

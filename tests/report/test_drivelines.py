@@ -76,6 +76,7 @@ speed = 40
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DRIVELINES)
 @pytest.mark.parametrize(("cycles", "samples"), [(6, 32), (1, 1)])
 def test_a_report_for_every_driveline(name: str, cycles: int, samples: int, tmp_path: Path) -> None:

@@ -19,6 +19,8 @@ from gearrattle.reproduction import measurements, reproduce
 from gearrattle.reproduction.bulirsch_stoer import OTHERS
 from gearrattle.reproduction.record import CONSTRUCTED, DIFFERS, NOISE, STATUSES, UNAVAILABLE
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def shortest():
@@ -73,7 +75,6 @@ def test_rk2_and_rk4_take_the_printed_steps(reproduction):
                 assert row.figures[f"calls_{kind}"] == stages * steps
 
 
-@pytest.mark.slow
 def test_rows_that_cannot_fail_are_counted_apart(shortest):
     constructed = {row.item for row in shortest.rows if row.status == CONSTRUCTED}
     assert constructed == {

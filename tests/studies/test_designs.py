@@ -81,6 +81,7 @@ def test_indices_of_a_natural_frequency(saltelli: Any) -> None:
     assert int(actual["samples"]) == 128  # what is independent of it
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
 @pytest.mark.parametrize("method", ["saltelli", "saltelli-pairs"])
 def test_indices_of_ishigamis_function(method: str, seed: int) -> None:
@@ -192,6 +193,7 @@ def test_designs_that_do_not_suit_are_refused(arguments: dict[str, Any], match: 
         prepare(model(), **{"vary": VARY, **arguments})
 
 
+@pytest.mark.slow
 def test_probabilities_come_from_independent_samples_alone(saltelli: Any) -> None:
     actual = gr.studies.rattle_probability(saltelli, "regime")
     assert int(actual["samples"][0]) == 128

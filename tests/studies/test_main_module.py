@@ -14,6 +14,8 @@ STUDY = """
 import sys
 import gearrattle as gr
 from tests.studies.drivelines import model, loudness
+
+pytestmark = pytest.mark.slow
 {prefix}
 found = gr.study(model(), {{"torque.0.mean": [0.1 * k for k in range(1, 17)]}}, {outputs}, {more})
 print((found["outcome"] == 1).sum().item(), "done")
@@ -34,7 +36,6 @@ def ran(script: str, folder: Path, *, from_file: bool) -> subprocess.CompletedPr
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("from_file", "more"),
     [
@@ -49,7 +50,6 @@ def test_processes_serve_where_the_main_module_is_not_needed(from_file: bool, mo
     assert (actual.returncode, actual.stdout, actual.stderr) == (0, "16 done\n", "")
 
 
-@pytest.mark.slow
 def test_a_function_from_standard_input_is_refused_at_once(tmp_path: Path) -> None:
     actual = ran(STUDY.format(prefix=OWN, outputs="[]", more=f"function=own, {LOCAL}"), tmp_path, from_file=False)
     assert actual.returncode == 1
@@ -58,7 +58,6 @@ def test_a_function_from_standard_input_is_refused_at_once(tmp_path: Path) -> No
     assert len(actual.stderr.splitlines()) < 20
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("function", ["own", pytest.param("lambda run: own(run)", marks=pytest.mark.long)])
 def test_threads_serve_such_a_function_where_nobody_says_otherwise(function: str, tmp_path: Path) -> None:
     script = STUDY.format(prefix=OWN, outputs="[]", more=f"function={function}, workers=2")

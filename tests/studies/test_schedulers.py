@@ -19,6 +19,8 @@ from gearrattle.studies.study import prepare
 from tests.studies import clusters
 from tests.studies.drivelines import model
 
+pytestmark = pytest.mark.slow
+
 GAP, TORQUE = "coupling.joint.clearance", "torque.0.mean"
 AXES: dict[str, Any] = {GAP: [0.005, 0.01, 0.02], TORQUE: {"from": 0.2, "to": 1.2, "count": 8}}
 OUTPUTS = ("verdict", "impacts per cycle", "TR rms", "largest Lyapunov exponent")
@@ -50,7 +52,6 @@ SOONEST = [pytest.param(name, marks=pytest.mark.long if name == "local" else ())
 """Processes start slowly; what is the same for all schedulers the quick tests try on the others."""
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", TABLE)
 def test_every_scheduler_gives_the_bits_of_one_process(
     name: str, addresses: dict[str, tuple[str, int | None]], whole: xr.Dataset, tmp_path: Path
@@ -84,7 +85,6 @@ def test_every_scheduler_stops_when_told_and_goes_on(
     assert gr.study(model(), AXES, OUTPUTS, **arguments, resume=True).identical(whole)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", SOONEST)
 def test_a_disk_that_fills_up_ends_the_study_and_it_goes_on(
     name: str, addresses: dict[str, tuple[str, int | None]], flag: Path, tmp_path: Path
@@ -136,7 +136,6 @@ def test_wrong_schedulers_are_refused_before_anything_is_written(
     assert not (tmp_path / "never").exists()
 
 
-@pytest.mark.slow
 def test_a_missing_library_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(NotInstalled, match=r"pip install 'gearrattle\[studies\]'"):

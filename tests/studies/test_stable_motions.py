@@ -37,6 +37,7 @@ def swing(orbit: Orbit) -> float:
     return float(high[0] - low[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.72, 0.80])
 def test_between_the_folds_it_is_the_larger_of_both_stable_motions(data: xr.Dataset, speed: float) -> None:
     case = data.sel({SPEED: speed})

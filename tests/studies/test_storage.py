@@ -23,6 +23,8 @@ from gearrattle.studies.store import Store
 from gearrattle.studies.study import prepare
 from tests.studies.drivelines import TOML, loudness, model
 
+pytestmark = pytest.mark.slow
+
 GAP, TORQUE = "coupling.joint.clearance", "torque.0.mean"
 AXES: dict[str, Any] = {GAP: [0.005, 0.01, 0.02], TORQUE: {"from": 0.2, "to": 1.2, "count": 4}}
 OUTPUTS = ("verdict", "regime", "impacts per cycle", "TR rms")
@@ -158,7 +160,6 @@ def test_a_second_client_that_begins_at_the_same_time_is_refused(address: str) -
             Store.open(storage, actual.plan, actual.outputs, resume=False)
 
 
-@pytest.mark.slow
 def test_processes_keep_chunks_behind_an_address_themselves(tmp_path: Path, whole: xr.Dataset) -> None:
     address = where("local", tmp_path)
     assert gr.study(model(), AXES, OUTPUTS, output=address, workers=2, function=loudness).identical(whole)

@@ -195,6 +195,7 @@ def test_a_model_names_no_file_beside_the_folder(server: Server, folder: Path) -
     assert server.client.post("/api/live", json=inside).status_code == 200
 
 
+@pytest.mark.slow
 def test_a_gigabyte_is_refused_while_it_is_read(server: Server) -> None:
     before = resident_bytes(server.process.pid)
     for head in (b"Content-Length: 1000000000\r\n", b"Transfer-Encoding: chunked\r\n"):

@@ -23,6 +23,8 @@ from tests.workbench.jobs import client, make_job
 from tests.workbench.page import opened_page, violations
 from tests.workbench.server import Server
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("starlette")
 browser = [pytest.param((), marks=MARKS)]
 
@@ -38,7 +40,6 @@ def motions(root: Path) -> dict[str, Any]:
     return known
 
 
-@pytest.mark.slow
 def test_motions_are_those_of_the_branch(motions: dict[str, Any]) -> None:
     branch = over_frequency()
     assert motions["path"] == branch.path
@@ -190,7 +191,6 @@ def test_branches_are_told_as_they_grow() -> None:
         assert one.points == branch.points[: len(one.points)]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("ends", "isolated"), [((3.6, 6.3), False), ((5.9, 6.3), True)])
 def test_every_branch_is_told_from_its_first_points_on(ends: tuple[float, float], isolated: bool) -> None:
     known: list[Branch] = []

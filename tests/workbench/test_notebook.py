@@ -14,6 +14,7 @@ from tests.report.examples import EXAMPLES, EXTREMES, result
 from tests.workbench.test_results import arrays
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", [*EXAMPLES, *(pytest.param(case, marks=pytest.mark.long) for case in EXTREMES)])
 def test_every_kind_of_result_can_be_viewed(case: str) -> None:
     pytest.importorskip("anywidget")

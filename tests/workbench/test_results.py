@@ -64,6 +64,7 @@ def test_view_and_figures(page: Any) -> None:
     assert pdf.content.startswith(b"%PDF")
 
 
+@pytest.mark.slow
 def test_pictures_of_modes_are_there(page: Any) -> None:
     view = page.get("/api/jobs/modes/view").json()
     assert view["modes"]["names"] == ["flywheel", "hub", "input_gear", "output_gear"]

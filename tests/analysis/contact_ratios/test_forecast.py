@@ -70,6 +70,7 @@ def test_a_linear_driveline_is_its_own_fixed_point() -> None:
     assert (actual.searches, actual.failed, actual.points[0].gain.size) == (1, 0, 0)
 
 
+@pytest.mark.slow
 def test_a_fixed_point_that_crosses_nothing_is_a_motion() -> None:
     """Loaded case 1 has one inside the clutch's first stage, beside the motion that begins at rest."""
     model = gr.load(PAPER / "case1_loaded.toml")

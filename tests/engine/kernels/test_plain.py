@@ -41,6 +41,7 @@ def test_plain_kernels_give_the_motion_of_a_train(plain: dict[str, np.ndarray]) 
     assert plain["train"] == pytest.approx(angle, abs=1e-10 * np.ptp(angle))
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_plain_kernels_give_the_motion_of_compiled_ones(algorithm: str, plain: dict[str, np.ndarray]) -> None:

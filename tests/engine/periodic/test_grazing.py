@@ -166,6 +166,7 @@ def test_where_a_slider_begins_to_slip_amplitude_and_determinants_are_those_of_t
             assert np.sign(want[1]) == side
 
 
+@pytest.mark.slow
 def test_the_doubled_branch_ends_where_it_joins_the_other_in_the_jump() -> None:
     """Beyond, both halves of its motions are the same: there is no branch of its own any more."""
     branch = branch_with_slider()

@@ -183,6 +183,7 @@ def test_works_in_slices(monkeypatch, name):
     assert march.fraction() == 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_all_that_is_made_is_freed(name, monkeypatch):
     counts: Counter[str] = Counter()

@@ -26,6 +26,7 @@ def _refused(path: Path) -> str:
     return str(caught.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SUFFIXES)
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.6, 0.95])
 def test_a_truncated_file(name: str, share: float, tmp_path: Path) -> None:

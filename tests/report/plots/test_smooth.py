@@ -44,6 +44,7 @@ def test_the_phase_plane_of_a_rattling_run_is_its_flow() -> None:
         assert _farthest(curve, model, fine, k) < 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", example_files())
 def test_every_sample_stands_on_the_curve_of_the_exact_motion(name: str) -> None:
     run = gr.simulate(gr.example(name), cycles=3, discard=2)

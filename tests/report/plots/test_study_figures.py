@@ -84,6 +84,7 @@ def test_no_figure_sentence_or_table_shows_a_path_of_the_model_file(studies: dic
         assert [word for word in said if PATH.search(str(word))] == [], name
 
 
+@pytest.mark.slow
 def test_axes_say_words_and_a_unit_that_suits_the_values(studies: dict[str, xr.Dataset]) -> None:
     data = studies["map"]
     assert title_of(data, GAP) == "backlash of mesh gear [µm]"

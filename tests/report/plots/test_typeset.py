@@ -135,6 +135,7 @@ def panels_of(chart: Chart, figure: Figure) -> list[tuple[Panel, Axes]]:
     return list(zip(chart.panels, figure.axes[: len(chart.panels)], strict=True))
 
 
+@pytest.mark.slow
 def test_figure_has_the_chart_s_panels_labels_and_limits(drawn: tuple[Chart, Figure]) -> None:
     chart, figure = drawn
     scales = len({(p.heat.low, p.heat.high, p.heat.name) for p in chart.panels if p.heat})
