@@ -13,6 +13,7 @@ SLOW = ("MDF record",)
 """Targets of which one input takes a tenth of a second."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TARGETS)
 def test_a_few_damaged_inputs_are_read_or_refused(name: str, tmp_path: Path) -> None:
     count = 2 if name in SLOW else 12

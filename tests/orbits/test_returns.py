@@ -28,8 +28,8 @@ def test_an_unstable_motion_of_a_gearbox_that_never_settles() -> None:
     assert orbit.residual < 1e-12
     assert not orbit.stable
     assert abs(orbit.multipliers[0]) > 1e3
-    beside = once.later(State(orbit.motion.start.y * (1.0 + 1e-13)), 1)  # a period later it is back where it was
-    away = np.linalg.norm((beside.y - orbit.motion.start.y) * once.scale) / once.size
+    displaced = State(orbit.motion.start.y * (1.0 + 1e-13))
+    away = np.linalg.norm((once.later(displaced).y - orbit.motion.start.y) * once.scale) / once.size
     assert away < 1e-12 * abs(orbit.multipliers[0])
 
 

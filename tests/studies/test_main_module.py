@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 STUDY = """
 import sys
 import gearrattle as gr
 from tests.studies.drivelines import model, loudness
-
-pytestmark = pytest.mark.slow
 {prefix}
 found = gr.study(model(), {{"torque.0.mean": [0.1 * k for k in range(1, 17)]}}, {outputs}, {more})
 print((found["outcome"] == 1).sum().item(), "done")

@@ -32,6 +32,8 @@ from gearrattle.report.plots.typeset.marks import pooled
 from gearrattle.report.plots.typeset.settle import shown_words
 from tests import synthetic
 
+pytestmark = pytest.mark.slow
+
 TIME = np.linspace(0.0, 4.0, 401)
 NOISE = np.random.default_rng(5).normal(size=(30, 40))
 NAMES = ("torque.0.harmonics.0.amplitude", "inertia.output_gear.drag_torque", "mesh.gear.backlash")
@@ -135,7 +137,6 @@ def panels_of(chart: Chart, figure: Figure) -> list[tuple[Panel, Axes]]:
     return list(zip(chart.panels, figure.axes[: len(chart.panels)], strict=True))
 
 
-@pytest.mark.slow
 def test_figure_has_the_chart_s_panels_labels_and_limits(drawn: tuple[Chart, Figure]) -> None:
     chart, figure = drawn
     scales = len({(p.heat.low, p.heat.high, p.heat.name) for p in chart.panels if p.heat})
@@ -254,7 +255,6 @@ def _streams(raw: bytes) -> list[bytes]:
     return actual
 
 
-@pytest.mark.slow
 def test_the_same_chart_gives_the_same_bytes_whatever_the_session_has_set() -> None:
     chart = panel_alone(0)
     ours = matplotlib_figure(chart, Style("single"))
