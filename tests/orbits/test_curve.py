@@ -154,3 +154,17 @@ def test_where_the_branch_may_have_jumped_it_ends_and_says_so(monkeypatch: pytes
     branch = gr.continuation(gr.example("rattle_oscillator"), AMPLITUDE, (5.9, 6.3), start="linear")
     assert branch.curves[0].points[-1].parameter < GRAZING
     assert branch.notes == ("A branch ends inside the range: shorter steps do not lead there.",)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("steps", [60.0, 240.0])
+def test_a_pair_that_leaves_the_unit_circle_comes_back_whatever_the_step(steps: float) -> None:
+    """On case 1 the pair returns in a step on which a real multiplier leaves: a fold follows at once."""
+    curve = paper_case(164.4, 164.3, steps)
+    crossings = [event for event in curve.events if event.kind == "Neimark-Sacker"]
+    assert [round(event.point.parameter, 3) for event in crossings] == [164.305, 164.302]
+    for event in crossings:
+        pairs = np.abs(event.point.multipliers[event.point.multipliers.imag > 0.0])
+        assert np.abs(pairs - 1.0).min() < 1e-3  # beside a grazing multipliers leap
+    folds = [event.point.length for event in curve.events if event.kind == "fold"]
+    assert 0.0 < folds[0] - crossings[1].point.length < 1e-4

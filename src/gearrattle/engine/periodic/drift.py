@@ -19,10 +19,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, REAL, TESTS, Event
+from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, TESTS, Event
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.touch import depth
@@ -93,8 +91,5 @@ def test_of(event: Event, family: Family, point: Point) -> float:
     if event.kind == GRAZING:
         assert event.touch is not None
         return depth(family.map_at(point.parameter), point.motion.start, event.touch)[0]
-    if event.kind == NEIMARK_SACKER:
-        outside = np.abs(point.multipliers[np.abs(point.multipliers.imag) > REAL]) - 1.0
-        return float(outside[np.argmin(np.abs(outside))]) if outside.size else -1.0
     test: Callable[[Point], float] = TESTS[event.kind]
     return test(point)

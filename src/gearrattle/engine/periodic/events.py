@@ -6,7 +6,7 @@ gradient of the period map):
     fold               T_p
     period doubling    det(I + M)
     symmetry breaking  det(I - M), where T_p keeps its sign: another branch crosses
-    Neimark-Sacker     number of complex multipliers outside the unit circle
+    Neimark-Sacker     modulus of the complex pair nearest to the unit circle, less 1
     grazing            two crossings of one corner appear or vanish; they meet at velocity zero, so the square of
                        their velocity is a test function on the side where they exist
     pattern            the same crossings in another order; the time between two of them is the test function
@@ -55,6 +55,9 @@ _JUMP = 1e-3  # a test function that stays farther from zero than this on both s
 REAL = 1e-9
 """A multiplier with a smaller imaginary part is real but for rounding."""
 _DEEPEST = 12  # halvings of a step that holds more than one change of the pattern
+_NEAR = 0.02  # a multiplier whose distances from the circle add up to less may have been there in between
+_FARTHER = 2.0  # times the way between both ends that a multiplier may go in between
+_DEEP = 0.1  # of the values at both ends: an extremum above that is no sign of two zeros
 _ASIDE = 1e-8  # arclength from a jump of the gradient to the points on either side
 
 
@@ -118,8 +121,6 @@ def events_between(curve: Continuation, before: Point, after: Point, depth: int 
 def changes_between(before: Point, after: Point) -> list[str]:
     """Return the kinds of events that two points tell of, without locating them."""
     kinds = _changed(before, after)
-    if _pairs_change(before, after):
-        kinds.append(NEIMARK_SACKER)
     if before.word != after.word:
         kinds.append(PATTERN if sorted(before.word) == sorted(after.word) else GRAZING)
     return kinds
@@ -158,19 +159,53 @@ def _smooth_events(curve: Continuation, before: Point, after: Point, changes: li
 
 def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]:
     """Yield the folds, doublings, breakings and Neimark-Sacker bifurcations between two points."""
+    hidden = _hidden_loss(curve, before, after)
+    if hidden is not None:
+        yield from _losses(curve, before, hidden)
+        yield from _losses(curve, hidden, after)
+        return
     for kind in _changed(before, after):
-        yield _located(curve, before, after, kind, TESTS[kind])
-    if _pairs_change(before, after):
-        count = _pairs_outside(before)
-        yield _located(curve, before, after, NEIMARK_SACKER, lambda p: _sign(_pairs_outside(p) == count))
+        if kind != NEIMARK_SACKER:
+            yield _located(curve, before, after, kind, TESTS[kind])
+            continue
+        event = _located(curve, before, after, kind, _neimark_sacker(before))
+        if abs(_pair_size(event.point)) < _NEAR:  # else two real ones have left through -1
+            yield event
 
 
 def _changed(before: Point, after: Point) -> list[str]:
     """The kinds of events whose test functions have different signs at two points."""
-    kinds = [kind for kind, test in TESTS.items() if test(before) * test(after) < 0.0]
+    kinds = [kind for kind in (FOLD, DOUBLING, BREAKING) if TESTS[kind](before) * TESTS[kind](after) < 0.0]
     if FOLD in kinds and BREAKING in kinds:  # at a fold det(I - M) is zero as well
         kinds.remove(BREAKING)
+    if _pairs_crossed(before, after):
+        kinds.append(NEIMARK_SACKER)
     return kinds
+
+
+def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | None:
+    """A point at which a test function has another sign than at both ends of a step; None if there is none.
+
+    Two doublings, or two Neimark-Sacker bifurcations, may lie within one step. So where a multiplier may have come to
+    the unit circle and back the middle of the step is looked at, and the extremum of the parabola through three values.
+    """
+    for kind, nearest in _NEAREST.items():
+        test = TESTS[kind]
+        first, last = test(before), test(after)
+        if first * last <= 0.0 or not _may_return(nearest(before), nearest(after)):
+            continue
+        middle = curve.between(before, after, 0.5)
+        value = test(middle)
+        if value * first < 0.0:
+            return middle
+        bend = 2.0 * (first - 2.0 * value + last)
+        share = 0.5 + 0.5 * (first - last) / bend if bend * first > 0.0 else 0.0
+        lowest = value - (first - last) ** 2 / (8.0 * bend) if bend != 0.0 else value
+        if 0.0 < share < 1.0 and lowest / first < _DEEP * min(1.0, last / first):
+            point = curve.between(before, after, share)
+            if test(point) * first < 0.0:
+                return point
+    return None
 
 
 def _sides(curve: Continuation, before: Point, after: Point, jump: Point) -> tuple[Point, Point]:
@@ -273,16 +308,64 @@ def _breaking(point: Point) -> float:
     return _determinant(np.eye(len(point.scale)) - point.gradient, point.free)
 
 
-TESTS: dict[str, Callable[[Point], float]] = {FOLD: _fold, DOUBLING: _doubling, BREAKING: _breaking}
+def _pair_size(point: Point) -> float:
+    """Modulus of the complex pair nearest to the unit circle, less 1; -1 without one."""
+    return abs(_nearest_pair(point)[0]) - 1.0
+
+
+def _outside(point: Point) -> tuple[int, int, int]:
+    """Numbers of multipliers outside the unit circle: real ones above 1, real ones below -1, complex pairs."""
+    values = point.multipliers
+    values = values[np.argsort(np.abs(values - 1.0))[point.free :]]
+    is_real = np.abs(values.imag) <= REAL
+    above, below = is_real & (values.real > 1.0), is_real & (values.real < -1.0)
+    return int(above.sum()), int(below.sum()), int((~is_real & (np.abs(values) > 1.0)).sum()) // 2
+
+
+def _pairs_crossed(before: Point, after: Point) -> int:
+    """How many complex pairs leave the unit circle from one point to the next; negative: enter it.
+
+    Two real multipliers outside that meet become a pair without crossing the circle.
+    """
+    above, below, pairs = np.subtract(_outside(after), _outside(before))
+    return int(pairs + np.trunc(above / 2.0) + np.trunc(below / 2.0))
+
+
+def _neimark_sacker(before: Point) -> Callable[[Point], float]:
+    """A test function that changes its sign where a pair crosses the unit circle after a point."""
+    return lambda point: abs(_pair_size(point)) * _sign(_pairs_crossed(before, point) == 0)
+
+
+TESTS: dict[str, Callable[[Point], float]] = {
+    FOLD: _fold,
+    DOUBLING: _doubling,
+    BREAKING: _breaking,
+    NEIMARK_SACKER: _pair_size,
+}
 """By kind of event, a test function that is smooth along a branch and zero at the event."""
 
 
-def _pairs_outside(point: Point) -> int:
-    values = point.multipliers
-    return int(np.sum((np.abs(values.imag) > REAL) & (np.abs(values) > 1.0)))
+def _nearest_to_minus_one(point: Point) -> tuple[complex, float]:
+    """The multiplier nearest to -1, and how near it is."""
+    away = np.abs(point.multipliers + 1.0)
+    nearest = int(np.argmin(away))
+    return complex(point.multipliers[nearest]), float(away[nearest])
 
 
-def _pairs_change(before: Point, after: Point) -> bool:
-    """Whether a complex pair crosses the unit circle: both points have equally many complex multipliers."""
-    counts = [int(np.sum(np.abs(point.multipliers.imag) > REAL)) for point in (before, after)]
-    return counts[0] == counts[1] and _pairs_outside(before) != _pairs_outside(after)
+def _nearest_pair(point: Point) -> tuple[complex, float]:
+    """One of the complex pair nearest to the unit circle, the upper one, and how near it is; infinity without one."""
+    pairs = point.multipliers[point.multipliers.imag > REAL]
+    if not pairs.size:
+        return 0j, np.inf
+    away = np.abs(np.abs(pairs) - 1.0)
+    nearest = int(np.argmin(away))
+    return complex(pairs[nearest]), float(away[nearest])
+
+
+def _may_return(before: tuple[complex, float], after: tuple[complex, float]) -> bool:
+    """Whether a multiplier may have come to the circle and back between two points, by how far it moves in all."""
+    way = before[1] + after[1]
+    return way < max(_NEAR, _FARTHER * abs(after[0] - before[0]))
+
+
+_NEAREST = {DOUBLING: _nearest_to_minus_one, NEIMARK_SACKER: _nearest_pair}
