@@ -62,7 +62,7 @@ def orbit_of_returns(period_map: PeriodMap, state: State) -> shooting.Orbit:
             with suppress(ConvergenceError, np.linalg.LinAlgError):
                 return shooting.shoot(period_map, states[row], parts_of_period=parts)
     message = f"{none}: the motion does not repeat within {_PERIODS} periods"
-    raise ConvergenceError(message, remedy="another start, or another load; it may be irregular")
+    raise ConvergenceError(message, remedy="another start, another load or fewer cycles; it may be irregular")
 
 
 def at_mean_speed(once: PeriodMap, state: State) -> State:
