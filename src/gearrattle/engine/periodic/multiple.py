@@ -14,6 +14,7 @@ H. B. Keller, Numerical Methods for Two-Point Boundary-Value Problems, Blaisdell
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -69,7 +70,7 @@ class EighthMap(PeriodMap):
         return Pass(state, self.sampled(march, 1), gradient, turned, crossings, self.system.inputs.period, 1)
 
 
-def maps_of_parts(period_map: PeriodMap, parts: int) -> list[PeriodMap]:
+def maps_of_parts(period_map: PeriodMap, parts: int) -> Sequence[PeriodMap]:
     """Return the maps over the parts of n periods, 1 or 8 a period.
 
     A part is a whole period where stiffness alternates by the clock, or where there would be too many unknowns.
@@ -144,7 +145,7 @@ def _residual(period_map: PeriodMap, parts: list[Pass]) -> float:
     return max(float(np.linalg.norm(jump * scale)) for jump in _jumps(parts)) / size
 
 
-def _shortened(maps: list[PeriodMap], parts: list[Pass], residual: float) -> tuple[list[Pass] | None, int]:
+def _shortened(maps: Sequence[PeriodMap], parts: list[Pass], residual: float) -> tuple[list[Pass] | None, int]:
     """The parts after Newton's step, half of it, a quarter, ...: the first with a smaller residual, or None.
 
     Also returns how many steps were tried.
