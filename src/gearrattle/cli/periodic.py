@@ -57,6 +57,6 @@ def periodic(
             return gearrattle.periodic(driveline, cycles, start)
         from gearrattle.orbits import PeriodicMotions
 
-        return PeriodicMotions(driveline, tuple(gearrattle.periodic(driveline, cycles, every=True)))
+        return PeriodicMotions(driveline, tuple(gearrattle.periodic(driveline, cycles, every=True, progress=watch)))
 
     emit("periodic motions" if every else "periodic motion", work, output, json=json, inputs=[model])

@@ -2,7 +2,8 @@
 
 Newton's method from a grid of starts misses motions: on piecewise-linear maps it goes round in circles. So
 
-1. states spread over the reach of the driveline are followed until they settle: this finds attracting motions,
+1. states spread over the reach of the driveline are followed until they settle: this finds attracting motions; where
+   the model's own motion never settles, those that it nearly repeats are sought,
 2. Newton's method begins from all of them as well: this finds some motions that do not attract,
 3. of a symmetric driveline the symmetric motions are sought by the half-period map, and every other motion has a mirror
    image,
@@ -17,7 +18,8 @@ Takes a Model; gives Orbits.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -28,68 +30,119 @@ from gearrattle.engine.periodic.period_map import Pass, PeriodMap
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
-from gearrattle.orbits.family import family_of
+from gearrattle.orbits.family import family_of, is_compiled
 from gearrattle.orbits.orbit import Orbit, settled_state
+from gearrattle.orbits.progress import never_falling
+from gearrattle.orbits.returns import orbits_of_returns
 from gearrattle.orbits.search import Known, deflated, free_directions, search, search_symmetric, starts_of
+from gearrattle.wording import counted
 
 _STARTS = 32
 _FURTHER = 64  # starts of the deflated Newton method
 _PATH = "excitation.speed"
 _SPAN = 0.6  # of the speed, to both sides
 _STEP = 0.05
-_POINTS = 600  # of a branch over the speed
+_POINTS, _ALL_POINTS = 600, 6000  # of one branch over the speed, and of all
+_SETTLED, _DEFLATED = 0.3, 0.2  # shares of the work: the first searches, and the deflated ones
 
 
-def every_orbit(model: Model, cycles: int) -> list[Orbit]:
+def every_orbit(model: Model, cycles: int, progress: Callable[[float], None] | None = None) -> list[Orbit]:
     """Return all motions that repeat after ``cycles`` periods, those with the largest swings last.
 
     ``cycles`` of an orbit are the fewest periods after which it repeats. A note on each says where the count of fixed
-    points shows that a motion is missing, or that it cannot show it.
+    points shows that a motion is missing, or that it cannot show it, and where branches were not followed to their
+    ends.
     """
-    period_map = PeriodMap(assemble(model).system, cycles)
-    known = Known(period_map)
-    for state in (settled_state(model, period_map), *starts_of(period_map, _STARTS)):
-        search(known, state)
-    if cycles % 2 == 1 and is_symmetric(period_map.system):
-        search_symmetric(known, HalfPeriodMap(period_map.system, cycles), starts_of(period_map, _STARTS))
-    _follow_all(model, known, 0)
-    is_free = any(free_directions(period_map, motion) for motion in known.passes)
-    for state in () if is_free else starts_of(period_map, _FURTHER, seed=1):
-        if known.index() == 1:
-            break
-        motion = deflated(known, state)
-        if motion is not None and known.add(motion):
-            _follow_all(model, known, len(known.passes) - 1)
-    notes = _notes(known, is_free)
+    work = _Search(model, cycles, (lambda _: None) if progress is None else never_falling(progress))
+    work.settle()
+    work.follow_from(0)
+    work.deflate()
+    if not work.known.passes:
+        message = f"no motion that repeats after {counted(cycles, 'period')} was found"
+        raise ConvergenceError(message, remedy="another number of cycles, or a start near one")
+    known, notes = work.known, work.notes()
     orbits = [_orbit(model, known, i, notes) for i in range(len(known.passes))]
     return sorted(orbits, key=lambda orbit: float(np.ptp(orbit.run.trajectory.deflection, axis=0).max(initial=0.0)))
 
 
-def _follow_all(model: Model, known: Known, first: int) -> None:
-    """Follow the motions from index ``first`` on over the speed; keep what their branches give at the model's speed."""
-    speed = model.excitation.omega
-    curve = Continuation(family_of(model, _PATH, speed, known.period_map.cycles, speed * _SPAN), longest=_STEP)
-    for motion in known.passes[first:]:  # what is added lies on the branch of one of these
-        if not free_directions(known.period_map, motion):
-            for upward in (True, False):
-                for other in _met_again(curve, motion, speed, upward):
-                    known.add(other)
+class _Search:
+    """The motions known so far, and how many points of branches may still be followed."""
 
+    def __init__(self, model: Model, cycles: int, progress: Callable[[float], None]) -> None:
+        self.known = Known(PeriodMap(assemble(model).system, cycles))
+        self._model, self._progress, self._points = model, progress, 0
 
-def _met_again(curve: Continuation, motion: Pass, value: float, upward: bool) -> Iterator[Pass]:
-    """Yield the further motions of a branch at the parameter value of the first one."""
-    span = _SPAN * value
-    try:
-        points = [curve.begin(motion.start, value, upward=upward)]
-        for point in curve.follow(points[0], value - span, value + span):
-            before = points[-1]
-            if len(points) > 1 and (before.parameter - value) * (point.parameter - value) < 0.0:
-                yield curve.at_parameter(before, point, value).motion
-            points.append(point)
-            if len(points) > _POINTS:
-                return
-    except ConvergenceError:
-        return
+    @property
+    def is_free(self) -> bool:
+        """Whether a motion has neighbours that repeat as well."""
+        return any(free_directions(self.known.period_map, motion) for motion in self.known.passes)
+
+    def settle(self) -> None:
+        """Search from the model's own start and from states spread over its reach."""
+        known, period_map = self.known, self.known.period_map
+        states = [settled_state(self._model, period_map), *starts_of(period_map, _STARTS)]
+        for i, state in enumerate(states):
+            search(known, state)
+            self._progress(_SETTLED * (i + 1) / len(states))
+        if is_compiled(period_map.system):
+            with suppress(ConvergenceError):  # of a motion that has settled
+                for orbit in orbits_of_returns(period_map, states[0]):
+                    known.add(orbit.motion)
+                    self._progress(_SETTLED)
+        cycles = period_map.cycles
+        if cycles % 2 == 1 and is_symmetric(period_map.system):
+            search_symmetric(known, HalfPeriodMap(period_map.system, cycles), starts_of(period_map, _STARTS))
+
+    def follow_from(self, first: int) -> None:
+        """Follow the motions from an index on over the speed; keep what their branches give at the model's speed."""
+        speed, period_map = self._model.excitation.omega, self.known.period_map
+        curve = Continuation(family_of(self._model, _PATH, speed, period_map.cycles, speed * _SPAN), longest=_STEP)
+        motions = self.known.passes[first:]  # what is added lies on the branch of one of these
+        for i, motion in enumerate(motions):
+            if not free_directions(period_map, motion):
+                for upward in (True, False):
+                    for other in self._met_again(curve, motion, speed, upward):
+                        self.known.add(other)
+            self._progress(_SETTLED + (1.0 - _SETTLED - _DEFLATED) * (i + 1) / len(motions))
+
+    def deflate(self) -> None:
+        """Search from further states, repelled by what is known, while the count says that a motion is missing."""
+        known = self.known
+        for i, state in enumerate(() if self.is_free else starts_of(known.period_map, _FURTHER, seed=1)):
+            if known.index() == 1:
+                break
+            motion = deflated(known, state)
+            if motion is not None and known.add(motion):
+                self.follow_from(len(known.passes) - 1)
+            self._progress(1.0 - _DEFLATED * (1.0 - i / _FURTHER))
+        self._progress(1.0)
+
+    def notes(self) -> tuple[str, ...]:
+        """What the user must know."""
+        notes = _notes(self.known, self.is_free)
+        if self._points >= _ALL_POINTS:
+            left = f"Branches over the speed were left after {_ALL_POINTS} points"
+            notes += (f"{left}; they may lead to further motions.",)
+        return notes
+
+    def _met_again(self, curve: Continuation, motion: Pass, value: float, upward: bool) -> Iterator[Pass]:
+        """Yield the further motions of a branch at the parameter value of the first one."""
+        span = _SPAN * value
+        if self._points >= _ALL_POINTS:
+            return
+        try:
+            points = [curve.begin(motion.start, value, upward=upward)]
+            for point in curve.follow(points[0], value - span, value + span):
+                before = points[-1]
+                if len(points) > 1 and (before.parameter - value) * (point.parameter - value) < 0.0:
+                    yield curve.at_parameter(before, point, value).motion
+                points.append(point)
+                self._points += 1
+                self._progress(_SETTLED)
+                if len(points) > _POINTS or self._points >= _ALL_POINTS:
+                    return
+        except ConvergenceError:
+            return
 
 
 def _notes(known: Known, is_free: bool) -> tuple[str, ...]:
@@ -105,5 +158,8 @@ def _notes(known: Known, is_free: bool) -> tuple[str, ...]:
 def _orbit(model: Model, known: Known, i: int, notes: Sequence[str]) -> Orbit:
     """An orbit with the fewest periods after which it repeats."""
     period_map, motion, cycles = known.period_map, known.passes[i], len(known.shifts[i])
+    if cycles == period_map.cycles:
+        residual = shooting.residual_of(period_map, motion)
+        return Orbit(model, cycles, motion, residual, free_directions(period_map, motion), tuple(notes))
     orbit = shooting.shoot(PeriodMap(period_map.system, cycles), motion.start)
     return Orbit(model, cycles, orbit.motion, orbit.residual, orbit.free.shape[1], tuple(notes))

@@ -5,6 +5,7 @@ Takes a Model and a start; gives an Orbit, or a list of them.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Literal, overload
 
@@ -26,18 +27,33 @@ LINEAR = "linear"
 
 @overload
 def periodic(
-    model: Model, cycles: int = 1, start: Start | Orbit | None = None, *, every: Literal[False] = False
+    model: Model,
+    cycles: int = 1,
+    start: Start | Orbit | None = None,
+    *,
+    every: Literal[False] = False,
+    progress: Callable[[float], None] | None = None,
 ) -> Orbit: ...
 
 
 @overload
 def periodic(
-    model: Model, cycles: int = 1, start: Start | Orbit | None = None, *, every: Literal[True]
+    model: Model,
+    cycles: int = 1,
+    start: Start | Orbit | None = None,
+    *,
+    every: Literal[True],
+    progress: Callable[[float], None] | None = None,
 ) -> list[Orbit]: ...
 
 
 def periodic(
-    model: Model, cycles: int = 1, start: Start | Orbit | None = None, *, every: bool = False
+    model: Model,
+    cycles: int = 1,
+    start: Start | Orbit | None = None,
+    *,
+    every: bool = False,
+    progress: Callable[[float], None] | None = None,
 ) -> Orbit | list[Orbit]:
     """Find a motion that repeats, or all of them.
 
@@ -55,6 +71,8 @@ def periodic(
         "linear". Neither where friction or alternation would make that take minutes.
     every
         whether all motions that repeat after ``cycles`` periods are sought.
+    progress
+        called with the finished share of the search for all of them; an exception from it ends the work.
 
     Returns
     -------
@@ -79,7 +97,7 @@ def periodic(
         raise ModelError(problems)
     check_repeats(model)
     if every:
-        return every_orbit(model, cycles)
+        return every_orbit(model, cycles, progress)
     period_map = PeriodMap(assemble(model).system, cycles)
     if start is None:
         return orbit_of(model, period_map, _settled(model, period_map))

@@ -11,6 +11,7 @@ Takes a PeriodMap and a state; gives an Orbit of the engine.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import suppress
 
 import numpy as np
@@ -45,24 +46,39 @@ def orbit_of_returns(period_map: PeriodMap, state: State) -> shooting.Orbit:
     ConvergenceError
         none was found; the message says after how many periods the motion itself repeats, if it does.
     """
-    once = PeriodMap(period_map.system, 1)
+    n = period_map.cycles
+    orbit = next(orbits_of_returns(period_map, state), None)
+    if orbit is None:
+        message = f"{_none(n)}: the motion does not repeat within {_PERIODS} periods"
+        raise ConvergenceError(message, remedy="another start, another load or fewer cycles; it may be irregular")
+    return orbit
+
+
+def orbits_of_returns(period_map: PeriodMap, state: State) -> Iterator[shooting.Orbit]:
+    """Yield periodic motions that the motion from a state nearly repeats, some of them twice; as ``orbit_of_returns``.
+
+    Raises
+    ------
+    ConvergenceError
+        the motion settles in one that repeats after another number of periods.
+    """
+    once, n = PeriodMap(period_map.system, 1), period_map.cycles
     march = once.marched(at_mean_speed(once, state), _PERIODS)
     states = [once.sampled(march, row) for row in range(_PERIODS + 1)]
     y = np.array([state.y for state in states]) * once.scale
-    n = period_map.cycles
     repeats = period_number(y / max(once.size, float(np.linalg.norm(y[-1]))), _REPEATS, _LONGEST)
-    none = f"no motion that repeats after {counted(n, 'period')} was found from this start"
     if repeats and n % repeats:
-        message = f"{none}: the motion settles in one that repeats after {counted(repeats, 'period')}"
+        message = f"{_none(n)}: the motion settles in one that repeats after {counted(repeats, 'period')}"
         raise ConvergenceError(message, remedy=f"cycles={repeats}, or another start")
-    distances = np.linalg.norm(y[n:] - y[:-n], axis=1)
-    nearest = np.argsort(distances)
+    nearest = np.argsort(np.linalg.norm(y[n:] - y[:-n], axis=1))
     for parts, most in _TRIES:
         for row in nearest[: max(1, most // n)]:
             with suppress(ConvergenceError, np.linalg.LinAlgError):
-                return shooting.shoot(period_map, states[row], parts_of_period=parts)
-    message = f"{none}: the motion does not repeat within {_PERIODS} periods"
-    raise ConvergenceError(message, remedy="another start, another load or fewer cycles; it may be irregular")
+                yield shooting.shoot(period_map, states[row], parts_of_period=parts)
+
+
+def _none(cycles: int) -> str:
+    return f"no motion that repeats after {counted(cycles, 'period')} was found from this start"
 
 
 def at_mean_speed(once: PeriodMap, state: State) -> State:

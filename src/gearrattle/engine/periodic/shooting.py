@@ -136,7 +136,7 @@ def _newton(period_map: PeriodMap, motion: Pass, tolerance: float) -> tuple[Pass
     """Newton's method until the residual is small or does not fall: the motion, its residual, the passes used."""
     if _is_sensitive(period_map, motion):
         return shoot_in_parts(period_map, motion.start, tolerance)
-    residual, passes = _residual(period_map, motion), 1
+    residual, passes = residual_of(period_map, motion), 1
     while residual > tolerance and passes < _MOST_PASSES:
         trial, taken, tried = _shortened(period_map, motion, residual, newton_step(period_map, motion)[0])
         passes += tried
@@ -152,7 +152,8 @@ def _is_sensitive(period_map: PeriodMap, motion: Pass) -> bool:
     return period_map.repeats_one_period and grown > _LARGE and period_map.cycles * len(motion.gap) <= LARGEST_SYSTEM
 
 
-def _residual(period_map: PeriodMap, motion: Pass) -> float:
+def residual_of(period_map: PeriodMap, motion: Pass) -> float:
+    """Return the distance between end and start of a motion, over the largest corner or the size of the state."""
     size = max(period_map.size, float(np.linalg.norm(motion.start.y * period_map.scale)))
     return float(np.linalg.norm(motion.gap * period_map.scale)) / size
 
@@ -176,7 +177,7 @@ def _shortened(period_map: PeriodMap, motion: Pass, residual: float, step: Array
             trial = period_map(state)
         except ConvergenceError:
             continue
-        taken = _residual(period_map, trial)
+        taken = residual_of(period_map, trial)
         if taken < residual:
             return trial, taken, halvings + 1
     return None, residual, _HALVINGS + 1
