@@ -9,6 +9,8 @@ from gearrattle.errors import Cancelled, ConvergenceError
 from gearrattle.orbits import every
 from gearrattle.orbits.search import Known
 
+pytestmark = pytest.mark.slow
+
 
 def test_the_share_of_the_search_never_falls_and_an_exception_ends_it() -> None:
     model, shares = gr.example("backlash_oscillator"), list[float]()
