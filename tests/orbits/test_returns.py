@@ -10,7 +10,6 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.returns import at_mean_speed, orbit_of_returns
-from gearrattle.orbits.settled import turning
 from gearrattle.orbits.state import state_of
 from tests.orbits.test_laws import symmetric
 
@@ -64,4 +63,3 @@ def test_a_train_comes_to_its_mean_speed() -> None:
 
     later = at_mean_speed(once, start)
     assert abs(mean_speed(later)) < 0.01 * abs(mean_speed(start))
-    assert turning(once).shape == (len(once.scale), 1)

@@ -26,6 +26,7 @@ from gearrattle.wording import counted
 
 _PERIODS = 2048  # in which returns are looked for
 _TRIES = ((0, 32), (EIGHTHS, 8))  # parts of a period, and periods of all motions that Newton's method begins with
+_ONE_TRY = ((0, 1),)  # where the motion has settled: all returns lead to the same one
 _SETTLING, _CORRECTIONS = 128, 2  # periods over which the mean speed of a train is taken, and how often
 _REPEATS = 1e-3  # of the size of the state: what repeats as well as this has settled
 _LONGEST = 64  # periods after which a motion may repeat
@@ -71,7 +72,7 @@ def orbits_of_returns(period_map: PeriodMap, state: State) -> Iterator[shooting.
         message = f"{_none(n)}: the motion settles in one that repeats after {counted(repeats, 'period')}"
         raise ConvergenceError(message, remedy=f"cycles={repeats}, or another start")
     nearest = np.argsort(np.linalg.norm(y[n:] - y[:-n], axis=1))
-    for parts, most in _TRIES:
+    for parts, most in _ONE_TRY if repeats else _TRIES:
         for row in nearest[: max(1, most // n)]:
             with suppress(ConvergenceError, np.linalg.LinAlgError):
                 yield shooting.shoot(period_map, states[row], parts_of_period=parts)

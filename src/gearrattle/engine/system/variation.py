@@ -150,7 +150,7 @@ def variation(
     path
         the crossings.
     end
-        length of the motion [s].
+        length of the motion [s]: a whole number of eighths of the period.
     """
     system, period, n, s = flow.system, flow.system.inputs.period, flow.states, flow.memory.size
     grid = np.arange(1, max(1, round(end / period / LONGEST)) + 1) * LONGEST
