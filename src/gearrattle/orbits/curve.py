@@ -165,7 +165,7 @@ def followed(
         points, events = [origin.point, begin], _touches(curve, origin.point, begin)
     try:
         for point, known in followed_through_families(curve, begin, ends):
-            passed, ahead, left = _located(curve, points[-1], point) if known is None else ([point], [*known], [])
+            passed, ahead, left = _passed(curve, home, points[-1], point) if known is None else ([point], [*known], [])
             last = None if home is None else _arrival(curve, home, points[-1], passed[-1], ahead)
             if last is not None:
                 events += last
@@ -188,6 +188,18 @@ def followed(
 
 def _kind(origin: Event | None) -> str:
     return "" if origin is None else origin.kind
+
+
+def _passed(
+    curve: Continuation, home: Home | None, before: Point, after: Point
+) -> tuple[Sequence[Point], list[Event], Sequence[Unlocated]]:
+    """The same as ``_located``; but a step onto the branch that was left has no events of its own."""
+    try:
+        return _located(curve, before, after)
+    except ConvergenceError:
+        if home is None or not _is_of(home, after):
+            raise
+        return [after], [], []
 
 
 def _located(
@@ -238,7 +250,7 @@ def _arrival(
             return [*ahead[:i], replace(event, kind=DOUBLING)]
         if event.grazing is not None and event.grazing.kind != COMPLIANT and _apart(home, after) < _HALVES:
             return [*ahead[: i + 1], Event(DOUBLING, event.point, is_collision=True)]
-    if not _has_equal_halves(after) or _apart(home, after) > _AT_HOME:
+    if not _is_of(home, after):
         return None
     doublings = [event for event in home.events if event.kind == DOUBLING]
     nearest = min(doublings, key=lambda event: float(np.linalg.norm(event.point.w - before.w)), default=None)
@@ -272,6 +284,11 @@ def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: 
     length, orientation = neighbour.length + distance if is_end else 0.0, neighbour.orientation
     own = replace(event.point, motion=motion, slope=slope, tangent=chord / distance)
     return replace(event, point=replace(own, orientation=orientation, length=length))
+
+
+def _is_of(home: Home, point: Point) -> bool:
+    """Whether a motion is one of the branch that was left, over twice as many periods."""
+    return _has_equal_halves(point) and _apart(home, point) <= _AT_HOME
 
 
 def _has_equal_halves(point: Point) -> bool:
