@@ -163,7 +163,9 @@ class Columns:
         return component.sides(lambda key, value: self.of(f"{element.path}.{key}", value), element)
 
 
-def coefficients(model: Model, varied: Mapping[str, Array], count: int) -> tuple[Coefficients, NDArray[np.bool_]]:
+def coefficients(
+    model: Model, varied: Mapping[str, Array], count: int, shared: Coefficients | None = None
+) -> tuple[Coefficients, NDArray[np.bool_]]:
     """Assemble variants.
 
     Parameters
@@ -174,6 +176,8 @@ def coefficients(model: Model, varied: Mapping[str, Array], count: int) -> tuple
         by path (V,) values in SI.
     count
         V.
+    shared
+        as many times the model itself (``repeated``): the arrays that no path varies are taken from there, not copied.
 
     Returns
     -------
@@ -184,10 +188,10 @@ def coefficients(model: Model, varied: Mapping[str, Array], count: int) -> tuple
     columns = Columns(model, varied, count)
     if load_ripples(model):  # of a mean load that the columns may change
         columns.good[:] = False
-    out = repeated(coefficients_of(assemble(model).system), count)
+    parts = varied_parts(model, varied)
+    out = _separate(shared, parts) if shared else repeated(coefficients_of(assemble(model).system), count)
     out.period[:, 0] = 2 * math.pi / columns.omega / period_of(model).turns
     columns.good &= np.isfinite(out.period[:, 0])
-    parts = varied_parts(model, varied)
     if "laws" in parts:
         _write_laws(columns, out)
         _check_laws(columns, out)
@@ -241,6 +245,17 @@ def repeated(base: Coefficients, count: int) -> Coefficients:
     *arrays, laws = base
     many = [array[None].repeat(count, axis=0) for array in (*arrays, *laws)]
     return Coefficients._make([*many[: len(arrays)], Laws._make(many[len(arrays) :])])
+
+
+def _separate(shared: Coefficients, parts: set[str]) -> Coefficients:
+    """Arrays that may be written where parts vary, and the period; the others as they are."""
+    out = shared._replace(period=shared.period.copy())
+    if "laws" in parts:
+        out = out._replace(laws=Laws._make(array.copy() for array in out.laws))
+    if "loads" in parts:
+        *loads, period, laws = out
+        out = Coefficients._make([*(array.copy() for array in loads), period, laws])
+    return out
 
 
 def _write_inertias(columns: Columns, out: Coefficients) -> None:

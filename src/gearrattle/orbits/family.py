@@ -23,6 +23,7 @@ from gearrattle.model import Model
 
 Array = NDArray[np.float64]
 
+_TOGETHER = 3  # drivelines whose coefficients are asked for at once: one and two beside it
 _HARMONICS = ("torque_sine", "torque_cosine", "error_sine", "error_cosine")
 
 
@@ -55,8 +56,11 @@ def family_of(model: Model, path: str, first: float, cycles: int, unit: float) -
     if bound_of(base, path) is None or not is_compiled(system):
         return general
 
+    shared = repeated(coefficients_of_system(system), _TOGETHER)
+
     def coefficients_of(values: Array) -> tuple[Coefficients, NDArray[np.bool_]]:
-        return coefficients(base, {path: values}, len(values))
+        same = shared if len(values) == _TOGETHER else None
+        return coefficients(base, {path: values}, len(values), same)
 
     return CompiledFamily(general, system, coefficients_of)
 

@@ -9,7 +9,6 @@ Vector = np.ndarray[tuple[int], np.dtype[np.float64]]
 Matrix = np.ndarray[tuple[int, int], np.dtype[np.float64]]
 Array3 = np.ndarray[tuple[int, int, int], np.dtype[np.float64]]
 Array4 = np.ndarray[tuple[int, int, int, int], np.dtype[np.float64]]
-Array5 = np.ndarray[tuple[int, int, int, int, int], np.dtype[np.float64]]
 
 IntVector = np.ndarray[tuple[int], np.dtype[np.int64]]
 IntMatrix = np.ndarray[tuple[int, int], np.dtype[np.int64]]

@@ -7,7 +7,7 @@ The direction is that in which the motion goes on to repeat, or to end as far fr
 The perturbation v that begins with it obeys v' = A v + B z dp and is carried along with z. So the depth of a turning
 point (``approaches``) changes by w v, and its instant by -w v' over the second derivative of w z.
 
-Rates are looked at in steps of about half a radian of the fastest mode; between two looks a deflection is a Taylor
+Rates are looked at in steps of less than a radian of the fastest mode; between two looks a deflection is a Taylor
 series. Where a rate keeps its sign but comes nearest to zero, its series tells whether there are two turning points or
 none. There two of them may appear: such a *dip* is kept, by the distance of the rate beyond zero. A rate may also come
 nearest to zero at a crossing, where its derivative jumps.
@@ -23,11 +23,11 @@ import numpy as np
 
 from gearrattle.engine.kernels._jit import kernel, strict
 from gearrattle.engine.kernels.approaches import add_turned, dot, write_products
-from gearrattle.engine.kernels.arrays import Array4, Array5, IntVector, Matrix, Vector
+from gearrattle.engine.kernels.arrays import Array3, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.dense import factorise, substitute
 from gearrattle.engine.kernels.levels import bend_of, slope_of, turn_between, value_of
 
-_COARSER, _ORDER = 5, 15  # levels from the finest step to that between two looks; terms of its series, to below 1e-16
+_COARSER, _ORDER = 6, 17  # levels from the finest step to that between two looks; terms of its series, to below 1e-14
 _BLOCK = 4  # levels: 16 looks are taken from one state
 CLEARANCE, UPWARD, TURN_TIME, TURN_DEPTH, TURN_SLOPE, TURN_TIME_SLOPE, LEVEL, LEVEL_SLOPE, TURN_COLUMNS = range(9)
 """Columns of ``Map.turns``, and how many: instants and their slopes in periods, slopes along the direction.
@@ -68,10 +68,12 @@ class Series(NamedTuple):
 
 
 class Looks(NamedTuple):
-    """Rows over z for the deflections of the K clearances and their first two derivatives, now and some steps later."""
+    """Columns over z, in a row for every look of a block: deflections of the K clearances, their first two derivatives.
 
-    now: Array4  # (S, 3, K, P)
-    later: Array5  # (S, steps, 3, K, P)
+    The first look is at the state itself, the n-th n steps later.
+    """
+
+    columns: Array3  # (S, P, looks * 3 * K)
     is_written: Vector  # (S,)
 
 
@@ -216,28 +218,36 @@ def _write_product(row, states, increment, out):
 
 @strict
 def _write_looks(rates, steps, slot, level, looks):
-    """Write the rows of a slot: each those of the one before times the exponential over a step."""
+    """Write the looks of a slot: each the one before times the exponential over a step."""
     generator, increment, states = rates.generator[slot], steps.increment[slot, level], steps.moved.shape[2]
-    size = generator.shape[0]
-    for k in range(rates.deflection.shape[0]):
+    columns, clearances, size = looks.columns[slot], rates.deflection.shape[0], generator.shape[0]
+    row, product = np.empty(size), np.empty(size)
+    for k in range(clearances):
         for p in range(3):
-            out = looks.now[slot, p, k]
             for j in range(size):
-                out[j] = rates.deflection[k, j] if p == 0 else 0.0
-                for q in range(size if p > 0 else 0):
-                    out[j] += looks.now[slot, p - 1, k, q] * generator[q, j]
-            for n in range(looks.later.shape[1]):
-                last = out if n == 0 else looks.later[slot, n - 1, p, k]
-                _write_product(last, states, increment, looks.later[slot, n, p, k])
+                product[j] = rates.deflection[k, j]
+            for _ in range(p):
+                for j in range(size):
+                    row[j], product[j] = product[j], 0.0
+                for q in range(size):
+                    for j in range(size):
+                        product[j] += row[q] * generator[q, j]
+            for c in range(p * clearances + k, columns.shape[1], 3 * clearances):
+                for j in range(size):
+                    row[j] = columns[j, c] = product[j]
+                _write_product(row, states, increment, product)
     looks.is_written[slot] = 1.0
 
 
 @kernel
-def _see(rows, z, seen):
-    """Write the deflections of the clearances and their derivatives."""
-    for p in range(rows.shape[0]):
-        for k in range(rows.shape[1]):
-            seen[p, k] = dot(rows[p], k, z)
+def _see(columns, first, z, values):
+    """Write the products of z with as many columns as there are values, from one on."""
+    for c in range(values.size):
+        values[c] = 0.0
+    for j in range(z.size):
+        weight, row = z[j], columns[j]
+        for c in range(values.size):
+            values[c] += weight * row[first + c]
 
 
 @kernel
@@ -343,13 +353,13 @@ def _write_kinks(laws, clearances, regions, rates, course, crossings, i, by, now
     slot, crossed, is_known = course.slot[i], crossings.clearance[i - 1], False
     time_slope = 0.0
     for k in range(clearances.size):
-        rate, before, after = seen.begin[1, k], last[2, k], seen.begin[2, k]
+        rate, before, after = seen[1, k], last[2, k], seen[2, k]
         piece = laws.first[clearances[k]] + regions.piece[slot, k]
-        distance = min(seen.begin[0, k] - laws.lower[piece], laws.upper[piece] - seen.begin[0, k])
+        distance = min(seen[0, k] - laws.lower[piece], laws.upper[piece] - seen[0, k])
         if rate * before < 0.0 < rate * after and distance < reach[k] and count[0] < turns.shape[0]:
             if not is_known:
                 moved = by * (dot(rates.deflection_shift, crossed, now.z) - crossings.shift[i - 1])
-                time_slope = -(moved + dot(rates.deflection, crossed, now.v)) / seen.begin[1, crossed]
+                time_slope = -(moved + dot(rates.deflection, crossed, now.v)) / seen[1, crossed]
                 _write_both(rates.generator[slot], rates.shift[slot], by, now)
                 is_known = True
             moved = by * dot(rates.deflection_shift, k, now.z) + dot(rates.deflection, k, now.v)
@@ -358,7 +368,7 @@ def _write_kinks(laws, clearances, regions, rates, course, crossings, i, by, now
             row[CLEARANCE], row[UPWARD], row[TURN_TIME] = k, RISING if rate > 0.0 else FALLING, course.time[i]
             row[TURN_DEPTH], row[TURN_SLOPE] = sign * rate, sign * (v_rate + after * time_slope)
             row[TURN_TIME_SLOPE] = time_slope
-            _write_level(laws, rates, piece, seen.begin[0, k], moved + rate * time_slope, by, row)
+            _write_level(laws, rates, piece, seen[0, k], moved + rate * time_slope, by, row)
             count[0] += 1
 
 
@@ -372,11 +382,12 @@ def write_turns(laws, clearances, regions, rates, steps, course, crossings, chan
     """
     slots, states, size = rates.shift.shape
     width, by, block = clearances.size, change[states], np.empty((2, size))
-    looks = Looks(np.empty((slots, 3, width, size)), np.empty((slots, 2**_BLOCK, 3, width, size)), np.zeros(slots))
-    values, both = np.empty((4, _ORDER)), np.empty((3, 3, width))
+    one_look, most = 3 * width, 2**_BLOCK
+    looks = Looks(np.empty((slots, size, (1 + most) * one_look)), np.zeros(slots))
+    values, seen, last = np.empty((4, _ORDER)), np.zeros((1 + most) * one_look), np.empty((3, width))
+    table = seen.reshape((1 + most, 3, width))
     series = Series(_perturbed(states, size), values[0], values[1], values[2, 1:], values[3, 1:])
-    now, seen = _perturbed(states, size), Seen(both[0], both[1])
-    last = both[2]
+    now = _perturbed(states, size)
     count[0] = 0
     for i in range(course.slot.size):
         slot, length = course.slot[i], course.time[i + 1] - course.time[i]
@@ -388,35 +399,32 @@ def write_turns(laws, clearances, regions, rates, steps, course, crossings, chan
         _begin_interval(course, i, change, now)
         for j in range(size):
             block[0, j] = now.z[j]
-        for p in range(3):
-            for k in range(width):
-                last[p, k] = seen.begin[p, k]
-        _see(looks.now[slot], now.z, seen.begin)
+        last[:] = table[0]
+        columns = looks.columns[slot]
+        _see(columns, 0, now.z, seen[:one_look])
         if i > 0:
             _write_kinks(
-                laws, clearances, regions, rates, course, crossings, i, by, now, last, seen, reach, turns, count
+                laws, clearances, regions, rates, course, crossings, i, by, now, last, table[0], reach, turns, count
             )
         while begin < length:
+            _see(columns, one_look, block[0], seen[one_look:])
             for n in range(2 ** (level - block_level)):
                 at, end = begin + n * h, min(begin + (n + 1) * h, length)
-                if end < length:
-                    _see(looks.later[slot, n], block[0], seen.end)
-                else:
-                    _see(looks.now[slot], course.z[i + 1], seen.end)
+                if end == length:
+                    _see(columns, 0, course.z[i + 1], seen[(n + 1) * one_look : (n + 2) * one_look])
+                step = Seen(table[n], table[n + 1])
                 for k in range(width):
-                    element = clearances[k]
-                    piece = laws.first[element] + regions.piece[slot, k]
-                    is_sought = _crosses(seen, k) or _dips(seen, k)
-                    if is_sought and not _is_far(laws, piece, seen, k, h, reach[k]):
+                    if not (_crosses(step, k) or _dips(step, k)):
+                        continue
+                    piece = laws.first[clearances[k]] + regions.piece[slot, k]
+                    if not _is_far(laws, piece, step, k, h, reach[k]):
                         _carry_both(steps, slot, level, at - carried, by, now)
                         carried = at
                         _write_series(rates, slot, k, end - at, by, now, series)
                         part = i, k, piece, course.time[i] + at, end - at
-                        _write_part(laws, rates, crossings, part, by, series, seen, reach[k], turns, count)
-                for p in range(3):
-                    for k in range(width):
-                        seen.begin[p, k] = seen.end[p, k]
-                if end == length:
+                        _write_part(laws, rates, crossings, part, by, series, step, reach[k], turns, count)
+                if end == length or n + 1 == 2 ** (level - block_level):
+                    table[0] = table[n + 1]
                     break
             begin += 0.5**block_level
             if begin < length:

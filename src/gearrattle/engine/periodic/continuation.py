@@ -26,7 +26,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.corrector import Corrector, null_vector
+from gearrattle.engine.periodic.corrector import Corrector
+from gearrattle.engine.periodic.equations import Bordered
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.landing import first_step_beyond, grazing_ahead, landed
 from gearrattle.engine.periodic.period_map import State
@@ -353,8 +354,8 @@ class Continuation:
             except ConvergenceError:
                 continue
             matrix = self._corrector.matrix(motion, slope)
-            tangent, _ = null_vector(matrix, point.tangent)
-            if np.linalg.det(np.vstack([matrix, tangent])) * point.orientation < 0.0:
+            tangent, _, orientation = Bordered(matrix, point.tangent).null_vector(point.tangent)
+            if orientation * point.orientation < 0.0:
                 tangent = -tangent
             for step in _AHEAD:
                 try:

@@ -10,11 +10,12 @@ Takes a Family and predictions; gives Points.
 from __future__ import annotations
 
 from dataclasses import replace
+from math import isfinite, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.equations import shortest_solution, solution
+from gearrattle.engine.periodic.equations import Bordered
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.period_map import Pass, State
 from gearrattle.engine.periodic.point import Point
@@ -27,7 +28,7 @@ IntArray = NDArray[np.int64]
 _TOLERANCE = 1e-12  # of the residual, over the size of the state
 _ROUNDING = 1e-14  # the same, for each unit of the gradient's norm
 _ITERATIONS = 8
-_LAST = 1e-6  # change of w from which the next motion is likely to be the last one
+_LAST = 1.0  # times what rounding leaves: an expected residual below it is likely to be the last one
 
 
 class Corrector:
@@ -49,19 +50,25 @@ class Corrector:
     def __init__(self, family: Family, units: tuple[Array, float]) -> None:
         self._family, self._units = family, units
         self.scale = units[0] / units[1]
+        self._balance: Array = self.scale[:, None] / self.scale
+        self._to_units = np.append(self.scale, 1.0 / family.unit)
 
     def followed(
         self, w: Array, pieces: IntArray | None, touch: Touch | None = None, turns_along: Array | None = None
     ) -> tuple[Pass, Array]:
         """Return the motion from w (N + 1,), and its slope (N,) [SI]; for a row over w with its turning points."""
         state, parameter = State(w[:-1] / self.scale, pieces), float(w[-1] * self._family.unit)
-        row = None if turns_along is None else turns_along * np.append(self.scale, 1.0 / self._family.unit)
+        row = None if turns_along is None else turns_along * self._to_units
         return self._family.follow(state, parameter, touch, row)
 
     def matrix(self, motion: Pass, slope: Array) -> Array:
         """Return (N, N + 1) [dF/du, dF/dp] in the branch's units."""
-        gradient = self.scale[:, None] * motion.gradient / self.scale
-        return np.column_stack([gradient - np.eye(len(gradient)), self.scale * slope * self._family.unit])
+        states = len(self.scale)
+        matrix = np.empty((states, states + 1))
+        np.multiply(self._balance, motion.gradient, out=matrix[:, :-1])
+        matrix.flat[:: states + 2] -= 1.0
+        matrix[:, -1] = self.scale * slope * self._family.unit
+        return matrix
 
     def residual(self, motion: Pass) -> Array:
         """Return (N,) F in the branch's units."""
@@ -69,7 +76,7 @@ class Corrector:
 
     def least(self, w: Array, matrix: Array) -> float:
         """Return the norm of the residual below which it is rounding."""
-        return _TOLERANCE * max(1.0, float(np.linalg.norm(w[:-1]))) + _ROUNDING * float(np.linalg.norm(matrix))
+        return _TOLERANCE * max(1.0, norm_of(w[:-1])) + _ROUNDING * norm_of(matrix.ravel())
 
     def point(
         self,
@@ -125,30 +132,32 @@ class Corrector:
         A prediction that is near is given up once the residual grows: then Newton's method goes round in circles
         between two patterns of crossings, and a shorter step costs less.
         """
-        w, last, error = predicted.copy(), np.inf, np.inf
+        w, last, error, is_last = predicted.copy(), np.inf, np.inf, False
         for iteration in range(_ITERATIONS):
             parameter = float(w[-1] * self._family.unit)
-            motion, slope = self.followed(w, pieces, touch, direction if with_turns and error < _LAST else None)
+            motion, slope = self.followed(w, pieces, touch, direction if with_turns and is_last else None)
             matrix = self.matrix(motion, slope)
             residual = self.residual(motion)
-            norm = float(np.linalg.norm(residual))
+            norm = norm_of(residual)
             plane = float(normal @ (w - predicted))
             least = self.least(w, matrix)
             is_lost = is_near and norm > last and norm > 100.0 * least
-            if is_lost or not np.isfinite(norm) or not np.all(np.isfinite(matrix)):
+            if is_lost or not isfinite(norm) or not isfinite(least):
                 break
-            change = solution(np.vstack([matrix, normal]), np.append(-residual, -plane))
+            equations = Bordered(matrix, normal)
+            change = equations.solution(np.append(-residual, -plane))
             is_settled = norm <= least or (norm <= 100.0 * least and norm > 0.5 * last)
-            error = float(np.linalg.norm(change))
+            error = norm_of(change)
             if (is_settled or error <= slack) and abs(plane) < 1e-12:
                 if with_turns and self._family.finds_turns and motion.turns is None:
                     motion, slope = self.followed(w, pieces, touch, direction)
-                tangent, free = null_vector(matrix, direction)
+                tangent, free, way = equations.null_vector(direction)
                 motion = with_turns_along(motion, float(direction @ tangent), free)
-                way = 0.0 if free else float(np.linalg.det(np.vstack([matrix, tangent])))
                 w = w + change if slack > 0.0 else w
                 point = Point(parameter, motion, slope, *self._units, w, tangent, free, way, error, 0.0)
                 return point, iteration + 1
+            expected = norm**3 / last**2 if iteration else error**2  # residuals fall by their squares
+            is_last = expected < _LAST * least
             w, last = w + change, norm
         raise ConvergenceError("Newton's method does not converge")
 
@@ -163,11 +172,6 @@ def with_turns_along(motion: Pass, cosine: float, free: int) -> Pass:
     return replace(motion, turns=None if free else motion.turns.scaled(cosine))
 
 
-def null_vector(matrix: Array, direction: Array) -> tuple[Array, int]:
-    """Return the null vector of (N, N + 1) equations nearest to a direction, and how many others there are."""
-    _, null = shortest_solution(matrix, np.zeros(len(matrix)))
-    tangent = null @ (direction @ null)
-    norm = float(np.linalg.norm(tangent))
-    if norm < 1e-12:  # at right angles to it: any of them
-        tangent, norm = null[:, 0], 1.0
-    return np.asarray(tangent / norm), null.shape[1] - 1
+def norm_of(vector: Array) -> float:
+    """Return the Euclidean norm of a vector."""
+    return sqrt(float(vector @ vector))

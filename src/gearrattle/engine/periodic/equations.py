@@ -15,15 +15,76 @@ _REGULAR = 1e-7
 """Reciprocal condition of equations that are surely not singular."""
 _FREE, _FREE_OF_LARGEST = 1e-9, 1e-13
 """A singular value below the first, and this share of the largest, is zero."""
+_ORTHOGONAL = 1e-12
+"""Cosine between a direction and the plane of free ones that counts as zero."""
 
 
-def solution(matrix: Array, right: Array) -> Array:
-    """Return the shortest x (P,) with A x = b, A (P, P), nothing done along singular directions."""
-    factors, pivots, _ = dgetrf(matrix)
-    norm = float(np.abs(matrix).sum(axis=0).max())
-    if not dgecon(factors, norm)[0] > _REGULAR * min(1.0, norm):
-        return shortest_solution(matrix, right)[0]
-    return np.asarray(dgetrs(factors, pivots, right)[0])
+class Factored:
+    """Equations A x = b, factored once.
+
+    Parameters
+    ----------
+    matrix
+        (P, P) A.
+
+    Attributes
+    ----------
+    is_regular
+        whether A is surely not singular.
+    """
+
+    def __init__(self, matrix: Array) -> None:
+        self._matrix = matrix
+        self._factors, self._pivots, _ = dgetrf(matrix)
+        norm = float(np.abs(matrix).sum(axis=0).max())
+        self.is_regular = bool(dgecon(self._factors, norm)[0] > _REGULAR * min(1.0, norm))
+
+    def solution(self, right: Array) -> Array:
+        """Return the shortest x (P,) with A x = b (P,), nothing done along singular directions."""
+        if not self.is_regular:
+            return shortest_solution(self._matrix, right)[0]
+        return np.asarray(dgetrs(self._factors, self._pivots, right)[0])
+
+    def determinant(self) -> float:
+        """Return det A."""
+        exchanges = int(np.count_nonzero(self._pivots != np.arange(len(self._pivots))))
+        return float(self._factors.diagonal().prod()) * (-1.0 if exchanges % 2 else 1.0)
+
+
+class Bordered(Factored):
+    """Equations A x = b with one unknown more than equations, bordered by a row: [A; row] x = (b, c), factored once.
+
+    Parameters
+    ----------
+    matrix
+        (N, N + 1) A.
+    row
+        (N + 1,).
+    """
+
+    def __init__(self, matrix: Array, row: Array) -> None:
+        whole = np.empty((len(row), len(row)))
+        whole[:-1], whole[-1] = matrix, row
+        super().__init__(whole)
+        self._row = row
+
+    def null_vector(self, direction: Array) -> tuple[Array, int, float]:
+        """Return the t (N + 1,) with A t = 0, |t| = 1 that is nearest to a direction, how many others there are, and
+        det [A; t]; 0 where there are others.
+        """
+        if self.is_regular:
+            null = self.solution(np.eye(1, len(self._row), len(self._row) - 1)[0])
+            tangent = null / np.copysign(np.sqrt(null @ null), direction @ null)
+            return tangent, 0, self.determinant() / float(self._row @ tangent)
+        matrix = self._matrix[:-1]
+        _, nulls = shortest_solution(matrix, np.zeros(len(matrix)))
+        tangent = nulls @ (direction @ nulls)
+        norm = float(np.linalg.norm(tangent))
+        if norm < _ORTHOGONAL:  # at right angles to it: any of them
+            tangent, norm = nulls[:, 0], 1.0
+        others = nulls.shape[1] - 1
+        tangent = np.asarray(tangent / norm)
+        return tangent, others, 0.0 if others else float(np.linalg.det(np.vstack([matrix, tangent])))
 
 
 def shortest_solution(matrix: Array, right: Array) -> tuple[Array, Array]:

@@ -293,19 +293,14 @@ def _fold(point: Point) -> float:
     return float(point.tangent[-1])
 
 
-def _determinant(matrix: np.ndarray, free: int) -> float:
-    """Determinant of a matrix without its ``free`` eigenvalues nearest to zero."""
-    values = np.linalg.eigvals(matrix)
-    kept = values[np.argsort(np.abs(values))[free:]]
-    return float(np.prod(kept).real)
-
-
 def _doubling(point: Point) -> float:
-    return float(np.linalg.det(np.eye(len(point.scale)) + point.gradient))
+    return float(np.prod(1.0 + point.multipliers).real)
 
 
 def _breaking(point: Point) -> float:
-    return _determinant(np.eye(len(point.scale)) - point.gradient, point.free)
+    """det(I - M) without the eigenvalues nearest to zero that belong to free directions."""
+    values = 1.0 - point.multipliers
+    return float(np.prod(values[np.argsort(np.abs(values))[point.free :]]).real)
 
 
 def _pair_size(point: Point) -> float:

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic import patterns
-from gearrattle.engine.periodic.corrector import Corrector, null_vector, with_turns_along
-from gearrattle.engine.periodic.equations import solution
+from gearrattle.engine.periodic.corrector import Corrector, with_turns_along
+from gearrattle.engine.periodic.equations import Bordered
 from gearrattle.engine.periodic.period_map import Pass
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.touch import Touch
@@ -116,7 +116,8 @@ def first_step_beyond(corrector: Corrector, grazing: Point, step: float, shortes
         except ConvergenceError:
             step *= _MOST_OF_STEP
             continue
-        tangent, _ = null_vector(corrector.matrix(motion, slope), grazing.tangent)
+        equations = Bordered(corrector.matrix(motion, slope), grazing.tangent)
+        tangent, _, _ = equations.null_vector(grazing.tangent)
         angle = float(np.arccos(min(abs(float(tangent @ grazing.tangent)), 1.0)))
         if angle < _LARGEST_ANGLE:
             break
@@ -160,7 +161,7 @@ class _Search:
                 return self._point_at(motion, slope, matrix)
             target = self._next_target(now, _CLOSE * steep)
             right = np.append(-residual, (target - now) / steep)
-            change = solution(np.vstack([matrix, row / steep]), right)
+            change = Bordered(matrix, row / steep).solution(right)
             self._last = self._w, self._time
             self._is_near = bool(np.linalg.norm(change) < _NEAR)
             self._w, self._time = self._w + change, self._time + float(time_row @ change)
@@ -186,8 +187,7 @@ class _Search:
     def _point_at(self, motion: Pass, slope: Array, matrix: Array) -> Point | None:
         """The point of the branch at a motion that grazes; None if other crossings are missing or added."""
         before, touch = self._point, replace(self._ahead.touch, time=self._time % motion.cycles)
-        tangent, free = null_vector(matrix, before.tangent)
-        way = float(np.linalg.det(np.vstack([matrix, tangent])))
+        tangent, free, way = Bordered(matrix, before.tangent).null_vector(before.tangent)
         if way * before.orientation < 0.0:
             tangent, way = -tangent, -way
         motion = with_turns_along(motion, float(before.tangent @ tangent), free)

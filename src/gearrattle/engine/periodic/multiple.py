@@ -20,7 +20,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.equations import solution
+from gearrattle.engine.periodic.equations import Factored
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -175,5 +175,5 @@ def _newton_step(scale: Array, parts: list[Pass]) -> Array:
         matrix[i, :, i] += scale[:, None] * part.gradient / scale
         matrix[i, :, (i + 1) % count] -= np.eye(size)
     right = -np.concatenate([jump * scale for jump in _jumps(parts)])
-    change = solution(matrix.reshape(count * size, count * size), right)
+    change = Factored(matrix.reshape(count * size, count * size)).solution(right)
     return np.asarray(change.reshape(count, size) / scale)
