@@ -15,14 +15,12 @@ from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.periods import NEIGHBOURS, Map, differentiate
 from gearrattle.engine.kernels.variants import Coefficients, Judged
 from gearrattle.engine.periodic.period_map import Approach, Dips, Turns
-from gearrattle.engine.periodic.touch import Touch
+from gearrattle.engine.periodic.touch import Touch, reaches
 from gearrattle.engine.solvers.many import Batch, Pattern
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
-
-_REACH = 0.25  # of the corner nearest to zero: turning points farther from a corner are left out
 
 
 class PeriodBatch(Batch):
@@ -46,7 +44,6 @@ class PeriodBatch(Batch):
         pattern = Pattern(system, False, cycles, judged)
         frame = pattern.frame()
         states = len(frame.elements) + system.size
-        corners = [law.corners[law.corners != 0.0] for law in (system.laws[k] for k in system.clearances)]
         out = Map(
             end=np.zeros(states),
             turned=np.zeros(len(frame.references)),
@@ -57,7 +54,7 @@ class PeriodBatch(Batch):
             row=np.zeros(states + 1),
             turns=np.zeros((turning_points.MOST_TURNS, turning_points.TURN_COLUMNS)),
             turning=np.full(1, -1),
-            reach=_REACH * np.array([np.abs(own).min(initial=np.inf) for own in corners]),
+            reach=reaches(system),
         )
         super().__init__(pattern, numbers, (start[0], start[1]), window, (vectorised(differentiate), out))
 

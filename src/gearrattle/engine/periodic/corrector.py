@@ -104,7 +104,7 @@ class Corrector:
         touch
             a corner and an instant, for the depth of the motion.
         with_turns
-            whether the turning points of the motion are wanted, where the family finds them.
+            whether the turning points of the motion are wanted.
 
         Raises
         ------
@@ -135,7 +135,8 @@ class Corrector:
         w, last, error, is_last = predicted.copy(), np.inf, np.inf, False
         for iteration in range(_ITERATIONS):
             parameter = float(w[-1] * self._family.unit)
-            motion, slope = self.followed(w, pieces, touch, direction if with_turns and is_last else None)
+            has_turns = with_turns and is_last
+            motion, slope = self.followed(w, pieces, touch, direction if has_turns else None)
             matrix = self.matrix(motion, slope)
             residual = self.residual(motion)
             norm = norm_of(residual)
@@ -149,7 +150,7 @@ class Corrector:
             is_settled = norm <= least or (norm <= 100.0 * least and norm > 0.5 * last)
             error = norm_of(change)
             if (is_settled or error <= slack) and abs(plane) < 1e-12:
-                if with_turns and self._family.finds_turns and motion.turns is None:
+                if with_turns and not has_turns:
                     motion, slope = self.followed(w, pieces, touch, direction)
                 tangent, free, way = equations.null_vector(direction)
                 motion = with_turns_along(motion, float(direction @ tangent), free)

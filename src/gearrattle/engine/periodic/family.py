@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.variants import Coefficients, picked
 from gearrattle.engine.periodic.compiled import PeriodBatch
-from gearrattle.engine.periodic.period_map import Approach, Pass, PeriodMap, State
+from gearrattle.engine.periodic.course import Neighbours, Setting
+from gearrattle.engine.periodic.general_turns import direction_of, turns_of, with_slopes
+from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.periodic.touch import Touch, depth
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.laid_out import system_of
@@ -52,8 +54,6 @@ class Family(ABC):
         scale of the parameter: a change by it counts as one.
     clearances
         number of them: what crosses bounds counts from 0, clearances first.
-    finds_turns
-        whether turning points of motions are found.
     """
 
     scale: Array
@@ -61,7 +61,6 @@ class Family(ABC):
     cycles: int
     unit: float
     clearances: int
-    finds_turns: bool = False
 
     @abstractmethod
     def map_at(self, parameter: float) -> PeriodMap:
@@ -84,7 +83,6 @@ class Family(ABC):
         turns_along
             (N + 1,) a row over the state at the start and the parameter [1/SI]: the Pass is to hold its turning points,
             with slopes along the change by which the gap stays as it is and of which the product with the row is 1.
-            Only a CompiledFamily finds them.
 
         Returns
         -------
@@ -124,29 +122,32 @@ class GeneralFamily(Family):
         return PeriodMap(self._system_of(parameter), self.cycles)
 
     def follow(
-        self,
-        state: State,
-        parameter: float,
-        touch: Touch | None = None,
-        turns_along: Array | None = None,  # noqa: ARG002 - see ``Family.follow``
+        self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | None = None
     ) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""
         step = DIFFERENCE * self.unit
         period_map = self.map_at(parameter)
-        motion, ends = period_map(state), {}
+        motion, sides = period_map(state), dict[float, tuple[PeriodMap, Array]]()
         for side in (-step, step):
-            try:
-                ends[side] = self.map_at(parameter + side).later(state).y
-            except ConvergenceError:  # beyond what the driveline may be: the difference is one-sided
-                ends[0.0] = motion.end.y
-        if len(ends) < 2:
+            with suppress(ConvergenceError):
+                beside = self.map_at(parameter + side)
+                sides[side] = beside, beside.later(state).y
+        if not sides:
             raise ConvergenceError(f"there is no driveline on either side of the parameter {parameter:.9g}")
-        low, high = min(ends), max(ends)
+        if len(sides) < 2:  # beyond what the driveline may be: the difference is one-sided
+            sides[0.0] = period_map, motion.end.y
+        (low, (one, begin)), (high, (other, end)) = sorted(sides.items(), key=lambda side: side[0])
+        slope = (end - begin) / (high - low)
+        setting = Setting(period_map.flow, Neighbours(one.flow, other.flow, high - low))
         if touch is not None and touch.watch < self.clearances:
             with suppress(ConvergenceError):
                 beyond, located = depth(period_map, state, touch)
-                motion = replace(motion, approach=Approach(beyond, located.time))
-        return motion, (ends[high] - ends[low]) / (high - low)
+                motion = replace(motion, approach=with_slopes(period_map, setting, motion, located, beyond))
+        if turns_along is not None:
+            change = direction_of(motion, slope, turns_along, (self.scale, self.unit))
+            turns = None if change is None else turns_of(period_map, setting, motion, change)
+            motion = replace(motion, turns=turns)
+        return motion, slope
 
 
 class CompiledFamily(Family):
@@ -162,8 +163,6 @@ class CompiledFamily(Family):
         gives, for (V,) parameter values, the coefficients with a leading axis V, and (V,) which of them have the
         structure of ``system``.
     """
-
-    finds_turns = True
 
     def __init__(self, general: GeneralFamily, system: PiecewiseSystem, coefficients_of: CoefficientsOf) -> None:
         self._general, self._coefficients_of = general, coefficients_of
@@ -187,14 +186,14 @@ class CompiledFamily(Family):
         step = _SHARE * min(self.unit, max(abs(parameter), _LEAST * self.unit))
         numbers, is_alike = self._coefficients_of(np.array([parameter - step, parameter + step, parameter]))
         if not is_alike.all():
-            return self._general.follow(state, parameter, touch)
+            return self._general.follow(state, parameter, touch, turns_along)
         if self._batch is None:
             self._batch = PeriodBatch(self._system, self.cycles, numbers)
         first = self._angle_from_basis.shape[1]
         deflection, velocity, batch = state.y[:first], state.y[first:], self._batch
         row = None if turns_along is None else turns_along * np.append(np.ones(len(state.y)), step)
         if not batch.follow(numbers, self._angle_from_basis @ deflection, velocity, touch, row):
-            return self._general.follow(state, parameter, touch)
+            return self._general.follow(state, parameter, touch, turns_along)
         end, turned, gradient, slope = (part.copy() for part in batch.out[:4])
         period = float(numbers.period[-1, 0])
         passed = batch.passages(), period, self.cycles, batch.approach(period, step), batch.turns()

@@ -92,12 +92,13 @@ def grazing_of(curve: Continuation, point: Point, touch: Touch, nearby: Approach
         system = family.map_at(point.parameter).system
         is_slider = system.auxiliaries[touch.watch - len(system.clearances)].kind == "slider"
         return Grazing(JUMP if is_slider else COMPLIANT)
-    if approach is None or approach.slope is None:
-        approach = _approach_of(family.map_at(point.parameter), point, touch)
+    if approach is None or np.isnan(approach.rate):
+        slope = None if approach is None else approach.slope
+        approach = _approach_of(family.map_at(point.parameter), point, touch)._replace(slope=slope)
     if np.sqrt(8.0 * RESOLVED) * point.motion.period * approach.rate > 1.0:
         return Grazing(RIGID)
-    slope = _slope(curve, point, touch, approach)
-    return Grazing(COMPLIANT, float(approach.gain * np.sqrt(8.0 * slope / abs(approach.acceleration))))
+    steep = _slope(curve, point, touch, approach)
+    return Grazing(COMPLIANT, float(approach.gain * np.sqrt(8.0 * steep / abs(approach.acceleration))))
 
 
 def _slope(curve: Continuation, point: Point, touch: Touch, approach: Approach) -> float:

@@ -19,6 +19,7 @@ from scipy.linalg import expm
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.system.flow import Pieces
 from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -27,6 +28,7 @@ _SAMPLES = 64  # a period
 _NEAR = 1.0 / 64.0  # periods that the extremum may have moved
 _ITERATIONS = 30
 _SETTLED = 1e-15  # periods
+_REACH = 0.25  # of the corner nearest to zero: turning points farther from a corner are left out
 
 
 @dataclass(frozen=True)
@@ -104,7 +106,22 @@ def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Arr
     for i in np.flatnonzero((times > time) & (times < limit)).tolist():
         z = expm(flow.generator(pieces) * (times[i] - time)) @ z
         pieces, time = system.beyond(pieces, int(crossings.watch[i]), int(crossings.upward[i])), float(times[i])
+        known = flow.known(pieces)
+        memories = z[flow.states - known.size : flow.states]
+        memories[:] = np.where(np.isnan(known), memories, known)
     return z, pieces, time
+
+
+def crossings_before(crossings: Passages, period: float, touch: Touch) -> Passages:
+    """Return the crossings up to where a touch begins, for a period [s]."""
+    times = crossings.time / period
+    return crossings.where(times < _begin_of(crossings, times, touch))
+
+
+def reaches(system: PiecewiseSystem) -> Array:
+    """Return (K,) from how far of a corner turning points of every clearance count [SI]."""
+    corners = [law.corners[law.corners != 0.0] for law in (system.laws[k] for k in system.clearances)]
+    return _REACH * np.array([np.abs(own).min(initial=np.inf) for own in corners])
 
 
 def pieces_before(period_map: PeriodMap, motion: Pass, touch: Touch) -> Pieces:
