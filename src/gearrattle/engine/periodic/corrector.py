@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.equations import Bordered
 from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.general_turns import idle_memories
 from gearrattle.engine.periodic.period_map import Pass, State
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.touch import Touch
@@ -69,6 +70,25 @@ class Corrector:
         matrix.flat[:: states + 2] -= 1.0
         matrix[:, -1] = self.scale * slope * self._family.unit
         return matrix
+
+    def with_turns_along(self, motion: Pass, cosine: float, free: int) -> Pass:
+        """Return a motion with the slopes of its turning points along the tangent, not where that is one of several.
+
+        A memory that may be anything makes no other tangent.
+
+        Parameters
+        ----------
+        motion
+            with slopes along the change for a row.
+        cosine
+            product of the tangent and that row.
+        free
+            number of directions in which neighbouring motions repeat as well.
+        """
+        if motion.turns is None:
+            return motion
+        is_one = not free or free == len(idle_memories(motion, self._units[0], self._family.memories))
+        return replace(motion, turns=motion.turns.scaled(cosine) if is_one else None)
 
     def residual(self, motion: Pass) -> Array:
         """Return (N,) F in the branch's units."""
@@ -153,7 +173,7 @@ class Corrector:
                 if with_turns and not has_turns:
                     motion, slope = self.followed(w, pieces, touch, direction)
                 tangent, free, way = equations.null_vector(direction)
-                motion = with_turns_along(motion, float(direction @ tangent), free)
+                motion = self.with_turns_along(motion, float(direction @ tangent), free)
                 w = w + change if slack > 0.0 else w
                 point = Point(parameter, motion, slope, *self._units, w, tangent, free, way, error, 0.0)
                 return point, iteration + 1
@@ -161,16 +181,6 @@ class Corrector:
             is_last = expected < _LAST * least
             w, last = w + change, norm
         raise ConvergenceError("Newton's method does not converge")
-
-
-def with_turns_along(motion: Pass, cosine: float, free: int) -> Pass:
-    """Return a motion with the slopes of its turning points along the tangent, not where that is one of several.
-
-    ``cosine`` is the product of the tangent and the row that they were wanted for.
-    """
-    if motion.turns is None:
-        return motion
-    return replace(motion, turns=None if free else motion.turns.scaled(cosine))
 
 
 def norm_of(vector: Array) -> float:

@@ -54,6 +54,8 @@ class Family(ABC):
         scale of the parameter: a change by it counts as one.
     clearances
         number of them: what crosses bounds counts from 0, clearances first.
+    memories
+        number of them, the last entries of a state.
     """
 
     scale: Array
@@ -61,6 +63,7 @@ class Family(ABC):
     cycles: int
     unit: float
     clearances: int
+    memories: int
 
     @abstractmethod
     def map_at(self, parameter: float) -> PeriodMap:
@@ -115,7 +118,7 @@ class GeneralFamily(Family):
         self._system_of, self.cycles, self.unit = system_of, cycles, unit
         period_map = self.map_at(first)
         self.scale, self.size = period_map.scale, period_map.size
-        self.clearances = len(period_map.system.clearances)
+        self.clearances, self.memories = len(period_map.system.clearances), period_map.flow.memory.size
 
     def map_at(self, parameter: float) -> PeriodMap:
         """Return the map of one driveline."""
@@ -144,7 +147,7 @@ class GeneralFamily(Family):
                 beyond, located = depth(period_map, state, touch)
                 motion = replace(motion, approach=with_slopes(period_map, setting, motion, located, beyond))
         if turns_along is not None:
-            change = direction_of(motion, slope, turns_along, (self.scale, self.unit))
+            change = direction_of(motion, slope, turns_along, (self.scale, self.unit), self.memories)
             turns = None if change is None else turns_of(period_map, setting, motion, change)
             motion = replace(motion, turns=turns)
         return motion, slope
@@ -167,7 +170,8 @@ class CompiledFamily(Family):
     def __init__(self, general: GeneralFamily, system: PiecewiseSystem, coefficients_of: CoefficientsOf) -> None:
         self._general, self._coefficients_of = general, coefficients_of
         self.scale, self.size = general.scale, general.size
-        self.cycles, self.unit, self.clearances = general.cycles, general.unit, general.clearances
+        self.cycles, self.unit = general.cycles, general.unit
+        self.clearances, self.memories = general.clearances, general.memories
         self._angle_from_basis = relative_coordinates(system).angle_from_basis
         self._batch: PeriodBatch | None = None
         self._system = system

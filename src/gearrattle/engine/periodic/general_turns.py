@@ -29,6 +29,7 @@ IntArray = NDArray[np.int64]
 
 _LOOKS = 8  # a step, of two radians of the fastest mode at most
 _ITERATIONS, _SETTLED = 60, 1e-15  # of the search for a turning point; share of a step that counts as zero
+_FREE = 1e-9  # a singular value below this is zero
 _POWERS = np.arange(ORDER)
 
 
@@ -62,8 +63,12 @@ class _Corners(NamedTuple):
     upper_change: Array
 
 
-def direction_of(motion: Pass, slope: Array, row: Array, units: tuple[Array, float]) -> tuple[Array, float] | None:
-    """Return the change that keeps the gap of a motion, and of which a row's product is 1; None if there is none.
+def direction_of(
+    motion: Pass, slope: Array, row: Array, units: tuple[Array, float], memories: int
+) -> tuple[Array, float] | None:
+    """Return the change that keeps the gap of a motion, and of which a row's product is 1; None if there is no one.
+
+    Where memories may be anything, because they are let go all along, they stay as they are.
 
     Parameters
     ----------
@@ -75,6 +80,8 @@ def direction_of(motion: Pass, slope: Array, row: Array, units: tuple[Array, flo
         (N + 1,) over the state at the start and p [1/SI].
     units
         (N,) balanced = scale * SI, and the unit of p.
+    memories
+        S, the last entries of the state.
 
     Returns
     -------
@@ -88,11 +95,31 @@ def direction_of(motion: Pass, slope: Array, row: Array, units: tuple[Array, flo
     matrix[:states, states] = scale * slope * unit
     matrix[states] = row * np.append(1.0 / scale, unit)
     right[states] = 1.0
+    change, moving = np.zeros(states + 1), np.ones(states + 1, np.bool_)
+    moving[idle_memories(motion, scale, memories)] = False
     try:
-        change = np.linalg.solve(matrix, right)
+        change[moving] = np.linalg.solve(matrix[np.ix_(moving, moving)], right[moving])
     except np.linalg.LinAlgError:
         return None
     return (np.asarray(change[:-1]), float(change[-1] * unit)) if np.all(np.isfinite(change)) else None
+
+
+def idle_memories(motion: Pass, scale: Array, memories: int) -> IntArray:
+    """Return which entries of the state are memories that are let go all along a motion, and may be anything.
+
+    Parameters
+    ----------
+    motion
+        over n periods.
+    scale
+        (N,) balanced = scale * SI.
+    memories
+        S, the last entries of the state.
+    """
+    matrix = np.abs(scale[:, None] * motion.gradient / scale - np.eye(scale.size))
+    is_idle = (matrix.max(axis=0) < _FREE) & (matrix.max(axis=1) < _FREE)
+    is_idle[: scale.size - memories] = False
+    return np.flatnonzero(is_idle)
 
 
 def turns_of(period_map: PeriodMap, setting: Setting, motion: Pass, change: tuple[Array, float]) -> Turns:

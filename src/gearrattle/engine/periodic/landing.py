@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic import patterns
-from gearrattle.engine.periodic.corrector import Corrector, with_turns_along
+from gearrattle.engine.periodic.corrector import Corrector
 from gearrattle.engine.periodic.equations import Bordered
 from gearrattle.engine.periodic.period_map import Pass
 from gearrattle.engine.periodic.point import Point
@@ -190,7 +190,7 @@ class _Search:
         tangent, free, way = Bordered(matrix, before.tangent).null_vector(before.tangent)
         if way * before.orientation < 0.0:
             tangent, way = -tangent, -way
-        motion = with_turns_along(motion, float(before.tangent @ tangent), free)
+        motion = self._corrector.with_turns_along(motion, float(before.tangent @ tangent), free)
         parameter = float(self._w[-1] * self._unit)
         units = before.scale, before.size
         point = Point(parameter, motion, slope, *units, self._w, tangent, free, way, 0.0, 0.0, touch)
