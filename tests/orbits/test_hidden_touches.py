@@ -13,7 +13,7 @@ import gearrattle as gr
 from tests.engine.periodic.test_grazing import DRAG, MEAN, oscillator
 from tests.orbits.test_curve import paper_case
 
-pytestmark = pytest.mark.compiled  # turning points of motions are found by the compiled loop
+pytestmark = pytest.mark.compiled  # without compiled kernels every family is a general one
 
 ABOVE, BELOW = 1e-5, 1e-7  # by which the response exceeds the stop, or does not reach it: within a small part of a step
 WAVES = 720

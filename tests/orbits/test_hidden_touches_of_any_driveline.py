@@ -17,6 +17,8 @@ from tests.engine.periodic.test_grazing import DRAG, MEAN, with_slider
 from tests.engine.periodic.test_slope import PATHS, start, train
 from tests.orbits.test_hidden_touches import BELOW, grazings_of, highest, model_of, rigidity
 
+pytestmark = pytest.mark.compiled
+
 ABOVE = 1e-7  # by which the response exceeds the stop: within a tenth of a thousandth of the range
 BODIES, STOPS = 24, 5
 LINK = 0.02  # stiffness between the bodies of the chain
@@ -111,6 +113,7 @@ def chain(amplitude: float) -> gr.Model:
             "inertia": [{"name": name, "J": 1.0, "drag": DRAG} for name in names],
             "coupling": [*springs, *links, *stops],
             "excitation": {"frequency": 0.8},
+            "simulation": {"initial": "zero"},
             "torque": [{"on": "b0", "mean": MEAN, "harmonics": [{"order": 1, "amplitude": amplitude}]}],
         }
     )
@@ -134,7 +137,7 @@ def test_in_a_chain_of_many_bodies_and_stops_they_are_found_too() -> None:
     ends = [brentq(lambda w: amplitude * response(w) - (1.0 - mean), *span, xtol=1e-14) for span in spans]
     model = chain(amplitude)
     assert isinstance(family.family_of(model, FREQUENCY, 0.9, 1, 1.0), GeneralFamily)
-    branch = gr.continuation(model, FREQUENCY, (0.9, 1.15), start="linear")
+    branch = gr.continuation(model, FREQUENCY, (0.9, 1.15))
     assert branch.notes == ()
     np.testing.assert_allclose(branch.events["value"], ends, rtol=0, atol=1e-8)
 
@@ -143,7 +146,6 @@ CASES = {"case1": (190.0, 255.0), "backlash_oscillator": (1.2, 1.3)}
 """Speeds of examples, and units of the speed."""
 
 
-@pytest.mark.compiled
 @pytest.mark.parametrize("name", [*CASES, *PATHS])
 def test_turning_points_are_those_of_the_compiled_loop(name: str) -> None:
     """Of periodic motions of examples over the speed, and of some motion of a train over its values."""
@@ -184,7 +186,6 @@ def in_order(turns: Turns | Dips) -> dict[str, np.ndarray]:
     return {name: part[order] for name, part in turns._asdict().items() if name != "dips"}
 
 
-@pytest.mark.compiled
 @pytest.mark.parametrize("path", PATHS)
 def test_the_slopes_of_a_depth_by_the_whole_state_are_those_of_the_compiled_loop(path: str) -> None:
     value, state = PATHS[path], start(2)

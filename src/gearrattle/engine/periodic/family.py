@@ -1,8 +1,9 @@
 """The period map of a driveline with a parameter: the state n periods later, its gradient and slope.
 
 A GeneralFamily makes a system for every parameter value, of any driveline; its slope is a central difference of the
-map. A CompiledFamily, for drivelines of laws and harmonics alone, makes columns of coefficients instead and follows one
-motion in compiled code (``compiled``): the same bits, and the exact slope, in a small part of the time.
+map, its turning points are those of ``general_turns``. A CompiledFamily, for drivelines of laws and harmonics alone,
+makes columns of coefficients instead and follows one motion in compiled code (``compiled``): the same bits, and the
+exact slope, in a small part of the time.
 
 Takes functions of the parameter, or of several values of it; gives Passes and slopes.
 """
@@ -133,8 +134,8 @@ class GeneralFamily(Family):
         motion, sides = period_map(state), dict[float, tuple[PeriodMap, Array]]()
         for side in (-step, step):
             with suppress(ConvergenceError):
-                beside = self.map_at(parameter + side)
-                sides[side] = beside, beside.later(state).y
+                neighbour = self.map_at(parameter + side)
+                sides[side] = neighbour, neighbour.later(state).y
         if not sides:
             raise ConvergenceError(f"there is no driveline on either side of the parameter {parameter:.9g}")
         if len(sides) < 2:  # beyond what the driveline may be: the difference is one-sided

@@ -2,8 +2,9 @@
 
     P(u; p) - u = 0,      depth(u, p) = -e,      e -> 0
 
-The depth of a turning point (``kernels.approaches``) and its gradient are exact and smooth on the side without contact,
-and so is the map there. Every iteration leaves as much of the depth as the last one was off, so no motion touches.
+The depth of a turning point (``kernels.approaches``, ``general_turns``) and its gradient are exact and smooth on the
+side without contact, and so is the map there. Every iteration leaves as much of the depth as the last one was off, so
+no motion touches.
 
 Takes a Corrector and a Point; gives a Point that grazes, and the step to try from there.
 """

@@ -1,7 +1,7 @@
 """What the turning points of two motions tell of the branch between them: whether it may do more than it seems to.
 
 Every turning point of a deflection has a depth, by which it lies beyond a corner, and a slope of that along the branch
-(``kernels.approaches``).
+(``kernels.approaches``, ``general_turns``).
 
 *Hidden touches.* If a touch comes and goes between two points, or goes and comes back, both have the same pattern, and
 the crossings say nothing. But a depth that is negative at both can be positive in between only if it grows at the first
