@@ -195,7 +195,11 @@ def test_the_slopes_of_a_depth_by_the_whole_state_are_those_of_the_compiled_loop
     assert turns is not None
     k = int(np.argmin(turns.depth))
     touch = Touch(int(turns.watch[k]), int(turns.upward[k]), float(turns.time[k]))
-    want, actual = (one.follow(state, value, touch)[0].approach for one in (compiled, compiled._general))
+    (motion, by_value), (other, other_by_value) = (
+        one.follow(state, value, touch) for one in (compiled, compiled._general)
+    )
+    want, actual = motion.approach, other.approach
+    np.testing.assert_allclose(other_by_value, by_value, rtol=0, atol=1e-8 * np.abs(by_value).max())
     assert want is not None
     assert actual is not None
     assert actual.depth == pytest.approx(want.depth, rel=1e-9)

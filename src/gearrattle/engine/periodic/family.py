@@ -1,9 +1,9 @@
 """The period map of a driveline with a parameter: the state n periods later, its gradient and slope.
 
 A GeneralFamily makes a system for every parameter value, of any driveline; its slope is a central difference of the
-map, its turning points are those of ``general_turns``. A CompiledFamily, for drivelines of laws and harmonics alone,
-makes columns of coefficients instead and follows one motion in compiled code (``compiled``): the same bits, and the
-exact slope, in a small part of the time.
+map, or where a touch is asked for that of the crossings that there are; its turning points are those of
+``general_turns``. A CompiledFamily, for drivelines of laws and harmonics alone, makes columns of coefficients instead
+and follows one motion in compiled code (``compiled``): the same bits, and the exact slope, in a small part of the time.
 
 Takes functions of the parameter, or of several values of it; gives Passes and slopes.
 """
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.kernels.variants import Coefficients, picked
 from gearrattle.engine.periodic.compiled import PeriodBatch
 from gearrattle.engine.periodic.course import Neighbours, Setting
-from gearrattle.engine.periodic.general_turns import direction_of, turns_of, with_slopes
+from gearrattle.engine.periodic.general_turns import direction_of, exact_slope, turns_of, with_slopes
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.periodic.touch import Touch, depth
 from gearrattle.engine.system.coordinates import relative_coordinates
@@ -147,6 +147,7 @@ class GeneralFamily(Family):
             with suppress(ConvergenceError):
                 beyond, located = depth(period_map, state, touch)
                 motion = replace(motion, approach=with_slopes(period_map, setting, motion, located, beyond))
+                slope = exact_slope(period_map, setting, motion)
         if turns_along is not None:
             change = direction_of(motion, slope, turns_along, (self.scale, self.unit), self.memories)
             turns = None if change is None else turns_of(period_map, setting, motion, change)

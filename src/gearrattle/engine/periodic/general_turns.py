@@ -141,6 +141,18 @@ def turns_of(period_map: PeriodMap, setting: Setting, motion: Pass, change: tupl
     return _Search(course, path, change[1], reaches(setting.flow.system)).turns()
 
 
+def exact_slope(period_map: PeriodMap, setting: Setting, motion: Pass) -> Array:
+    """Return (N,) d end / d p [SI] of a motion with the crossings that it has.
+
+    Near a touch, a difference is that of a motion with the touch and one without it. Parameters are those of
+    ``turns_of``.
+    """
+    pieces, y, path, _ = period_map.along(motion)
+    states = setting.flow.states
+    course = course_of(setting, (pieces, y), path, float(period_map.cycles), (np.zeros(states), 1.0))
+    return np.asarray(course.v[:states] / setting.sizes[:states])
+
+
 def with_slopes(period_map: PeriodMap, setting: Setting, motion: Pass, touch: Touch, beyond: float) -> Approach:
     """Return the approach of a touch with the slopes of its depth and of its instant by the state and by p.
 
