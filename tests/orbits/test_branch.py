@@ -150,7 +150,12 @@ def test_an_exception_from_progress_ends_the_work() -> None:
 
 @pytest.mark.parametrize(
     ("values", "words"),
-    [((0.3, 0.3), "two different values"), ((0.3,), "two values"), (("0.3 m", 1.0), "plain number")],
+    [
+        ((0.3, 0.3), "two different values"),
+        ((0.3, 0.3 * (1.0 + 1e-15)), "two different values"),
+        ((0.3,), "two values"),
+        (("0.3 m", 1.0), "plain number"),
+    ],
 )
 def test_a_range_without_sense_is_refused(values: Any, words: str) -> None:
     with pytest.raises(gr.ModelError, match=words):
@@ -160,8 +165,16 @@ def test_a_range_without_sense_is_refused(values: Any, words: str) -> None:
 def test_a_path_that_leads_nowhere_is_refused() -> None:
     with pytest.raises(gr.ModelError, match="no coupling is named gapp"):
         gr.continuation(oscillator(), "coupling.gapp.clearance", (0.5, 1.0))
-    with pytest.raises(gr.ModelError, match="greater than zero"):
-        gr.continuation(oscillator(), "excitation.frequency", (0.3, 1.6), step_limit=0.0)
+    with pytest.raises(gr.ModelError, match="cannot be followed: between two orders"):
+        gr.continuation(gr.example("rattle_oscillator"), "torque.0.harmonics.0.order", (1.0, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("limit", "words"), [(0.0, "greater than zero"), (True, "plain number"), ("0.1", "plain number")]
+)
+def test_a_step_limit_is_a_number_greater_than_zero(limit: Any, words: str) -> None:
+    with pytest.raises(gr.ModelError, match=f"step_limit: .*{words}"):
+        gr.continuation(oscillator(), "excitation.frequency", (0.3, 1.6), step_limit=limit)
 
 
 def test_an_orbit_or_event_that_is_not_there_is_refused() -> None:
@@ -169,6 +182,11 @@ def test_an_orbit_or_event_that_is_not_there_is_refused() -> None:
         over_frequency().orbit(10_000)
     with pytest.raises(gr.ModelError, match="6 events"):
         over_frequency().gradients(6)
+    for index in (1.5, "a", None, True):
+        with pytest.raises(gr.ModelError, match="whole number"):
+            over_frequency().orbit(index)  # type: ignore[arg-type]
+        with pytest.raises(gr.ModelError, match="whole number"):
+            over_frequency().gradients(index)  # type: ignore[arg-type]
 
 
 def test_a_range_may_end_where_the_model_does() -> None:

@@ -71,6 +71,8 @@ def continue_(
     output
         Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the tables on the terminal only.
     """
+    from gearrattle.orbits.ends import ends_of
+
     driveline = gearrattle.load(model)
     ends = _ends(over)
     if (second is None) != (second_range is None):
@@ -78,6 +80,7 @@ def continue_(
     if second is not None and rate is not None:
         raise ModelError(Problem("--rate", f'"{rate}"', "is no part of a map", "leave out --second or --rate"))
     second_ends = None if second_range is None else _ends(second_range, "--second-range")
+    ends_of(driveline, path, ends)  # before a limit of the same kind
     limit = None if step_limit is None else _limit(step_limit, path, driveline)
 
     def work(watch: Watch) -> Branch | MotionMap | RunUpJumps:
@@ -115,7 +118,11 @@ def _limit(text: str, path: str, model: Model) -> float:
     """Return the largest change [SI]."""
     from gearrattle.model.path_values import in_si
 
-    value = in_si(path, number_or_text(text), model)
+    try:
+        value = in_si(path, number_or_text(text), model)
+    except ModelError:
+        value = None
     if not isinstance(value, int | float) or not value > 0.0:
-        raise ModelError(Problem("--step-limit", f'"{text}"', "must be a value greater than zero"))
+        rule = f"must be a change of {path} greater than zero"
+        raise ModelError(Problem("--step-limit", f'"{text}"', rule, "a number in SI, or one with a unit"))
     return float(value)

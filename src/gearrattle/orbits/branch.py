@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,15 +19,14 @@ from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.system.coordinates import relative_coordinates
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ModelError
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import path_label
 from gearrattle.model.path_values import in_si
-from gearrattle.model.quantity import argument_problems
-from gearrattle.model.table import shown
+from gearrattle.model.quantity import Plain, Reader, argument_problems
 from gearrattle.orbits.boundary import boundary_of
 from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.ends import ends_of
+from gearrattle.orbits.ends import check_index, ends_of
 from gearrattle.orbits.family import family_of
 from gearrattle.orbits.find import periodic
 from gearrattle.orbits.further import branches_off, isolated_curves
@@ -303,8 +302,7 @@ class Branch(Result):
 
     def _located(self, event: int) -> tuple[Event, Continuation]:
         """An event by its row, and the Continuation of its branch."""
-        if not 0 <= event < len(self.events):
-            raise ModelError(Problem("event", shown(event), f"there are {counted(len(self.events), 'event')}"))
+        check_index("event", event, (0, len(self.events)))
         located = zip(self.curves, self.events_of_curves, strict=True)
         chosen, own = [(one, curve) for curve, events in located for one in events][event]
         return chosen, self._follower(own)
@@ -341,8 +339,7 @@ class Branch(Result):
         ModelError
             there is no such point.
         """
-        if not -len(self.points) <= i < len(self.points):
-            raise ModelError(Problem("point", shown(i), f"there are {counted(len(self.points), 'point')}"))
+        check_index("point", i, (-len(self.points), len(self.points)))
         return self.orbit_at(self.points[i], int(np.concatenate([[c.cycles] * len(c.points) for c in self.curves])[i]))
 
     def orbit_at(self, point: Point, cycles: int) -> Orbit:
@@ -422,7 +419,8 @@ def continuation(
     path
         of the value, such as "excitation.speed" or "mesh.gear.backlash".
     range
-        its ends, numbers in SI or strings with a unit; the branch begins at the first, which may be the larger.
+        its ends, numbers in SI or strings with a unit; the branch begins at the first, which may be the larger. What
+        happens exactly at an end is not among the events.
     start
         of the search for the motion at the first end, as of ``periodic``.
     cycles
@@ -457,13 +455,14 @@ def continuation(
     ['grazing', 'fold']
     """
     check_model(model)
-    if problems := argument_problems({"cycles": (CYCLES, cycles)}):
+    rules: dict[str, tuple[Reader, Any]] = {"cycles": (CYCLES, cycles)}
+    if step_limit is not None:
+        rules["step_limit"] = Plain("positive"), step_limit
+    if problems := argument_problems(rules):
         raise ModelError(problems)
     first, last = ends_of(model, path, range)
     base = model.with_({path: first})
     check_repeats(base)
-    if step_limit is not None and not (isinstance(step_limit, int | float) and 0.0 < step_limit < np.inf):
-        raise ModelError(Problem("step_limit", shown(step_limit), "must be a number greater than zero"))
     first_orbit = periodic(base, cycles, start)
     unit = abs(last - first)
     family = family_of(model, path, first, cycles, unit)

@@ -1,11 +1,12 @@
-"""The two ends of a range of a value of a model, as a user gives them.
+"""Arguments of calls about branches: the two ends of a range of a value, and the row of a point or an event.
 
-Takes a Model, a path and two values; gives numbers in SI.
+Takes what a user gives; gives numbers in SI, or refuses it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from numbers import Integral
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_values import in_si
 from gearrattle.model.table import shown
+from gearrattle.wording import counted
+
+_LEAST = 1e-9  # of the larger end: the ends must differ by more
 
 
 def ends_of(model: Model, path: str, ends: Sequence[float | str]) -> tuple[float, float]:
@@ -21,15 +25,34 @@ def ends_of(model: Model, path: str, ends: Sequence[float | str]) -> tuple[float
     Raises
     ------
     ModelError
-        the path leads nowhere, an end the model refuses, or ends that are the same.
+        the path leads nowhere or to an order, an end the model refuses, or ends that are the same.
     """
     if isinstance(ends, str) or not isinstance(ends, Sequence | np.ndarray) or len(ends) != 2:
         raise ModelError(Problem("range", shown(ends), "must be two values", "such as (100.0, 200.0)"))
     values = [in_si(path, end, model) for end in ends]
+    if path.rpartition(".")[2] == "order":
+        rule = "cannot be followed: between two orders there are others without a common period"
+        raise ModelError(Problem(path, "", rule, "follow another value of the model"))
     for value in values:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ModelError(Problem("range", shown(value), "what is followed must be a number"))
     first, last = map(float, values)
-    if first == last:
-        raise ModelError(Problem("range", shown(ends), "must be two different values"))
+    if abs(last - first) <= _LEAST * max(abs(first), abs(last)):
+        rule = f"must be two different values, by more than {_LEAST:g} of the larger one"
+        raise ModelError(Problem("range", shown(ends), rule))
     return first, last
+
+
+def check_index(name: str, index: object, ends: tuple[int, int]) -> None:
+    """Refuse an index that is no whole number from the first end up to, but not including, the last.
+
+    Raises
+    ------
+    ModelError
+        it is none.
+    """
+    first, count = ends
+    if isinstance(index, Integral) and not isinstance(index, bool) and first <= int(index) < count:
+        return
+    rule = f"must be a whole number: there are {counted(count, name)}"
+    raise ModelError(Problem(name, shown(index), rule))

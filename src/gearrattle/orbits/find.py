@@ -19,7 +19,7 @@ from gearrattle.orbits.every import every_orbit
 from gearrattle.orbits.family import is_compiled
 from gearrattle.orbits.orbit import ATTEMPTS, CYCLES, Orbit, linear_state, orbit_of, settled_state
 from gearrattle.orbits.returns import orbit_of_returns
-from gearrattle.orbits.state import Start, check_repeats, state_of
+from gearrattle.orbits.state import Start, check_inertias, check_repeats, state_of
 
 LINEAR = "linear"
 """A start: the motion that grows out of the rest as all harmonics grow from nothing to what they are."""
@@ -101,9 +101,10 @@ def periodic(
     period_map = PeriodMap(assemble(model).system, cycles)
     if start is None:
         return orbit_of(model, period_map, _settled(model, period_map))
-    if start == LINEAR:
+    if isinstance(start, str) and start == LINEAR:
         state = linear_state(period_map, state_of(model, period_map, "static"))
     elif isinstance(start, Orbit):
+        check_inertias(model, start.model, repr(start))
         state = start.motion.start
     else:
         state = state_of(model, period_map, start)

@@ -16,6 +16,7 @@ from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Initial, Model
+from gearrattle.model.table import shown
 from gearrattle.results import Run
 from gearrattle.simulation.simulate import Plan, prepare
 
@@ -60,18 +61,43 @@ def state_of(model: Model, period_map: PeriodMap, start: Start | None) -> State:
     """
     if isinstance(start, Run):
         return _end_of(model, period_map, start)
-    settings = {"initial": start, "algorithm": "exact"}
-    task = prepare(model, {key: value for key, value in settings.items() if value is not None}, audit=False).task
+    settings = {"algorithm": "exact"} if start is None else {"algorithm": "exact", "initial": start}
+    try:
+        task = prepare(model, settings, audit=False).task
+    except ModelError as error:
+        raise _about_start(error, start) from None
     return period_map.state_of(task.angle, task.velocity)
+
+
+def check_inertias(model: Model, other: Model, value: str) -> None:
+    """Refuse a motion of a model with other inertias as a start; ``value`` is how it is shown.
+
+    Raises
+    ------
+    ModelError
+        the names of the inertias differ.
+    """
+    names = [inertia.name for inertia in model.inertias]
+    if [inertia.name for inertia in other.inertias] != names:
+        rule = f"must be a motion of the same inertias, {', '.join(names)}"
+        raise ModelError(Problem("start", value, rule, "simulate this model"))
+
+
+def _about_start(error: ModelError, start: object) -> ModelError:
+    """The same error, about the argument and not about the model, where the start is no word or table for one."""
+    if start is None or isinstance(start, Mapping):
+        return error
+    is_own = [problem.place.endswith("simulation.initial") for problem in error.problems]
+    if not all(is_own):
+        return error
+    rule = 'must be "static", "zero", "linear", a run, an orbit, or angles and velocities of all inertias'
+    return ModelError(Problem("start", shown(start), rule, 'such as {"angle": [0.1], "velocity": [0.0]}'))
 
 
 def _end_of(model: Model, period_map: PeriodMap, run: Run) -> State:
     """The state in which a run ends."""
     trajectory, free = run.trajectory, free_of(model)
-    names = [inertia.name for inertia in model.inertias]
-    if [inertia.name for inertia in run.model.inertias] != names:
-        rule = f"must be a motion of the same inertias, {', '.join(names)}"
-        raise ModelError(Problem("start", repr(run), rule, "simulate this model"))
+    check_inertias(model, run.model, repr(run))
     state = period_map.state_of(trajectory.angle[-1, free], trajectory.velocity[-1, free])
     auxiliaries = trajectory.auxiliaries
     if auxiliaries is None:

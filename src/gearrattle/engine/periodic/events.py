@@ -263,9 +263,9 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: 
     def apart_by(point: Point) -> float:
         return time_between(point, other, view) if view(point) == one else -time_between(point, one, view)
 
-    yield replace(
-        _located(curve, before, after, PATTERN, apart_by), watch=patterns.watch_of(one[swaps[0]]), is_collision=False
-    )
+    i = swaps[0]
+    watch = min(patterns.watch_of(one[i]), patterns.watch_of(one[(i + 1) % len(one)]))  # whichever way it is passed
+    yield replace(_located(curve, before, after, PATTERN, apart_by), watch=watch, is_collision=False)
 
 
 def _known_grazing(before: Point, after: Point, view: View) -> tuple[Point, Touch] | None:
