@@ -141,25 +141,22 @@ def _events_of_parts(curve: Continuation, before: Point, after: Point, share: fl
 
 
 def _smooth_events(curve: Continuation, before: Point, after: Point, changes: list[Event]) -> list[Event]:
-    """The events of a step with a smooth test function; if need be up to its grazing and from there on.
+    """The events of a step with a smooth test function, up to its grazing and from there on.
 
     Raises
     ------
     ConvergenceError
         the branch cannot be followed in between.
     """
-    try:
+    grazing = changes[0].point if len(changes) == 1 and changes[0].kind == GRAZING else None
+    if grazing is None or not before.length < grazing.length < after.length:
         return list(_losses(curve, before, after))
-    except ConvergenceError:
-        if len(changes) != 1 or changes[0].kind != GRAZING:
-            raise
-    grazing = changes[0].point
     return [*_losses(curve, before, grazing), *_losses(curve, grazing, after)]
 
 
 def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]:
     """Yield the folds, doublings, breakings and Neimark-Sacker bifurcations between two points."""
-    hidden = _hidden_loss(curve, before, after)
+    hidden = _hidden_fold(curve, before, after) or _hidden_loss(curve, before, after)
     if hidden is not None:
         yield from _losses(curve, before, hidden)
         yield from _losses(curve, hidden, after)
@@ -181,6 +178,26 @@ def _changed(before: Point, after: Point) -> list[str]:
     if _pairs_crossed(before, after):
         kinds.append(NEIMARK_SACKER)
     return kinds
+
+
+def _hidden_fold(curve: Continuation, before: Point, after: Point) -> Point | None:
+    """A point at which the parameter goes the other way than at both ends of a step; None if there is none."""
+    for _ in range(_DEEPEST):
+        if not _goes_back(before, after):
+            return None
+        middle = curve.between(before, after, 0.5)
+        if _fold(middle) * _fold(before) < 0.0:
+            return middle
+        before, after = (before, middle) if _goes_back(before, middle) else (middle, after)
+    return None
+
+
+def _goes_back(before: Point, after: Point) -> bool:
+    """Whether the parameter goes one way at both ends of a step, and the other way in the middle of their cubic."""
+    first, last = _fold(before), _fold(after)
+    chord = after.w - before.w
+    middle = 1.5 * float(chord[-1]) / float(np.linalg.norm(chord)) - 0.25 * (first + last)
+    return first * last > 0.0 and first * middle < 0.0
 
 
 def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | None:
