@@ -17,7 +17,7 @@ import numpy as np
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, PATTERN, Event, changes_between, events_between
 from gearrattle.engine.periodic.grazing import COMPLIANT
-from gearrattle.engine.periodic.point import Point
+from gearrattle.engine.periodic.point import Point, halves_apart
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.edges import followed_through_families
 from gearrattle.orbits.orbit import is_stable
@@ -293,15 +293,7 @@ def _is_of(home: Home, point: Point) -> bool:
 
 def _has_equal_halves(point: Point) -> bool:
     """Whether both halves of a motion cross the same corners in the same order, at about the same instants."""
-    crossings = point.motion.crossings
-    half, odd = divmod(len(crossings.time), 2)
-    if odd:
-        return False
-    first, second = slice(None, half), slice(half, None)
-    same = [np.array_equal(part[first], part[second]) for part in (crossings.watch, crossings.upward)]
-    later = crossings.time[second] - crossings.time[first]
-    whole = point.motion.period * point.motion.cycles
-    return all(same) and bool(np.all(np.abs(later - 0.5 * whole) < _ABOUT * whole))
+    return halves_apart(point.motion) < _ABOUT or not len(point.motion.crossings.time)
 
 
 def _apart(home: Home, point: Point) -> float:

@@ -31,7 +31,7 @@ from gearrattle.engine.periodic.equations import Bordered
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.landing import first_step_beyond, grazing_ahead, landed
 from gearrattle.engine.periodic.period_map import State
-from gearrattle.engine.periodic.point import Point, appended, interpolated, turned_around
+from gearrattle.engine.periodic.point import Point, appended, halves_apart, interpolated, turned_around
 from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.periodic.turning import agreeing_step, rise_beyond
 from gearrattle.errors import ConvergenceError
@@ -55,6 +55,7 @@ _GROWTH, _LEAST_GROWTH = 4.0, 1.6  # of a step after one that was easy: at most;
 _SAFE = 0.9  # of the step up to which depths agree: the next one
 _LEAST_SHARE = 0.1  # of a step that was not taken: the next try, at least
 _FIRST = 0.1  # of the longest step
+_SAME_HALVES, _JOINED = 1e-9, 1e-3  # of the length of a motion, and of how far its halves were apart: they are the same
 _CLOSED = 1e-3  # of the longest step: a branch that passes its first point nearer than this is closed
 _SHORTER, _MOST_SHORTER, _DETOUR = 0.2, 100, 3.0  # steps to be sure of a step: its share, how many, their way at most
 _SAME = 1e-2  # of a step: shorter steps that pass its end nearer than this lead there
@@ -285,7 +286,8 @@ class Continuation:
             is_short, agreeing = step < _KINK, agreeing_step(point, following)
             if point.touch is not None and not is_short:
                 agreeing = min(agreeing, _RISE / rise_beyond(point, following))
-            if agreeing >= 1.0 and (_is_straight(point, following) or is_short) and self._is_allowed(point, following):
+            is_smooth = is_short or (_is_straight(point, following) and not self._joins_halves(point, following))
+            if agreeing >= 1.0 and is_smooth and self._is_allowed(point, following):
                 growth = _growth(point, following) if is_first and iterations <= _EASY else 1.0
                 growth = min(max(growth, _LEAST_GROWTH) if is_short else growth, max(_SAFE * agreeing, 1.0))
                 return appended(point, following), min(self._longest, growth * step)
@@ -341,6 +343,16 @@ class Continuation:
     def _is_allowed(self, point: Point, following: Point) -> bool:
         """Whether a step keeps its limit and its way."""
         return abs(following.w[-1] - point.w[-1]) <= self._step_limit and self._keeps_way(point, following)
+
+    def _joins_halves(self, point: Point, following: Point) -> bool:
+        """Whether both halves of a motion become the same over a step: it may lead to a branch of half as many periods.
+
+        Where such a branch is joined smoothly, a step leads past the joint, and halves differ again.
+        """
+        if self.family.cycles % 2:
+            return False
+        apart = halves_apart(following.motion)
+        return apart < min(_SAME_HALVES, _JOINED * halves_apart(point.motion))
 
     def _around_corner(self, point: Point) -> tuple[Point, float]:
         """The point beyond a corner of the branch, where its motions begin to touch something; and the next step.

@@ -101,6 +101,20 @@ def pattern_along(crossings: Passages) -> Pattern:
     return pairs_of(rotated(word_of(crossings)))
 
 
+def halves_apart(motion: Pass) -> float:
+    """Return by how much instants of the same crossings in both halves of a motion differ, over its length.
+
+    Infinite where the halves do not cross the same bounds in the same order, or cross none.
+    """
+    crossings = motion.crossings
+    half, odd = divmod(len(crossings.time), 2)
+    first, second = slice(None, half), slice(half, None)
+    if odd or not half or not all(np.array_equal(p[first], p[second]) for p in (crossings.watch, crossings.upward)):
+        return np.inf
+    whole = motion.period * motion.cycles
+    return float(np.abs(crossings.time[second] - crossings.time[first] - 0.5 * whole).max()) / whole
+
+
 def turned_around(point: Point) -> Point:
     """Return the point of the same branch passed in the other direction."""
     turns = point.motion.turns
