@@ -27,10 +27,14 @@ _VALUES = 7
 """Number of parameter values inside the range at which isolated branches are sought."""
 _STARTS = 24
 _SAME = 1e-6  # of the size of the state: motions nearer than this are the same
-_DISTANCES = (2e-2, 5e-3, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
+_SAME_BESIDE = 0.1  # of the distance from the motion of an event: those nearer than this are the same as well
+_DISTANCES = (2e-2, 5e-3, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 """Of the first point from the branch that is left, in units of w."""
 _FARTHEST = 3.0  # distances: a motion whose state is farther away is of another branch
-_LEAST, _MOST = 0.1, 0.7  # shares of the change of the parameter at half the distance
+_FLAT = 1e-8  # of w: a change of the parameter that does not matter
+_DEFECT = 0.01  # of the largest change: by so much a cubic may be off
+_TURNS_FROM = 0.1  # of the way from the event: a turning point of the cubic nearer to it may be rounding
+_ALONG = 1e-9  # cosine between a tangent and the direction in which a branch leaves that is rounding
 
 
 def isolated_curves(
@@ -164,7 +168,7 @@ def branches_off(
         else:
             leaving = _leaving(curve, event, 1.0, (1.0, -1.0))
         for j, first in enumerate(leaving):
-            if _is_known(follower, first, curve, [known, *further]):
+            if _is_known(follower, event, first, curve, [known, *further]):
                 continue
             branch = followed(
                 follower,
@@ -181,39 +185,66 @@ def branches_off(
     return further
 
 
-def _is_known(follower: Continuation, first: Point, single: Continuation, curves: Sequence[Curve]) -> bool:
-    """Whether a motion lies on a known branch, or repeats after half its periods already."""
+def _is_known(
+    follower: Continuation, event: Event, first: Point, single: Continuation, curves: Sequence[Curve]
+) -> bool:
+    """Whether a motion beside one of an event lies on a known branch, or repeats after half its periods already."""
     scale = first.scale
     size = max(first.size, float(np.linalg.norm(first.state * scale)))
+    away = first.size * float(np.linalg.norm(first.w[:-1] - event.point.w[:-1]))
+    least = min(_SAME * size, _SAME_BESIDE * away)
     states = [first.state]
     if follower is not single:
         later = single.family.map_at(first.parameter).later(first.motion.start).y
-        if np.linalg.norm((later - first.state) * scale) < _SAME * size:
+        if np.linalg.norm((later - first.state) * scale) < least:
             return True
         states.append(later)
     alike = [curve for curve in curves if curve.cycles == follower.family.cycles]
     points = _points_at(follower, alike, first.parameter)
-    return any(np.linalg.norm((p.state - state) * scale) < _SAME * size for p in points for state in states)
+    return any(np.linalg.norm((p.state - state) * scale) < least for p in points for state in states)
 
 
 def _leaving(curve: Continuation, event: Event, multiplier: float, signs: Sequence[float]) -> list[Point]:
     """First points of the branches that leave at an event, along the eigenvector of a multiplier, one for each sign.
 
-    The parameter changes with the square of the distance. So a motion at half of it must lie in between: Newton's
-    method may also find one of a branch that has nothing to do with the event.
+    Newton's method may also find a motion of a branch that has nothing to do with the event, or one beyond a fold. So
+    the motion at half the distance, and the tangents of both, must tell of the same curve from the event on.
     """
     values, vectors = np.linalg.eig(event.point.gradient)
     vector = vectors[:, np.argmin(np.abs(values - multiplier))].real
     points = []
     for sign in signs:
         for distance in _DISTANCES:
-            point, nearer = (_beside(curve, event, sign * vector, share * distance) for share in (1.0, 0.5))
-            if point is not None and nearer is not None:
-                far, near = (one.w[-1] - event.point.w[-1] for one in (point, nearer))
-                if abs(far) < distance or _LEAST * far**2 < near * far < _MOST * far**2:
-                    points.append(point)
-                    break
+            direction = sign * vector / np.linalg.norm(vector)
+            point, nearer = (_beside(curve, event, direction, share * distance) for share in (1.0, 0.5))
+            if point is not None and nearer is not None and _is_one_curve(event, direction, distance, nearer, point):
+                points.append(point)
+                break
     return points
+
+
+def _is_one_curve(event: Event, direction: Array, distance: float, nearer: Point, point: Point) -> bool:
+    """Whether two motions beside one of an event lie on a smooth curve from there that does not turn back.
+
+    Along the distance the parameter is a cubic, of which both motions tell the value and the slope, one number more
+    than it has. Where the period doubles the curve begins at a right angle to the parameter.
+    """
+    along = [float(one.tangent[:-1] @ direction) for one in (nearer, point)]
+    if min(map(abs, along)) < _ALONG:
+        return False
+    half, whole = (float(one.w[-1] - event.point.w[-1]) for one in (nearer, point))
+    slope_half, slope = (
+        distance * float(one.tangent[-1]) / part for one, part in zip((nearer, point), along, strict=True)
+    )
+    size = max(abs(half), abs(whole), abs(slope_half), abs(slope))
+    if size < _FLAT:
+        return True
+    linear, square, cube = np.linalg.solve([[1.0, 1.0, 1.0], [1.0, 2.0, 3.0], [0.5, 0.25, 0.125]], [whole, slope, half])
+    defects = [linear + square + 0.75 * cube - slope_half, linear if event.kind == DOUBLING else 0.0]
+    if max(map(abs, defects)) > max(_DEFECT * size, _FLAT):
+        return False
+    turns = np.roots([3.0 * cube, 2.0 * square, linear])
+    return not np.any((np.abs(turns.imag) == 0.0) & (turns.real > _TURNS_FROM) & (turns.real <= 1.0))
 
 
 def _beside(curve: Continuation, event: Event, direction: Array, distance: float) -> Point | None:

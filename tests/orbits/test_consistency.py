@@ -1,0 +1,171 @@
+"""What the points and events of a branch must agree on, whatever the driveline.
+
+A step without a fold goes one way: its events lie between the values at its ends. Where the value turns back there is a
+fold. Crossings appear and vanish in pairs, one for every grazing, and multipliers cross the circle at events alone.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.point import Point
+from gearrattle.orbits.branch import Branch
+from gearrattle.orbits.curve import Curve
+
+CIRCLE = 1e-5  # multipliers nearer to the circle than this are on it
+ROUNDING = 1e-10  # of the value
+SPEED = "excitation.speed"
+
+
+def contradictions(branch: Branch) -> list[str]:
+    """What is wrong with the steps of all branches."""
+    return [line for curve in branch.curves for line in contradictions_of(curve)]
+
+
+def contradictions_of(curve: Curve) -> list[str]:
+    lines = []
+    for before, after in curve.steps():
+        inside = events_in(curve, before, after)
+        lines += [
+            f"{before.parameter:.9g} to {after.parameter:.9g}: {line}" for line in wrong_in(before, after, inside)
+        ]
+    for first, middle, last in zip(curve.points, curve.points[1:], curve.points[2:], strict=False):
+        changes = middle.parameter - first.parameter, last.parameter - middle.parameter
+        turns = changes[0] * changes[1] < 0.0 and min(map(abs, changes)) > ROUNDING
+        if turns and FOLD not in [event.kind for event in events_in(curve, first, last)]:
+            lines.append(f"{middle.parameter:.9g}: the value turns back without a fold")
+    return lines
+
+
+def events_in(curve: Curve, first: Point, last: Point) -> list[Event]:
+    return [event for event in curve.events if first.length <= event.point.length <= last.length]
+
+
+def wrong_in(before: Point, after: Point, inside: list[Event]) -> list[str]:
+    """What is wrong with one step and its events."""
+    kinds, lines = [event.kind for event in inside], []
+    low, high = sorted((before.parameter, after.parameter))
+    tolerance = 1e-9 * max(1.0, abs(high))
+    values = [event.point.parameter for event in inside]
+    if FOLD not in kinds and not all(low - tolerance <= value <= high + tolerance for value in values):
+        lines.append(f"events at {values}")
+    change = len(after.motion.crossings.time) - len(before.motion.crossings.time)
+    if abs(change) > 2 * kinds.count(GRAZING):
+        lines.append(f"{change} crossings more with {kinds.count(GRAZING)} grazings")
+    near = [np.abs(np.abs(point.multipliers) - 1.0).min(initial=1.0) < CIRCLE for point in (before, after)]
+    if not any(near) and unstable(before) != unstable(after) and not set(kinds) - {GRAZING, "pattern"}:
+        lines.append(f"{unstable(before)} unstable directions, then {unstable(after)}")
+    return lines
+
+
+def unstable(point: Point) -> int:
+    return int(np.count_nonzero(np.abs(point.multipliers) > 1.0))
+
+
+def test_it_tells_of_what_is_wrong() -> None:
+    """A branch without its events contradicts itself."""
+    branch = gr.continuation(gr.example("backlash_oscillator"), SPEED, (1.2, 0.6))
+    assert contradictions(branch) == []
+    curve = branch.curves[0]
+    for kind in (FOLD, GRAZING):
+        fewer = Curve(1, curve.points, tuple(event for event in curve.events if event.kind != kind))
+        assert contradictions_of(fewer)
+
+
+def oscillator(mean: float, frequency: float) -> dict[str, Any]:
+    """A three-stage clutch on the ground under two harmonics."""
+    stages = [
+        {"stiffness": 0.3, "damping": 0.03, "until": 0.4},
+        {"stiffness": 1.5, "damping": 0.06, "until": 1.1},
+        {"stiffness": 3.8, "damping": 0.06},
+    ]
+    harmonics = [
+        {"order": 2, "amplitude": 0.75, "phase": 3.12},
+        {"order": 3, "amplitude": 2.4, "phase": 0.05},
+    ]
+    return {
+        "schema": 1,
+        "units": "dimensionless",
+        "inertia": [{"name": "body", "J": 1.84}],
+        "coupling": [{"name": "clutch", "between": ["body", "ground"], "stages": stages}],
+        "excitation": {"speed": frequency},
+        "torque": [{"on": "body", "mean": mean, "harmonics": harmonics}],
+    }
+
+
+@pytest.mark.slow
+def test_a_doubled_branch_that_folds_soon_after_it_leaves_has_its_fold() -> None:
+    """Its motions grow by 1e-3 of a unit up to a grazing, then fold; 2e-2 away it has turned back."""
+    model, tables = gr.Model.from_tables(oscillator(0.19, 1.75)), []
+    for limit in (None, 0.01):
+        branch = gr.continuation(model, SPEED, (2.28, 1.23), step_limit=limit)
+        assert contradictions(branch) == []
+        assert branch.notes == ()
+        tables.append(branch.events[branch.events["branch"] == 1])
+    assert tables[0]["kind"].tolist()[:3] == [GRAZING, FOLD, GRAZING]
+    assert tables[0]["kind"].tolist() == tables[1]["kind"].tolist()
+    np.testing.assert_allclose(tables[0]["value"], tables[1]["value"], rtol=0, atol=1e-8)
+    doubling = branch.events[branch.events["kind"] == DOUBLING].iloc[0]["value"]
+    assert doubling < tables[0]["value"].iloc[0] < tables[0]["value"].iloc[1]
+
+
+def drawn(seed: int) -> tuple[gr.Model, str, tuple[float, float]]:
+    """A driveline of one or two bodies with a staged clutch and sometimes a gap, and what varies over which range."""
+    generator = np.random.default_rng(seed)
+
+    def between(low: float, high: float) -> float:
+        return float(generator.uniform(low, high))
+
+    bodies = ["a", "b"][: 1 + seed % 2]
+    ends = [*bodies, "ground"]
+    widths = sorted(between(0.2, 1.3) for _ in range(2))
+    stiffness = np.cumsum([between(0.2, 1.0), between(0.5, 3.0), between(1.0, 4.0)])
+    stages = [{"stiffness": float(k), "damping": between(0.02, 0.2)} for k in stiffness]
+    clutch = {"name": "clutch", "between": ends[:2], "stages": [*stages]}
+    for stage, width in zip(stages, widths, strict=False):
+        stage["until"] = width
+    rest = {"stiffness": between(0.8, 3.0), "damping": between(0.1, 0.3), "clearance": between(0.6, 1.2)}
+    gaps = [{"name": "gap", "between": ends[1:], **rest}] if len(bodies) > 1 else []
+    orders = generator.choice([1, 2, 3], size=2, replace=False).tolist()
+    harmonics = [{"order": int(n), "amplitude": between(0.4, 2.4), "phase": between(0.0, 6.0)} for n in sorted(orders)]
+    speed = between(0.8, 2.4)
+    tables = {
+        "schema": 1,
+        "units": "dimensionless",
+        "inertia": [{"name": name, "J": between(0.8, 2.0), "drag": 0.01} for name in bodies],
+        "coupling": [clutch, *gaps],
+        "excitation": {"speed": speed},
+        "torque": [{"on": "a", "mean": between(0.0, 0.3), "harmonics": harmonics}],
+    }
+    paths = {
+        SPEED: (1.3 * speed, 0.7 * speed),
+        "torque.0.mean": (0.8, -0.05),
+        "torque.0.harmonics.0.amplitude": (0.1, 3.0),
+    }
+    path = list(paths)[seed % 3]
+    return gr.Model.from_tables(tables), path, paths[path]
+
+
+def test_a_change_of_the_pattern_has_one_name_whichever_way_it_is_passed() -> None:
+    model, path, ends = drawn(15)
+    there = gr.continuation(model, path, ends)
+    back = gr.continuation(model, path, ends[::-1], start=there.orbit(len(there.curves[0].points) - 1))
+    exchanges = [
+        table[(table["kind"] == "pattern") & (table["branch"] == 0)].sort_values("value")
+        for table in (there.events, back.events)
+    ]
+    assert len(exchanges[0]) == 6
+    np.testing.assert_allclose(exchanges[0]["value"], exchanges[1]["value"], rtol=0, atol=1e-8)
+    assert exchanges[0]["clearance"].tolist() == exchanges[1]["clearance"].tolist() == ["clutch"] * 6
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(40))
+def test_branches_of_random_drivelines_agree_with_themselves(seed: int) -> None:
+    model, path, ends = drawn(seed)
+    assert contradictions(gr.continuation(model, path, ends)) == []
