@@ -28,6 +28,7 @@ _CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they m
 _HALVES = 1e-5  # of the size of the state: halves of a motion that differ by less are the same
 _AT_HOME = 1e-9  # the same, where a motion is one of half as many periods: near a doubling halves are known less well
 _ABOUT = 1e-3  # of the periods of a motion: instants that differ by more are not the same
+_AT_JOINT = 1e-8  # arclength: what touches so near to where a branch joins another does so there, but for rounding
 _NEAR_HOME = 10.0  # steps: so near lies the period doubling at which a branch joins another one
 
 
@@ -259,7 +260,9 @@ def _arrival(
         raise ConvergenceError("both halves of its motions become the same where no period doubling is known")
     at_once = [event for event in home.events if event.point is nearest.point and event.kind in (GRAZING, DOUBLING)]
     ends = [shared_with(curve, event, before, is_end=True) for event in at_once]
-    return [*_touches(curve, before, ends[-1].point), *ends]
+    joint = ends[-1].point
+    touches = _touches(curve, before, joint)
+    return [*(touch for touch in touches if joint.length - touch.point.length > _AT_JOINT), *ends]
 
 
 def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: bool = False) -> Event:
