@@ -9,10 +9,12 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.family import CompiledFamily
+from gearrattle.engine.periodic.family import CompiledFamily, Family, GeneralFamily
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.solvers.choice import is_large
 from gearrattle.orbits.family import family_of, family_of_excitation
+from gearrattle.orbits.gradients import number_at
+from gearrattle.orbits.state import state_of
 
 pytestmark = pytest.mark.compiled  # without compiled kernels every family is a general one
 
@@ -61,7 +63,7 @@ def start(inertias: int) -> State:
     return State(np.concatenate([1e-3 * rng.standard_normal(deflections), 0.3 * rng.standard_normal(inertias)]))
 
 
-def differences(family: CompiledFamily, state: State, value: float, step: float) -> np.ndarray:
+def differences(family: Family, state: State, value: float, step: float) -> np.ndarray:
     """Central differences of the map, extrapolated twice by Richardson."""
 
     def difference(h: float) -> np.ndarray:
@@ -72,7 +74,7 @@ def differences(family: CompiledFamily, state: State, value: float, step: float)
     return (16.0 * second - first) / 15.0
 
 
-def assert_alike(family: CompiledFamily, one: np.ndarray, other: np.ndarray) -> None:
+def assert_alike(family: Family, one: np.ndarray, other: np.ndarray) -> None:
     size = np.linalg.norm(family.scale * other)
     assert np.linalg.norm(family.scale * (one - other)) < 1e-8 * size
 
@@ -116,3 +118,46 @@ def test_many_regions_are_followed_in_compiled_code() -> None:
     np.testing.assert_array_equal(motion.end.y, family.map_at(100.0).later(start(6)).y)
     assert len(set(motion.crossings.watch.tolist())) > 1
     assert_alike(family, slope, differences(family, start(6), 100.0, 0.02))
+
+
+EXAMPLES = {
+    "clutch_friction": ("excitation.speed", "inertia.flywheel.J"),
+    "dual_mass_flywheel": ("excitation.speed", "torque.0.mean"),
+    "alternating_mesh": ("excitation.speed", "torque.0.mean"),
+}
+"""Examples with memories, sliders and a clock, and some of their values."""
+
+
+@pytest.mark.parametrize(("name", "path"), [(name, path) for name, paths in EXAMPLES.items() for path in paths])
+def test_with_memories_and_alternation_too(name: str, path: str) -> None:
+    """The clutch slips and changes its stage 90 times in a period."""
+    model = gr.example(name)
+    value = number_at(model, "", path)
+    family = family_of(model, path, value, 1, abs(value))
+    assert isinstance(family, GeneralFamily)
+    period_map = family.map_at(value)
+    settled = period_map.later(state_of(model, period_map, "zero"), 3)
+    motion, slope = family.follow(settled, value)
+    assert len(motion.crossings.time) >= 2
+    assert_alike(family, slope, differences(family, settled, value, 2e-4 * abs(value)))
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_for_any_driveline_it_is_that_of_the_compiled_loop(path: str) -> None:
+    model, value = train(4, gaps=2), PATHS[path]
+    family = family_of(model, path, value, 1, 2.0 * value)
+    assert isinstance(family, CompiledFamily)
+    expected, slope = (one.follow(start(4), value)[1] for one in (family, family._general))
+    assert np.linalg.norm(family.scale * (slope - expected)) < 1e-9 * np.linalg.norm(family.scale * expected)
+
+
+def test_where_the_driveline_ends_the_difference_is_one_sided() -> None:
+    """A clearance closes at zero: beyond it there is no driveline, and at it one of another kind."""
+    path = "coupling.gap.clearance"
+    general = family_of(train(2), path, 0.006, 1, 0.006)._general  # type: ignore[attr-defined]
+    state, step = start(2), 1e-7
+    for value in (0.0, 1e-12):
+        slope = general.follow(state, value)[1]
+        ends = [general.map_at(value + step * k).later(state).y for k in range(3)]
+        expected = (-1.5 * ends[0] + 2.0 * ends[1] - 0.5 * ends[2]) / step
+        assert np.linalg.norm(general.scale * (slope - expected)) < 1e-4 * np.linalg.norm(general.scale * expected)

@@ -164,6 +164,20 @@ class Setting:
         return None if self.neighbours is None else np.asarray((both[1] - both[0]) / self.neighbours.distance)
 
 
+def is_alike(flow: Flow, other: Flow) -> bool:
+    """Return whether two drivelines differ in numbers alone."""
+    return _shape(flow) == _shape(other)
+
+
+def _shape(flow: Flow) -> tuple[object, ...]:
+    """What drivelines that differ in numbers alone have in common."""
+    system = flow.system
+    pieces = tuple(law.pieces for law in system.laws)
+    others = tuple((own.kind, own.element, len(own.lower)) for own in system.auxiliaries)
+    ticks = None if system.clock is None else tuple(system.clock.auxiliary.tolist())
+    return pieces, others, ticks, sizes_of(flow).size, system.clearances
+
+
 def sizes_of(flow: Flow) -> Array:
     """Return (Z,) scales of the entries of z: z = scale * SI, inputs of size one."""
     parts = flow.scaling.deflection, flow.scaling.velocity, flow.memory, flow.input_size, flow.chain

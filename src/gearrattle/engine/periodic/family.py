@@ -1,9 +1,9 @@
 """The period map of a driveline with a parameter: the state n periods later, its gradient and slope.
 
-A GeneralFamily makes a system for every parameter value, of any driveline; its slope is a central difference of the
-map, or where a touch is asked for that of the crossings that there are; its turning points are those of
-``general_turns``. A CompiledFamily, for drivelines of laws and harmonics alone, makes columns of coefficients instead
-and follows one motion in compiled code (``compiled``): the same bits, and the exact slope, in a small part of the time.
+A GeneralFamily makes a system for every parameter value, of any driveline; its slope is that of the motion's own
+crossings (``course``), its turning points are those of ``general_turns``. A CompiledFamily, for drivelines of laws and
+harmonics alone, makes columns of coefficients instead and follows one motion in compiled code (``compiled``): the same
+bits in a small part of the time.
 
 Takes functions of the parameter, or of several values of it; gives Passes and slopes.
 """
@@ -20,19 +20,18 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.variants import Coefficients, picked
 from gearrattle.engine.periodic.compiled import PeriodBatch
-from gearrattle.engine.periodic.course import Neighbours, Setting
+from gearrattle.engine.periodic.course import Neighbours, Setting, is_alike
 from gearrattle.engine.periodic.general_turns import direction_of, exact_slope, turns_of, with_slopes
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.periodic.touch import Touch, depth
 from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.engine.system.flow import Flow
 from gearrattle.engine.system.laid_out import system_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-DIFFERENCE = 1e-6
-"""Step of the central difference of the map, in the parameter's unit: truncation and rounding are about equal."""
 _SHARE, _LEAST = 1e-5, 1e-3
 """Step of the central difference of coefficients: a share of the parameter, which counts as at least so many units."""
 
@@ -129,30 +128,40 @@ class GeneralFamily(Family):
         self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | None = None
     ) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""
-        step = DIFFERENCE * self.unit
         period_map = self.map_at(parameter)
-        motion, sides = period_map(state), dict[float, tuple[PeriodMap, Array]]()
-        for side in (-step, step):
-            with suppress(ConvergenceError):
-                neighbour = self.map_at(parameter + side)
-                sides[side] = neighbour, neighbour.later(state).y
-        if not sides:
-            raise ConvergenceError(f"there is no driveline on either side of the parameter {parameter:.9g}")
-        if len(sides) < 2:  # beyond what the driveline may be: the difference is one-sided
-            sides[0.0] = period_map, motion.end.y
-        (low, (one, begin)), (high, (other, end)) = sorted(sides.items(), key=lambda side: side[0])
-        slope = (end - begin) / (high - low)
-        setting = Setting(period_map.flow, Neighbours(one.flow, other.flow, high - low))
+        motion, neighbours = period_map(state), self._neighbours(parameter)
+        alike = {side: one.flow for side, one in neighbours.items() if is_alike(one.flow, period_map.flow)}
+        if not alike:  # the driveline is of another kind: a gap that has closed
+            side, other = next(iter(neighbours.items()))
+            return motion, (other.later(state).y - motion.end.y) / side
+        setting = _setting(period_map.flow, alike)
+        slope = exact_slope(period_map, setting, motion)
         if touch is not None and touch.watch < self.clearances:
             with suppress(ConvergenceError):
                 beyond, located = depth(period_map, state, touch)
                 motion = replace(motion, approach=with_slopes(period_map, setting, motion, located, beyond))
-                slope = exact_slope(period_map, setting, motion)
         if turns_along is not None:
             change = direction_of(motion, slope, turns_along, (self.scale, self.unit), self.memories)
             turns = None if change is None else turns_of(period_map, setting, motion, change)
             motion = replace(motion, turns=turns)
         return motion, slope
+
+    def _neighbours(self, parameter: float) -> dict[float, PeriodMap]:
+        """The maps of drivelines beside one, by how far away they are; one of them, where there is none beyond it."""
+        step, neighbours = _step(parameter, self.unit), dict[float, PeriodMap]()
+        for side in (-step, step):
+            with suppress(ConvergenceError):
+                neighbours[side] = self.map_at(parameter + side)
+        if not neighbours:
+            raise ConvergenceError(f"there is no driveline on either side of the parameter {parameter:.9g}")
+        return neighbours
+
+
+def _setting(flow: Flow, alike: dict[float, Flow]) -> Setting:
+    """A driveline with those beside it that differ in numbers alone, by how far away they are."""
+    sides = {0.0: flow, **alike} if len(alike) == 1 else alike
+    low, high = min(sides), max(sides)
+    return Setting(flow, Neighbours(sides[low], sides[high], high - low))
 
 
 class CompiledFamily(Family):
@@ -189,7 +198,7 @@ class CompiledFamily(Family):
         self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | None = None
     ) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""
-        step = _SHARE * min(self.unit, max(abs(parameter), _LEAST * self.unit))
+        step = _step(parameter, self.unit)
         numbers, is_alike = self._coefficients_of(np.array([parameter - step, parameter + step, parameter]))
         if not is_alike.all():
             return self._general.follow(state, parameter, touch, turns_along)
@@ -204,3 +213,8 @@ class CompiledFamily(Family):
         period = float(numbers.period[-1, 0])
         passed = batch.passages(), period, self.cycles, batch.approach(period, step), batch.turns()
         return Pass(state, State(end), gradient, turned, *passed), slope / step
+
+
+def _step(parameter: float, unit: float) -> float:
+    """Half the distance of both neighbours of a parameter."""
+    return _SHARE * min(unit, max(abs(parameter), _LEAST * unit))
