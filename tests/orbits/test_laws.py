@@ -333,3 +333,20 @@ def test_every_motion_of_a_symmetric_driveline_has_its_mirror_image() -> None:
     assert all(orbit.notes == () for orbit in orbits)
     means = sorted(float(np.mean(orbit.run.data["deflection"].values[:-1])) for orbit in orbits)
     np.testing.assert_allclose(means, -np.array(means[::-1]), rtol=0, atol=1e-9)
+
+
+def test_where_every_free_vibration_repeats_the_branch_is_left() -> None:
+    """Without damping at half the natural frequency every motion does, however large."""
+    spring = {"name": "spring", "between": ["body", "ground"], "stiffness": 1.0}
+    tables = {
+        "schema": 1,
+        "units": "dimensionless",
+        "inertia": [{"name": "body", "J": 1.0}],
+        "coupling": [spring],
+        "excitation": {"speed": 0.5},
+        "torque": [{"on": "body", "mean": 0.1, "harmonics": [{"order": 1, "amplitude": 0.2}]}],
+    }
+    branch = gr.continuation(gr.Model.from_tables(tables), "excitation.speed", (0.5, 2.0))
+    assert len(branch.points) < 300
+    assert branch.events.empty
+    assert branch.notes == ("At 0.5 motions are one of a family that has no end in sight: a branch was left there.",)

@@ -25,6 +25,7 @@ from gearrattle.wording import counted
 
 _MOST_POINTS = 20_000
 _CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they must pass
+_ROUNDING = 1e-12  # of the parameter
 _HALVES = 1e-5  # of the size of the state: halves of a motion that differ by less are the same
 _AT_HOME = 1e-9  # the same, where a motion is one of half as many periods: near a doubling halves are known less well
 _ABOUT = 1e-3  # of the periods of a motion: instants that differ by more are not the same
@@ -182,6 +183,10 @@ def followed(
             if len(points) >= _MOST_POINTS or _creeps(points):
                 note = f"A branch was left after {counted(len(points), 'point')}."
                 break
+            if _stands(points):
+                value = f"{points[-1].parameter:.9g}"
+                note = f"At {value} motions are one of a family that has no end in sight: a branch was left there."
+                break
     except ConvergenceError as error:
         note = f"A branch ends inside the range: {error.message}."
     return Curve(curve.family.cycles, tuple(points), tuple(events), note, _kind(origin), tuple(unlocated))
@@ -236,6 +241,14 @@ def _touches(curve: Continuation, origin: Point, begin: Point) -> list[Event]:
 def _creeps(points: list[Point]) -> bool:
     """Whether the last points have come nowhere."""
     return len(points) > _CREEPING and points[-1].length - points[-1 - _CREEPING].length < _NOWHERE
+
+
+def _stands(points: list[Point]) -> bool:
+    """Whether over the last points the parameter has not changed but for rounding."""
+    if len(points) <= _CREEPING:
+        return False
+    values = np.array([point.parameter for point in points[-1 - _CREEPING :: _CREEPING // 10]])
+    return bool(np.ptp(values) <= _ROUNDING * np.abs(values).max())
 
 
 def _arrival(

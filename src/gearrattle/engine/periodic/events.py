@@ -58,6 +58,7 @@ _DEEPEST = 12  # halvings of a step that holds more than one change of the patte
 _NEAR = 0.02  # a multiplier whose distances from the circle add up to less may have been there in between
 _FARTHER = 2.0  # times the way between both ends that a multiplier may go in between
 _DEEP = 0.1  # of the values at both ends: an extremum above that is no sign of two zeros
+_UPRIGHT = 1e-12  # part of a tangent along the parameter that is rounding
 _ASIDE = 1e-8  # arclength from a jump of the gradient to the points on either side
 
 
@@ -173,6 +174,8 @@ def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]
 def _changed(before: Point, after: Point) -> list[str]:
     """The kinds of events whose test functions have different signs at two points."""
     kinds = [kind for kind in (FOLD, DOUBLING, BREAKING) if TESTS[kind](before) * TESTS[kind](after) < 0.0]
+    if FOLD in kinds and max(abs(_fold(before)), abs(_fold(after))) < _UPRIGHT:  # a family at one parameter
+        kinds.remove(FOLD)
     if FOLD in kinds and BREAKING in kinds:  # at a fold det(I - M) is zero as well
         kinds.remove(BREAKING)
     if _pairs_crossed(before, after):
