@@ -251,6 +251,13 @@ def _see(columns, first, z, values):
 
 
 @kernel
+def _copy_look(look, out):
+    for p in range(look.shape[0]):
+        for k in range(look.shape[1]):
+            out[p, k] = look[p, k]
+
+
+@kernel
 def _crosses(seen, k):
     """Whether a rate has another sign at the end of a step."""
     return (seen.begin[1, k] > 0.0) != (seen.end[1, k] > 0.0)
@@ -399,7 +406,7 @@ def write_turns(laws, clearances, regions, rates, steps, course, crossings, chan
         _begin_interval(course, i, change, now)
         for j in range(size):
             block[0, j] = now.z[j]
-        last[:] = table[0]
+        _copy_look(table[0], last)
         columns = looks.columns[slot]
         _see(columns, 0, now.z, seen[:one_look])
         if i > 0:
@@ -424,7 +431,7 @@ def write_turns(laws, clearances, regions, rates, steps, course, crossings, chan
                         part = i, k, piece, course.time[i] + at, end - at
                         _write_part(laws, rates, crossings, part, by, series, step, reach[k], turns, count)
                 if end == length or n + 1 == 2 ** (level - block_level):
-                    table[0] = table[n + 1]
+                    _copy_look(table[n + 1], table[0])
                     break
             begin += 0.5**block_level
             if begin < length:
