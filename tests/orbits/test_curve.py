@@ -168,3 +168,15 @@ def test_a_pair_that_leaves_the_unit_circle_comes_back_whatever_the_step(steps: 
         assert np.abs(pairs - 1.0).min() < 1e-3  # beside a grazing multipliers leap
     folds = [event.point.length for event in curve.events if event.kind == "fold"]
     assert 0.0 < folds[0] - crossings[1].point.length < 1e-4
+
+
+@pytest.mark.compiled
+def test_a_fold_beside_a_grazing_is_not_taken_for_a_crossing_of_branches() -> None:
+    """At 184.763138 rad/s the branch of case 1 turns by nearly half a turn; 1e-10 of arclength beyond it grazes."""
+    model = gr.example("case1")
+    state = gr.periodic(model.with_({"excitation.speed": 184.77})).motion.start
+    follower = Continuation(family_of(model, "excitation.speed", 184.77, 1, 1.5), longest=1.0 / 60.0)
+    curve = followed(follower, follower.begin(state, 184.77, upward=False), (184.76, 184.77))
+    kinds = [event.kind for event in curve.events if abs(event.point.parameter - 184.763138) < 1e-6]
+    assert kinds == ["fold", "grazing"]
+    assert is_consistent(curve)
