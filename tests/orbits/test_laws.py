@@ -349,4 +349,4 @@ def test_where_every_free_vibration_repeats_the_branch_is_left() -> None:
     branch = gr.continuation(gr.Model.from_tables(tables), "excitation.speed", (0.5, 2.0))
     assert len(branch.points) < 300
     assert branch.events.empty
-    assert branch.notes == ("At 0.5 motions are one of a family that has no end in sight: a branch was left there.",)
+    assert branch.notes == ("A branch was left at 0.5: its motions are one of a family that has no end in sight.",)

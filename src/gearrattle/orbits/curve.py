@@ -185,7 +185,7 @@ def followed(
                 break
             if _stands(points):
                 value = f"{points[-1].parameter:.9g}"
-                note = f"At {value} motions are one of a family that has no end in sight: a branch was left there."
+                note = f"A branch was left at {value}: its motions are one of a family that has no end in sight."
                 break
     except ConvergenceError as error:
         note = f"A branch ends inside the range: {error.message}."

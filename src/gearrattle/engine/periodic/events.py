@@ -199,7 +199,7 @@ def _goes_back(before: Point, after: Point) -> bool:
     """Whether the parameter goes one way at both ends of a step, and the other way in the middle of their cubic."""
     first, last = _fold(before), _fold(after)
     chord = after.w - before.w
-    middle = 1.5 * float(chord[-1]) / float(np.linalg.norm(chord)) - 0.25 * (first + last)
+    middle = 1.5 * float(chord[-1]) - 0.25 * (first + last) * float(np.linalg.norm(chord))
     return first * last > 0.0 and first * middle < 0.0
 
 
