@@ -30,6 +30,7 @@ _HALVES = 1e-5  # of the size of the state: halves of a motion that differ by le
 _AT_HOME = 1e-9  # the same, where a motion is one of half as many periods: near a doubling halves are known less well
 _ABOUT = 1e-3  # of the periods of a motion: instants that differ by more are not the same
 _AT_JOINT = 1e-8  # arclength: what touches so near to where a branch joins another does so there, but for rounding
+_NEAR_JOINT = 1e-3  # of w: so near to a period doubling a fold at which halves become the same is that one
 _NEAR_HOME = 10.0  # steps: so near lies the period doubling at which a branch joins another one
 
 
@@ -261,21 +262,41 @@ def _arrival(
     """
     for i, event in enumerate(ahead):
         if event.kind == FOLD and _apart(home, event.point) < _HALVES:
-            return [*ahead[:i], replace(event, kind=DOUBLING)]
+            return [*ahead[:i], _joint(curve, home, before, event)]
         if event.grazing is not None and event.grazing.kind != COMPLIANT and _apart(home, after) < _HALVES:
             return [*ahead[: i + 1], Event(DOUBLING, event.point, is_collision=True)]
     if not _is_of(home, after):
         return None
-    doublings = [event for event in home.events if event.kind == DOUBLING]
-    nearest = min(doublings, key=lambda event: float(np.linalg.norm(event.point.w - before.w)), default=None)
-    step = float(np.linalg.norm(after.w - before.w))
-    if nearest is None or np.linalg.norm(nearest.point.w - before.w) > _NEAR_HOME * step:
+    nearest, distance = _nearest_doubling(home, before)
+    if nearest is None or distance > _NEAR_HOME * float(np.linalg.norm(after.w - before.w)):
         raise ConvergenceError("both halves of its motions become the same where no period doubling is known")
     at_once = [event for event in home.events if event.point is nearest.point and event.kind in (GRAZING, DOUBLING)]
     ends = [shared_with(curve, event, before, is_end=True) for event in at_once]
     joint = ends[-1].point
     touches = _touches(curve, before, joint)
     return [*(touch for touch in touches if joint.length - touch.point.length > _AT_JOINT), *ends]
+
+
+def _nearest_doubling(home: Home, point: Point) -> tuple[Event | None, float]:
+    """The period doubling of the branch that was left that is nearest to a point, and how near [w]."""
+    distances = [
+        (float(np.linalg.norm(event.point.w - point.w)), i)
+        for i, event in enumerate(home.events)
+        if event.kind == DOUBLING
+    ]
+    distance, nearest = min(distances, default=(np.inf, -1))
+    return (home.events[nearest] if distances else None), distance
+
+
+def _joint(curve: Continuation, home: Home, before: Point, fold: Event) -> Event:
+    """The period doubling at which a branch joins the one that it has left in a fold.
+
+    There both branches cross, and the other one tells better where: its own equations are regular.
+    """
+    nearest, distance = _nearest_doubling(home, fold.point)
+    if nearest is None or distance > _NEAR_JOINT:
+        return replace(fold, kind=DOUBLING)
+    return shared_with(curve, nearest, before, is_end=True)
 
 
 def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: bool = False) -> Event:
