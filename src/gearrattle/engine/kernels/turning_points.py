@@ -7,7 +7,7 @@ The direction is that in which the motion goes on to repeat, or to end as far fr
 The perturbation v that begins with it obeys v' = A v + B z dp and is carried along with z. So the depth of a turning
 point (``approaches``) changes by w v, and its instant by -w v' over the second derivative of w z.
 
-Rates are looked at in steps of less than a radian of the fastest mode; between two looks a deflection is a Taylor
+Rates are looked at in steps of about half a radian of the fastest mode; between two looks a deflection is a Taylor
 series. Where a rate keeps its sign but comes nearest to zero, its series tells whether there are two turning points or
 none. There two of them may appear: such a *dip* is kept, by the distance of the rate beyond zero. A rate may also come
 nearest to zero at a crossing, where its derivative jumps.
@@ -27,7 +27,7 @@ from gearrattle.engine.kernels.arrays import Array3, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.dense import factorise, substitute
 from gearrattle.engine.kernels.levels import bend_of, slope_of, turn_between, value_of
 
-_COARSER, _ORDER = 6, 17  # levels from the finest step to that between two looks; terms of its series, to below 1e-14
+_COARSER, _ORDER = 5, 15  # levels from the finest step to that between two looks; terms of its series, to below 1e-16
 _BLOCK = 4  # levels: 16 looks are taken from one state
 CLEARANCE, UPWARD, TURN_TIME, TURN_DEPTH, TURN_SLOPE, TURN_TIME_SLOPE, LEVEL, LEVEL_SLOPE, TURN_COLUMNS = range(9)
 """Columns of ``Map.turns``, and how many: instants and their slopes in periods, slopes along the direction.

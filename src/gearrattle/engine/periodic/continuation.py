@@ -351,8 +351,8 @@ class Continuation:
         """
         if self.family.cycles % 2:
             return False
-        apart = halves_apart(following.motion)
-        return apart < min(_SAME_HALVES, _JOINED * halves_apart(point.motion))
+        before, after = halves_apart(point.motion), halves_apart(following.motion)
+        return after < _SAME_HALVES < before and after < _JOINED * before
 
     def _around_corner(self, point: Point) -> tuple[Point, float]:
         """The point beyond a corner of the branch, where its motions begin to touch something; and the next step.
