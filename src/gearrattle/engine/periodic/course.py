@@ -76,10 +76,10 @@ class Setting:
     flow
         of the driveline.
     neighbours
-        of the parameter; None: it does not change.
+        of the parameter.
     """
 
-    def __init__(self, flow: Flow, neighbours: Neighbours | None) -> None:
+    def __init__(self, flow: Flow, neighbours: Neighbours) -> None:
         self.flow, self.neighbours = flow, neighbours
         self.sizes = sizes_of(flow)
         self._regions: dict[Pieces, Region] = {}
@@ -94,16 +94,15 @@ class Setting:
         if pieces not in self._regions:
             rates = self.flow.generator(pieces)
             shift = self._difference([self._rates_of(flow, pieces) for flow in self._flows])
-            self._regions[pieces] = Region(rates, np.zeros_like(rates) if shift is None else shift)
+            self._regions[pieces] = Region(rates, shift)
         return self._regions[pieces]
 
     @cached_property
     def deflections(self) -> tuple[Array, Array]:
         """(K, Z) rows of the deflections of the clearances, and how they change with p."""
         chosen = list(self.flow.system.clearances)
-        rows = self.flow.deflection[chosen]
         shift = self._difference([flow.deflection[chosen] * self._ratio(flow) for flow in self._flows])
-        return rows, np.zeros_like(rows) if shift is None else shift
+        return self.flow.deflection[chosen], shift
 
     @cached_property
     def corners(self) -> list[tuple[Array, Array]]:
@@ -111,8 +110,7 @@ class Setting:
         both = []
         for k in self.flow.system.clearances:
             own, *others = (np.stack([f.system.laws[k].lower, f.system.laws[k].upper]) for f in self._all)
-            shift = self._difference([np.where(np.isfinite(own), other, 0.0) for other in others])
-            both.append((own, np.zeros_like(own) if shift is None else shift))
+            both.append((own, self._difference([np.where(np.isfinite(own), other, 0.0) for other in others])))
         return both
 
     def bound(self, pieces: Pieces, watch: int, upward: int) -> Bound:
@@ -120,15 +118,12 @@ class Setting:
         rows = [_row_of(flow, pieces, watch) for flow in self._all]
         bounds = np.array([_bound_of(flow, pieces, watch, upward) for flow in self._all])
         shift = self._difference([row * self._ratio(f) for row, f in zip(rows[1:], self._flows, strict=True)])
-        moved = self._difference([np.array(bound) for bound in bounds[1:]]) if np.isfinite(bounds[0]) else None
-        row_shift = np.zeros_like(rows[0]) if shift is None else shift
-        return Bound(rows[0], row_shift, float(bounds[0]), 0.0 if moved is None else float(moved))
+        moved = float(self._difference(bounds[1:])) if np.isfinite(bounds[0]) else 0.0
+        return Bound(rows[0], shift, float(bounds[0]), moved)
 
     def known_shift(self, pieces: Pieces) -> Array:
         """Return (S,) how memories that are known change with p, in scales of z."""
-        own = self.flow.known(pieces)
-        shift = self._difference([flow.known(pieces) / flow.memory * self.flow.memory for flow in self._flows])
-        return np.zeros_like(own) if shift is None else shift
+        return self._difference([flow.known(pieces) / flow.memory * self.flow.memory for flow in self._flows])
 
     def tick_shift(self, auxiliary: int, time: float) -> float:
         """Return how the instant of a change by the clock moves with p [periods]."""
@@ -139,14 +134,13 @@ class Setting:
                 return 0.0
             ticks.append(clock.time[clock.auxiliary == auxiliary] / period)
         apart = np.abs(np.remainder(time - ticks[0] + 0.5, 1.0) - 0.5)
-        if not apart.size or apart.min() > _SAME_TICK or len({tick.size for tick in ticks}) > 1:
+        if not apart.size or apart.min() > _SAME_TICK:
             return 0.0
-        shift = self._difference([tick[[int(np.argmin(apart))]] for tick in ticks[1:]])
-        return 0.0 if shift is None else float(shift[0])
+        return float(self._difference([tick[int(np.argmin(apart))] for tick in ticks[1:]]))
 
     @property
     def _flows(self) -> tuple[Flow, ...]:
-        return () if self.neighbours is None else self.neighbours[:2]
+        return self.neighbours[:2]
 
     @property
     def _all(self) -> tuple[Flow, ...]:
@@ -160,8 +154,8 @@ class Setting:
         ratio = self._ratio(flow)
         return np.asarray(flow.generator(pieces) * ratio / ratio[:, None])
 
-    def _difference(self, both: Sequence[Array]) -> Array | None:
-        return None if self.neighbours is None else np.asarray((both[1] - both[0]) / self.neighbours.distance)
+    def _difference(self, both: Sequence[Array] | Array) -> Array:
+        return np.asarray((both[1] - both[0]) / self.neighbours.distance)
 
 
 def is_alike(flow: Flow, other: Flow) -> bool:
