@@ -291,12 +291,15 @@ def _nearest_doubling(home: Home, point: Point) -> tuple[Event | None, float]:
 def _joint(curve: Continuation, home: Home, before: Point, fold: Event) -> Event:
     """The period doubling at which a branch joins the one that it has left in a fold.
 
-    There both branches cross, and the other one tells better where: its own equations are regular.
+    There both branches cross, and the other one tells better where: its own equations are regular. Not where it grazes
+    in between.
     """
     nearest, distance = _nearest_doubling(home, fold.point)
-    if nearest is None or distance > _NEAR_JOINT:
-        return replace(fold, kind=DOUBLING)
-    return shared_with(curve, nearest, before, is_end=True)
+    if nearest is not None and distance < _NEAR_JOINT:
+        joint = shared_with(curve, nearest, before, is_end=True)
+        if joint.point.word == fold.point.word:
+            return joint
+    return replace(fold, kind=DOUBLING)
 
 
 def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: bool = False) -> Event:
