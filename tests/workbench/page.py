@@ -18,6 +18,7 @@ from tests.workbench.server import Server
 
 _ENDS = ExitStack()
 _PATIENCE = 30_000  # milliseconds until what a test expects must be there: other tests may take both cores
+_BETWEEN = 100  # milliseconds between two looks at where a mark is
 
 
 @cache
@@ -84,6 +85,23 @@ def fill(tab: Any, label: str, value: str) -> None:
     field.fill(value)
     field.press("Enter")
     waits(tab, f"text.includes({value!r})")
+
+
+def boxes_of(*marks: Any) -> list[dict[str, float]]:
+    """Return where marks are once two looks agree: a drawing that changes replaces its marks, or moves them."""
+    before: list[dict[str, float] | None] = []
+    for _ in range(_PATIENCE // _BETWEEN):
+        boxes = [mark.bounding_box() for mark in marks]
+        if None not in boxes and boxes == before:
+            return boxes
+        before = boxes
+        marks[0].page.wait_for_timeout(_BETWEEN)
+    raise AssertionError(f"not drawn at rest within {_PATIENCE // 1000} s: {marks}")
+
+
+def middle_of(box: dict[str, float]) -> tuple[float, float]:
+    """Return the middle of a box of the screen."""
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
 def selected(tab: Any, key: str) -> Any:

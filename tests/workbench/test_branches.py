@@ -20,7 +20,7 @@ from tests.orbits.test_branch import over_frequency
 from tests.report.examples import result
 from tests.studies import oscillator
 from tests.workbench.jobs import client, make_job
-from tests.workbench.page import opened_page, violations
+from tests.workbench.page import boxes_of, opened_page, violations
 from tests.workbench.server import Server
 
 pytestmark = pytest.mark.slow
@@ -106,7 +106,7 @@ def _pixel(tab: Any, chart: dict[str, Any], value: float, level: float) -> tuple
     heights = np.concatenate([np.frombuffer(b64decode(line["y"]["f8"]), "<f8") for line in panel["lines"]])
     low, high = np.nanmin(heights), np.nanmax(heights)
     room = 0.06 * (high - low)
-    box = tab.locator(".gr-beside .gr-canvas").first.bounding_box()
+    (box,) = boxes_of(tab.locator(".gr-beside .gr-canvas").first)
     width, height = box["width"] - 66 - 14, box["height"] - 24 - 38
     across = (value - panel["x_range"][0]) / (panel["x_range"][1] - panel["x_range"][0])
     up = (level - low + room) / (high - low + 2.0 * room)

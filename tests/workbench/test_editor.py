@@ -12,7 +12,7 @@ import gearrattle as gr
 from gearrattle.model.components import COMPONENTS
 from gearrattle.workbench.shelf import TABLES, shelf
 from tests.browser import MARKS
-from tests.workbench.page import fill, name_it, opened_page, selected, text_of, waits
+from tests.workbench.page import boxes_of, fill, middle_of, name_it, opened_page, selected, text_of, waits
 from tests.workbench.server import Server
 
 pytest.importorskip("uvicorn")
@@ -80,13 +80,12 @@ def test_a_driveline_of_four_bodies_from_nothing_by_keys_and_clicks(tab: Any, se
 
 def test_a_connection_is_drawn_by_the_pointer_and_by_keys(tab: Any) -> None:
     opened(tab, "case3")
-    bodies = [tab.locator(f'[data-key="inertia.{k}"] .gr-disc').first for k in (0, 2)]
-    first, second = (body.bounding_box() for body in bodies)
     selected(tab, "inertia.0")
-    handle = tab.locator('[data-handle="0"] circle').first.bounding_box()
-    tab.mouse.move(handle["x"] + handle["width"] / 2, handle["y"] + handle["height"] / 2)
+    bodies = [tab.locator(f'[data-key="inertia.{k}"] .gr-disc').first for k in (0, 2)]
+    first, second, handle = boxes_of(*bodies, tab.locator('[data-handle="0"] circle').first)
+    tab.mouse.move(*middle_of(handle))
     tab.mouse.down()
-    tab.mouse.move(second["x"] + second["width"] / 2, second["y"] + second["height"] / 2, steps=6)
+    tab.mouse.move(*middle_of(second), steps=6)
     tab.mouse.up()
     tab.get_by_role("dialog").get_by_role("button", name="Coupling").click()
     waits(tab, 'text.includes(\'between = ["flywheel", "input_gear"]\')')
@@ -257,6 +256,28 @@ def test_a_file_that_this_tab_has_not_read_is_not_written_over(tab: Any, server:
     assert server.client.get("/api/files/there.toml").text == "schema = 1"
 
 
+def test_a_body_stays_under_the_pointer_while_the_window_and_the_model_change(tab: Any) -> None:
+    opened(tab, "case3")
+    disc = tab.locator('[data-key="inertia.1"] .gr-disc').first
+    ((across, down),) = map(middle_of, boxes_of(disc))
+    tab.mouse.move(across, down)
+    tab.mouse.down()
+    tab.mouse.move(across + 10, down + 20, steps=4)
+    tab.locator(".toml-area").evaluate(
+        """(area) => {
+          area.value = area.value.replace('hub', 'plate').replaceAll('"hub"', '"plate"');
+          area.dispatchEvent(new Event("input", { bubbles: true }));
+        }"""
+    )
+    tab.locator(".gr-driveline").evaluate("(frame) => { frame.style.height = '300px'; }")
+    tab.wait_for_timeout(3000)
+    tab.mouse.move(across + 20, down + 40, steps=4)
+    assert middle_of(*boxes_of(disc)) == pytest.approx((across + 20, down + 40), abs=4)
+    playwright.expect(tab.locator('[data-key="inertia.1"]')).not_to_contain_text("plate")
+    tab.mouse.up()
+    playwright.expect(tab.locator('[data-key="inertia.1"]')).to_contain_text("plate")
+
+
 def test_a_body_of_fifty_is_dragged_and_stays_over_a_reload(tab: Any) -> None:
     bodies = "".join(f'[[inertia]]\nname = "b{k}"\nJ = 0.01\n\n' for k in range(50))
     links = "".join(
@@ -265,20 +286,23 @@ def test_a_body_of_fifty_is_dragged_and_stays_over_a_reload(tab: Any) -> None:
     )
     tab.locator(".toml-area").fill(f'schema = 1\n\n{bodies}{links}[excitation]\nspeed = "800 rpm"\n')
     playwright.expect(tab.locator(".gr-node")).to_have_count(50)
-    box, neighbour = (tab.locator(f'[data-key="inertia.{number}"] .gr-disc').bounding_box for number in (25, 24))
-    first = (box()["x"] - neighbour()["x"], box()["y"] - neighbour()["y"])
-    middle = (box()["x"] + box()["width"] / 2, box()["y"] + box()["height"] / 2)
-    tab.mouse.move(*middle)
+    discs = [tab.locator(f'[data-key="inertia.{number}"] .gr-disc') for number in (25, 24)]
+    box, neighbour = boxes_of(*discs)
+    first = (box["x"] - neighbour["x"], box["y"] - neighbour["y"])
+    across, down = middle_of(box)
+    tab.mouse.move(across, down)
     tab.mouse.down()
-    tab.mouse.move(middle[0] + 40, middle[1] + 30, steps=20)
+    tab.mouse.move(across + 40, down + 30, steps=20)
     tab.mouse.up()
-    assert box()["x"] - neighbour()["x"] - first[0] == pytest.approx(40, abs=4)
-    assert box()["y"] - neighbour()["y"] - first[1] == pytest.approx(30, abs=4)
+    box, neighbour = boxes_of(*discs)
+    assert box["x"] - neighbour["x"] - first[0] == pytest.approx(40, abs=4)
+    assert box["y"] - neighbour["y"] - first[1] == pytest.approx(30, abs=4)
     tab.wait_for_function("() => 'b25' in JSON.parse(localStorage.getItem('gearrattle.draft')).positions")
     stored_position = "() => JSON.parse(localStorage.getItem('gearrattle.draft')).positions.b25"
     kept = tab.evaluate(stored_position)
     tab.reload()
     playwright.expect(tab.locator(".gr-node")).to_have_count(50)
     assert tab.evaluate(stored_position) == kept
-    ratio = (box()["y"] - neighbour()["y"]) / (box()["x"] - neighbour()["x"])
+    box, neighbour = boxes_of(*discs)
+    ratio = (box["y"] - neighbour["y"]) / (box["x"] - neighbour["x"])
     assert ratio == pytest.approx((first[1] + 30) / (first[0] + 40), abs=0.1)  # it may be drawn at another scale

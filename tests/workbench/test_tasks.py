@@ -14,7 +14,7 @@ import pytest
 
 import gearrattle as gr
 from tests.browser import MARKS
-from tests.workbench.page import fill, name_it, opened_page, selected, text_of, waits
+from tests.workbench.page import boxes_of, fill, name_it, opened_page, selected, text_of, waits
 from tests.workbench.server import Server
 
 pytest.importorskip("uvicorn")
@@ -115,7 +115,7 @@ def test_a_map_fills_while_it_is_computed_and_a_click_opens_its_case(tab: Any, s
     drawn = so_far.locator(".gr-tabpanel canvas").first
     expect(drawn).to_be_visible()
     assert server.state(job)["state"] == "running"
-    box = drawn.bounding_box()
+    (box,) = boxes_of(drawn)
     drawn.click(position={"x": 0.5 * box["width"], "y": 0.5 * box["height"]})
     tab.wait_for_url(f"**/#/studies?job={job}*")
     expect(tab.get_by_role("heading", name="The case of the map")).to_be_visible()

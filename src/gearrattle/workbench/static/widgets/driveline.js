@@ -28,7 +28,8 @@ function beside(p, a, b) {
 
 function render({ model, el }) {
   const get = (name, fallback) => model.get(name) ?? fallback;
-  const state = { at: [], nodes: new Map(), links: [], view: null, isMine: false, connecting: null, drag: null, focus: "" };
+  const EMPTY = { bodies: [], links: [], axles: [], loads: [] };
+  const state = { drawing: EMPTY, at: [], nodes: new Map(), links: [], view: null, scale: 1, isMine: false, connecting: null, drag: null, isLate: false, focus: "" };
   const marks = svg("g", {}), rubber = svg("path", { class: "gr-rubber" });
   const hint = document.createElement("p");
   hint.className = "gr-driveline-hint";
@@ -50,7 +51,7 @@ function render({ model, el }) {
   frame.append(sheet, buttons, hint);
   el.append(frame);
 
-  const drawing = () => get("drawing", { bodies: [], links: [], axles: [], loads: [] });
+  const drawing = () => state.drawing;
   const say = (words) => { hint.textContent = words; };
   const ask = (question) => { if (get("editable", false)) model.send(question); };
 
@@ -99,6 +100,7 @@ function render({ model, el }) {
   // ---- drawing
 
   function draw() {
+    state.drawing = get("drawing", EMPTY);
     settle();
     const seen = new Map();
     const { bodies, links, axles, loads } = drawing();
@@ -215,7 +217,16 @@ function render({ model, el }) {
 
   function show(view) {
     state.view = view;
+    state.scale = view.w / (sheet.clientWidth || 800);
     sheet.setAttribute("viewBox", `${view.x} ${view.y} ${view.w} ${view.h}`);
+  }
+
+  // Another size of the sheet shows the whole driveline again, or the part that the user looks at or holds, as large as before.
+  function resized() {
+    const isHeld = state.isMine || Boolean(state.drag);
+    if (!isHeld) fit();
+    else if (sheet.clientWidth) show({ ...state.view, w: state.scale * sheet.clientWidth, h: state.scale * sheet.clientHeight });
+    state.isLate ||= Boolean(state.drag);
   }
 
   function zoom(factor, centre) {
@@ -381,6 +392,11 @@ function render({ model, el }) {
     const drag = state.drag, at = placeOf(event);
     state.drag = null;
     if (!drag) return;
+    drop(event, drag, at);
+    catchUp();
+  }
+
+  function drop(event, drag, at) {
     if (drag.kind === "connect") {
       mark(null);
       const isFar = Math.hypot(at.x - drag.at.x, at.y - drag.at.y) > 12, target = under(event, at);
@@ -400,27 +416,32 @@ function render({ model, el }) {
     zoom(Math.exp(-event.deltaY / 400), placeOf(event));
   }
 
+  // While the pointer holds a part nothing moves under it: what changes in the meantime is drawn when it lets go.
   function redraw() {
+    if (state.drag) { state.isLate = true; return; }
+    state.isLate = false;
     const focused = marks.contains(document.activeElement) ? document.activeElement.dataset.key : "";
     draw();
     if (focused && state.nodes.has(focused)) focusOn(focused);
   }
 
+  const catchUp = () => { if (state.isLate) redraw(); };
+
   sheet.addEventListener("pointerdown", down);
   sheet.addEventListener("pointermove", dragged);
   sheet.addEventListener("pointerup", up);
-  sheet.addEventListener("pointercancel", () => { state.drag = null; });
+  sheet.addEventListener("pointercancel", () => { state.drag = null; catchUp(); });
   sheet.addEventListener("dblclick", (event) => { const node = event.target.closest("[data-key]"); if (node) ask({ ask: "rename", path: node.dataset.key }); });
   sheet.addEventListener("wheel", wheel, { passive: false });
   sheet.addEventListener("keydown", pressed);
   sheet.addEventListener("focusin", (event) => { const key = event.target.closest?.("[data-key]")?.dataset.key; if (key) { state.focus = key; rove(key); } });
   const names = ["drawing", "selected", "positions", "regimes", "problems", "editable"];
   for (const name of names) model.on(`change:${name}`, redraw);
-  const lost = () => { if (state.connecting !== null && drawing().bodies[state.connecting]?.name !== state.origin) end(); };
+  const lost = () => { if (state.connecting !== null && get("drawing", EMPTY).bodies[state.connecting]?.name !== state.origin) end(); };
   model.on("change:drawing", lost);
   const shown = (message) => { if (message?.focus) focusOn(message.focus); };
   model.on("msg:custom", shown);
-  const sized = new ResizeObserver(() => { if (!state.isMine) fit(); });
+  const sized = new ResizeObserver(resized);
   sized.observe(sheet);
   draw();
   return () => {
