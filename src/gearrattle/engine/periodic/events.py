@@ -56,6 +56,8 @@ REAL = 1e-9
 """A multiplier with a smaller imaginary part is real but for rounding."""
 _DEEPEST = 12  # halvings of a step that holds more than one change of the pattern
 _NEAR = 0.02  # a multiplier whose distances from the circle add up to less may have been there in between
+_CHECKS = 6  # searches for one zero
+_ROUGHER = 10.0  # times as far off as the motion at a zero: the sign at a trial is checked
 _FARTHER = 2.0  # times the way between both ends that a multiplier may go in between
 _DEEP = 0.1  # of the values at both ends: an extremum above that is no sign of two zeros
 _UPRIGHT = 1e-12  # part of a tangent along the parameter that is rounding
@@ -167,7 +169,7 @@ def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]
             yield _located(curve, before, after, kind, TESTS[kind])
             continue
         event = _located(curve, before, after, kind, _neimark_sacker(before))
-        if abs(_pair_size(event.point)) < _NEAR:  # else two real ones have left through -1
+        if _has_pair_on_circle(event.point):  # else two real ones have left through -1
             yield event
 
 
@@ -246,6 +248,7 @@ def _located(curve: Continuation, before: Point, after: Point, kind: str, test: 
     """The event where a test function changes its sign."""
     stretch = Stretch(curve, before, after)
     sides: dict[float, float] = {0.0: test(before), 1.0: test(after)}
+    errors = {0.0: 0.0, 1.0: 0.0}
 
     def value(share: float) -> float:
         if share in sides:
@@ -253,13 +256,24 @@ def _located(curve: Continuation, before: Point, after: Point, kind: str, test: 
         point = stretch.at(share, is_trial=True)
         value = test(point)
         nearest = min(abs(other - share) for other, at_other in sides.items() if at_other * value <= 0.0)
-        sides[share] = value
+        sides[share], errors[share] = value, point.error
         return value if nearest * stretch.distance > point.error else 0.0  # nearer than the motion itself is known
 
-    share = float(brentq(value, 0.0, 1.0, xtol=stretch.located, rtol=1e-14))
+    for _ in range(_CHECKS):
+        share = float(brentq(value, 0.0, 1.0, xtol=stretch.located, rtol=1e-14))
+        point = stretch.at(share)
+        other = _other_side(sides, share, test(point))
+        if errors[other] <= _ROUGHER * point.error:
+            break
+        sides[other], errors[other] = test(stretch.at(other)), 0.0  # a trial so far, whose sign may be wrong
     nearest = [sides[other] for other in sorted(sides, key=lambda other: abs(other - share))[:4]]
     jumps = kind in TESTS and min(map(abs, nearest)) > _JUMP and min(nearest) < 0.0 < max(nearest)
-    return Event(kind, stretch.at(share), is_collision=jumps)
+    return Event(kind, point, is_collision=jumps)
+
+
+def _other_side(sides: dict[float, float], share: float, value: float) -> float:
+    """The nearest share at which a test function has another sign than the value at this one."""
+    return min((other for other, at_other in sides.items() if at_other * value <= 0.0), key=lambda o: abs(o - share))
 
 
 def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: View) -> Iterator[Event]:
@@ -326,6 +340,12 @@ def _breaking(point: Point) -> float:
 def _pair_size(point: Point) -> float:
     """Modulus of the complex pair nearest to the unit circle, less 1; -1 without one."""
     return abs(_nearest_pair(point)[0]) - 1.0
+
+
+def _has_pair_on_circle(point: Point) -> bool:
+    """Whether it is a complex pair that crosses the circle; beside a grazing it leaps, and is not just on it."""
+    real = point.multipliers[np.abs(point.multipliers.imag) <= REAL].real
+    return min(_nearest_pair(point)[1], _NEAR) < float(np.abs(1.0 + real).min(initial=np.inf))
 
 
 def _outside(point: Point) -> tuple[int, int, int]:

@@ -1,8 +1,9 @@
 """The stretch of a branch between two points that follow one another, and the motions that are followed on it.
 
-Every motion of the stretch lies in a plane at right angles to its chord, as in ``Continuation.between``. It is
-predicted by the cubic through the two nearest motions known. So the nearer an event is enclosed, the fewer iterations a
-motion takes: in the end one, whose change is below what matters.
+Every motion of the stretch lies in a plane at right angles to its chord, as in ``Continuation.between``. Where the
+branch turns back in a corner such planes miss it or meet it twice; there they are at right angles to the sum of the
+tangents at both ends. A motion is predicted by the cubic through the two nearest motions known. So the nearer an event
+is enclosed, the fewer iterations a motion takes: in the end one, whose change is below what matters.
 
 Takes a Continuation and two of its Points; gives Points between them.
 """
@@ -23,7 +24,8 @@ Array = NDArray[np.float64]
 
 _LOCATED = 1e-13  # of the way between two points, and of arclength
 _SLACK = 0.1  # change of w that a trial may be off by, over the square of the distance to the nearest motion known
-_LEAST_ALONG = 0.1  # cosine between chord and tangent from which a prediction goes along the tangent
+_LEAST_ALONG = 0.02  # cosine between normal and tangent from which a prediction goes along the tangent
+_TURNED_BACK = -0.1  # cosine between chord and tangent below which the branch has turned back
 _CLOSER = 0.25  # of the way between two motions: by so much their cubic may be moved along to the plane
 _SAME = 1e-9  # change of w below which a motion is the same
 _FARTHEST = 2.0  # distances between both nearest motions: up to there the cubic through them is better than a tangent
@@ -52,7 +54,7 @@ class Stretch:
         self._known: list[tuple[float, Point]] = [(0.0, before), (1.0, after)]
         self.distance = float(np.linalg.norm(after.w - before.w))
         self.located = min(0.1, _LOCATED * max(1.0, 1.0 / (after.length - before.length)))
-        self._chord = (after.w - before.w) / self.distance
+        self._normal = _normal_between(before, after)
 
     def at(
         self,
@@ -85,7 +87,7 @@ class Stretch:
         nearest, point = known[0]
         predicted = self._predicted(share, known)
         slack = _SLACK * (self.distance * (share - nearest)) ** 2 if is_trial else 0.0
-        following = self._curve.near(predicted, self._chord, point, slack=slack, touch=touch)
+        following = self._curve.near(predicted, self._normal, point, slack=slack, touch=touch)
         length = self.before.length + share * (self.after.length - self.before.length)
         following = replace(self._in_order(following), length=length)
         self._known.append((share, following))
@@ -110,11 +112,20 @@ class Stretch:
         w, apart = point.w, abs(known[1][0] - nearest) if len(known) > 1 else 0.0
         if apart > 0.0 and abs(share - nearest) <= _FARTHEST * apart:
             (low, lower), (high, upper) = sorted(known[:2], key=lambda one: one[0])
-            own, length = (share - low) / (high - low), float(self._chord @ (upper.w - lower.w))
+            own, length = (share - low) / (high - low), float(self._normal @ (upper.w - lower.w))
             w = interpolated(lower, upper, own)
-            change = float(self._chord @ (target - w))
+            change = float(self._normal @ (target - w))
             if abs(change) < _CLOSER * length:
                 w = interpolated(lower, upper, own + change / length)
-        along = float(self._chord @ point.tangent)
-        way = point.tangent / along if along > _LEAST_ALONG else self._chord  # at a corner of the branch
-        return np.asarray(w + float(self._chord @ (target - w)) * way)
+        along = float(self._normal @ point.tangent)
+        way = point.tangent / along if along > _LEAST_ALONG else self._normal  # at a corner of the branch
+        return np.asarray(w + float(self._normal @ (target - w)) * way)
+
+
+def _normal_between(before: Point, after: Point) -> Array:
+    """(N + 1,) the direction along which a branch goes on from one point to the other."""
+    chord = after.w - before.w
+    tangents = before.tangent, after.tangent
+    if min(float(chord @ tangent) for tangent in tangents) < _TURNED_BACK * float(np.linalg.norm(chord)):
+        chord = before.tangent + after.tangent
+    return np.asarray(chord / np.linalg.norm(chord))
