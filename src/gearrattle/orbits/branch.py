@@ -26,8 +26,8 @@ from gearrattle.model.path_values import in_si
 from gearrattle.model.quantity import Plain, Reader, argument_problems
 from gearrattle.orbits.boundary import boundary_of
 from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.ends import check_index, ends_of
-from gearrattle.orbits.family import family_of
+from gearrattle.orbits.ends import check_index, ends_of, unit_of
+from gearrattle.orbits.family import family_of, follower_over
 from gearrattle.orbits.find import periodic
 from gearrattle.orbits.further import branches_off, isolated_curves
 from gearrattle.orbits.gradients import check_kind, gradients_of, scatter_of
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _COLUMNS = ("branch", "kind", "value", "point", "clearance", "collision", "grazing", "root")
-_POINTS = 60.0  # steps at least along the range, unless the step is limited
 
 
 @dataclass(frozen=True)
@@ -387,8 +386,7 @@ class Branch(Result):
     def _follower(self, curve: Curve) -> Continuation:
         """The Continuation of a branch, in the units of its points."""
         first = curve.points[0]
-        span = abs(self.range[1] - self.range[0])
-        family = family_of(self.model, self.path, first.parameter, curve.cycles, span)
+        family = family_of(self.model, self.path, first.parameter, curve.cycles, unit_of(self.range))
         return Continuation(family, units=(first.scale, first.size))
 
 
@@ -464,9 +462,7 @@ def continuation(
     base = model.with_({path: first})
     check_repeats(base)
     first_orbit = periodic(base, cycles, start)
-    unit = abs(last - first)
-    family = family_of(model, path, first, cycles, unit)
-    curve = Continuation(family, longest=1.0 / _POINTS, step_limit=step_limit)
+    curve = follower_over(model, path, (first, last), cycles, first=first, step_limit=step_limit)
     start_point = curve.begin(first_orbit.motion.start, first, upward=last > first)
     ascending = min(first, last), max(first, last)
     has_doubled = 2 * cycles <= CYCLES.most
@@ -485,9 +481,7 @@ def continuation(
         curves += isolated_curves(curve, ascending, curves, progress=part_of(work, 1, parts), so_far=tell)
         tell([])
     if has_doubled:
-        doubled = Continuation(
-            family_of(model, path, first, 2 * cycles, unit), longest=1.0 / _POINTS, step_limit=step_limit
-        )
+        doubled = follower_over(model, path, (first, last), 2 * cycles, first=first, step_limit=step_limit)
         last_part, known = part_of(work, parts - 1, parts), tuple(curves)
         for i, one in enumerate(known):
             part = part_of(last_part, i, len(known))

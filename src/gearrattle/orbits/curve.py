@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, PATTERN, Event, changes_between, events_between
+from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, Event, changes_between, events_between
 from gearrattle.engine.periodic.grazing import COMPLIANT
 from gearrattle.engine.periodic.point import Point, halves_apart
 from gearrattle.errors import ConvergenceError
@@ -31,6 +31,7 @@ _AT_HOME = 1e-9  # the same, where a motion is one of half as many periods: near
 _ABOUT = 1e-3  # of the periods of a motion: instants that differ by more are not the same
 _AT_JOINT = 1e-8  # arclength: what touches so near to where a branch joins another does so there, but for rounding
 _NEAR_JOINT = 1e-3  # of w: so near to a period doubling a fold at which halves become the same is that one
+_IN_JUMP = 1e-8  # of w: so near to a jump of the gradient a branch that goes no further has come to it
 _NEAR_HOME = 10.0  # steps: so near lies the period doubling at which a branch joins another one
 
 
@@ -165,7 +166,7 @@ def followed(
     unlocated: list[Unlocated] = []
     if origin is not None:
         begin = replace(begin, length=float(np.linalg.norm(begin.w - origin.point.w)))
-        points, events = [origin.point, begin], _touches(curve, origin.point, begin)
+        points, events = [origin.point, begin], _beside_joint(curve, origin.point, begin)
     try:
         for point, known in followed_through_families(curve, begin, ends):
             passed, ahead, left = _passed(curve, home, points[-1], point) if known is None else ([point], [*known], [])
@@ -189,7 +190,12 @@ def followed(
                 note = f"A branch was left at {value}: its motions are one of a family that has no end in sight."
                 break
     except ConvergenceError as error:
-        note = f"A branch ends inside the range: {error.message}."
+        last = None if home is None else _arrival_in_jump(curve, home, points[-1])
+        if last is None:
+            note = f"A branch ends inside the range: {error.message}."
+        else:
+            events += last
+            points.append(last[-1].point)
     return Curve(curve.family.cycles, tuple(points), tuple(events), note, _kind(origin), tuple(unlocated))
 
 
@@ -229,13 +235,13 @@ def _located(
     return points, events, unlocated
 
 
-def _touches(curve: Continuation, origin: Point, begin: Point) -> list[Event]:
-    """Grazings and changes of the pattern between the first two points of a branch that leaves another one.
+def _beside_joint(curve: Continuation, before: Point, after: Point) -> list[Event]:
+    """The events between two points of a branch at one of which it leaves or joins another one.
 
-    At the first of them det(I - M) is zero, so the test functions of other events say nothing.
+    There det(I - M) is zero and the tangent that of a chord, so nothing is said of folds and symmetry breaking.
     """
     with suppress(ConvergenceError):
-        return [event for event in events_between(curve, origin, begin) if event.kind in (GRAZING, PATTERN)]
+        return [event for event in events_between(curve, before, after) if event.kind not in (FOLD, BREAKING)]
     return []
 
 
@@ -270,11 +276,29 @@ def _arrival(
     nearest, distance = _nearest_doubling(home, before)
     if nearest is None or distance > _NEAR_HOME * float(np.linalg.norm(after.w - before.w)):
         raise ConvergenceError("both halves of its motions become the same where no period doubling is known")
-    at_once = [event for event in home.events if event.point is nearest.point and event.kind in (GRAZING, DOUBLING)]
-    ends = [shared_with(curve, event, before, is_end=True) for event in at_once]
-    joint = ends[-1].point
-    touches = _touches(curve, before, joint)
-    return [*(touch for touch in touches if joint.length - touch.point.length > _AT_JOINT), *ends]
+    ends = _shared_end(curve, home, before, nearest)
+    events = _beside_joint(curve, before, ends[-1].point)
+    if len(ends) > 1:  # what touches there is named by the other branch
+        last = ends[-1].point.length - _AT_JOINT
+        events = [event for event in events if event.kind != GRAZING or event.point.length < last]
+    return [*events, *ends]
+
+
+def _arrival_in_jump(curve: Continuation, home: Home, point: Point) -> list[Event] | None:
+    """The events where a branch comes to a jump of the gradient in which the one that it has left doubles its period.
+
+    Beyond there is the other branch alone, in a direction that need not be ahead. None: the branch is not there.
+    """
+    nearest, distance = _nearest_doubling(home, point)
+    if nearest is None or not nearest.is_collision or distance > _IN_JUMP:
+        return None
+    return _shared_end(curve, home, point, nearest)
+
+
+def _shared_end(curve: Continuation, home: Home, before: Point, doubling: Event) -> list[Event]:
+    """A period doubling of the branch that was left, and what grazes with it, as the end of the one that joins it."""
+    at_once = [event for event in home.events if event.point is doubling.point and event.kind in (GRAZING, DOUBLING)]
+    return [shared_with(curve, event, before, is_end=True) for event in at_once]
 
 
 def _nearest_doubling(home: Home, point: Point) -> tuple[Event | None, float]:

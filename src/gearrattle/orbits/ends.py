@@ -16,6 +16,7 @@ from gearrattle.model.path_values import in_si
 from gearrattle.model.table import shown
 from gearrattle.wording import counted
 
+_WIDTHS = 1e3  # of a range: the unit of its value is no larger
 _LEAST = 1e-9  # of the larger end: the ends must differ by more
 
 
@@ -41,6 +42,17 @@ def ends_of(model: Model, path: str, ends: Sequence[float | str]) -> tuple[float
         rule = f"must be two different values, by more than {_LEAST:g} of the larger one"
         raise ModelError(Problem("range", shown(ends), rule))
     return first, last
+
+
+def unit_of(ends: Sequence[float]) -> float:
+    """Return the scale of a value between two ends [SI]: as much as the larger end, and the width.
+
+    The unit of a narrow range is not its width: along a branch the value would count far more than the state, and its
+    folds would be sharper than motions are known.
+    """
+    first, last = ends
+    width = abs(last - first)
+    return max(width, min(abs(first), _WIDTHS * width), min(abs(last), _WIDTHS * width))
 
 
 def check_index(name: str, index: object, ends: tuple[int, int]) -> None:

@@ -1,10 +1,11 @@
-"""The period map of a model as a function of one of its values.
+"""The period map of a model as a function of one of its values, and what follows its motions over a range.
 
-Takes a Model and a path; gives a Family of the engine.
+Takes a Model and a path; gives a Family and a Continuation of the engine.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble
 from gearrattle.assembly.variants import bound_of, coefficients, repeated
 from gearrattle.engine.kernels.variants import Coefficients
+from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.family import CompiledFamily, Family, GeneralFamily
 from gearrattle.engine.solvers.choice import MANY_INERTIAS, is_large_for_periods
 from gearrattle.engine.solvers.many import is_supported
@@ -20,11 +22,38 @@ from gearrattle.engine.system.laid_out import coefficients_of as coefficients_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model
+from gearrattle.orbits.ends import unit_of
 
 Array = NDArray[np.float64]
 
+_POINTS = 60.0  # steps at least along a range
 _TOGETHER = 3  # drivelines whose coefficients are asked for at once: one and two beside it
 _HARMONICS = ("torque_sine", "torque_cosine", "error_sine", "error_cosine")
+
+
+def follower_over(
+    model: Model, path: str, ends: Sequence[float], cycles: int, *, first: float, step_limit: float | None = None
+) -> Continuation:
+    """Return what follows motions of a model over a range of the value at a path.
+
+    Parameters
+    ----------
+    model
+        the driveline.
+    path
+        of the value that varies.
+    ends
+        of its range [SI].
+    cycles
+        periods that a motion lasts.
+    first
+        one of the values [SI].
+    step_limit
+        largest change of the value in a step [SI]; None: that of an even spacing.
+    """
+    unit, even = unit_of(ends), abs(ends[1] - ends[0]) / _POINTS
+    family = family_of(model, path, first, cycles, unit)
+    return Continuation(family, longest=1.0 / _POINTS, step_limit=min(even, step_limit or even))
 
 
 def family_of(model: Model, path: str, first: float, cycles: int, unit: float) -> Family:

@@ -28,7 +28,7 @@ _VALUES = 7
 _STARTS = 24
 _SAME = 1e-6  # of the size of the state: motions nearer than this are the same
 _SAME_BESIDE = 0.1  # of the distance from the motion of an event: those nearer than this are the same as well
-_DISTANCES = (2e-2, 5e-3, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+_DISTANCES = (2e-2, 5e-3, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 """Of the first point from the branch that is left, in units of w."""
 _FARTHEST = 3.0  # distances: a motion whose state is farther away is of another branch
 _FLAT = 1e-8  # of w: a change of the parameter that does not matter

@@ -19,12 +19,11 @@ from gearrattle.engine.periodic.period_map import State
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.family import family_of
+from gearrattle.orbits.family import follower_over
 from gearrattle.orbits.further import branches_off, isolated_curves
 from gearrattle.orbits.orbit import CYCLES
 from gearrattle.orbits.search import Known
 
-_LONGEST = 1.0 / 60.0  # step, of the range
 _MOST_POINTS = 400  # over the second value, from one row to the next
 
 
@@ -53,13 +52,13 @@ class Plane:
 
     def follower(self, second: float, cycles: int) -> Continuation:
         """Return what follows motions over the first value."""
-        model, span = self.model.with_({self.second: second}), self.ends[1] - self.ends[0]
-        return Continuation(family_of(model, self.path, self.ends[0], cycles, span), longest=_LONGEST)
+        model = self.model.with_({self.second: second})
+        return follower_over(model, self.path, self.ends, cycles, first=self.ends[0])
 
     def follower_across(self, first: float, second: float) -> Continuation:
         """Return what follows motions over the second value."""
-        model, span = self.model.with_({self.path: first}), self.second_ends[1] - self.second_ends[0]
-        return Continuation(family_of(model, self.second, second, self.cycles, span), longest=_LONGEST)
+        model = self.model.with_({self.path: first})
+        return follower_over(model, self.second, self.second_ends, self.cycles, first=second)
 
 
 @dataclass(frozen=True)
