@@ -4,44 +4,54 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import cosh, hypot, sinh
+from math import cosh, hypot, sinh, sqrt
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, events_between
+from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, PATTERN, events_between
 from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.period_map import Pass, State
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.system.passages import Passages
 
 Mapped = Callable[[np.ndarray, float], tuple[np.ndarray, np.ndarray, np.ndarray]]
+Crossed = Callable[[float], list[tuple[float, int, int, float]]]
 
 SHARP, TIP = 0.1, 1e-10
 """Tangent of half the angle between both legs of a fold, and the parameter at its tip."""
 
 
 class Written(Family):
-    """A map that is written down: of the state and the parameter, the state later, its gradient and its slope."""
+    """A map that is written down.
 
-    def __init__(self, mapped: Mapped, states: int) -> None:
-        self.mapped = mapped
+    Of the state and the parameter: the state later, its gradient and its slope. Of the parameter: the crossings, each
+    its time, what it crosses, whether upward, and its velocity.
+    """
+
+    def __init__(self, mapped: Mapped, states: int, crossed: Crossed = lambda _: []) -> None:
+        self.mapped, self.crossed = mapped, crossed
         self.scale, self.size, self.cycles, self.unit = np.ones(states), 1.0, 1, 1.0
         self.clearances = self.memories = 0
 
-    def map_at(self, parameter: float) -> PeriodMap:
-        raise NotImplementedError
+    def map_at(self, parameter: float) -> Any:
+        del parameter
+        return SimpleNamespace(system=SimpleNamespace(clearances=(), auxiliaries=3 * [SimpleNamespace(kind="slider")]))
 
     def follow(
         self, state: State, parameter: float, touch: Touch | None = None, turns_along: np.ndarray | None = None
     ) -> tuple[Pass, np.ndarray]:
         del touch, turns_along
         later, gradient, slope = self.mapped(state.y, parameter)
-        nothing = np.zeros(0)
-        crossings = Passages(nothing, nothing.astype(np.int64), nothing.astype(np.int64), nothing, np.zeros((0, 0)))
-        return Pass(state, State(later), gradient, nothing, crossings, 1.0, 1), slope
+        rows = sorted(self.crossed(parameter))
+        times, watches, ups, velocities = np.array(rows).reshape(-1, 4).T
+        indices = watches.astype(np.int64), ups.astype(np.int64)
+        crossings = Passages(times, *indices, velocities, np.zeros((len(rows), 0)))
+        return Pass(state, State(later), gradient, np.zeros(0), crossings, 1.0, 1), slope
 
 
 def point_at(family: Family, state: list[float], parameter: float, *, upward: bool) -> Point:
@@ -88,3 +98,26 @@ def test_a_multiplier_that_is_steep_beside_the_branch_is_located_on_it(steepness
     (event,) = events_between(Continuation(family), before, after)
     assert event.kind == DOUBLING
     assert event.point.parameter == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_grazing_between_two_exchanges_that_cancel_is_not_taken_for_one_of_them() -> None:
+    """From 0.5 to 0.7 two elements cross in the other order; at 0.6 a third one begins to slip."""
+
+    def mapped(state: np.ndarray, parameter: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return 0.5 * (state + parameter), np.array([[0.5]]), np.array([0.5])
+
+    def crossed(parameter: float) -> list[tuple[float, int, int, float]]:
+        second = 0.3 + (parameter - 0.5) * (parameter - 0.7)
+        rows = [(0.3, 0, 1, 1.0), (0.8, 0, 0, -1.0), (second, 1, 1, 1.0), (0.9, 1, 0, -1.0)]
+        if parameter > 0.6:
+            root = sqrt(parameter - 0.6)
+            rows += [(0.6 - 0.1 * root, 2, 1, root), (0.6 + 0.1 * root, 2, 0, -root)]
+        return rows
+
+    family = Written(mapped, 1, crossed)
+    before, after = (point_at(family, [p], p, upward=True) for p in (0.45, 0.76))
+    after = replace(after, length=float(np.linalg.norm(after.w - before.w)))
+    events = events_between(Continuation(family), before, after)
+    assert [event.kind for event in events] == [PATTERN, GRAZING, PATTERN]
+    assert [event.point.parameter for event in events] == pytest.approx([0.5, 0.6, 0.7], abs=1e-9)
+    assert events[1].watch == 2

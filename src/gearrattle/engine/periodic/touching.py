@@ -70,7 +70,7 @@ class Search:
         self._stretch, self._view = Stretch(curve, before, after), view
         self._inner, self._outer = (1.0, 0.0) if is_after else (0.0, 1.0)
         apart, touching = (before, after) if is_after else (after, before)
-        self._fewer, self._nearest = view(apart), apart
+        self._fewer, self._more, self._nearest = view(apart), view(touching), apart
         velocity, touch = touch_between(apart, touching, view)
         self._velocities, self._touch = [(self._inner, velocity)], touch
         self._depths: list[_Depth] = []
@@ -185,7 +185,17 @@ class Search:
         return self._stretch.at(share, among=self._is_apart, touch=self._touch), self._touch
 
     def _is_apart(self, point: Point) -> bool:
-        return self._view(point) == self._fewer
+        """Whether a motion has the pattern of those that do not touch.
+
+        Raises
+        ------
+        ConvergenceError
+            it has neither that pattern nor the one of those that touch: the step holds an exchange as well.
+        """
+        pattern = self._view(point)
+        if len(self._more) == len(self._fewer) + 2 and pattern not in (self._fewer, self._more):
+            raise ConvergenceError("more than one thing changes between two points")
+        return pattern == self._fewer
 
     def _ask(self, touch: Touch) -> None:
         """Ask the nearest motion without contact for its depth at a touch."""
