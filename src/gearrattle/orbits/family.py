@@ -38,16 +38,10 @@ def follower_over(
 
     Parameters
     ----------
-    model
-        the driveline.
-    path
-        of the value that varies.
+    model, path, cycles, first
+        see ``family_of``.
     ends
-        of its range [SI].
-    cycles
-        periods that a motion lasts.
-    first
-        one of the values [SI].
+        of the range [SI].
     step_limit
         largest change of the value in a step [SI]; None: that of an even spacing.
     """

@@ -124,8 +124,8 @@ class Stretch:
 
 def _normal_between(before: Point, after: Point) -> Array:
     """(N + 1,) the direction along which a branch goes on from one point to the other."""
-    chord = after.w - before.w
-    tangents = before.tangent, after.tangent
-    if min(float(chord @ tangent) for tangent in tangents) < _TURNED_BACK * float(np.linalg.norm(chord)):
-        chord = before.tangent + after.tangent
-    return np.asarray(chord / np.linalg.norm(chord))
+    chord = (after.w - before.w) / np.linalg.norm(after.w - before.w)
+    if min(float(chord @ point.tangent) for point in (before, after)) >= _TURNED_BACK:
+        return np.asarray(chord)
+    both = before.tangent + after.tangent
+    return np.asarray(both / np.linalg.norm(both))
