@@ -35,7 +35,7 @@ def landed_from(point: Point, curve: Continuation) -> Point:
     ahead = grazing_ahead(point)
     assert ahead is not None
     corrector = Corrector(curve.family, (point.scale, point.size))
-    grazing = landed(corrector, curve.family.unit, point, ahead, 1.0)
+    grazing = landed(corrector, point, ahead, 1.0)
     assert grazing is not None
     return grazing
 

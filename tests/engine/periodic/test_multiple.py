@@ -10,7 +10,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.multiple import EIGHTHS, EighthMap, joined, maps_of_parts, shoot_in_parts
+from gearrattle.engine.periodic.multiple import EIGHTHS, joined, maps_of_parts, shoot_in_parts
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.periodic.shooting import shoot
 from gearrattle.errors import ConvergenceError
@@ -49,7 +49,7 @@ def test_parts_joined_are_the_whole() -> None:
     parts = [once(start)]
     for _ in range(2):
         parts.append(once(parts[-1].end))
-    whole, together = many(start), joined(parts, many)
+    whole, together = many(start), joined(parts, many.system.inputs.period, many.cycles)
     np.testing.assert_allclose(together.end.y, whole.end.y, rtol=0, atol=1e-11)
     np.testing.assert_allclose(together.gradient, whole.gradient, rtol=0, atol=1e-10)
     np.testing.assert_allclose(together.crossings.time, whole.crossings.time, rtol=0, atol=1e-10)
@@ -63,9 +63,8 @@ def test_eighths_joined_are_the_whole() -> None:
     start = once.later(once.state_of(np.zeros(4), np.zeros(4)), 20)
     parts = list[Pass]()
     for part_map in maps_of_parts(once, EIGHTHS):
-        assert isinstance(part_map, EighthMap)
         parts.append(part_map(parts[-1].end if parts else start))
-    whole, together = once(start), joined(parts, once)
+    whole, together = once(start), joined(parts, once.system.inputs.period, once.cycles)
     scale = once.scale
     assert np.linalg.norm((together.end.y - whole.end.y) * scale) < 1e-9 * once.size
     change = scale[:, None] * (together.gradient - whole.gradient) / scale
@@ -87,7 +86,9 @@ def test_parts_of_a_period_lead_to_the_same_motion(parts: int) -> None:
 
 def test_parts_are_whole_periods_where_stiffness_alternates_by_the_clock() -> None:
     alternating = PeriodMap(assemble(gr.example("alternating_mesh")).system, 3)
-    assert [type(part_map) for part_map in maps_of_parts(alternating, EIGHTHS)] == [PeriodMap] * 3
+    assert [part_map.length for part_map in maps_of_parts(alternating, EIGHTHS)] == [
+        alternating.system.inputs.period
+    ] * 3
 
 
 @pytest.mark.parametrize("cycles", [12, 24])

@@ -32,7 +32,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearrattle.engine.kernels._jit import kernel, loose, strict
-from gearrattle.engine.kernels.arrays import Array3, Array4, IntVector, Matrix, Vector
+from gearrattle.engine.kernels.arrays import Array3, Array4, IntMatrix, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.workspace import PERIOD
 
 TERMS = 7
@@ -86,6 +86,7 @@ class Crossings(NamedTuple):
     upward: IntVector
     jump: Vector  # of the damping
     shift: Vector  # of the corner
+    outside: IntMatrix  # (2, K) 1 upwards, 0 downwards: before the start of the motion, after its end; -1: no crossing
 
 
 class Room(NamedTuple):

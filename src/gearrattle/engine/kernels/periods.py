@@ -39,18 +39,24 @@ from gearrattle.engine.kernels.approaches import (
     dot,
     write_approach,
 )
-from gearrattle.engine.kernels.arrays import IntVector, Matrix, Vector
+from gearrattle.engine.kernels.arrays import IntMatrix, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.laid_out import lay_out
 from gearrattle.engine.kernels.levels import norm_of_square
 from gearrattle.engine.kernels.located import common_at, laws_at, region_at
 from gearrattle.engine.kernels.many import AT, SLOTS, numbers_of
 from gearrattle.engine.kernels.packed import EVENTS
 from gearrattle.engine.kernels.region import accelerate
-from gearrattle.engine.kernels.turning_points import Direction, write_direction, write_turns
+from gearrattle.engine.kernels.turning_points import Direction, write_direction, write_outside, write_turns
 from gearrattle.engine.kernels.workspace import PERIOD
 
 NEIGHBOURS = 2
 """Variants before the one that is marched: the same with a smaller, and with a larger parameter."""
+NO_TURNS, ALONG_ROW, ALONG_CHANGE = -1, 0, 1
+"""Turning points that are asked for: none, of a motion that repeats, of a part of one.
+
+Slopes of the second are along the change that keeps the gap, and of which the product with a row over the state at the
+start [SI] and the parameter is 1. Slopes of the third are along the change of both that is told.
+"""
 _WIDEST = 1.0 / 64.0  # norm of the rates times the finest step: the first term left out is below 1e-16
 _LEVELS = 60
 
@@ -64,9 +70,10 @@ class Map(NamedTuple):
     slope: Vector  # (N,) of the end with respect to the parameter [SI], times half the distance of both neighbours
     corner: IntVector  # (2,) clearance whose approach to a corner is asked for (-1: none), and 1 for the upper corner
     approach: Vector  # (8 + 2 N,) an instant nearby [periods]; what ``approaches`` writes; depth NaN: there is none
-    row: Vector  # (N + 1,) over the state at the start [SI] and the parameter: says along which direction slopes are
+    row: Vector  # (N + 1,) the direction of slopes: see ALONG_ROW and ALONG_CHANGE
     turns: Matrix  # (MOST_TURNS, TURN_COLUMNS) all turning points
-    turning: IntVector  # (1,) how many; -1: none are asked for, or not known
+    turning: IntVector  # (1,) NO_TURNS, ALONG_ROW or ALONG_CHANGE; then how many there are, NO_TURNS: not known
+    outside: IntMatrix  # (2, K) of ``Crossings``; read along a change, written along a row
     reach: Vector  # (K,) to a corner of every clearance: turning points farther away are left out
 
 
@@ -365,6 +372,25 @@ def _write_course(common, laws, regions, rates, log, initial, end, course, cross
 
 
 @strict
+def _write_turns(common, laws, regions, rates, steps, course, crossings, columns, scale, out):
+    """Write the turning points along the direction that is asked for; none are known if there is no such direction."""
+    states = scale.size
+    direction = Direction(np.empty((states + 1, states + 1)), np.empty(states + 1, np.int64), np.empty(states + 1))
+    change = direction.change
+    if out.turning[0] == ALONG_ROW:
+        write_outside(crossings)
+        if not write_direction(columns, scale, out.row, direction):
+            out.turning[0] = NO_TURNS
+            return
+    else:
+        for i in range(states):
+            change[i] = scale[i] * out.row[i]
+        change[states] = out.row[states]
+    clearances, reach, turns = common.clearances, out.reach, out.turns
+    write_turns(laws, clearances, regions, rates, steps, course, crossings, change, reach, turns, out.turning)
+
+
+@strict
 def _follow(common, laws, regions, rates, log, events, initial, end, carried, scale, out):
     """Carry perturbations and s along a motion of so many crossings that ends after ``end`` periods."""
     slots, states, size = rates.shift.shape
@@ -374,7 +400,8 @@ def _follow(common, laws, regions, rates, log, events, initial, end, carried, sc
         np.empty((events + 2, size)),
         np.empty((events + 1, states, states + 1)),
     )
-    crossings = Crossings(np.empty(events, np.int64), np.empty(events, np.int64), np.empty(events), np.empty(events))
+    integers, numbers = np.empty((2, events), np.int64), np.empty((2, events))
+    crossings = Crossings(integers[0], integers[1], numbers[0], numbers[1], out.outside)
     _write_course(common, laws, regions, rates, log, initial, end, course, crossings)
     ranges = np.empty(slots, np.int64), np.empty(slots, np.int64)
     steps = Steps(np.empty((slots, 0, size, size)), np.empty((slots, 0, states, size)), ranges[0], ranges[1])
@@ -401,15 +428,8 @@ def _follow(common, laws, regions, rates, log, events, initial, end, carried, sc
         course.z[events + 1, j] = carried.z[j]
     if out.corner[0] >= 0:
         write_approach(common, laws, regions, rates, steps, course, crossings, out.corner, scale, out.approach)
-    if out.turning[0] >= 0:
-        room = np.empty((states + 1, states + 1)), np.empty(states + 1, np.int64), np.empty(states + 1)
-        direction = Direction(room[0], room[1], room[2])
-        if write_direction(carried.columns, scale, out.row, direction):
-            clearances, change = common.clearances, direction.change
-            reach, turns = out.reach, out.turns
-            write_turns(laws, clearances, regions, rates, steps, course, crossings, change, reach, turns, out.turning)
-        else:
-            out.turning[0] = -1
+    if out.turning[0] != NO_TURNS:
+        _write_turns(common, laws, regions, rates, steps, course, crossings, carried.columns, scale, out)
 
 
 @strict_entry

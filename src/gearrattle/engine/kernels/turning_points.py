@@ -85,15 +85,24 @@ class Seen(NamedTuple):
 
 
 @kernel
-def _next_crossing(crossings, i, k, step):
-    """The nearest crossing of a clearance from crossing i on, forwards or backwards, round the period; -1: none."""
-    events = crossings.clearance.size
-    for _ in range(events):
-        i = (i + events) % events
+def _way_across(crossings, i, k, step):
+    """Which way a clearance crosses next, from crossing i on, forwards or backwards; -1: it crosses nothing."""
+    while 0 <= i < crossings.clearance.size:
         if crossings.clearance[i] == k:
-            return i
+            return crossings.upward[i]
         i += step
-    return -1
+    return crossings.outside[1 if step > 0 else 0, k]
+
+
+@strict
+def write_outside(crossings):
+    """Write which way clearances cross before the start and after the end of a motion that repeats."""
+    for k in range(crossings.outside.shape[1]):
+        crossings.outside[0, k] = crossings.outside[1, k] = -1
+    for i in range(crossings.clearance.size - 1, -1, -1):
+        crossings.outside[1, crossings.clearance[i]] = crossings.upward[i]
+    for i in range(crossings.clearance.size):
+        crossings.outside[0, crossings.clearance[i]] = crossings.upward[i]
 
 
 @strict
@@ -272,8 +281,8 @@ def _dips(seen, k):
 @kernel
 def _is_visit(crossings, i, k, upward):
     """Whether a turning point after crossing i lies beyond a corner that is crossed before and after it."""
-    entered, left = _next_crossing(crossings, i - 1, k, -1), _next_crossing(crossings, i, k, 1)
-    return entered >= 0 and crossings.upward[entered] == upward and crossings.upward[left] != upward
+    entered, left = _way_across(crossings, i - 1, k, -1), _way_across(crossings, i, k, 1)
+    return entered == upward and left != upward
 
 
 @strict

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import approaches, many, packed, turning_points
 from gearrattle.engine.kernels._jit import vectorised
-from gearrattle.engine.kernels.periods import NEIGHBOURS, Map, differentiate
+from gearrattle.engine.kernels.periods import ALONG_CHANGE, ALONG_ROW, NEIGHBOURS, NO_TURNS, Map, differentiate
 from gearrattle.engine.kernels.variants import Coefficients, Judged
-from gearrattle.engine.periodic.period_map import Approach, Dips, Turns
+from gearrattle.engine.periodic.period_map import Along, Approach, Dips, Turns
 from gearrattle.engine.periodic.touch import Touch, reaches
 from gearrattle.engine.solvers.many import Batch, Pattern
 from gearrattle.engine.system.passages import Passages
@@ -53,7 +53,8 @@ class PeriodBatch(Batch):
             approach=np.full(approaches.SLOPE + 2 * (states + 1), np.nan),
             row=np.zeros(states + 1),
             turns=np.zeros((turning_points.MOST_TURNS, turning_points.TURN_COLUMNS)),
-            turning=np.full(1, -1),
+            turning=np.full(1, NO_TURNS),
+            outside=np.full((2, len(pieces)), -1),
             reach=reaches(system),
         )
         super().__init__(pattern, numbers, (start[0], start[1]), window, (vectorised(differentiate), out))
@@ -64,7 +65,7 @@ class PeriodBatch(Batch):
         angle: Array,
         velocity: Array,
         touch: Touch | None = None,
-        turns_along: Array | None = None,
+        turns_along: Array | Along | None = None,
     ) -> bool:
         """Follow a motion to its end, which ``out`` then holds; whether it was followed.
 
@@ -77,15 +78,18 @@ class PeriodBatch(Batch):
         touch
             a corner and an instant, of which ``out.approach`` is written.
         turns_along
-            (N + 1,) over the state at the start [SI] and half the distance of both neighbours, see ``Family.follow``:
-            ``out.turns`` are written.
+            see ``Family.follow``, the parameter counted in halves of the distance of both neighbours: ``out.turns`` are
+            written.
         """
         self.out.corner[:] = (-1, 0) if touch is None else (touch.watch, touch.upward)
         self.out.approach[:] = np.nan
         self.out.approach[approaches.TIME] = np.nan if touch is None else touch.time
-        self.out.turning[0] = -1 if turns_along is None else 0
-        if turns_along is not None:
-            self.out.row[:] = turns_along
+        self.out.turning[0] = NO_TURNS
+        if isinstance(turns_along, Along):
+            self.out.turning[0], self.out.outside[:] = ALONG_CHANGE, turns_along.outside
+            self.out.row[:-1], self.out.row[-1] = turns_along.state, turns_along.parameter
+        elif turns_along is not None:
+            self.out.turning[0], self.out.row[:] = ALONG_ROW, turns_along
         self.cases = self.cases._replace(numbers=numbers)
         self.cases.angle[-1], self.cases.velocity[-1] = angle, velocity
         self.cursor[:] = 0

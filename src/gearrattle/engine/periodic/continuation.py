@@ -11,7 +11,8 @@ grazes (``landing``), and from there on: the tangents of motions that touch vary
 A step is taken if Newton's method converges, the tangent turns little, and the chord between both points is the mean of
 their tangents: a nearby branch has another direction. The two legs of a sharp fold have the same direction. So the
 determinant of [dF/du, dF/dp; t] is watched too: along a branch it keeps its sign until another branch crosses, where it
-passes zero. A step on which it jumps from one sign to the other is not taken.
+passes zero. A step on which it jumps from one sign to the other is not taken. A fold may be so sharp that it seems to
+pass zero there: over a step as short as that it may, only if the branch does not turn back.
 
 Takes a Family and an orbit; gives Points, in the order of the branch.
 
@@ -31,7 +32,15 @@ from gearrattle.engine.periodic.equations import Bordered
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.landing import first_step_beyond, grazing_ahead, landed
 from gearrattle.engine.periodic.period_map import State
-from gearrattle.engine.periodic.point import Point, appended, halves_apart, interpolated, turned_around
+from gearrattle.engine.periodic.point import (
+    Guess,
+    Point,
+    appended,
+    halves_apart,
+    interpolated,
+    on_the_way,
+    turned_around,
+)
 from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.periodic.turning import agreeing_step, rise_beyond
 from gearrattle.errors import ConvergenceError
@@ -100,7 +109,8 @@ class Continuation:
         """
         w = np.append(state.y * self._corrector.scale, parameter / self.family.unit)
         direction = np.append(np.zeros(w.size - 1), 1.0 if upward else -1.0)
-        point = self._corrector.point(w, direction, direction, state.auxiliary_pieces, with_turns=True)
+        guess = Guess(w, state.auxiliary_pieces)
+        point = self._corrector.point(guess, direction, direction, with_turns=True)
         is_backward = (point.tangent[-1] > 0.0) != upward
         return replace(turned_around(point) if is_backward else point, parameter=parameter)
 
@@ -176,10 +186,8 @@ class Continuation:
         if share <= 0.0 or share >= 1.0:
             return before if share <= 0.0 else after
         chord = (after.w - before.w) / np.linalg.norm(after.w - before.w)
-        predicted = interpolated(before, after, share)
-        point = self._corrector.point(
-            predicted, chord, before.tangent, before.motion.end.auxiliary_pieces, with_turns=True
-        )
+        predicted = before.guess(interpolated(before, after, share))
+        point = on_the_way(before, self._corrector.point(predicted, chord, before.tangent, with_turns=True), after)
         return replace(point, length=before.length + share * (after.length - before.length))
 
     def moved_along(self, point: Point, step: float) -> Point:
@@ -190,8 +198,8 @@ class Continuation:
         ConvergenceError
             Newton's method does not converge.
         """
-        predicted = point.w + step * point.tangent
-        return self._corrector.point(predicted, point.tangent, point.tangent, point.motion.end.auxiliary_pieces)
+        predicted = point.guess(point.w + step * point.tangent)
+        return self._corrector.point(predicted, point.tangent, point.tangent)
 
     def of(self, family: Family) -> Continuation:
         """Return a Continuation of another family, in the units of this one."""
@@ -205,7 +213,7 @@ class Continuation:
         ConvergenceError
             Newton's method does not converge.
         """
-        return self._corrector.point(point.w, point.tangent, point.tangent, point.motion.end.auxiliary_pieces)
+        return self._corrector.point(point.guess(point.w), point.tangent, point.tangent)
 
     def near(
         self, predicted: Array, normal: Array, like: Point, *, slack: float = 0.0, touch: Touch | None = None
@@ -228,8 +236,7 @@ class Continuation:
         ConvergenceError
             Newton's method does not converge.
         """
-        pieces = like.motion.end.auxiliary_pieces
-        return self._corrector.point(predicted, normal, like.tangent, pieces, slack=slack, touch=touch)
+        return self._corrector.point(like.guess(predicted), normal, like.tangent, slack=slack, touch=touch)
 
     def beside(self, point: Point, direction: Array, distance: float) -> Point:
         """Return a point of another branch through a point, in a direction (N,) of balanced states, at a distance [w].
@@ -240,7 +247,7 @@ class Continuation:
             there is none at that distance.
         """
         normal = np.append(direction / np.linalg.norm(direction), 0.0)
-        return self._corrector.point(point.w + distance * normal, normal, normal, point.motion.end.auxiliary_pieces)
+        return self._corrector.point(point.guess(point.w + distance * normal), normal, normal)
 
     def at_parameter(self, before: Point, after: Point, parameter: float) -> Point:
         """Return the point between two others at a parameter.
@@ -257,9 +264,7 @@ class Continuation:
         predicted = interpolated(before, after, share)
         predicted[-1] = target
         normal = np.append(np.zeros(predicted.size - 1), 1.0)
-        point = self._corrector.point(
-            predicted, normal, before.tangent, before.motion.end.auxiliary_pieces, with_turns=True
-        )
+        point = self._corrector.point(before.guess(predicted), normal, before.tangent, with_turns=True)
         return replace(point, parameter=parameter, length=before.length + share * (after.length - before.length))
 
     def _next(self, earlier: Point, point: Point, step: float) -> tuple[Point, float]:
@@ -272,13 +277,12 @@ class Continuation:
         if point.touch is not None:
             step = min(self._first_step(earlier, point, step), longest)
             earlier = point
-        is_first = True
+        is_first, crossing = True, None
         while step > _SHORTEST:
             try:
-                predicted = _predicted(earlier, point, step)
-                pieces = point.motion.end.auxiliary_pieces
+                predicted = point.guess(_predicted(earlier, point, step))
                 following, iterations = self._corrector.point_and_iterations(
-                    predicted, point.tangent, point.tangent, pieces, is_near=True, with_turns=True
+                    predicted, point.tangent, point.tangent, is_near=True, with_turns=True
                 )
             except ConvergenceError:
                 step, is_first = 0.4 * step, False
@@ -287,12 +291,20 @@ class Continuation:
             if point.touch is not None and not is_short:
                 agreeing = min(agreeing, _RISE / rise_beyond(point, following))
             is_smooth = is_short or (_is_straight(point, following) and not self._joins_halves(point, following))
-            if agreeing >= 1.0 and is_smooth and self._is_allowed(point, following):
+            is_taken = agreeing >= 1.0 and is_smooth and self._is_allowed(point, following)
+            if is_taken and is_short and point.orientation * following.orientation < 0.0:  # a corner, or a crossing
+                crossing, is_taken = crossing or (appended(point, following), step), False
+            if is_taken:
                 growth = _growth(point, following) if is_first and iterations <= _EASY else 1.0
                 growth = min(max(growth, _LEAST_GROWTH) if is_short else growth, max(_SAFE * agreeing, 1.0))
                 return appended(point, following), min(self._longest, growth * step)
             step, is_first = step * (0.5 if agreeing >= 1.0 else max(_SAFE * agreeing, _LEAST_SHARE)), False
-        return self._around_corner(point)
+        try:
+            return self._around_corner(point)
+        except ConvergenceError:
+            if crossing is None:
+                raise
+            return crossing
 
     def _grazing_within(self, point: Point, step: float) -> tuple[Point | None, float]:
         """The motion that grazes before a step ends; where there is none, or it is too far, the step to try."""
@@ -301,7 +313,7 @@ class Continuation:
         if ahead is None or ahead.distance >= step:
             return None, step
         if refused is None or not ahead.is_of(refused):
-            refused = landed(self._corrector, self.family.unit, point, ahead, _OVERSHOOT * step)
+            refused = landed(self._corrector, point, ahead, _OVERSHOOT * step)
         if refused is None:
             return None, step
         grazing = appended(point, refused)
@@ -330,9 +342,7 @@ class Continuation:
         predicted[-1] = end
         normal = np.append(np.zeros(predicted.size - 1), 1.0)
         try:
-            last = self._corrector.point(
-                predicted, normal, point.tangent, point.motion.end.auxiliary_pieces, with_turns=True
-            )
+            last = self._corrector.point(point.guess(predicted), normal, point.tangent, with_turns=True)
         except ConvergenceError:
             return None
         agrees = agreeing_step(point, last) >= 1.0
@@ -359,19 +369,19 @@ class Continuation:
 
         The tangent beyond is that of a motion a little ahead, which touches; the determinant keeps its sign.
         """
-        pieces = point.motion.end.auxiliary_pieces
         for ahead in _AHEAD:
             try:
-                motion, slope = self._corrector.followed(point.w + ahead * point.tangent, pieces)
+                motion, slope = self._corrector.followed(point.guess(point.w + ahead * point.tangent))
             except ConvergenceError:
                 continue
             matrix = self._corrector.matrix(motion, slope)
             tangent, _, orientation = Bordered(matrix, point.tangent).null_vector(point.tangent)
             if orientation * point.orientation < 0.0:
                 tangent = -tangent
+            along = tangent[: len(point.tangent)]
             for step in _AHEAD:
                 try:
-                    beyond = self._corrector.point(point.w + step * tangent, tangent, tangent, pieces)
+                    beyond = self._corrector.point(point.guess(point.w).moved(step * tangent), along, along)
                 except ConvergenceError:
                     continue
                 length = float(np.linalg.norm(beyond.w - point.w))
@@ -394,7 +404,8 @@ class Continuation:
         except ConvergenceError:
             return False
         left = abs(ends[0].orientation) + abs(ends[1].orientation)
-        return left < _LEFT * (abs(point.orientation) + abs(following.orientation))
+        is_reversed = float(ends[0].tangent @ ends[1].tangent) < 0.0  # the branch turns back there
+        return not is_reversed and left < _LEFT * (abs(point.orientation) + abs(following.orientation))
 
     def _closes(self, begin: Point, point: Point, following: Point) -> bool:
         """Whether the branch passes its first point between two points."""

@@ -2,7 +2,9 @@
 
     F(w) = P(u; p) - u = 0,      normal . (w - w_predicted) = 0,      [dF/du, dF/dp] t = 0,  |t| = 1
 
-w = (u, p / unit), u the balanced state at the start of a period over the size; t is the tangent of the branch.
+w = (u, p / unit), u the balanced state at the start of a period over the size; t is the tangent of the branch. Where a
+disturbance grows much over the motion, the states at the start of its parts (``parts``) are unknown too: F has a row of
+equations for each of them, and normal none.
 
 Takes a Family and predictions; gives Points.
 """
@@ -10,6 +12,7 @@ Takes a Family and predictions; gives Points.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from math import isfinite, sqrt
 
 import numpy as np
@@ -18,17 +21,18 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.equations import Bordered
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.general_turns import idle_memories
+from gearrattle.engine.periodic.parts import PartedFamily
 from gearrattle.engine.periodic.period_map import Pass, State
-from gearrattle.engine.periodic.point import Point
+from gearrattle.engine.periodic.point import Guess, Later, Point
 from gearrattle.engine.periodic.touch import Touch
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _TOLERANCE = 1e-12  # of the residual, over the size of the state
 _ROUNDING = 1e-14  # the same, for each unit of the gradient's norm
 _ITERATIONS = 8
+_LARGE = 1e4  # growth of a disturbance from which motions are followed in parts
 _LAST = 1.0  # times what rounding leaves: an expected residual below it is likely to be the last one
 
 
@@ -54,25 +58,115 @@ class Corrector:
         self._balance: Array = self.scale[:, None] / self.scale
         self._to_units = np.append(self.scale, 1.0 / family.unit)
 
+    @cached_property
+    def _parts(self) -> PartedFamily:
+        """What follows motions in parts."""
+        return PartedFamily(self._family)
+
     def followed(
-        self, w: Array, pieces: IntArray | None, touch: Touch | None = None, turns_along: Array | None = None
+        self, guess: Guess, touch: Touch | None = None, turns_along: Array | None = None
     ) -> tuple[Pass, Array]:
-        """Return the motion from w (N + 1,), and its slope (N,) [SI]; for a row over w with its turning points."""
-        state, parameter = State(w[:-1] / self.scale, pieces), float(w[-1] * self._family.unit)
-        row = None if turns_along is None else turns_along * self._to_units
-        return self._family.follow(state, parameter, touch, row)
+        """Return the motion from a guess, and its slope (N,) [SI]; for a row over w with its turning points."""
+        parameter = float(guess.w[-1] * self._family.unit)
+        state = State(guess.w[:-1] / self.scale, guess.pieces)
+        if guess.later is None:
+            row = None if turns_along is None else turns_along * self._to_units
+            return self._family.follow(state, parameter, touch, row)
+        motion, slope = self._parts.follow(state, guess.later / self.scale, parameter, touch)
+        return (motion, slope) if turns_along is None else self.with_turns(guess, motion, slope, turns_along)
+
+    def with_turns(self, guess: Guess, motion: Pass, slope: Array, turns_along: Array) -> tuple[Pass, Array]:
+        """Return a motion that was followed from a guess with its turning points, and its slope; see ``followed``."""
+        if guess.later is None:
+            return self.followed(guess, None, turns_along)
+        tangent, _, _ = Bordered(self.matrix(motion, slope), turns_along).null_vector(turns_along)
+        parameter, along = float(guess.w[-1] * self._family.unit), float(turns_along @ tangent[: len(turns_along)])
+        return replace(motion, turns=self._parts.turns(motion, parameter, self._changes(tangent / along))), slope
 
     def matrix(self, motion: Pass, slope: Array) -> Array:
-        """Return (N, N + 1) [dF/du, dF/dp] in the branch's units."""
+        """Return (P, P + 1) [dF/du, dF/dp] in the branch's units, and behind them dF by the later states."""
+        if motion.parts is None:
+            return self._matrix_of_whole(motion.gradient, slope)
+        count, states = motion.parts.start.shape
+        matrix = np.zeros((count * states, count * states + 1))
+        for i, (gradient, own_slope) in enumerate(zip(motion.parts.gradient, motion.parts.slope, strict=True)):
+            following = (i + 1) % count
+            own, next_one = self._first(i), self._first(following)
+            rows = matrix[following * states : (following + 1) * states]
+            rows[:, own : own + states] = self._balance * gradient
+            rows[:, states] = self.scale * own_slope * self._family.unit
+            rows[:, next_one : next_one + states] -= np.eye(states)
+        return matrix
+
+    def _first(self, part: int) -> int:
+        """Where the state at the start of a part begins among all unknowns; p stands behind the first one."""
+        return part * len(self.scale) + (1 if part else 0)
+
+    def _matrix_of_whole(self, gradient: Array, slope: Array) -> Array:
         states = len(self.scale)
         matrix = np.empty((states, states + 1))
-        np.multiply(self._balance, motion.gradient, out=matrix[:, :-1])
+        np.multiply(self._balance, gradient, out=matrix[:, :-1])
         matrix.flat[:: states + 2] -= 1.0
         matrix[:, -1] = self.scale * slope * self._family.unit
         return matrix
 
-    def with_turns_along(self, motion: Pass, cosine: float, free: int) -> Pass:
-        """Return a motion with the slopes of its turning points along the tangent, not where that is one of several.
+    def row(self, row: Array, part: int, motion: Pass) -> Array:
+        """Return a row (N + 1,) over the state at the start of a part and p [1/SI] as one over all P + 1 unknowns."""
+        states, own = len(self.scale), np.asarray(row / self._to_units)
+        if motion.parts is None:
+            return own
+        unknowns, first = np.zeros(motion.parts.start.size + 1), self._first(part)
+        unknowns[first : first + states], unknowns[states] = own[:-1], own[-1]
+        return unknowns
+
+    def residual(self, motion: Pass) -> Array:
+        """Return (P,) F in the branch's units."""
+        if motion.parts is None:
+            return np.asarray(self.scale * motion.gap)
+        gaps = np.roll(motion.parts.end, 1, axis=0) - motion.parts.start
+        return np.asarray((self.scale * gaps).ravel())
+
+    def least(self, guess: Guess, matrix: Array) -> float:
+        """Return the norm of the residual below which it is rounding."""
+        return _TOLERANCE * max(1.0, norm_of(guess.w[:-1])) + _ROUNDING * norm_of(matrix.ravel())
+
+    def in_parts(self, guess: Guess, motion: Pass) -> Guess:
+        """Return what a motion is followed from, in parts if a disturbance grows much over it.
+
+        Raises
+        ------
+        ConvergenceError
+            the motion could not be followed.
+        """
+        growth = norm_of((self._balance * motion.gradient).ravel())
+        if guess.later is not None or self._family.parts == 1 or growth < _LARGE:
+            return guess
+        starts = self._parts.starts(motion.start, float(guess.w[-1] * self._family.unit))
+        return guess._replace(later=self.scale * starts)
+
+    def point_at(self, guess: Guess, motion: Pass, slope: Array, direction: Array, equations: Bordered) -> Point:
+        """Return the point of the branch at a motion.
+
+        Parameters
+        ----------
+        guess
+            it was followed from.
+        motion, slope
+            of ``followed``, with slopes of its turning points along the change for a direction.
+        direction
+            (N + 1,) the tangent points to its side.
+        equations
+            of ``matrix``.
+        """
+        tangent, free, orientation = equations.null_vector(direction)
+        own, behind = np.split(tangent, [len(direction)])
+        motion = self._with_turns_along(motion, float(direction @ own), free)
+        later = None if guess.later is None else Later(guess.later, behind.reshape(guess.later.shape))
+        parameter = float(guess.w[-1] * self._family.unit)
+        return Point(parameter, motion, slope, *self._units, guess.w, own, free, orientation, 0.0, 0.0, later=later)
+
+    def _with_turns_along(self, motion: Pass, cosine: float, free: int) -> Pass:
+        """A motion with the slopes of its turning points along the tangent, not where that is one of several.
 
         A memory that may be anything makes no other tangent.
 
@@ -90,20 +184,18 @@ class Corrector:
         is_one = not free or free == len(idle_memories(motion, self._units[0], self._family.memories))
         return replace(motion, turns=motion.turns.scaled(cosine) if is_one else None)
 
-    def residual(self, motion: Pass) -> Array:
-        """Return (N,) F in the branch's units."""
-        return np.asarray(self.scale * motion.gap)
-
-    def least(self, w: Array, matrix: Array) -> float:
-        """Return the norm of the residual below which it is rounding."""
-        return _TOLERANCE * max(1.0, norm_of(w[:-1])) + _ROUNDING * norm_of(matrix.ravel())
+    def _changes(self, change: Array) -> Array:
+        """(m, N + 1) changes of the states at the start of the parts [SI] and of p, from one of all unknowns."""
+        states = len(self.scale)
+        own, behind = change[: states + 1], change[states + 1 :].reshape(-1, states)
+        parameter = np.full((len(behind) + 1, 1), own[-1] * self._family.unit)
+        return np.hstack([np.vstack([own[:-1], behind]) / self.scale, parameter])
 
     def point(
         self,
-        predicted: Array,
+        predicted: Guess,
         normal: Array,
         direction: Array,
-        pieces: IntArray | None,
         *,
         slack: float = 0.0,
         touch: Touch | None = None,
@@ -113,12 +205,12 @@ class Corrector:
 
         Parameters
         ----------
-        predicted, normal
+        predicted
+            what Newton's method begins with.
+        normal
             (N + 1,).
         direction
             (N + 1,) the tangent points to its side.
-        pieces
-            (C,) of the auxiliaries at the start; None: the state decides them.
         slack
             change of w at which the iteration may end; the motion is then the last one followed.
         touch
@@ -131,16 +223,15 @@ class Corrector:
         ConvergenceError
             Newton's method does not converge.
         """
-        return self.point_and_iterations(
-            predicted, normal, direction, pieces, slack=slack, touch=touch, with_turns=with_turns
-        )[0]
+        return self.point_and_iterations(predicted, normal, direction, slack=slack, touch=touch, with_turns=with_turns)[
+            0
+        ]
 
     def point_and_iterations(
         self,
-        predicted: Array,
+        predicted: Guess,
         normal: Array,
         direction: Array,
-        pieces: IntArray | None,
         *,
         is_near: bool = False,
         slack: float = 0.0,
@@ -152,16 +243,19 @@ class Corrector:
         A prediction that is near is given up once the residual grows: then Newton's method goes round in circles
         between two patterns of crossings, and a shorter step costs less.
         """
-        w, last, error, is_last = predicted.copy(), np.inf, np.inf, False
+        guess, last, error, is_last = predicted, np.inf, np.inf, False
         for iteration in range(_ITERATIONS):
-            parameter = float(w[-1] * self._family.unit)
-            has_turns = with_turns and is_last
-            motion, slope = self.followed(w, pieces, touch, direction if has_turns else None)
+            has_turns = with_turns and is_last and guess.later is None
+            motion, slope = self.followed(guess, touch, direction if has_turns else None)
+            parted = self.in_parts(guess, motion)
+            if parted is not guess:
+                guess, last, is_last = parted, np.inf, False
+                continue
             matrix = self.matrix(motion, slope)
             residual = self.residual(motion)
             norm = norm_of(residual)
-            plane = float(normal @ (w - predicted))
-            least = self.least(w, matrix)
+            plane = float(normal @ (guess.w - predicted.w))
+            least = self.least(guess, matrix)
             is_lost = is_near and norm > last and norm > 100.0 * least
             if is_lost or not isfinite(norm) or not isfinite(least):
                 break
@@ -171,15 +265,13 @@ class Corrector:
             error = norm_of(change)
             if (is_settled or error <= slack) and abs(plane) < 1e-12:
                 if with_turns and not has_turns:
-                    motion, slope = self.followed(w, pieces, touch, direction)
-                tangent, free, way = equations.null_vector(direction)
-                motion = self.with_turns_along(motion, float(direction @ tangent), free)
-                w = w + change if slack > 0.0 else w
-                point = Point(parameter, motion, slope, *self._units, w, tangent, free, way, error, 0.0)
-                return point, iteration + 1
+                    motion, slope = self.with_turns(guess, motion, slope, direction)
+                point = self.point_at(guess, motion, slope, direction, equations)
+                w = guess.w + change[: len(normal)] if slack > 0.0 else guess.w
+                return replace(point, w=w, error=norm_of(change[: len(normal)])), iteration + 1
             expected = norm**3 / last**2 if iteration else error**2  # residuals fall by their squares
             is_last = expected < _LAST * least
-            w, last = w + change, norm
+            guess, last = guess.moved(change), norm
         raise ConvergenceError("Newton's method does not converge")
 
 

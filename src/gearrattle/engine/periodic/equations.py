@@ -57,34 +57,42 @@ class Bordered(Factored):
     Parameters
     ----------
     matrix
-        (N, N + 1) A.
+        (P, P + 1) A.
     row
-        (N + 1,).
+        (W,) over the first W unknowns, which norms are taken of.
     """
 
     def __init__(self, matrix: Array, row: Array) -> None:
-        whole = np.empty((len(row), len(row)))
-        whole[:-1], whole[-1] = matrix, row
+        self._width, unknowns = len(row), matrix.shape[1]
+        whole = np.zeros((unknowns, unknowns))
+        whole[:-1], whole[-1, : self._width] = matrix, row
         super().__init__(whole)
         self._row = row
 
     def null_vector(self, direction: Array) -> tuple[Array, int, float]:
-        """Return the t (N + 1,) with A t = 0, |t| = 1 that is nearest to a direction, how many others there are, and
+        """Return the t (P + 1,) with A t = 0 that is nearest to a direction (W,), how many others there are, and
         det [A; t]; 0 where there are others.
+
+        The length of its first W entries is one, and these are the last row of the determinant.
         """
+        width = self._width
         if self.is_regular:
-            null = self.solution(np.eye(1, len(self._row), len(self._row) - 1)[0])
-            tangent = null / np.copysign(np.sqrt(null @ null), direction @ null)
-            return tangent, 0, self.determinant() / float(self._row @ tangent)
+            null = self.solution(np.eye(1, len(self._matrix), len(self._matrix) - 1)[0])
+            own = null[:width]
+            tangent = null / np.copysign(np.sqrt(own @ own), direction @ own)
+            return tangent, 0, self.determinant() / float(self._row @ tangent[:width])
         matrix = self._matrix[:-1]
         _, nulls = shortest_solution(matrix, np.zeros(len(matrix)))
-        tangent = nulls @ (direction @ nulls)
-        norm = float(np.linalg.norm(tangent))
+        tangent = nulls @ (direction @ nulls[:width])
+        norm = float(np.linalg.norm(tangent[:width]))
         if norm < _ORTHOGONAL:  # at right angles to it: any of them
-            tangent, norm = nulls[:, 0], 1.0
+            tangent, norm = nulls[:, 0], float(np.linalg.norm(nulls[:width, 0]))
         others = nulls.shape[1] - 1
         tangent = np.asarray(tangent / norm)
-        return tangent, others, 0.0 if others else float(np.linalg.det(np.vstack([matrix, tangent])))
+        if others:
+            return tangent, others, 0.0
+        last = np.append(tangent[:width], np.zeros(len(tangent) - width))
+        return tangent, others, float(np.linalg.det(np.vstack([matrix, last])))
 
 
 def shortest_solution(matrix: Array, right: Array) -> tuple[Array, Array]:

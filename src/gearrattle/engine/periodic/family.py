@@ -22,11 +22,12 @@ from gearrattle.engine.kernels.variants import Coefficients, picked
 from gearrattle.engine.periodic.compiled import PeriodBatch
 from gearrattle.engine.periodic.course import Neighbours, Setting, is_alike
 from gearrattle.engine.periodic.general_turns import direction_of, exact_slope, turns_of, with_slopes
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.multiple import parts_of
+from gearrattle.engine.periodic.period_map import Along, Pass, PeriodMap, State
 from gearrattle.engine.periodic.touch import Touch, depth
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.flow import Flow
-from gearrattle.engine.system.laid_out import system_of
+from gearrattle.engine.system.laid_out import part_of, system_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError
 
@@ -52,6 +53,8 @@ class Family(ABC):
         n, periods that a motion lasts.
     unit
         scale of the parameter: a change by it counts as one.
+    parts
+        m, into which a motion is cut where disturbances grow much; 1: it is always followed as a whole.
     clearances
         number of them: what crosses bounds counts from 0, clearances first.
     memories
@@ -62,6 +65,7 @@ class Family(ABC):
     size: float
     cycles: int
     unit: float
+    parts: int = 1
     clearances: int
     memories: int
 
@@ -69,9 +73,13 @@ class Family(ABC):
     def map_at(self, parameter: float) -> PeriodMap:
         """Return the map of one driveline."""
 
+    def part(self, begin: float, length: float) -> Family:
+        """Return the family of a part of the motion, begin and length in periods, where there are parts."""
+        raise NotImplementedError
+
     @abstractmethod
     def follow(
-        self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | None = None
+        self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | Along | None = None
     ) -> tuple[Pass, Array]:
         """Follow a state.
 
@@ -85,7 +93,8 @@ class Family(ABC):
             a corner and an instant, for the approach in the Pass; None: none.
         turns_along
             (N + 1,) a row over the state at the start and the parameter [1/SI]: the Pass is to hold its turning points,
-            with slopes along the change by which the gap stays as it is and of which the product with the row is 1.
+            with slopes along the change by which the gap stays as it is and of which the product with the row is 1; of
+            a part of a motion the change itself.
 
         Returns
         -------
@@ -112,20 +121,32 @@ class GeneralFamily(Family):
         n, periods that a motion lasts.
     unit
         scale of the parameter.
+
+    Attributes
+    ----------
+    repeats
+        whether its motions may repeat: those of a part of a period do not.
     """
 
+    repeats = True
+
     def __init__(self, system_of: SystemOf, first: float, cycles: int = 1, unit: float = 1.0) -> None:
-        self._system_of, self.cycles, self.unit = system_of, cycles, unit
+        self._system_of, self._first, self.cycles, self.unit = system_of, first, cycles, unit
         period_map = self.map_at(first)
         self.scale, self.size = period_map.scale, period_map.size
+        self.parts = parts_of(period_map)
         self.clearances, self.memories = len(period_map.system.clearances), period_map.flow.memory.size
 
     def map_at(self, parameter: float) -> PeriodMap:
         """Return the map of one driveline."""
         return PeriodMap(self._system_of(parameter), self.cycles)
 
+    def part(self, begin: float, length: float) -> GeneralFamily:
+        """Return the family of a part of the motion; see ``Family.part``."""
+        return _PartFamily(self._system_of, self._first, self.unit, (begin, length))
+
     def follow(
-        self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | None = None
+        self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | Along | None = None
     ) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""
         period_map = self.map_at(parameter)
@@ -140,9 +161,12 @@ class GeneralFamily(Family):
             with suppress(ConvergenceError):
                 beyond, located = depth(period_map, state, touch)
                 motion = replace(motion, approach=with_slopes(period_map, setting, motion, located, beyond))
-        if turns_along is not None:
-            change = direction_of(motion, slope, turns_along, (self.scale, self.unit), self.memories)
-            turns = None if change is None else turns_of(period_map, setting, motion, change)
+        if isinstance(turns_along, Along):
+            motion = replace(motion, turns=turns_of(period_map, setting, motion, turns_along))
+        elif turns_along is not None:
+            counts = self.clearances, self.memories
+            along = direction_of(motion, slope, turns_along, (self.scale, self.unit), counts)
+            turns = None if along is None else turns_of(period_map, setting, motion, along)
             motion = replace(motion, turns=turns)
         return motion, slope
 
@@ -164,6 +188,21 @@ def _setting(flow: Flow, alike: dict[float, Flow]) -> Setting:
     return Setting(flow, Neighbours(sides[low], sides[high], high - low))
 
 
+class _PartFamily(GeneralFamily):
+    """The family of a part of a motion: its begin and length in periods."""
+
+    repeats = False
+
+    def __init__(self, system_of: SystemOf, first: float, unit: float, part: tuple[float, float]) -> None:
+        self._part = part
+        super().__init__(system_of, first, 1, unit)
+
+    def map_at(self, parameter: float) -> PeriodMap:
+        """Return the map of one driveline."""
+        system = self._system_of(parameter)
+        return PeriodMap(replace(system, inputs=system.inputs.part(*self._part)), repeats=False)
+
+
 class CompiledFamily(Family):
     """The family of a driveline of laws and harmonics alone.
 
@@ -181,21 +220,33 @@ class CompiledFamily(Family):
     def __init__(self, general: GeneralFamily, system: PiecewiseSystem, coefficients_of: CoefficientsOf) -> None:
         self._general, self._coefficients_of = general, coefficients_of
         self.scale, self.size = general.scale, general.size
-        self.cycles, self.unit = general.cycles, general.unit
+        self.cycles, self.unit, self.parts = general.cycles, general.unit, general.parts
         self.clearances, self.memories = general.clearances, general.memories
         self._angle_from_basis = relative_coordinates(system).angle_from_basis
         self._batch: PeriodBatch | None = None
         self._system = system
+        self._last: tuple[Array, tuple[Coefficients, NDArray[np.bool_]]] | None = None
 
     def map_at(self, parameter: float) -> PeriodMap:
         """Return the map of one driveline."""
         numbers, is_alike = self._coefficients_of(np.array([parameter]))
         if not is_alike.all():
             return self._general.map_at(parameter)
-        return PeriodMap(system_of(self._system, picked(numbers, 0)), self.cycles)
+        system = system_of(self._system, picked(numbers, 0))
+        return PeriodMap(system, self.cycles, repeats=self._general.repeats)
+
+    def part(self, begin: float, length: float) -> CompiledFamily:
+        """Return the family of a part of the motion; see ``Family.part``."""
+        general, inputs = self._general.part(begin, length), self._system.inputs
+
+        def coefficients_of(values: Array) -> tuple[Coefficients, NDArray[np.bool_]]:
+            numbers, is_alike = self._coefficients_at(values)
+            return part_of(numbers, inputs.cycles, begin, length), is_alike
+
+        return CompiledFamily(general, replace(self._system, inputs=inputs.part(begin, length)), coefficients_of)
 
     def follow(
-        self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | None = None
+        self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | Along | None = None
     ) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""
         step = _step(parameter, self.unit)
@@ -206,13 +257,23 @@ class CompiledFamily(Family):
             self._batch = PeriodBatch(self._system, self.cycles, numbers)
         first = self._angle_from_basis.shape[1]
         deflection, velocity, batch = state.y[:first], state.y[first:], self._batch
-        row = None if turns_along is None else turns_along * np.append(np.ones(len(state.y)), step)
-        if not batch.follow(numbers, self._angle_from_basis @ deflection, velocity, touch, row):
+        along: Array | Along | None = None
+        if isinstance(turns_along, Along):
+            along = turns_along._replace(parameter=turns_along.parameter / step)
+        elif turns_along is not None:
+            along = turns_along * np.append(np.ones(len(state.y)), step)
+        if not batch.follow(numbers, self._angle_from_basis @ deflection, velocity, touch, along):
             return self._general.follow(state, parameter, touch, turns_along)
         end, turned, gradient, slope = (part.copy() for part in batch.out[:4])
         period = float(numbers.period[-1, 0])
         passed = batch.passages(), period, self.cycles, batch.approach(period, step), batch.turns()
         return Pass(state, State(end), gradient, turned, *passed), slope / step
+
+    def _coefficients_at(self, values: Array) -> tuple[Coefficients, NDArray[np.bool_]]:
+        """The coefficients; all parts of a motion ask for the same."""
+        if self._last is None or not np.array_equal(self._last[0], values):
+            self._last = values, self._coefficients_of(values)
+        return self._last[1]
 
 
 def _step(parameter: float, unit: float) -> float:

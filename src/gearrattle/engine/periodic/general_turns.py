@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.turning_points import FALLING, RISING
 from gearrattle.engine.periodic.course import ORDER, Course, Setting, course_of
-from gearrattle.engine.periodic.period_map import Approach, Dips, Pass, PeriodMap, Turns
+from gearrattle.engine.periodic.period_map import Along, Approach, Dips, Pass, PeriodMap, Turns
 from gearrattle.engine.periodic.touch import Touch, crossings_before, reaches
 from gearrattle.engine.system.passages import Passages
 
@@ -64,8 +64,8 @@ class _Corners(NamedTuple):
 
 
 def direction_of(
-    motion: Pass, slope: Array, row: Array, units: tuple[Array, float], memories: int
-) -> tuple[Array, float] | None:
+    motion: Pass, slope: Array, row: Array, units: tuple[Array, float], counts: tuple[int, int]
+) -> Along | None:
     """Return the change that keeps the gap of a motion, and of which a row's product is 1; None if there is no one.
 
     Where memories may be anything, because they are let go all along, they stay as they are.
@@ -80,13 +80,13 @@ def direction_of(
         (N + 1,) over the state at the start and p [1/SI].
     units
         (N,) balanced = scale * SI, and the unit of p.
-    memories
-        S, the last entries of the state.
+    counts
+        numbers of clearances, and of memories, which are the last entries of the state.
 
     Returns
     -------
-    tuple[Array, float] | None
-        (N,) of the state, balanced, and of p.
+    Along | None
+        The change.
     """
     scale, unit = units
     states = scale.size
@@ -96,12 +96,33 @@ def direction_of(
     matrix[states] = row * np.append(1.0 / scale, unit)
     right[states] = 1.0
     change, moving = np.zeros(states + 1), np.ones(states + 1, np.bool_)
-    moving[idle_memories(motion, scale, memories)] = False
+    moving[idle_memories(motion, scale, counts[1])] = False
     try:
         change[moving] = np.linalg.solve(matrix[np.ix_(moving, moving)], right[moving])
     except np.linalg.LinAlgError:
         return None
-    return (np.asarray(change[:-1]), float(change[-1] * unit)) if np.all(np.isfinite(change)) else None
+    if not np.all(np.isfinite(change)):
+        return None
+    outside = outside_of(motion.crossings, motion.crossings, counts[0])
+    return Along(change[:-1] / scale, float(change[-1] * unit), outside)
+
+
+def outside_of(before: Passages, after: Passages, clearances: int) -> IntArray:
+    """Return (2, K) which way clearances cross last before the start of a motion, and first after its end, as in Along.
+
+    Parameters
+    ----------
+    before, after
+        crossings, in order of time.
+    clearances
+        K.
+    """
+    outside = np.full((2, clearances), -1)
+    for row, path, step in zip(outside, (before, after), (1, -1), strict=True):
+        for watch, upward in zip(path.watch[::step].tolist(), path.upward[::step].tolist(), strict=True):
+            if watch < clearances:
+                row[watch] = upward
+    return outside
 
 
 def idle_memories(motion: Pass, scale: Array, memories: int) -> IntArray:
@@ -122,7 +143,7 @@ def idle_memories(motion: Pass, scale: Array, memories: int) -> IntArray:
     return np.flatnonzero(is_idle)
 
 
-def turns_of(period_map: PeriodMap, setting: Setting, motion: Pass, change: tuple[Array, float]) -> Turns:
+def turns_of(period_map: PeriodMap, setting: Setting, motion: Pass, along: Along) -> Turns:
     """Return the turning points of a motion by a corner, with slopes along a change.
 
     Parameters
@@ -133,12 +154,13 @@ def turns_of(period_map: PeriodMap, setting: Setting, motion: Pass, change: tupl
         the same, with its neighbours.
     motion
         over n periods.
-    change
-        (N,) of the state at the start, balanced, and of p.
+    along
+        the change, and what is crossed before and after the motion.
     """
     pieces, y, path, _ = period_map.along(motion)
+    change = along.state * period_map.scale, along.parameter
     course = course_of(setting, (pieces, y), path, float(period_map.cycles), change)
-    return _Search(course, path, change[1], reaches(setting.flow.system)).turns()
+    return _Search(course, path, along, reaches(setting.flow.system)).turns()
 
 
 def exact_slope(period_map: PeriodMap, setting: Setting, motion: Pass) -> Array:
@@ -188,8 +210,9 @@ def with_slopes(period_map: PeriodMap, setting: Setting, motion: Pass, touch: To
 class _Search:
     """The search for the turning points of a course."""
 
-    def __init__(self, course: Course, path: Passages, by: float, reach: Array) -> None:
-        self._course, self._path, self._by, self._reach = course, path, by, reach
+    def __init__(self, course: Course, path: Passages, along: Along, reach: Array) -> None:
+        self._course, self._path, self._reach = course, path, reach
+        self._by, self._outside, by = along.parameter, along.outside, along.parameter
         pieces = np.array(course.pieces, np.int64)[:, list(course.setting.flow.system.clearances)]
         corners, changes = np.empty((2, *pieces.shape)), np.empty((2, *pieces.shape))
         for k, (own, shift) in enumerate(course.setting.corners):
@@ -281,10 +304,10 @@ class _Search:
         is_visit = np.zeros(upward.size, np.bool_)
         for e, (i, k) in enumerate(zip(interval.tolist(), part.watch.tolist(), strict=True)):
             own = np.flatnonzero(path.watch == k)
-            if own.size:
-                following = int(np.searchsorted(own, i))
-                entered, left = own[following - 1], own[following % own.size]
-                is_visit[e] = path.upward[entered] == upward[e] != path.upward[left]
+            following = int(np.searchsorted(own, i))
+            entered = path.upward[own[following - 1]] if following > 0 else self._outside[0, k]
+            left = path.upward[own[following]] if following < own.size else self._outside[1, k]
+            is_visit[e] = entered == upward[e] != left
         return is_visit
 
     def _dips(self, part: _Part, s: Array) -> Dips:

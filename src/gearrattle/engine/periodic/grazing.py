@@ -93,8 +93,8 @@ def grazing_of(curve: Continuation, point: Point, touch: Touch, nearby: Approach
         is_slider = system.auxiliaries[touch.watch - len(system.clearances)].kind == "slider"
         return Grazing(JUMP if is_slider else COMPLIANT)
     if approach is None or np.isnan(approach.rate):
-        slope = None if approach is None else approach.slope
-        approach = _approach_of(family.map_at(point.parameter), point, touch)._replace(slope=slope)
+        slope, part = (None, 0) if approach is None else (approach.slope, approach.part)
+        approach = _approach_of(family.map_at(point.parameter), point, touch)._replace(slope=slope, part=part)
     if np.sqrt(8.0 * RESOLVED) * point.motion.period * approach.rate > 1.0:
         return Grazing(RIGID)
     steep = _slope(curve, point, touch, approach)
@@ -105,7 +105,7 @@ def _slope(curve: Continuation, point: Point, touch: Touch, approach: Approach) 
     """How the depth of a touch grows along the branch, over the distance in the parameter [SI]; NaN: not known."""
     along = abs(float(point.tangent[-1]) * curve.family.unit)
     if approach.slope is not None:
-        change = point.tangent * np.append(point.size / point.scale, curve.family.unit)
+        change = point.change_of(approach.part) * np.append(point.size / point.scale, curve.family.unit)
         return abs(float(approach.slope @ change)) / along if along > 0.0 else np.nan
     for side in (-_APART, _APART):
         slopes = []

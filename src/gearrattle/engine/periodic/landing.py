@@ -21,7 +21,7 @@ from gearrattle.engine.periodic import patterns
 from gearrattle.engine.periodic.corrector import Corrector
 from gearrattle.engine.periodic.equations import Bordered
 from gearrattle.engine.periodic.period_map import Pass
-from gearrattle.engine.periodic.point import Point
+from gearrattle.engine.periodic.point import Guess, Point, turned_around
 from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.periodic.turning import grazes
 from gearrattle.errors import ConvergenceError
@@ -78,15 +78,13 @@ def grazing_ahead(point: Point) -> Ahead | None:
     return Ahead(float(distance[k]), touch, float(turns.time_slope[k]), float(turns.depth[k]))
 
 
-def landed(corrector: Corrector, unit: float, point: Point, ahead: Ahead, farthest: float) -> Point | None:
+def landed(corrector: Corrector, point: Point, ahead: Ahead, farthest: float) -> Point | None:
     """Return the motion that grazes, from the side without contact.
 
     Parameters
     ----------
     corrector
         of the branch.
-    unit
-        of the parameter.
     point
         of the branch.
     ahead
@@ -100,7 +98,7 @@ def landed(corrector: Corrector, unit: float, point: Point, ahead: Ahead, farthe
         None if it is not found.
     """
     try:
-        return _Search(corrector, unit, point, ahead).run(farthest)
+        return _Search(corrector, point, ahead).run(farthest)
     except ConvergenceError:
         return None
 
@@ -110,15 +108,14 @@ def first_step_beyond(corrector: Corrector, grazing: Point, step: float, shortes
 
     It turns in proportion to the root of the step.
     """
-    pieces = grazing.motion.end.auxiliary_pieces
     while step > shortest:
         try:
-            motion, slope = corrector.followed(grazing.w + step * grazing.tangent, pieces)
+            motion, slope = corrector.followed(grazing.guess(grazing.w + step * grazing.tangent))
         except ConvergenceError:
             step *= _MOST_OF_STEP
             continue
         equations = Bordered(corrector.matrix(motion, slope), grazing.tangent)
-        tangent, _, _ = equations.null_vector(grazing.tangent)
+        tangent = equations.null_vector(grazing.tangent)[0][: len(grazing.tangent)]
         angle = float(np.arccos(min(abs(float(tangent @ grazing.tangent)), 1.0)))
         if angle < _LARGEST_ANGLE:
             break
@@ -129,51 +126,52 @@ def first_step_beyond(corrector: Corrector, grazing: Point, step: float, shortes
 class _Search:
     """Newton's method for one grazing."""
 
-    def __init__(self, corrector: Corrector, unit: float, point: Point, ahead: Ahead) -> None:
-        self._corrector, self._unit, self._point, self._ahead = corrector, unit, point, ahead
-        self._units = np.append(point.size / point.scale, unit)
+    def __init__(self, corrector: Corrector, point: Point, ahead: Ahead) -> None:
+        self._corrector, self._point, self._ahead = corrector, point, ahead
         share = 1.0 + _BEYOND if ahead.touches else 1.0 - _LEFT
         distance = share * ahead.distance
-        self._w: Array = point.w + distance * point.tangent
+        self._guess = point.guess(point.w + distance * point.tangent)
         self._time = ahead.touch.time + distance * ahead.time_slope
-        self._last: tuple[Array, float] | None = None  # motion without contact, and its instant
+        without_contact = None if ahead.touches else (point.guess(point.w), ahead.touch.time)
+        self._last: tuple[Guess, float] | None = without_contact  # the last such motion, and its instant
         self._retreats, self._target, self._depth = 0, np.nan, np.nan
         self._is_near = False
 
     def run(self, farthest: float) -> Point | None:
         """Return the motion that grazes; None if it is not found."""
-        pieces = self._point.motion.end.auxiliary_pieces
         for _ in range(_ITERATIONS):
-            if np.linalg.norm(self._w - self._point.w) > farthest:
+            if np.linalg.norm(self._guess.w - self._point.w) > farthest:
                 return None
             touch = replace(self._ahead.touch, time=self._time)
             row = self._point.tangent if self._is_near else None
-            motion, slope = self._corrector.followed(self._w, pieces, touch, row)
+            motion, slope = self._corrector.followed(self._guess, touch, row)
             approach = motion.approach
             if approach is None or approach.slope is None or approach.time_slope is None or approach.depth > 0.0:
                 if not self._retreat():
                     return None
                 continue
             residual, matrix = self._corrector.residual(motion), self._corrector.matrix(motion, slope)
-            row, time_row = approach.slope * self._units, approach.time_slope * self._units
+            row, time_row = (
+                self._corrector.row(slope, approach.part, motion) for slope in (approach.slope, approach.time_slope)
+            )
             steep, now, self._time = float(np.linalg.norm(row)), approach.depth, approach.time
-            is_motion = np.linalg.norm(residual) <= self._corrector.least(self._w, matrix)
+            is_motion = np.linalg.norm(residual) <= self._corrector.least(self._guess, matrix)
             if is_motion and -now <= _CLOSE * steep and motion.turns is not None:
                 return self._point_at(motion, slope, matrix)
             target = self._next_target(now, _CLOSE * steep)
             right = np.append(-residual, (target - now) / steep)
             change = Bordered(matrix, row / steep).solution(right)
-            self._last = self._w, self._time
+            self._last = self._guess, self._time
             self._is_near = bool(np.linalg.norm(change) < _NEAR)
-            self._w, self._time = self._w + change, self._time + float(time_row @ change)
+            self._guess, self._time = self._guess.moved(change), self._time + float(time_row @ change)
         return None
 
     def _retreat(self) -> bool:
         """Go half of the way back to the last motion without contact; whether there is one."""
         if self._last is None or self._retreats == _RETREATS:
             return False
-        w, time = self._last
-        self._w, self._time = 0.5 * (self._w + w), 0.5 * (self._time + time)
+        guess, time = self._last
+        self._guess, self._time = self._guess.halfway(guess), 0.5 * (self._time + time)
         self._retreats, self._target = self._retreats + 1, np.nan
         return True
 
@@ -188,13 +186,10 @@ class _Search:
     def _point_at(self, motion: Pass, slope: Array, matrix: Array) -> Point | None:
         """The point of the branch at a motion that grazes; None if other crossings are missing or added."""
         before, touch = self._point, replace(self._ahead.touch, time=self._time % motion.cycles)
-        tangent, free, way = Bordered(matrix, before.tangent).null_vector(before.tangent)
-        if way * before.orientation < 0.0:
-            tangent, way = -tangent, -way
-        motion = self._corrector.with_turns_along(motion, float(before.tangent @ tangent), free)
-        parameter = float(self._w[-1] * self._unit)
-        units = before.scale, before.size
-        point = Point(parameter, motion, slope, *units, self._w, tangent, free, way, 0.0, 0.0, touch)
+        point = self._corrector.point_at(self._guess, motion, slope, before.tangent, Bordered(matrix, before.tangent))
+        if point.orientation * before.orientation < 0.0:
+            point = turned_around(point)
+        point = replace(point, touch=touch)
         same = bool(patterns.touches(point.word, before.word)) if self._ahead.touches else point.word == before.word
         return point if same and not _touches_at_once(point) else None
 

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.equations import Factored
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.system.passages import Passages
-from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -36,49 +35,25 @@ _MOST_STEPS = 40
 _HALVINGS = 8
 
 
-class EighthMap(PeriodMap):
-    """The map over an eighth of a period.
-
-    Parameters
-    ----------
-    system
-        a driveline whose stiffness does not alternate by the clock.
-    index
-        0 to 7: which eighth.
-    """
-
-    def __init__(self, system: PiecewiseSystem, index: int) -> None:
-        super().__init__(replace(system, inputs=system.inputs.later(index / EIGHTHS)), 1)
-
-    @property
-    def length(self) -> float:
-        """Duration of an eighth [s]."""
-        return super().length / EIGHTHS
-
-    def __call__(self, state: State) -> Pass:
-        """Follow a state over the eighth.
-
-        Raises
-        ------
-        ConvergenceError
-            the motion could not be followed.
-        """
-        march = self.marched(state, samples_per_cycle=EIGHTHS)
-        crossings = self.passages(march)
-        crossings = crossings.where(crossings.time < self.length)
-        gradient, turned = self.gradient_along(march, crossings), self.turned(march, 1)
-        return Pass(state, self.sampled(march, 1), gradient, turned, crossings, self.system.inputs.period, 1)
-
-
 def maps_of_parts(period_map: PeriodMap, parts: int) -> Sequence[PeriodMap]:
     """Return the maps over the parts of n periods, 1 or 8 a period.
 
-    A part is a whole period where stiffness alternates by the clock, or where there would be too many unknowns.
+    A part is a whole period where ``parts_of`` allows no shorter ones.
     """
     system, cycles = period_map.system, period_map.cycles
-    if parts == 1 or system.clock is not None or EIGHTHS * cycles * len(period_map.scale) > LARGEST_SYSTEM:
+    if parts == 1 or parts_of(period_map) <= cycles:
         return [PeriodMap(system, 1)] * cycles
-    return [EighthMap(system, index) for index in range(EIGHTHS)] * cycles
+    inputs = [system.inputs.part(index / EIGHTHS, 1.0 / EIGHTHS) for index in range(EIGHTHS)]
+    return [PeriodMap(replace(system, inputs=own), 1, repeats=False) for own in inputs] * cycles
+
+
+def parts_of(period_map: PeriodMap) -> int:
+    """Return into how many parts of equal length n periods are cut: eighths of periods, whole ones, or none."""
+    system, cycles = period_map.system, period_map.cycles
+    for parts in (EIGHTHS * cycles, cycles):
+        if (parts == cycles or system.clock is None) and parts * len(period_map.scale) <= LARGEST_SYSTEM:
+            return parts
+    return 1
 
 
 def shoot_in_parts(
@@ -114,12 +89,12 @@ def shoot_in_parts(
             break
         parts = shortened
         residual = _residual(period_map, parts)
-    return joined(parts, period_map), residual, passes
+    return joined(parts, period_map.system.inputs.period, period_map.cycles), residual, passes
 
 
-def joined(parts: list[Pass], period_map: PeriodMap) -> Pass:
-    """Return motions of one length that follow one another as one over the n periods of a map."""
-    gradient, length = np.eye(len(parts[0].gradient)), period_map.length / len(parts)
+def joined(parts: Sequence[Pass], period: float, cycles: int) -> Pass:
+    """Return motions of one length that follow one another as one over so many periods [s]."""
+    gradient, length = np.eye(len(parts[0].gradient)), cycles * period / len(parts)
     for part in parts:
         gradient = part.gradient @ gradient
     logs = [part.crossings for part in parts]
@@ -131,7 +106,7 @@ def joined(parts: list[Pass], period_map: PeriodMap) -> Pass:
         np.concatenate([log.memory for log in logs]),
     )
     turned = np.sum([part.turned for part in parts], axis=0)
-    return Pass(parts[0].start, parts[-1].end, gradient, turned, crossings, parts[0].period, period_map.cycles)
+    return Pass(parts[0].start, parts[-1].end, gradient, turned, crossings, period, cycles)
 
 
 def _jumps(parts: list[Pass]) -> list[Array]:

@@ -71,6 +71,7 @@ class Approach(NamedTuple):
     time_slope: Array | None = None  # (N + 1,) of the time, by the same
     gain: float = np.nan  # what the trace of the gradient gains for a second beyond the corner [1/s]
     rate: float = np.nan  # of what is entered there [rad/s]
+    part: int = 0  # of the motion: slopes are by the state at its start
 
 
 class Dips(NamedTuple):
@@ -104,6 +105,23 @@ class Turns(NamedTuple):
         return self._replace(slope=factor * self.slope, time_slope=factor * self.time_slope, dips=dips)
 
 
+class Along(NamedTuple):
+    """The change along which slopes of the turning points of a part of a motion are."""
+
+    state: Array  # (N,) at the start of the part [SI]
+    parameter: float
+    outside: IntArray  # (2, K) 1 upwards, 0 downwards: what clearances cross before, and after the part; -1: nothing
+
+
+class Parts(NamedTuple):
+    """The m parts of a motion, of equal length; the end of one may differ from the start of the next."""
+
+    start: Array  # (m, N) [SI]
+    end: Array  # (m, N) [SI]
+    gradient: Array  # (m, N, N) d end / d start [SI]
+    slope: Array  # (m, N) d end / d parameter for a fixed start [SI]
+
+
 @dataclass(frozen=True)
 class Pass:
     """A motion over n periods.
@@ -126,6 +144,8 @@ class Pass:
         of a clearance to a corner; None: there is no extremum, or none was asked for.
     turns
         turning points; None: they are not known.
+    parts
+        of a motion that was followed in parts; None: it was followed as a whole.
     """
 
     start: State
@@ -137,6 +157,7 @@ class Pass:
     cycles: int
     approach: Approach | None = None
     turns: Turns | None = None
+    parts: Parts | None = None
 
     @property
     def gap(self) -> Array:
@@ -162,16 +183,18 @@ class PeriodMap:
         the driveline; its inputs repeat.
     cycles
         n.
+    repeats
+        whether its inputs must repeat: those of a part of a period do not.
 
     Raises
     ------
     ValueError
-        its inputs do not repeat: signals over time, or orders without a common period.
+        inputs that must repeat do not: signals over time, or orders without a common period.
     """
 
-    def __init__(self, system: PiecewiseSystem, cycles: int = 1) -> None:
+    def __init__(self, system: PiecewiseSystem, cycles: int = 1, *, repeats: bool = True) -> None:
         wave = system.inputs.cycles
-        if system.signals is not None or np.any(np.abs(wave - np.round(wave)) > _PERIODIC):
+        if repeats and (system.signals is not None or np.any(np.abs(wave - np.round(wave)) > _PERIODIC)):
             raise ValueError("inputs that do not repeat")
         self.system, self.cycles = system, cycles
         self.flow = flow_of(system)

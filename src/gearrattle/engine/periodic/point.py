@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,38 @@ from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.system.passages import Passages
 
 Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_SMALL = 1e3  # growth of a disturbance below which motions are followed as a whole again
+
+
+class Guess(NamedTuple):
+    """What a motion is followed from.
+
+    The unknowns of Newton's method are w, and behind it the states of ``later``.
+    """
+
+    w: Array  # (N + 1,) state at the start and parameter in the branch's units
+    pieces: IntArray | None  # (C,) of the auxiliaries at the start; None: the state decides them
+    later: Array | None = None  # (m - 1, N) states at the start of its later parts; None: it is followed as a whole
+
+    def moved(self, change: Array) -> Guess:
+        """Return it after a change of all unknowns."""
+        own = self.w.size
+        later = None if self.later is None else self.later + change[own:].reshape(self.later.shape)
+        return self._replace(w=self.w + change[:own], later=later)
+
+    def halfway(self, other: Guess) -> Guess:
+        """Return it half of the way to another one."""
+        later = None if self.later is None or other.later is None else 0.5 * (self.later + other.later)
+        return self._replace(w=0.5 * (self.w + other.w), later=later)
+
+
+class Later(NamedTuple):
+    """The states at the start of the later parts of a motion that was followed in m parts, in the branch's units."""
+
+    state: Array  # (m - 1, N)
+    tangent: Array  # (m - 1, N) their change along the branch
 
 
 @dataclass(frozen=True)
@@ -50,6 +83,8 @@ class Point:
         arclength from the start of the branch.
     touch
         the corner that the motion grazes, and the instant; None: it was not sought as one that grazes.
+    later
+        of a motion that was followed in parts; None: it was followed as a whole.
     """
 
     parameter: float
@@ -64,6 +99,7 @@ class Point:
     error: float
     length: float
     touch: Touch | None = None
+    later: Later | None = None
 
     @property
     def state(self) -> Array:
@@ -84,6 +120,19 @@ class Point:
     def word(self) -> str:
         """Its pattern, as a word of ``patterns``."""
         return rotated(word_of(self.motion.crossings))
+
+    def guess(self, w: Array) -> Guess:
+        """Return what a motion nearby (N + 1,) is followed from."""
+        later, pieces = self.later, self.motion.end.auxiliary_pieces
+        if later is None or np.linalg.norm(self.gradient) < _SMALL:
+            return Guess(w, pieces)
+        return Guess(w, pieces, later.state + float(self.tangent @ (w - self.w)) * later.tangent)
+
+    def change_of(self, part: int) -> Array:
+        """Return (N + 1,) the change of the state at the start of a part and of the parameter along the branch."""
+        if part == 0 or self.later is None:
+            return self.tangent
+        return np.append(self.later.tangent[part - 1], self.tangent[-1])
 
     @property
     def pattern(self) -> Pattern:
@@ -119,7 +168,17 @@ def turned_around(point: Point) -> Point:
     """Return the point of the same branch passed in the other direction."""
     turns = point.motion.turns
     motion = point.motion if turns is None else replace(point.motion, turns=turns.scaled(-1.0))
-    return replace(point, motion=motion, tangent=-point.tangent, orientation=-point.orientation)
+    later = None if point.later is None else point.later._replace(tangent=-point.later.tangent)
+    return replace(point, motion=motion, tangent=-point.tangent, orientation=-point.orientation, later=later)
+
+
+def on_the_way(before: Point, point: Point, after: Point) -> Point:
+    """Return a point between two others with its tangent along the way, which theirs do not tell beside a sharp fold.
+
+    Where no other branch crosses, orientations keep their sign.
+    """
+    own = before.orientation
+    return turned_around(point) if own * after.orientation > 0.0 > own * point.orientation else point
 
 
 def appended(point: Point, following: Point) -> Point:

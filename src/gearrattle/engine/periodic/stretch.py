@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.point import Point, interpolated, turned_around
+from gearrattle.engine.periodic.point import Point, interpolated, on_the_way
 from gearrattle.engine.periodic.touch import Touch
 
 Array = NDArray[np.float64]
@@ -89,21 +89,13 @@ class Stretch:
         slack = _SLACK * (self.distance * (share - nearest)) ** 2 if is_trial else 0.0
         following = self._curve.near(predicted, self._normal, point, slack=slack, touch=touch)
         length = self.before.length + share * (self.after.length - self.before.length)
-        following = replace(self._in_order(following), length=length)
+        following = replace(on_the_way(self.before, following, self.after), length=length)
         self._known.append((share, following))
         return following
 
     def again(self, point: Point, touch: Touch) -> Point:
         """Return a motion of the stretch once more, with its approach to a corner; errors as in ``at``."""
         return self._curve.near(point.w, point.tangent, point, slack=_SAME, touch=touch)
-
-    def _in_order(self, point: Point) -> Point:
-        """A motion with its tangent along the way, which that of a neighbour does not tell beside a sharp fold.
-
-        Where no other branch crosses, orientations keep their sign.
-        """
-        own = self.before.orientation
-        return turned_around(point) if own * self.after.orientation > 0.0 > own * point.orientation else point
 
     def _predicted(self, share: float, known: list[tuple[float, Point]]) -> Array:
         """(N + 1,) a prediction in the plane of a share, from known motions, the nearest first."""

@@ -17,7 +17,7 @@ from gearrattle.engine.kernels.variants import Coefficients, Frame
 from gearrattle.engine.system.auxiliary import Auxiliary
 from gearrattle.engine.system.coordinates import RelativeCoordinates
 from gearrattle.engine.system.law import PiecewiseLaw
-from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.piecewise import PiecewiseSystem, turned
 from gearrattle.remember import kept
 
 
@@ -55,6 +55,29 @@ def system_of(pattern: PiecewiseSystem, numbers: Coefficients) -> PiecewiseSyste
         error_cosine=numbers.error_cosine,
     )
     return replace(pattern, inertia=numbers.inertia, drag=numbers.drag, laws=tuple(laws), inputs=inputs)
+
+
+def part_of(numbers: Coefficients, cycles: NDArray[np.float64], begin: float, length: float) -> Coefficients:
+    """Return numbers, with a leading axis or without, with the inputs of a part of a motion: see ``Harmonics.part``.
+
+    Parameters
+    ----------
+    numbers
+        of the whole.
+    cycles
+        (H,) oscillations a period.
+    begin, length
+        of the part, in periods.
+    """
+    torque_sine, torque_cosine = turned(numbers.torque_sine, numbers.torque_cosine, cycles * begin)
+    error_sine, error_cosine = turned(numbers.error_sine, numbers.error_cosine, cycles * begin)
+    return numbers._replace(
+        torque_sine=torque_sine,
+        torque_cosine=torque_cosine,
+        error_sine=error_sine,
+        error_cosine=error_cosine,
+        period=length * numbers.period,
+    )
 
 
 def laws_of(laws: Sequence[PiecewiseLaw | Auxiliary]) -> Laws:

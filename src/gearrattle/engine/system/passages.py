@@ -36,8 +36,8 @@ class Passages:
     velocity: Array
     memory: Array
 
-    def where(self, kept: NDArray[np.bool_]) -> Passages:
-        """Return the crossings that are to be kept, by (E,) truth values."""
+    def where(self, kept: NDArray[np.bool_] | IntArray) -> Passages:
+        """Return the crossings that are to be kept, by (E,) truth values or by their indices."""
         return Passages(self.time[kept], self.watch[kept], self.upward[kept], self.velocity[kept], self.memory[kept])
 
 

@@ -57,15 +57,25 @@ class Harmonics:
 
     def later(self, periods: float) -> Harmonics:
         """Return the inputs from a number of periods later on, whole or not: theirs at t = 0 are these at periods T."""
-        angle = 2.0 * np.pi * np.remainder(self.cycles * periods, 1.0)
-        cosine, sine = np.cos(angle), np.sin(angle)
+        torque_sine, torque_cosine = turned(self.torque_sine, self.torque_cosine, self.cycles * periods)
+        error_sine, error_cosine = turned(self.error_sine, self.error_cosine, self.cycles * periods)
         return replace(
             self,
-            torque_sine=self.torque_sine * cosine - self.torque_cosine * sine,
-            torque_cosine=self.torque_sine * sine + self.torque_cosine * cosine,
-            error_sine=self.error_sine * cosine - self.error_cosine * sine,
-            error_cosine=self.error_sine * sine + self.error_cosine * cosine,
+            torque_sine=torque_sine,
+            torque_cosine=torque_cosine,
+            error_sine=error_sine,
+            error_cosine=error_cosine,
         )
+
+    def part(self, begin: float, length: float) -> Harmonics:
+        """Return the inputs of a part of a motion: from a number of periods on, their period so many of these."""
+        return replace(self.later(begin), period=length * self.period, cycles=length * self.cycles)
+
+
+def turned(sine: Array, cosine: Array, cycles: Array) -> tuple[Array, Array]:
+    """Return amplitudes (..., H) of sines and cosines whose oscillations begin so many cycles (H,) later."""
+    angle = 2.0 * np.pi * np.remainder(cycles, 1.0)
+    return sine * np.cos(angle) - cosine * np.sin(angle), sine * np.sin(angle) + cosine * np.cos(angle)
 
 
 @dataclass(frozen=True)
