@@ -9,8 +9,9 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.period_map import DECIDED, PeriodMap, State
 from gearrattle.engine.periodic.shooting import shoot
+from gearrattle.engine.system.auxiliary import OFF, STICK
 from gearrattle.errors import ConvergenceError
 
 OSCILLATOR: dict[str, Any] = {
@@ -168,3 +169,15 @@ def test_a_motion_of_a_train_with_five_gaps_is_found() -> None:
     orbit = gr.periodic(gr.Model.from_tables(tables))
     assert orbit.residual < 1e-12
     assert len(orbit.motion.crossings.time) > 20
+
+
+def test_a_slider_that_its_region_lets_go_carries_nothing_whatever_its_start_says() -> None:
+    """The dual mass flywheel at rest lies inside the stages whose sliders a start says to be loaded."""
+    period_map = PeriodMap(assemble(gr.example("dual_mass_flywheel")).system)
+    zero = period_map.state_of(np.zeros(period_map.system.size), np.zeros(period_map.system.size))
+    memory = np.full(period_map.flow.memory.size, 0.01)
+    loaded = State(np.append(zero.y[: -memory.size], memory), np.zeros(len(period_map.system.auxiliaries), np.int64))
+    start = period_map(loaded).start
+    assert start.auxiliary_pieces is not None
+    assert start.auxiliary_pieces.tolist() == [STICK, OFF, OFF, DECIDED, DECIDED]
+    np.testing.assert_array_equal(start.y[-memory.size :], [0.01, 0.0, 0.0])

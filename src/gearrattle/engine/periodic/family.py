@@ -150,7 +150,7 @@ class GeneralFamily(Family):
     ) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""
         period_map = self.map_at(parameter)
-        motion, neighbours = period_map(state), self._neighbours(parameter)
+        motion, neighbours = replace(period_map(state), start=state), self._neighbours(parameter)
         alike = {side: one.flow for side, one in neighbours.items() if is_alike(one.flow, period_map.flow)}
         if not alike:  # the driveline is of another kind: a gap that has closed
             side, other = next(iter(neighbours.items()))

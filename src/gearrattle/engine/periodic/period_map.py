@@ -245,7 +245,20 @@ class PeriodMap:
         march = self.marched(state)
         crossings = self.passages(march)
         gradient, turned = self.gradient_along(march, crossings), self.turned(march, -1)
-        return Pass(state, self.sampled(march, -1), gradient, turned, crossings, self.system.inputs.period, self.cycles)
+        start, end = self._consistent(state, march), self.sampled(march, -1)
+        return Pass(start, end, gradient, turned, crossings, self.system.inputs.period, self.cycles)
+
+    def _consistent(self, state: State, march: Marched) -> State:
+        """A start with the pieces that its region allows, and the memories that are known in these."""
+        memories = self.flow.memory.size
+        if not memories:
+            return state
+        own, begun = state.y[-memories:], self.sampled(march, 0)
+        is_kept = (
+            own * self.scale[-memories:] == march.samples.states[0, self.flow.states - memories : self.flow.states]
+        )
+        memory = np.where(is_kept, own, begun.y[-memories:])
+        return State(np.append(state.y[:-memories], memory), begun.auxiliary_pieces)
 
     def gradient_along(self, march: Marched, crossings: Passages) -> Array:
         """Return the gradient (N, N) [SI] of a march that is done, over the length of the map, from its crossings."""

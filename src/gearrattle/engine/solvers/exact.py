@@ -73,6 +73,8 @@ class ExactMarch:
         states = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity, memory])
         u = flow.inputs_at(np.zeros(1), np.zeros(1))[0]
         pieces, side = starting_pieces(flow, np.concatenate([states, u]), task.angle, task.auxiliary_pieces)
+        known, memory = flow.known(pieces), states[size.states - size.memories : size.states]
+        memory[:] = np.where(np.isnan(known), memory, known)
         counts = np.zeros(packed.COUNTS, np.int64)
         counts[packed.SLOT] = self.slots.slot_of(pieces)
         counts[packed.PENDING] = -1

@@ -27,7 +27,8 @@ def starting_pieces(
     """Pieces of all elements and auxiliaries at the state z (Z,), and of all watched the side of the piece they sit on.
 
     ``angle`` (n,) is what the deflections in z were computed from; it sets how much of them is rounding. Pieces of
-    auxiliaries (C,), where they are known, are taken as they are; -1: deflection, rate and clock decide.
+    auxiliaries (C,), where they are known, are taken as far as the region allows them; -1: deflection, rate and clock
+    decide.
 
     Returns
     -------
@@ -63,8 +64,8 @@ def _accompanied(flow: Flow, pieces: Sequence[int], z: Array, known: IntArray | 
     """The pieces of all elements, and those in which their auxiliaries start."""
     auxiliary_pieces = []
     for c, auxiliary in enumerate(flow.system.auxiliaries):
-        if known is not None and known[c] >= 0:
-            auxiliary_pieces.append(int(known[c]))
+        if known is not None and known[c] >= 0:  # one of a region that the deflection has left is another one here
+            auxiliary_pieces.append(int(auxiliary.follow[pieces[auxiliary.element], known[c]]))
             continue
         deflection, rate = float(flow.deflection[auxiliary.element] @ z), float(flow.rate[auxiliary.element] @ z)
         auxiliary_pieces.append(auxiliary.start(pieces[auxiliary.element], deflection, rate))
