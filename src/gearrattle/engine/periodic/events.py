@@ -25,6 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,7 @@ from scipy.optimize import brentq
 
 from gearrattle.engine.periodic import patterns
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.grazing import JUMP, Grazing, grazing_of
+from gearrattle.engine.periodic.grazing import JUMP, RIGID, Grazing, grazing_of
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.stretch import Stretch
 from gearrattle.engine.periodic.touch import Touch
@@ -60,6 +61,8 @@ _CHECKS = 6  # searches for one zero
 _ROUGHER = 10.0  # times as far off as the motion at a zero: the sign at a trial is checked
 _FARTHER = 2.0  # times the way between both ends that a multiplier may go in between
 _DEEP = 0.1  # of the values at both ends: an extremum above that is no sign of two zeros
+_TOWARDS = 0.1  # of the way from a motion that touches to a grazing is left by the next one
+_APART = 1e-9  # arclength by which two events are told from one
 _UPRIGHT = 1e-12  # part of a tangent along the parameter that is rounding
 _ASIDE = 1e-8  # arclength from a jump of the gradient to the points on either side
 
@@ -151,15 +154,48 @@ def _smooth_events(curve: Continuation, before: Point, after: Point, changes: li
     ConvergenceError
         the branch cannot be followed in between.
     """
-    grazing = changes[0].point if len(changes) == 1 and changes[0].kind == GRAZING else None
-    if grazing is None or not before.length < grazing.length < after.length:
-        return list(_losses(curve, before, after))
-    return [*_losses(curve, before, grazing), *_losses(curve, grazing, after)]
+    points = [before, after]
+    if len(changes) == 1 and changes[0].kind == GRAZING:
+        grazing = changes[0].point
+        if before.length < grazing.length < after.length:
+            points.append(grazing)
+        touching = after if len(after.word) > len(before.word) else before
+        points += _beside_grazing(curve, changes[0], touching)
+    points.sort(key=lambda point: point.length)
+    return [event for pair in pairwise(points) for event in _losses(curve, *pair)]
+
+
+def _beside_grazing(curve: Continuation, grazing: Event, touching: Point) -> Iterator[Point]:
+    """Yield motions that touch between a grazing and one that touches, ever nearer to the grazing.
+
+    The trace of the gradient changes with the root of the distance. So close to the grazing multipliers may go to the
+    unit circle and back: up to where that root moves them by less than they are from it.
+    """
+    point, root = grazing.point, _root_of(grazing)
+    way = min(nearest(point)[1] for nearest in _NEAREST.values())
+    distance, share = abs(touching.parameter - point.parameter), _TOWARDS
+    shortest = _APART / max(abs(touching.length - point.length), _APART)
+    while root * np.sqrt(share * distance) > way and share > shortest:
+        try:
+            is_behind = touching.length > point.length
+            yield curve.between(point, touching, share) if is_behind else curve.between(touching, point, 1.0 - share)
+        except ConvergenceError:
+            return
+        share *= _TOWARDS
+
+
+def _root_of(grazing: Event) -> float:
+    """How strong the root of a grazing is; infinite where it is rigid, NaN where there is none."""
+    if grazing.grazing is None:
+        return np.nan
+    return np.inf if grazing.grazing.kind == RIGID else abs(grazing.grazing.root)
 
 
 def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]:
     """Yield the folds, doublings, breakings and Neimark-Sacker bifurcations between two points."""
     hidden = _hidden_fold(curve, before, after) or _hidden_loss(curve, before, after)
+    if hidden is None and after.length - before.length > _APART and _is_ambiguous(before, after):
+        hidden = curve.between(before, after, 0.5)
     if hidden is not None:
         yield from _losses(curve, before, hidden)
         yield from _losses(curve, hidden, after)
@@ -295,7 +331,10 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: 
         return
 
     def apart_by(point: Point) -> float:
-        return time_between(point, other, view) if view(point) == one else -time_between(point, one, view)
+        pattern = view(point)
+        if pattern not in (one, other):
+            raise ConvergenceError("more than one thing changes between two points")
+        return time_between(point, other, view) if pattern == one else -time_between(point, one, view)
 
     i = swaps[0]
     watch = min(patterns.watch_of(one[i]), patterns.watch_of(one[(i + 1) % len(one)]))  # whichever way it is passed
@@ -364,6 +403,15 @@ def _pairs_crossed(before: Point, after: Point) -> int:
     """
     above, below, pairs = np.subtract(_outside(after), _outside(before))
     return int(pairs + np.trunc(above / 2.0) + np.trunc(below / 2.0))
+
+
+def _is_ambiguous(before: Point, after: Point) -> bool:
+    """Whether a pair outside the circle may have become two real multipliers, one of which has then come inside.
+
+    Or, the other way round, a pair may have entered the circle while a real one has left it: then there are two events.
+    """
+    above, below, pairs = (int(change) for change in np.subtract(_outside(after), _outside(before)))
+    return any(change % 2 == 1 and change * pairs < 0 for change in (above, below))
 
 
 def _neimark_sacker(before: Point) -> Callable[[Point], float]:

@@ -70,10 +70,13 @@ def touches(fewer: str, more: str) -> list[int]:
 
 
 def swaps(one: str, other: str) -> list[int]:
-    """Return the crossings i of a word such that it has the pattern of another one with i and the next exchanged."""
+    """Return the crossings i of a word such that it has the pattern of another one with i and the next exchanged.
+
+    They are of different watches: one that crosses its bounds up and down does not do so the other way round.
+    """
     if sorted(one) != sorted(other):
         return []
-    neighbours = [i for i in range(len(one)) if one[i] != one[(i + 1) % len(one)]]
+    neighbours = [i for i in range(len(one)) if watch_of(one[i]) != watch_of(one[(i + 1) % len(one)])]
     return [i for i in neighbours if is_rotation(exchanged(one, i), other)]
 
 
