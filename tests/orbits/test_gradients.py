@@ -64,6 +64,44 @@ def test_what_moves_it_most_comes_first_and_the_value_itself_is_left_out() -> No
     assert set(PATHS) <= set(table["path"])
 
 
+def test_a_grazing_moves_as_its_closed_form() -> None:
+    """Up to it the response is linear: it grazes where mean |1 - W^2 + 0.1 i W| = 0.05 W^2, whatever the clearance."""
+    branch = gr.continuation(gr.example("backlash_oscillator"), "excitation.frequency", (0.3, 1.6))
+    rows = branch.events.index[branch.events["kind"] == "grazing"]
+    assert len(rows) == 2
+    for row in rows:
+        w = float(branch.events["value"][row])
+        size = abs(1.0 - w**2 + 0.1j * w)
+        steep = 0.1 * (-2.0 * w * (1.0 - w**2) + 0.01 * w) / size - 0.1 * w
+        table = branch.gradients(int(row), ["torque.0.mean", "coupling.mesh.clearance"]).set_index("path")
+        assert table.loc["torque.0.mean", "gradient"] == pytest.approx(-size / steep, rel=5e-8)
+        assert abs(table.loc["coupling.mesh.clearance", "gradient"]) < 5e-8
+
+
+def test_a_slider_that_begins_to_slip_has_no_gradient_and_no_border() -> None:
+    """The gradient of the motion jumps there, and there is no corner that its depth could be taken from."""
+    coupling = {"name": "c", "between": ["b", "ground"], "stiffness": 1.0, "hysteresis": 0.4, "stick_stiffness": 2.0}
+    tables = {
+        "schema": 1,
+        "units": "dimensionless",
+        "inertia": [{"name": "b", "J": 1.0, "drag": 0.1}],
+        "coupling": [coupling],
+        "excitation": {"frequency": 0.8},
+        "torque": [{"on": "b", "harmonics": [{"order": 1, "amplitude": 0.3}]}],
+    }
+    branch = gr.continuation(gr.Model.from_tables(tables), "torque.0.harmonics.0.amplitude", (0.05, 0.6))
+    (row, *_) = branch.events.index[branch.events["kind"] == "grazing"]
+    with pytest.raises(gr.ModelError, match=r"found grazing at which .* jumps; must be a fold"):
+        branch.gradients(int(row))
+    with pytest.raises(gr.ModelError, match="jumps; must be a fold"):
+        branch.boundary(int(row), "coupling.c.stiffness", (0.9, 1.1))
+
+
+def test_a_deviation_is_not_less_than_zero() -> None:
+    with pytest.raises(gr.ModelError, match=r"torque.0.mean: found -0.1; must be a standard deviation"):
+        over_frequency().scatter(1, {"torque.0.mean": -0.1})
+
+
 def test_scatter_adds_variances() -> None:
     branch = over_frequency()
     deviations = {"torque.0.mean": 0.01, "coupling.gap.damping": 0.02}
@@ -88,7 +126,7 @@ def test_a_change_of_the_pattern_has_no_gradient() -> None:
     branch = gr.continuation(gr.Model.from_tables(tables), "inertia.b.J", (1.2, 0.8))
     rows = branch.events.index[branch.events["kind"] == "pattern"]
     assert len(rows) > 0
-    with pytest.raises(gr.ModelError, match="this is known of"):
+    with pytest.raises(gr.ModelError, match="must be a fold"):
         branch.gradients(int(rows[0]))
 
 

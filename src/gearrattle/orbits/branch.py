@@ -19,17 +19,18 @@ from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.system.coordinates import relative_coordinates
-from gearrattle.errors import ModelError
+from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import path_label
 from gearrattle.model.path_values import in_si
 from gearrattle.model.quantity import Plain, Reader, argument_problems
+from gearrattle.model.table import shown
 from gearrattle.orbits.boundary import boundary_of
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.ends import check_index, ends_of, unit_of
 from gearrattle.orbits.family import family_of, follower_over
 from gearrattle.orbits.find import periodic
-from gearrattle.orbits.further import branches_off, isolated_curves
+from gearrattle.orbits.further import branches_off, doublings_left, isolated_curves
 from gearrattle.orbits.gradients import check_kind, gradients_of, scatter_of
 from gearrattle.orbits.means import mean_events
 from gearrattle.orbits.motion_map import MotionMap, map_of
@@ -181,7 +182,7 @@ class Branch(Result):
         0.1
         """
         chosen, curve = self._located(event)
-        check_kind(chosen)
+        check_kind(chosen, curve.family.clearances)
         return gradients_of(self.model, self.path, curve, chosen, paths)
 
     def boundary(self, event: int, second: str, range: tuple[float | str, float | str]) -> xr.Dataset:
@@ -219,7 +220,7 @@ class Branch(Result):
         """
         chosen, curve = self._located(event)
         low, high = sorted(ends_of(self.model, second, range))
-        check_kind(chosen)
+        check_kind(chosen, curve.family.clearances)
         return boundary_of(self.model, self.path, curve, chosen, second=second, ends=(low, high))
 
     def map(
@@ -319,9 +320,12 @@ class Branch(Result):
         Raises
         ------
         ModelError
-            no such event, or a path that leads nowhere.
+            no such event, a path that leads nowhere, a deviation below zero.
         """
-        read = {path: abs(float(in_si(path, deviation, self.model))) for path, deviation in tolerances.items()}
+        read = {path: float(in_si(path, deviation, self.model)) for path, deviation in tolerances.items()}
+        rule = "must be a standard deviation, not less than zero"
+        if problems := [Problem(path, shown(tolerances[path]), rule) for path, one in read.items() if not one >= 0.0]:
+            raise ModelError(problems)
         table = self.gradients(event, list(read)).set_index("path")
         return scatter_of(table["gradient"].to_dict(), read)
 
@@ -489,5 +493,5 @@ def continuation(
             tell([])
     if work is not None:
         work(1.0)
-    notes = tuple(dict.fromkeys(note for c in curves for note in c.notes))
-    return Branch(model, path, (first, last), cycles, tuple(curves), notes)
+    notes = dict.fromkeys(note for c in curves for note in (*c.notes, *doublings_left(c, cycles)))
+    return Branch(model, path, (first, last), cycles, tuple(curves), tuple(notes))

@@ -14,7 +14,6 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_values import in_si
 from gearrattle.model.table import shown
-from gearrattle.wording import counted
 
 _WIDTHS = 1e3  # of a range: the unit of its value is no larger
 _LEAST = 1e-9  # of the larger end: the ends must differ by more
@@ -30,6 +29,9 @@ def ends_of(model: Model, path: str, ends: Sequence[float | str]) -> tuple[float
     """
     if isinstance(ends, str) or not isinstance(ends, Sequence | np.ndarray) or len(ends) != 2:
         raise ModelError(Problem("range", shown(ends), "must be two values", "such as (100.0, 200.0)"))
+    if path.partition(".")[0] == "simulation":
+        rule = "is a setting of simulations, on which motions do not depend"
+        raise ModelError(Problem(path, "", rule, "follow a value of the driveline"))
     values = [in_si(path, end, model) for end in ends]
     if path.rpartition(".")[2] == "order":
         rule = "cannot be followed: between two orders there are others without a common period"
@@ -66,5 +68,5 @@ def check_index(name: str, index: object, ends: tuple[int, int]) -> None:
     first, count = ends
     if isinstance(index, Integral) and not isinstance(index, bool) and first <= int(index) < count:
         return
-    rule = f"must be a whole number: there are {counted(count, name)}"
+    rule = f"must be a whole number from {first} to {count - 1}" if count > first else f"there is no {name}"
     raise ModelError(Problem(name, shown(index), rule))

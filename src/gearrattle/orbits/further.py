@@ -19,6 +19,7 @@ from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.curve import Curve, Home, followed, shared_with
 from gearrattle.orbits.progress import Progress, part_of
 from gearrattle.orbits.search import Known, search, starts_of
+from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 SoFar = Callable[[Sequence[Curve]], None]
@@ -30,6 +31,8 @@ _SAME = 1e-6  # of the size of the state: motions nearer than this are the same
 _SAME_BESIDE = 0.1  # of the distance from the motion of an event: those nearer than this are the same as well
 _DISTANCES = (2e-2, 5e-3, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 """Of the first point from the branch that is left, in units of w."""
+_MOST_TOLD = 3
+"""Values that a note tells."""
 _FARTHEST = 3.0  # distances: a motion whose state is farther away is of another branch
 _FLAT = 1e-8  # of w: a change of the parameter that does not matter
 _DEFECT = 0.01  # of the largest change: by so much a cubic may be off
@@ -183,6 +186,26 @@ def branches_off(
             if branch.events and branch.events[-1].kind == DOUBLING:
                 reached.append(branch.events[-1].point.parameter)
     return further
+
+
+def doublings_left(known: Curve, cycles: int) -> list[str]:
+    """Return what the user must know of period doublings from which no branch is followed.
+
+    Parameters
+    ----------
+    known
+        a branch.
+    cycles
+        periods of the motions that branches of doubled period are followed from.
+    """
+    inside = known.events[: -1 if known.events and known.events[-1].point is known.points[-1] else None]
+    doublings = [event.point.parameter for event in inside if event.kind == DOUBLING]
+    if known.cycles == cycles or not doublings:
+        return []
+    places = ", ".join(f"{value:.9g}" for value in doublings[:_MOST_TOLD])
+    more = f" and {len(doublings) - _MOST_TOLD} more" if len(doublings) > _MOST_TOLD else ""
+    periods = f"motions of {2 * known.cycles} periods that leave at {counted(len(doublings), 'period doubling')}"
+    return [f"The {periods} of a branch of {known.cycles}, {places}{more}, are not followed."]
 
 
 def _is_known(

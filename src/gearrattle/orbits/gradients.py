@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.drift import KINDS, gradient_of
+from gearrattle.engine.periodic.drift import KINDS, FamiliesOf, gradient_of
 from gearrattle.engine.periodic.events import GRAZING, Event
+from gearrattle.engine.periodic.family import Family
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.paths import path_names, value_at
@@ -21,8 +22,6 @@ from gearrattle.orbits.family import family_of
 if TYPE_CHECKING:
     import pandas as pd
 
-_CHANGE = 1e-5  # of a number, to both sides
-_CHANGE_APART = 1e-7  # the same for grazings: the changed motions must not touch
 _SAME = {"excitation.speed", "excitation.frequency"}
 _LEFT_OUT = ("simulation", "schema", "name", "units")
 
@@ -57,17 +56,27 @@ def number_at(model: Model, path: str, other: str) -> float:
     return float(value)
 
 
-def check_kind(event: Event) -> None:
+def check_kind(event: Event, clearances: int) -> None:
     """Refuse an event without a test function that is smooth along the branch.
+
+    Parameters
+    ----------
+    event
+        of a branch.
+    clearances
+        number of them: a bound of a slider or of a limiter has no depth.
 
     Raises
     ------
     ModelError
-        naming the kinds that have one.
+        it has none.
     """
-    if event.kind not in KINDS or event.is_collision:
-        rule = f"this is known of {', '.join(KINDS)}, where the gradient of the map does not jump"
-        raise ModelError(Problem("event", event.kind, rule))
+    has_depth = event.kind != GRAZING or event.watch < clearances
+    if event.kind in KINDS and not event.is_collision and has_depth:
+        return
+    kind = event.kind if event.kind not in KINDS else f"{event.kind} at which the gradient of the motion jumps"
+    rule = f"must be a {', '.join(KINDS[:-1])} or {KINDS[-1]} of a clearance, at which that gradient is continuous"
+    raise ModelError(Problem("event", kind, rule))
 
 
 def gradients_of(
@@ -95,23 +104,31 @@ def gradients_of(
     """
     import pandas as pd
 
-    family = curve.family
     rows = []
     for other in numbers_of(model, path) if paths is None else paths:
         value = number_at(model, path, other)
-        change = (_CHANGE_APART if event.kind == GRAZING else _CHANGE) * abs(value)
         try:
-            families = tuple(
-                family_of(model.with_({other: value + side}), path, event.point.parameter, family.cycles, family.unit)
-                for side in (-change, change)
-            )
-            slope = gradient_of(event, curve, (families[0], families[1]), change)
+            slope = gradient_of(event, curve, _families(model, path, curve, event, (other, value)), value)
         except (ConvergenceError, ModelError):
             slope = np.nan
         rows.append((other, value, slope, 0.1 * value * slope))
     table = pd.DataFrame(rows, columns=["path", "value", "gradient", "per_10_percent"])
     order = np.argsort(-np.abs(table["per_10_percent"].to_numpy()), kind="stable")
     return table.iloc[order].reset_index(drop=True)
+
+
+def _families(model: Model, path: str, curve: Continuation, event: Event, number: tuple[str, float]) -> FamiliesOf:
+    """What gives the families of the driveline with a number a little smaller, and a little larger."""
+    (other, value), family = number, curve.family
+
+    def families_of(change: float) -> tuple[Family, Family]:
+        first, cycles, unit = event.point.parameter, family.cycles, family.unit
+        low, high = (
+            family_of(model.with_({other: value + side}), path, first, cycles, unit) for side in (-change, change)
+        )
+        return low, high
+
+    return families_of
 
 
 def scatter_of(gradients: Mapping[Any, Any], tolerances: Mapping[str, float]) -> float:

@@ -9,8 +9,8 @@ s_q = - tau_q / tau_s, and
 
 At a fold T_p is zero, and this is - psi P_q / psi P_p, psi the left null vector of I - M. Differences are central;
 the quantities differenced (motions, determinants, the depth of a touch) are exact. On the touching side of a grazing
-the motions vary with the square root of the depth. So the gradient is taken on the other side, at two distances, and
-extrapolated to distance zero.
+the motions vary with the square root of the depth. So the gradient is taken on the other side, at three distances, and
+extrapolated to distance zero by a parabola.
 
 Takes an event and the families on both sides of q; gives a derivative.
 """
@@ -29,10 +29,14 @@ from gearrattle.errors import ConvergenceError
 KINDS = (FOLD, DOUBLING, NEIMARK_SACKER, GRAZING)
 """Kinds of events that have a gradient."""
 _ALONG = 1e-5  # arclength from an event to the points of the central difference along the branch
-_APART = 1e-4  # arclength from a grazing to where its gradient is taken
+_CHANGE = 1e-5  # of q: half the difference
+_APART, _CHANGE_APART = 1e-4, 1e-6
+"""Arclength from a grazing to where its gradient is taken, and half the difference of q there: no motion may touch."""
+
+FamiliesOf = Callable[[float], tuple[Family, Family]]
 
 
-def gradient_of(event: Event, curve: Continuation, families: tuple[Family, Family], change: float) -> float:
+def gradient_of(event: Event, curve: Continuation, families_of: FamiliesOf, value: float) -> float:
     """Return dp / dq of an event.
 
     Parameters
@@ -41,10 +45,10 @@ def gradient_of(event: Event, curve: Continuation, families: tuple[Family, Famil
         of one of the ``KINDS``.
     curve
         the Continuation of its branch.
-    families
-        of the driveline with q smaller, and with q larger, by ``change``.
-    change
-        of q [SI], greater than zero.
+    families_of
+        gives the driveline with q smaller, and with q larger, by a change [SI].
+    value
+        of q [SI], not zero.
 
     Raises
     ------
@@ -56,13 +60,15 @@ def gradient_of(event: Event, curve: Continuation, families: tuple[Family, Famil
     if event.kind not in KINDS or event.is_collision:
         raise ValueError(f"the gradient of an event of the kind {event.kind} is not known")
     if event.kind != GRAZING:
-        return _gradient_at(event, event.point, curve, families, change)
-    side = _apart(event, curve)
-    near, far = (
+        change = _CHANGE * abs(value)
+        return _gradient_at(event, event.point, curve, families_of(change), change)
+    change, side = _CHANGE_APART * abs(value), _apart(event, curve)
+    families = families_of(change)
+    one, two, three = (
         _gradient_at(event, curve.moved_along(event.point, times * side), curve, families, change)
-        for times in (1.0, 2.0)
+        for times in (1, 2, 3)
     )
-    return 2.0 * near - far
+    return 3.0 * one - 3.0 * two + three
 
 
 def _gradient_at(
