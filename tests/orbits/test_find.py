@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import islice
 from typing import Any
 
 import numpy as np
 import pytest
 
 import gearrattle as gr
+from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.point import Point
+from gearrattle.errors import ConvergenceError
 
 
 @pytest.mark.parametrize("start", ["foo", 5, [1, 2], np.zeros(2)])
@@ -29,3 +34,27 @@ def test_an_orbit_of_other_inertias_is_refused() -> None:
     other = gr.periodic(gr.example("backlash_oscillator").with_({"excitation.speed": 1.2}))
     with pytest.raises(gr.ModelError, match=r"start: .*same inertias, flywheel"):
         gr.periodic(gr.example("case1"), start=other)
+
+
+def test_a_start_beside_every_motion_is_refused() -> None:
+    with pytest.raises(gr.ModelError, match=r'start: found "static"; is not used by every=True'):
+        gr.periodic(gr.example("rattle_oscillator"), every=True, start="static")
+
+
+def test_inputs_that_do_not_repeat_are_refused_by_their_paths() -> None:
+    with pytest.raises(gr.ModelError, match=r"excitation.sweep: found a sweep of the speed; a periodic motion needs"):
+        gr.periodic(gr.example("run_up"))
+    with pytest.raises(gr.ModelError, match=r"motion.0.signal: found a record on flywheel; a periodic motion needs"):
+        gr.periodic(gr.example("measured_flywheel"))
+
+
+def test_where_the_linear_start_is_lost_the_share_of_the_harmonics_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    follow = Continuation.follow
+
+    def lost(self: Continuation, *arguments: Any) -> Iterator[Point]:
+        yield from islice(follow(self, *arguments), 3)
+        raise ConvergenceError("the branch cannot be followed beyond the parameter 0.05")
+
+    monkeypatch.setattr(Continuation, "follow", lost)
+    with pytest.raises(gr.ConvergenceError, match=r"followed to \d.* % of all harmonics, .*another start"):
+        gr.periodic(gr.example("rattle_oscillator"), start="linear")

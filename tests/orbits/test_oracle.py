@@ -295,3 +295,14 @@ def test_every_motion_is_one_that_is_counted_by_turns(frequency: float) -> None:
 @pytest.mark.parametrize("frequency", np.random.default_rng(7).uniform(LOWEST, HIGHEST, 30).round(4).tolist())
 def test_every_motion_at_many_frequencies(frequency: float) -> None:
     check_every(frequency)
+
+
+@pytest.mark.slow
+def test_motions_that_repeat_sooner_are_among_those_of_more_periods() -> None:
+    """Newton's method for three periods does not come to the motion of one, from any of its starts."""
+    model = driven(1.4).with_({"torque.0.mean": 0.05, "torque.0.harmonics.0.amplitude": 1.0})
+    once, thrice = (gr.periodic(model, cycles, every=True) for cycles in (1, 3))
+    assert [orbit.cycles for orbit in once] == [1]
+    assert [orbit.cycles for orbit in thrice] == [1, 3, 3, 3, 3]
+    np.testing.assert_allclose(thrice[0].motion.start.y, once[0].motion.start.y, rtol=0, atol=1e-10)
+    assert thrice[0].notes == ()  # the signs add up to 1

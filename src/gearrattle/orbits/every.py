@@ -3,7 +3,8 @@
 Newton's method from a grid of starts misses motions: on piecewise-linear maps it goes round in circles. So
 
 1. states spread over the reach of the driveline are followed until they settle: this finds attracting motions; where
-   the model's own motion never settles, those that it nearly repeats are sought,
+   the model's own motion never settles, those that it nearly repeats are sought; so are motions that repeat sooner,
+   after a divisor of n,
 2. Newton's method begins from all of them as well: this finds some motions that do not attract,
 3. of a symmetric driveline the symmetric motions are sought by the half-period map, and every other motion has a mirror
    image,
@@ -81,9 +82,15 @@ class _Search:
         """Search from the model's own start and from states spread over its reach."""
         known, period_map = self.known, self.known.period_map
         states = [settled_state(self._model, period_map), *starts_of(period_map, _STARTS)]
-        for i, state in enumerate(states):
-            search(known, state)
-            self._progress(_SETTLED * (i + 1) / len(states))
+        shorter = [n for n in range(1, period_map.cycles) if period_map.cycles % n == 0]
+        for i, cycles in enumerate([*shorter, period_map.cycles]):
+            own = known if cycles == period_map.cycles else Known(PeriodMap(period_map.system, cycles))
+            for j, state in enumerate(states):
+                search(own, state)
+                self._progress(_SETTLED * (i + (j + 1) / len(states)) / (len(shorter) + 1))
+            for motion in own.passes if own is not known else ():  # what repeats sooner repeats after all periods
+                with suppress(ConvergenceError):
+                    known.add(shooting.shoot(period_map, motion.start).motion)
         if is_compiled(period_map.system):
             with suppress(ConvergenceError):  # of a motion that has settled
                 for orbit in orbits_of_returns(period_map, states[0]):

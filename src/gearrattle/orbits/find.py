@@ -12,9 +12,10 @@ from typing import Literal, overload
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.period_map import PeriodMap
-from gearrattle.errors import ConvergenceError, ModelError
+from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.quantity import argument_problems
+from gearrattle.model.table import shown
 from gearrattle.orbits.every import every_orbit
 from gearrattle.orbits.family import is_compiled
 from gearrattle.orbits.orbit import ATTEMPTS, CYCLES, Orbit, linear_state, orbit_of, settled_state
@@ -96,6 +97,9 @@ def periodic(
     if problems := argument_problems({"cycles": (CYCLES, cycles)}):
         raise ModelError(problems)
     check_repeats(model)
+    if every and start is not None:
+        rule, remedy = "is not used by every=True, which begins from many states", "leave out one of them"
+        raise ModelError(Problem("start", shown(start), rule, remedy))
     if every:
         return every_orbit(model, cycles, progress)
     period_map = PeriodMap(assemble(model).system, cycles)

@@ -10,6 +10,7 @@ Takes a Model and what the engine found; gives an Orbit.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
@@ -280,8 +281,9 @@ def linear_state(period_map: PeriodMap, rest: State) -> State:
     curve = Continuation(family_of_excitation(period_map.system, period_map.cycles))
     smallest = curve.family.map_at(_SMALLEST)
     last = curve.begin(shooting.shoot(smallest, rest, settle=ATTEMPTS).motion.start, _SMALLEST)
-    for point in islice(curve.follow(last, 0.0, 1.0), _MOST_POINTS):
-        last = point
+    with suppress(ConvergenceError):  # said of the share that it was followed to
+        for point in islice(curve.follow(last, 0.0, 1.0), _MOST_POINTS):
+            last = point
     if last.parameter != 1.0:
         message = f"the motion was followed to {100.0 * last.parameter:.3g} % of all harmonics, not to all of them"
         raise ConvergenceError(message, remedy="another start, for example the end of a simulation")
