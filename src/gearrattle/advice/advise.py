@@ -30,8 +30,8 @@ from gearrattle.advice.pilot import run_pilot
 from gearrattle.advice.record import Advice
 from gearrattle.advice.stiffness import scaling_line, stiffness_line
 from gearrattle.analysis.statics import named_equilibrium
-from gearrattle.assembly import assemble, left_out, unsteady
-from gearrattle.errors import ModelError, Problem
+from gearrattle.assembly import assemble, left_out, unsteady_problems
+from gearrattle.errors import ModelError
 from gearrattle.model import Model, check_model
 from gearrattle.reductions.reduce import band_end
 from gearrattle.simulation.settings import settled
@@ -159,6 +159,6 @@ def advice_on(
 
 def _refuse_unsteady(model: Model) -> None:
     """Refuse records, prescribed motions and speed sweeps: a pilot run does not represent what comes later."""
-    if inputs := unsteady(model):
-        rule = "advice rests on harmonics of one speed, and on a pilot run that shows what a longer one does"
-        raise ModelError(Problem("model", "; ".join(inputs), rule, "simulate it, or advise on it at one speed"))
+    rule = "advice rests on harmonics of one speed, and on a pilot run that shows what a longer one does"
+    if problems := unsteady_problems(model, rule, "simulate it, or advise on it at one speed"):
+        raise ModelError(problems)

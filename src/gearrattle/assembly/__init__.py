@@ -18,7 +18,14 @@ from gearrattle.assembly.prescribed import (
 )
 from gearrattle.assembly.signals import check_length, default_cycles, signals_of
 from gearrattle.assembly.sines import ramp_of
-from gearrattle.assembly.steady import refuse_motions, refuse_recorded_motions, refuse_unsteady, steady, unsteady
+from gearrattle.assembly.steady import (
+    refuse_motions,
+    refuse_recorded_motions,
+    refuse_unsteady,
+    steady,
+    unsteady,
+    unsteady_problems,
+)
 from gearrattle.assembly.system import Driveline, assemble
 
 __all__ = [
@@ -53,6 +60,7 @@ __all__ = [
     "signals_of",
     "steady",
     "unsteady",
+    "unsteady_problems",
     "whole",
     "whole_trajectory",
 ]

@@ -77,6 +77,16 @@ def refuse_unsteady(model: Model, what: str) -> None:
     ModelError
         naming what needs inputs that repeat.
     """
-    if left := unsteady(model):
-        rule = f"{what} needs inputs that repeat every period"
-        raise ModelError(Problem("model", "; ".join(left), rule, "give harmonics of one speed"))
+    rule, remedy = f"{what} needs inputs that repeat every period", "give harmonics of one speed"
+    if problems := unsteady_problems(model, rule, remedy):
+        raise ModelError(problems)
+
+
+def unsteady_problems(model: Model, rule: str, remedy: str) -> list[Problem]:
+    """Return what a model has beside harmonics of one speed, as problems."""
+    torques = [(f"torque.{i}", torque.on) for i, torque in enumerate(model.torques) if torque.signal is not None]
+    motions = [(f"motion.{i}", motion.on) for i, motion in enumerate(model.motions) if motion.signal is not None]
+    problems = [Problem(f"{path}.signal", f"a record on {on}", rule, remedy) for path, on in (*torques, *motions)]
+    if model.excitation.sweep is not None:
+        problems.append(Problem("excitation.sweep", "a sweep of the speed", rule, remedy))
+    return problems
