@@ -58,6 +58,24 @@ def test_the_ends_of_a_narrow_range_are_told_apart() -> None:
     assert row[2:4] == ("0.6", "0.600004")
 
 
+def test_the_sentence_tells_where_no_branch_leads() -> None:
+    """The branch turns back at its fold, and nothing is known of the rest of the range."""
+    branch = gr.continuation(gr.example("driveline_lash"), "excitation.frequency", ("0.5 Hz", "0.65 Hz"))
+    assert branch.sentence.endswith("No branch leads through the range from 0.5093 to 0.65 Hz.")
+
+
+def test_doublings_whose_motions_are_not_followed_are_told() -> None:
+    branch = gr.continuation(gr.example("driveline_lash"), "torque.0.harmonics.0.amplitude", (600.0, 670.0))
+    doublings = branch.events[branch.events["kind"] == "period doubling"]
+    own = doublings[doublings["branch"] == 1]["value"]
+    assert len(own) == 1
+    (note,) = branch.notes
+    assert note == (
+        "The motions of 4 periods that leave at 1 period doubling of a branch of 2, "
+        f"{float(own.iloc[0]):.9g}, are not followed."
+    )
+
+
 @pytest.mark.parametrize(
     ("size", "cycles", "words"),
     [

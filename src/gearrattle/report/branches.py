@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 _MOST_SAID, _MOST_ORBITS = 4, 9
 _MOST_DIGITS = 10
+_NARROW = 1e-3  # of a range: a gap that is not told
 _FOLDED_FROM = 12
 _MULTIPLIER = "multiplier"
 
@@ -61,6 +62,8 @@ class BranchesPage(ModelPresentation[Branch]):
             values = [shown.with_unit(jump.value, 5) for jump in self._jumps if jump.upward == upward]
             if values:
                 parts.append(f"{way} the motion jumps at {_some(values)}.")
+        if gaps := [self._span(*gap) for gap in _gaps(branch)]:
+            parts.append(f"No branch leads through the range {_some(gaps)}.")
         return " ".join(parts)
 
     @cached_property
@@ -71,9 +74,9 @@ class BranchesPage(ModelPresentation[Branch]):
         stable = [self._span(*sorted((r.begin, r.end))) for r in self._ranges if r.stable]
         unstable = sum(not r.stable for r in self._ranges)
         if not stable:
-            return "no motion is stable"
+            return "no motion followed is stable"
         if not unstable:
-            return "all motions are stable"
+            return "every motion followed is stable"
         return f"stable motions {_some(stable)}, {counted(unstable, 'range')} of unstable ones"
 
     def _span(self, low: float, high: float) -> str:
@@ -226,6 +229,18 @@ class BranchesPage(ModelPresentation[Branch]):
             chosen.append((event.point.parameter, event.kind, branch.orbit_at(event.point, cycles)))
         ordered = [chosen[0], *chosen[2:], chosen[1]]
         return [(f"{shown.with_unit(value, 5)}, {word}", orbit) for value, word, orbit in ordered]
+
+
+def _gaps(branch: Branch) -> list[tuple[float, float]]:
+    """The parts of the range through which no branch leads, those narrower than a thousandth of it left out."""
+    low, high = sorted(branch.range)
+    values = [[point.parameter for point in curve.points] for curve in branch.curves]
+    reached, gaps = low, list[tuple[float, float]]()
+    for begin, end in [*sorted((min(own), max(own)) for own in values), (high, high)]:
+        if begin - reached > _NARROW * (high - low):
+            gaps.append((reached, begin))
+        reached = max(reached, end)
+    return gaps
 
 
 def _some(words: Sequence[str]) -> str:
