@@ -70,10 +70,8 @@ def test_doublings_whose_motions_are_not_followed_are_told() -> None:
     own = doublings[doublings["branch"] == 1]["value"]
     assert len(own) == 1
     (note,) = branch.notes
-    assert note == (
-        "The motions of 4 periods that leave at 1 period doubling of a branch of 2, "
-        f"{float(own.iloc[0]):.9g}, are not followed."
-    )
+    value = f"{float(own.iloc[0]):.9g}"
+    assert note == f"What leaves at 1 period doubling of branches of doubled period ({value}) is not followed."
 
 
 @pytest.mark.parametrize(

@@ -493,5 +493,5 @@ def continuation(
             tell([])
     if work is not None:
         work(1.0)
-    notes = dict.fromkeys(note for c in curves for note in (*c.notes, *doublings_left(c, cycles)))
+    notes = dict.fromkeys([*(note for c in curves for note in c.notes), *doublings_left(curves, cycles)])
     return Branch(model, path, (first, last), cycles, tuple(curves), tuple(notes))

@@ -188,24 +188,28 @@ def branches_off(
     return further
 
 
-def doublings_left(known: Curve, cycles: int) -> list[str]:
+def doublings_left(curves: Sequence[Curve], cycles: int) -> list[str]:
     """Return what the user must know of period doublings from which no branch is followed.
 
     Parameters
     ----------
-    known
-        a branch.
+    curves
+        all branches.
     cycles
         periods of the motions that branches of doubled period are followed from.
     """
-    inside = known.events[: -1 if known.events and known.events[-1].point is known.points[-1] else None]
-    doublings = [event.point.parameter for event in inside if event.kind == DOUBLING]
-    if known.cycles == cycles or not doublings:
+    doublings = [
+        event.point.parameter
+        for known in curves
+        for event in known.events
+        if known.cycles > cycles and event.kind == DOUBLING and event.point is not known.points[-1]
+    ]
+    if not doublings:
         return []
     places = ", ".join(f"{value:.9g}" for value in doublings[:_MOST_TOLD])
     more = f" and {len(doublings) - _MOST_TOLD} more" if len(doublings) > _MOST_TOLD else ""
-    periods = f"motions of {2 * known.cycles} periods that leave at {counted(len(doublings), 'period doubling')}"
-    return [f"The {periods} of a branch of {known.cycles}, {places}{more}, are not followed."]
+    left = f"{counted(len(doublings), 'period doubling')} of branches of doubled period ({places}{more})"
+    return [f"What leaves at {left} is not followed."]
 
 
 def _is_known(
