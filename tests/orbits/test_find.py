@@ -58,3 +58,9 @@ def test_where_the_linear_start_is_lost_the_share_of_the_harmonics_is_told(monke
     monkeypatch.setattr(Continuation, "follow", lost)
     with pytest.raises(gr.ConvergenceError, match=r"followed to \d.* % of all harmonics, .*another start"):
         gr.periodic(gr.example("rattle_oscillator"), start="linear")
+
+
+@pytest.mark.slow
+def test_a_motion_with_friction_that_settles_after_two_periods_says_so() -> None:
+    with pytest.raises(gr.ConvergenceError, match=r"settles in one that repeats after 2 periods; try: cycles=2"):
+        gr.periodic(gr.example("clutch_friction"))

@@ -19,7 +19,7 @@ from gearrattle.model.table import shown
 from gearrattle.orbits.every import every_orbit
 from gearrattle.orbits.family import is_compiled
 from gearrattle.orbits.orbit import ATTEMPTS, CYCLES, Orbit, linear_state, orbit_of, settled_state
-from gearrattle.orbits.returns import orbit_of_returns
+from gearrattle.orbits.returns import check_repeats_elsewhere, orbit_of_returns
 from gearrattle.orbits.state import Start, check_inertias, check_repeats, state_of
 
 LINEAR = "linear"
@@ -124,7 +124,8 @@ def _settled(model: Model, period_map: PeriodMap) -> shooting.Orbit:
     try:
         return shooting.shoot(period_map, state, settle=ATTEMPTS)
     except ConvergenceError:
-        if not is_compiled(period_map.system):  # minutes
+        if not is_compiled(period_map.system):  # its returns would take minutes
+            check_repeats_elsewhere(period_map, state)
             raise
     try:
         return orbit_of_returns(period_map, state)

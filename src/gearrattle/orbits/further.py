@@ -31,7 +31,7 @@ _SAME = 1e-6  # of the size of the state: motions nearer than this are the same
 _SAME_BESIDE = 0.1  # of the distance from the motion of an event: those nearer than this are the same as well
 _DISTANCES = (2e-2, 5e-3, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 """Of the first point from the branch that is left, in units of w."""
-_MOST_TOLD = 3
+_MOST_NAMED = 3
 """Values that a note tells."""
 _FARTHEST = 3.0  # distances: a motion whose state is farther away is of another branch
 _FLAT = 1e-8  # of w: a change of the parameter that does not matter
@@ -206,8 +206,8 @@ def doublings_left(curves: Sequence[Curve], cycles: int) -> list[str]:
     ]
     if not doublings:
         return []
-    places = ", ".join(f"{value:.9g}" for value in doublings[:_MOST_TOLD])
-    more = f" and {len(doublings) - _MOST_TOLD} more" if len(doublings) > _MOST_TOLD else ""
+    places = ", ".join(f"{value:.9g}" for value in doublings[:_MOST_NAMED])
+    more = f" and {len(doublings) - _MOST_NAMED} more" if len(doublings) > _MOST_NAMED else ""
     left = f"{counted(len(doublings), 'period doubling')} of branches of doubled period ({places}{more})"
     return [f"What leaves at {left} is not followed."]
 

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.multiple import EIGHTHS
@@ -24,7 +25,10 @@ from gearrattle.orbits.settled import turning
 from gearrattle.signals.strobe import period_number
 from gearrattle.wording import counted
 
+Array = NDArray[np.float64]
+
 _PERIODS = 2048  # in which returns are looked for
+_FEW_PERIODS = 256  # in which a motion is to settle where no returns are looked for
 _TRIES = ((0, 32), (EIGHTHS, 8))  # parts of a period, and periods of all motions that Newton's method begins with
 _ONE_TRY = ((0, 1),)  # where the motion has settled: all returns lead to the same one
 _SETTLING, _CORRECTIONS = 128, 2  # periods over which the mean speed of a train is taken, and how often
@@ -63,19 +67,42 @@ def orbits_of_returns(period_map: PeriodMap, state: State) -> Iterator[shooting.
     ConvergenceError
         the motion settles in one that repeats after another number of periods.
     """
-    once, n = PeriodMap(period_map.system, 1), period_map.cycles
-    march = once.marched(at_mean_speed(once, state), _PERIODS)
-    states = [once.sampled(march, row) for row in range(_PERIODS + 1)]
-    y = np.array([state.y for state in states]) * once.scale
-    repeats = period_number(y / max(once.size, float(np.linalg.norm(y[-1]))), _REPEATS, _LONGEST)
-    if repeats and n % repeats:
-        message = f"{_none(n)}: the motion settles in one that repeats after {counted(repeats, 'period')}"
-        raise ConvergenceError(message, remedy=f"cycles={repeats}, or another start")
+    n, states, y, repeats = period_map.cycles, *_followed(period_map, state, _PERIODS)
     nearest = np.argsort(np.linalg.norm(y[n:] - y[:-n], axis=1))
     for parts, most in _ONE_TRY if repeats else _TRIES:
         for row in nearest[: max(1, most // n)]:
             with suppress(ConvergenceError, np.linalg.LinAlgError):
                 yield shooting.shoot(period_map, states[row], parts_of_period=parts)
+
+
+def check_repeats_elsewhere(period_map: PeriodMap, state: State) -> None:
+    """Follow a motion of which none that repeats was found, and say so if it settles in one of another number.
+
+    Raises
+    ------
+    ConvergenceError
+        it settles in one that repeats after another number of periods.
+    """
+    _followed(period_map, state, _FEW_PERIODS)
+
+
+def _followed(period_map: PeriodMap, state: State, periods: int) -> tuple[list[State], Array, int]:
+    """The states of a motion at the start of every period, balanced too, and after how many it repeats; 0: unknown.
+
+    Raises
+    ------
+    ConvergenceError
+        it repeats after another number of periods than those of the map.
+    """
+    once, n = PeriodMap(period_map.system, 1), period_map.cycles
+    march = once.marched(at_mean_speed(once, state), periods)
+    states = [once.sampled(march, row) for row in range(periods + 1)]
+    y = np.array([state.y for state in states]) * once.scale
+    repeats = period_number(y / max(once.size, float(np.linalg.norm(y[-1]))), _REPEATS, _LONGEST)
+    if repeats and n % repeats:
+        message = f"{_none(n)}: the motion settles in one that repeats after {counted(repeats, 'period')}"
+        raise ConvergenceError(message, remedy=f"cycles={repeats}, or another start")
+    return states, y, repeats
 
 
 def _none(cycles: int) -> str:
