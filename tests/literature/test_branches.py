@@ -231,9 +231,9 @@ def test_theodossiades_the_parametric_resonance_begins_and_ends_where_the_period
 def test_motions_that_a_linear_resonance_leaves_free_are_no_folds() -> None:
     """At its bound the motion in contact may have any amplitude of twice the period: a branch at one speed."""
     branch = gr.continuation(loaded_pair(1545.0), "excitation.speed", (1545.0, 1530.0), start=in_contact(1545.0))
-    upright = branch.curves[1]
-    values = np.array([point.parameter for point in upright.points])
+    vertical = branch.curves[1]
+    values = np.array([point.parameter for point in vertical.points])
     assert np.ptp(values[:20]) < 1e-6
-    assert upright.points[19].length > 0.2
-    kinds = [event.kind for event in upright.events if event.point.length < upright.points[19].length]
+    assert vertical.points[19].length > 0.2
+    kinds = [event.kind for event in vertical.events if event.point.length < vertical.points[19].length]
     assert kinds == []

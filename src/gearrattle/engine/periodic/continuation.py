@@ -12,7 +12,7 @@ A step is taken if Newton's method converges, the tangent turns little, and the 
 their tangents: a nearby branch has another direction. The two legs of a sharp fold have the same direction. So the
 determinant of [dF/du, dF/dp; t] is watched too: along a branch it keeps its sign until another branch crosses, where it
 passes zero. A step on which it jumps from one sign to the other is not taken. A fold may be so sharp that it seems to
-pass zero there: over a step as short as that it may, only if the branch does not turn back.
+pass zero there: so over the shortest steps it may change its sign only if the branch has no corner to turn back at.
 
 Takes a Family and an orbit; gives Points, in the order of the branch.
 

@@ -63,7 +63,7 @@ _FARTHER = 2.0  # times the way between both ends that a multiplier may go in be
 _DEEP = 0.1  # of the values at both ends: an extremum above that is no sign of two zeros
 _TOWARDS = 0.1  # of the way from a motion that touches to a grazing is left by the next one
 _APART = 1e-9  # arclength by which two events are told from one
-_UPRIGHT = 1e-9  # part of a tangent along the parameter that is rounding
+_VERTICAL = 1e-9  # part of a tangent along the parameter that is rounding
 _ASIDE = 1e-8  # arclength from a jump of the gradient to the points on either side
 
 
@@ -212,7 +212,7 @@ def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]
 def _changed(before: Point, after: Point) -> list[str]:
     """The kinds of events whose test functions have different signs at two points."""
     kinds = [kind for kind in (FOLD, DOUBLING, BREAKING) if TESTS[kind](before) * TESTS[kind](after) < 0.0]
-    if _is_upright(before, after):
+    if _is_vertical(before, after):
         kinds = [kind for kind in kinds if kind not in (FOLD, BREAKING)]
     if FOLD in kinds and BREAKING in kinds:  # at a fold det(I - M) is zero as well
         kinds.remove(BREAKING)
@@ -221,14 +221,14 @@ def _changed(before: Point, after: Point) -> list[str]:
     return kinds
 
 
-def _is_upright(before: Point, after: Point) -> bool:
-    """Whether a branch stands upright: a family of motions at one parameter, with a multiplier at 1 all along."""
-    return max(abs(_fold(before)), abs(_fold(after))) < _UPRIGHT
+def _is_vertical(before: Point, after: Point) -> bool:
+    """Whether a branch is vertical: a family of motions at one parameter, with a multiplier at 1 all along."""
+    return max(abs(_fold(before)), abs(_fold(after))) < _VERTICAL
 
 
 def _hidden_fold(curve: Continuation, before: Point, after: Point) -> Point | None:
     """A point at which the parameter goes the other way than at both ends of a step; None if there is none."""
-    if _is_upright(before, after):
+    if _is_vertical(before, after):
         return None
     for _ in range(_DEEPEST):
         if not _goes_back(before, after):
