@@ -59,6 +59,14 @@ def tables(crossed: tuple[float, ...]) -> dict[str, Any]:
     carried = [expm(both * time)[:2] for time in times[:-1]]
     columns = np.array([np.column_stack([part[:, :2], part[:, 2:] @ START]) for part in carried])
     events = len(crossed)
+    crossings = approaches.Crossings(
+        np.zeros(events, np.int64),
+        np.arange(1, events + 1) % 2,
+        np.zeros(events),
+        np.zeros(events),
+        np.empty((2, 1), np.int64),
+    )
+    turning_points.write_outside(crossings)
     return {
         "rates": approaches.Rates(
             GENERATOR[None],
@@ -75,9 +83,7 @@ def tables(crossed: tuple[float, ...]) -> dict[str, Any]:
             np.array([0]),
         ),
         "course": approaches.Course(times, np.zeros(events + 1, np.int64), np.array([at(t) for t in times]), columns),
-        "crossings": approaches.Crossings(
-            np.zeros(events, np.int64), np.arange(1, events + 1) % 2, np.zeros(events), np.zeros(events)
-        ),
+        "crossings": crossings,
         "laws": SimpleNamespace(
             first=np.array([0]),
             lower=np.array([LOWER, UPPER]),
