@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.model import ALGORITHMS
 
-_SHORT = {"discard": 0, "samples_per_cycle": 32}
+_SHORT: dict[str, Any] = {"discard": 0, "samples_per_cycle": 32}
 _PROGRAM = f"""
 import json, sys
 import gearrattle as gr
