@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 _SAMPLES = 64  # a period
 _NEAR = 1.0 / 64.0  # periods that the extremum may have moved
 _ITERATIONS = 30
-_SETTLED = 1e-15  # periods
+_SETTLED = 1e-12  # periods: the next change of Newton would be of the order of its square
 _REACH = 0.25  # of the corner nearest to zero: turning points farther from a corner are left out
 
 
