@@ -7,7 +7,8 @@ from cmath import phase
 from itertools import pairwise
 from math import degrees, log
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -160,6 +161,18 @@ def test_ranges_end_at_the_located_event(branch: Branch) -> None:
     assert (second.stable, second.begin) == (False, fold)
     down, up = jumps_of(branch)
     assert (down.upward, up.value, up.upward) == (False, fold, True)
+
+
+def test_a_range_ends_where_a_branch_turns_back_without_a_change_of_stability(branch: Branch) -> None:
+    """The row would say "from 3.6 to 3.6" otherwise."""
+    unstable = xr.full_like(branch.data["stable"], False)
+    always = SimpleNamespace(
+        data=branch.data.assign(stable=unstable), curves=branch.curves, events=branch.events, range=branch.range
+    )
+    folds = branch.events.loc[(branch.events["kind"] == "fold") & (branch.events["branch"] == 0), "value"].tolist()
+    ranges = [one for one in ranges_of(cast("Branch", always)) if one.branch == 0]
+    assert [one.end for one in ranges[:-1]] == folds
+    assert [one.begin for one in ranges[1:]] == folds
 
 
 def test_the_curve_changes_its_dash_where_the_stability_changes(branch: Branch) -> None:

@@ -1,7 +1,8 @@
 """Along branches of periodic motions: ranges of one stability, and where a motion jumps.
 
 The stability changes at an event: a fold, a period doubling, a symmetry breaking, a Neimark-Sacker bifurcation. A range
-ends at the located event; where none was located, halfway between two points.
+ends at the located event; where none was located, halfway between two points. At a fold the parameter turns back, so a
+range ends at every fold: over each range the parameter only grows, or only falls.
 
 Takes a Branch; gives ranges and jumps.
 """
@@ -23,7 +24,7 @@ CHANGES = frozenset({FOLD, DOUBLING, BREAKING, NEIMARK_SACKER})
 
 @dataclass(frozen=True)
 class Range:
-    """Neighbouring points of a branch with the same stability.
+    """Neighbouring points of a branch with the same stability and no fold between them.
 
     Attributes
     ----------
@@ -73,13 +74,15 @@ def slices_of(branch: Followed) -> list[slice]:
 
 
 def ranges_of(branch: Followed) -> list[Range]:
-    """Return ranges of one stability, branch by branch, in the order of each."""
+    """Return ranges of one stability that end at folds, branch by branch, in the order of each."""
     stable, values = branch.data["stable"].values, branch.data["value"].values
+    folds = branch.events.loc[branch.events["kind"] == FOLD, "point"].value_counts()
+    turning = set(folds.index[folds % 2 == 1])
     ranges = []
     for number, part in enumerate(slices_of(branch)):
         first, begin = part.start, float(values[part.start])
         for i in range(part.start, part.stop - 1):
-            if stable[i] != stable[i + 1]:
+            if stable[i] != stable[i + 1] or i in turning:
                 at, cause = _change(branch, i)
                 ranges.append(Range(number, begin, at, bool(stable[i]), i + 1 - first, cause))
                 first, begin = i + 1, at
@@ -89,7 +92,7 @@ def ranges_of(branch: Followed) -> list[Range]:
 
 
 def _change(branch: Followed, before: int) -> tuple[float, str]:
-    """Where the stability changes after a point, and by what."""
+    """Where the stability changes or the branch turns back after a point, and by what."""
     events = branch.events
     here = events[(events["point"] == before) & events["kind"].isin(CHANGES)]
     if len(here):

@@ -194,7 +194,7 @@ class BranchesPage(ModelPresentation[Branch]):
         )
         unit = f" [{shown.unit}]" if shown.unit else ""
         head = ("branch", "repeats after", f"from{unit}", f"to{unit}", "", "ends at")
-        note = "Each branch in the order in which it was followed."
+        note = "Each branch in the order in which it was followed. At a fold it turns back, so a range ends there."
         return Table(head, rows, frozenset({4, 5}), "Ranges of one stability", note)
 
     def _event_table(self) -> Table:
