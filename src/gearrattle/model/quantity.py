@@ -143,20 +143,25 @@ class Plain(Reader):
         return _bounds_schema(self.bound)
 
 
+_ANY = 10**9
+"""Largest whole number of a quantity that has no bound of its own: messages leave it out."""
+
+
 @dataclass(frozen=True)
 class Count(Reader):
     """A whole number not below ``least``."""
 
     least: int = 0
-    most: int = 10**9
+    most: int = _ANY
 
     def read(self, value: Any, _dimensionless: bool, /) -> int:
         """Return the whole number."""
-        if not isinstance(value, Integral) or isinstance(value, bool) or int(value) < self.least:
-            raise breach(f"must be a whole number from {self.least}")
-        if int(value) > self.most:
-            raise breach(f"must be a whole number from {self.least} to {self.most}")
-        return int(value)
+        is_whole = isinstance(value, Integral) and not isinstance(value, bool)
+        if is_whole and self.least <= int(value) <= self.most:
+            return int(value)
+        is_too_large = is_whole and int(value) > self.most
+        upper = f" to {self.most}" if is_too_large or self.most < _ANY else ""
+        raise breach(f"must be a whole number from {self.least}{upper}")
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema of the whole number."""

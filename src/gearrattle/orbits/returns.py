@@ -55,7 +55,8 @@ def orbit_of_returns(period_map: PeriodMap, state: State) -> shooting.Orbit:
     orbit = next(orbits_of_returns(period_map, state), None)
     if orbit is None:
         message = f"{_none(n)}: the motion does not repeat within {_PERIODS} periods"
-        raise ConvergenceError(message, remedy="another start, another load or fewer cycles; it may be irregular")
+        number = "more cycles" if n == 1 else "another number of cycles"
+        raise ConvergenceError(message, remedy=f"another start, another load or {number}; it may be irregular")
     return orbit
 
 
