@@ -57,6 +57,17 @@ def test_the_instant_is_that_of_the_motion() -> None:
     assert pulses["forward"][1] == pytest.approx(shifted["forward"][0], rel=1e-5)
 
 
+def test_at_the_best_instant_a_smaller_pulse_is_enough_than_at_any_other() -> None:
+    rows, evenly = quiet().tipping("body", instants=1, best=True), quiet().tipping("body", instants=16)
+    assert rows["share"].is_monotonic_increasing
+    assert len(rows) == 3
+    for way in ("forward", "backward"):
+        size, known = rows[way].abs(), evenly[way].abs()
+        best, nearest = size.idxmin(), known.idxmin()
+        assert known.min() - 0.01 * known.min() < size[best] < known.min()
+        assert abs(rows["share"][best] - evenly["share"][nearest]) < 1.0 / 16
+
+
 def test_what_is_not_stable_or_not_there_is_refused() -> None:
     with pytest.raises(gr.ModelError, match="no such inertia"):
         quiet().tipping("bodi")

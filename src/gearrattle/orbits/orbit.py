@@ -152,7 +152,7 @@ class Orbit(Result):
         """
         return intervals_of(self.model, self.period_map, self.motion)
 
-    def tipping(self, on: str, instants: int = 8) -> pd.DataFrame:
+    def tipping(self, on: str, instants: int = 8, *, best: bool = False) -> pd.DataFrame:
         """Return the smallest pulses of torque that tip the motion over into another one.
 
         Parameters
@@ -161,6 +161,9 @@ class Orbit(Result):
             the inertia on which the pulses act.
         instants
             number of instants, evenly spaced over the n T of the motion.
+        best
+            whether the instants at which a pulse forward, and one backward, needs to be smallest are sought too, from
+            the best of the others on: at most two more rows, to a thousandth of the n T.
 
         Returns
         -------
@@ -185,7 +188,7 @@ class Orbit(Result):
         if not self.stable or self.free:
             rule = "pulses are for a stable motion that is isolated"
             raise ModelError(Problem("orbit", repr(self), rule, "take another motion, of gr.periodic(..., every=True)"))
-        return tipping_table(self.model, self.period_map, self.motion, on, instants)
+        return tipping_table(self.model, self.period_map, self.motion, on, instants=instants, best=best)
 
     def gradients(self, paths: Sequence[str] | None = None) -> pd.DataFrame:
         """Return how the response of the motion, and its multipliers, move with the numbers of the model.

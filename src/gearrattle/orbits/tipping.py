@@ -1,21 +1,25 @@
-"""The smallest pulse of torque that tips a stable motion over into another one, at several instants of the period.
+"""The smallest pulse of torque that tips a stable motion over into another one, over the instants of the period.
 
 An impulse I on an inertia J changes its speed by I / J at once. The effect of a small one dies out. The smallest one
 that does not die out leads to the border of the basin; along the border the motion goes to an unstable one, the saddle.
 
 Pulses are made larger step by step until the motion no longer comes back; the border is then found by bisection. Where
-the basin has several borders along the way, the first one that the steps meet is found.
+the basin has several borders along the way, the first one that the steps meet is found. The instant at which the
+smallest pulse is smallest is sought around the best of evenly spaced instants (scipy.optimize.minimize_scalar).
 
 Takes a periodic motion of a model; gives a table.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 from gearrattle.assembly import free_names
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
@@ -35,10 +39,14 @@ _HALVINGS = 24
 _CHUNK = 8  # passes between two checks whether the motion has come back
 _BACK = 1e-4  # of the largest corner: a motion nearer than this has come back
 _MOST_PASSES = 5000
-_SAMPLES = 1024  # at least, in a period of the motion
+_SAMPLES = 1024  # at least, of a motion: instants between which the best one is sought
+_MOST_INSTANTS = 40  # that are tried for the best one
+_SIGNS = (1.0, -1.0)
 
 
-def tipping_table(model: Model, period_map: PeriodMap, motion: Pass, on: str, instants: int) -> pd.DataFrame:
+def tipping_table(
+    model: Model, period_map: PeriodMap, motion: Pass, on: str, *, instants: int, best: bool
+) -> pd.DataFrame:
     """Return the smallest pulses that tip a stable, isolated motion over; see ``Orbit.tipping``."""
     import pandas as pd
 
@@ -49,18 +57,15 @@ def tipping_table(model: Model, period_map: PeriodMap, motion: Pass, on: str, in
     if period_map.system.clock is not None:
         rule = "pulses are not known where the stiffness of a mesh alternates"
         raise ModelError(Problem("model", model.name, rule))
-    passes = _passes_until_back(motion)
-    samples = instants * -(-_SAMPLES // instants)
-    march = period_map.marched(motion.start, samples_per_cycle=samples)
+    borders = _Borders(period_map, motion, names.index(on), -(-_SAMPLES // instants) * instants)
+    spacing = borders.samples // instants
+    samples = {spacing * k for k in range(instants)}
+    if best:
+        samples |= {borders.best(sign, sorted(samples), spacing) for sign in _SIGNS}
     rows = []
-    for k in range(instants):
-        row, share = k * period_map.cycles * (samples // instants), k / instants
-        start = motion.start if k == 0 else period_map.sampled(march, row)
-        system = period_map.system
-        later = replace(system, inputs=system.inputs.later(share * period_map.cycles))
-        ahead = PeriodMap(later, period_map.cycles)
-        border = _Border(ahead, start, names.index(on), passes)
-        rows.append((share, share * period_map.length, *(border.smallest(sign) for sign in (1.0, -1.0))))
+    for sample in sorted(samples):
+        share = sample / borders.samples
+        rows.append((share, share * period_map.length, *(borders.smallest(sample, sign) for sign in _SIGNS)))
     return pd.DataFrame(rows, columns=["share", "time", "forward", "backward"])
 
 
@@ -78,6 +83,45 @@ def _passes_until_back(motion: Pass) -> int:
         rule = f"dies out too slowly for pulses: its largest multiplier has the modulus {largest:.6g}"
         raise ModelError(Problem("orbit", f"{motion.cycles} T", rule, "give the driveline more damping"))
     return max(4 * _CHUNK, int(passes))
+
+
+class _Borders:
+    """The border of a motion's basin along pulses on one inertia, at every sample of the motion."""
+
+    def __init__(self, period_map: PeriodMap, motion: Pass, inertia: int, samples: int) -> None:
+        self.samples = samples
+        self._map, self._motion, self._inertia = period_map, motion, inertia
+        self._march = period_map.marched(motion.start, samples_per_cycle=samples)
+        self._passes = _passes_until_back(motion)
+        self.smallest = cache(self._smallest)
+
+    def best(self, sign: float, samples: Sequence[int], spacing: int) -> int:
+        """Return the sample at which the smallest impulse of a sign is smallest, from some that are evenly spaced."""
+        size = {sample: abs(self.smallest(sample, sign)) for sample in samples}
+        known = {sample: value for sample, value in size.items() if np.isfinite(value)}
+        if not known:
+            return samples[0]
+        nearest = min(known, key=known.__getitem__)
+
+        def impulse(at: float) -> float:
+            sample = round(at) % self.samples
+            value = abs(self.smallest(sample, sign))
+            if np.isfinite(value):
+                known[sample] = value
+                return value
+            return 2.0 * max(known.values())
+
+        bounds = (nearest - spacing, nearest + spacing)
+        minimize_scalar(impulse, bounds=bounds, method="bounded", options={"xatol": 0.5, "maxiter": _MOST_INSTANTS})
+        return min(known, key=known.__getitem__)
+
+    def _smallest(self, sample: int, sign: float) -> float:
+        """The smallest impulse of a sign (1 or -1) that tips the motion over [N m s]; NaN where none does."""
+        cycles, system = self._map.cycles, self._map.system
+        start = self._map.sampled(self._march, sample * cycles) if sample else self._motion.start
+        inputs = system.inputs.later(sample / self.samples * cycles)
+        ahead = PeriodMap(replace(system, inputs=inputs), cycles)
+        return _Border(ahead, start, self._inertia, self._passes).smallest(sign)
 
 
 class _Border:
