@@ -84,6 +84,29 @@ def test_a_grazing_passes_the_fold_that_it_meets_at_the_same_point() -> None:
     np.testing.assert_allclose(actual, [float(fold[name][0]) for name in ("second", "value")], rtol=0, atol=1e-8)
 
 
+def test_a_grazing_of_two_periods_does_not_become_one_of_the_motion_of_one_period() -> None:
+    """Where it ends, another grazing of the same corner lies near: that of the quiet motion."""
+    branch = gr.continuation(oscillator().with_({"torque.0.mean": 0.02}), "excitation.frequency", (0.3, 1.6))
+    events = branch.events.assign(cycles=[branch.curves[number].cycles for number in branch.events["branch"]])
+    doubled = events.index[(events["kind"] == "grazing") & (events["cycles"] == 2)]
+    ends = []
+    for high in (0.05, 0.3):
+        curve = branch.boundary(int(doubled[0]), "torque.0.mean", (0.015, high))
+        w, mean = curve["value"].values, curve["second"].values
+        amplitude = 0.05 * w**2 / np.abs(1.0 - w**2 + 0.1j * w)
+        assert np.abs(amplitude / mean - 1.0).min() > 1e-3
+        assert curve["special"].values[-1] == "turning point"
+        ends.append(mean[-1])
+    assert ends[0] == pytest.approx(ends[1], abs=1e-8)
+
+
+def test_a_curve_ends_where_the_clearance_closes() -> None:
+    path = "coupling.gap.clearance"
+    curve = over_frequency().boundary(0, path, (0.0, 2.0))
+    assert 0.0 < float(curve["second"][0]) < 1e-4
+    assert curve.attrs["notes"][0].startswith(f"The event is not found beyond {path} = ")
+
+
 def test_on_the_way_it_meets_the_events_of_changed_models() -> None:
     branch = over_frequency()
     curve = branch.boundary(1, "torque.0.mean", (0.09, 0.11))

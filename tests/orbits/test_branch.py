@@ -162,6 +162,11 @@ def test_a_range_without_sense_is_refused(values: Any, words: str) -> None:
         gr.continuation(oscillator(), "excitation.frequency", values)
 
 
+def test_a_path_that_is_no_text_is_refused() -> None:
+    with pytest.raises(gr.ModelError, match="path: found 3; must be text"):
+        gr.continuation(oscillator(), 3, (0.3, 1.6))  # type: ignore[arg-type]
+
+
 def test_a_path_that_leads_nowhere_is_refused() -> None:
     with pytest.raises(gr.ModelError, match="no coupling is named gapp"):
         gr.continuation(oscillator(), "coupling.gapp.clearance", (0.5, 1.0))

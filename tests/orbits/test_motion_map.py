@@ -110,6 +110,7 @@ def test_a_special_point_of_two_curves_is_one() -> None:
         (Cell(0, 1, 0, 2, True), MISSING),
         (Cell(1, 0, 0, 2, True), MISSING),
         (Cell(1, 0, 0, 1, False), NOT_COUNTED),
+        (Cell(0, 0, 1, 1, False), NOT_COUNTED),
         (Cell(0, 1, 0, 0, False), MUST),
     ],
 )

@@ -163,7 +163,7 @@ def _child(node: Any, part: str, above: Sequence[str]) -> Any:
     if not above and part in _TABLES:
         return node.setdefault(part, {})
     where = f"{'.'.join(above)} has no {part}" if above else f"a model has no {part} here"
-    options = [*node, *(_TABLES if not above else ())]
+    options = list(dict.fromkeys([*node, *(_TABLES if not above else ())]))
     raise _NoPathError(f"{where}; there are {listed(options)}", did_you_mean(part, options))
 
 

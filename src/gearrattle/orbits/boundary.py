@@ -1,8 +1,11 @@
 """An event of a branch followed over a second value of the model: the border of where motions exist, as a curve.
 
 The second value is changed step by step. Each event is predicted by a straight line through the last two, then located
-exactly. Two folds meet in a cusp, and neither exists beyond it: the curve ends there. It ends as well where a fold
-meets a grazing. Both points are located (``engine.periodic.special``).
+exactly. Other events of the same kind may lie near. So an event must be as near to its prediction as on a curve, and
+one of motions of n periods is not one of motions of fewer. The first step is short, for it has no prediction.
+
+Two folds meet in a cusp, and neither exists beyond it: the curve ends there. It ends as well where a fold meets a
+grazing. Both points are located (``engine.periodic.special``).
 
 Takes a Branch and an event; gives a Dataset.
 """
@@ -18,7 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.boundary import relocated
+from gearrattle.engine.periodic.boundary import relocated, repeats_sooner
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import FOLD, GRAZING, Event
 from gearrattle.engine.periodic.special import (
@@ -46,7 +49,12 @@ Follower = Callable[[float], Continuation]
 _STEPS = 40.0  # over the range, at least
 _SHORTEST = 1e-4  # of the first step
 _FARTHEST = 0.2  # largest distance that an event may move in a step, in units of w
+_FARTHEST_FIRST = 1e-3  # the same in the first step
 _EASY = 0.05  # a smaller distance than this: the step may grow
+_FIRST = 1e-3  # of an even step: the first one, without a prediction
+_OFF, _STRAIGHT = 0.5, 0.1  # of the distance: how far an event may be from its prediction; if so near, steps grow fast
+_ROUNDING = 1e-5  # of w: what lies so near to the prediction is near
+_SHORT, _BEND = 1e-2, 4.0  # of an even step; a curve may have a corner: over short steps it leads so many times as far
 _REACH = 0.1  # of the range: a special point farther from the last known event is another one's
 _BACK = 6  # points of the curve from which a grazing near the fold is sought
 
@@ -80,6 +88,8 @@ def boundary_of(
     def follower(value: float) -> Continuation:
         changed = model.with_({second: value})
         family = family_of(changed, path, event.point.parameter, curve.family.cycles, curve.family.unit)
+        if family.clearances != curve.family.clearances:
+            raise ConvergenceError("a clearance closes or opens there")
         return curve.of(family)
 
     low, high = (_one_way(follower, event, own, end) for end in ends)
@@ -158,9 +168,10 @@ def _at_grazing(follower: Follower, rows: list[_Row], end: float) -> list[_Row] 
 def _one_way(follower: Follower, event: Event, start: float, end: float) -> list[_Row]:
     """The event from a start value to an end value, as far as it exists."""
     located = [_Row(start, event)]
-    first_step = (end - start) / _STEPS
-    step = first_step
-    while located[-1].second != end and abs(step) >= _SHORTEST * abs(first_step):
+    even = (end - start) / _STEPS
+    sooner = repeats_sooner(follower(start).family, event.point)
+    step = _FIRST * even
+    while located[-1].second != end and abs(step) >= _SHORTEST * abs(even):
         value, now = located[-1].second, located[-1].event
         following = value + step
         if (end - following) * (end - start) <= 0.0:
@@ -169,15 +180,28 @@ def _one_way(follower: Follower, event: Event, start: float, end: float) -> list
         if len(located) > 1:
             earlier = located[-2]
             change = (now.point.w - earlier.event.point.w) * (following - value) / (value - earlier.second)
-        try:
-            moved = relocated(now, follower(following), change, _FARTHEST)
-        except (ConvergenceError, ModelError, np.linalg.LinAlgError):
-            step *= 0.5
-            continue
-        distance = float(np.linalg.norm(moved.point.w - now.point.w))
-        if distance > _FARTHEST:
+        growth = 0.0
+        with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
+            curve = follower(following)
+            moved = relocated(now, curve, change, _FARTHEST)
+            growth = _growth(moved.point.w - now.point.w, change, abs(step) <= _SHORT * abs(even))
+            if growth and not sooner and repeats_sooner(curve.family, moved.point):
+                growth = 0.0
+        if not growth:
             step *= 0.5
             continue
         located.append(_Row(following, moved))
-        step = float(np.clip(1.5 * step, -2.0 * abs(first_step), 2.0 * abs(first_step))) if distance < _EASY else step
+        step = float(np.clip(growth * step, -2.0 * abs(even), 2.0 * abs(even)))
     return located
+
+
+def _growth(move: Array, change: Array, is_short: bool) -> float:
+    """How many times as long the step after a move that was predicted may be; 0: it led to another event."""
+    distance, predicted, off = (float(np.linalg.norm(way)) for way in (move, change, move - change))
+    if distance > (_FARTHEST if predicted else _FARTHEST_FIRST):
+        return 0.0
+    if predicted and off > _OFF * distance + _ROUNDING and not (is_short and distance < _BEND * predicted):
+        return 0.0
+    if distance > _EASY:
+        return 1.0
+    return 3.0 if off < _STRAIGHT * distance else 1.5

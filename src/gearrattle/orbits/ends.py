@@ -29,6 +29,8 @@ def ends_of(model: Model, path: str, ends: Sequence[float | str]) -> tuple[float
     """
     if isinstance(ends, str) or not isinstance(ends, Sequence | np.ndarray) or len(ends) != 2:
         raise ModelError(Problem("range", shown(ends), "must be two values", "such as (100.0, 200.0)"))
+    if not isinstance(path, str):
+        raise ModelError(Problem("path", shown(path), "must be text", "such as excitation.speed"))
     if path.partition(".")[0] == "simulation":
         rule = "is a setting of simulations, on which motions do not depend"
         raise ModelError(Problem(path, "", rule, "follow a value of the driveline"))

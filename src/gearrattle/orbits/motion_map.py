@@ -82,9 +82,9 @@ class Cell(NamedTuple):
             return MISSING
         if self.rattling:
             return MUST
-        if self.quiet:
-            return QUIET if self.is_countable else NOT_COUNTED
-        return NOTHING_STABLE
+        if not self.is_countable:
+            return NOT_COUNTED
+        return QUIET if self.quiet else NOTHING_STABLE
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import test_of
 from gearrattle.engine.periodic.events import Event
+from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.engine.periodic.touch import depth
 from gearrattle.errors import ConvergenceError
@@ -26,6 +28,7 @@ Array = NDArray[np.float64]
 _SECANTS = 12
 _LOCATED = 1e-11  # arclength
 _FIRST, _FIRST_AT_GRAZING = 1e-4, 1e-6  # arclength of the first step along the branch
+_SOONER = 1e-5  # of the size of the state: what comes back so near after fewer periods repeats after these
 
 
 def relocated(event: Event, curve: Continuation, change: Array, farthest: float) -> Event:
@@ -47,7 +50,28 @@ def relocated(event: Event, curve: Continuation, change: Array, farthest: float)
     ConvergenceError
         it is not near.
     """
-    point = curve.in_plane(replace(event.point, w=event.point.w + change))
+    begin = curve.in_plane(replace(event.point, w=event.point.w + change))
+    point = _by_secants(event, curve, begin, farthest)
+    located = replace(event, point=_oriented(point, event.point))
+    if event.touch is None:
+        return located
+    motion = curve.family.map_at(point.parameter), point.motion.start
+    return replace(located, touch=depth(*motion, event.touch)[1])
+
+
+def repeats_sooner(family: Family, point: Point) -> bool:
+    """Return whether a motion repeats after fewer periods than those of its family."""
+    state, cycles = point.motion.start, family.cycles
+    nearest = _SOONER * max(family.size, float(np.linalg.norm(point.state * point.scale)))
+    for fewer in (number for number in range(1, cycles) if cycles % number == 0):
+        later = PeriodMap(family.map_at(point.parameter).system, fewer).later(state)
+        if np.linalg.norm((later.y - state.y) * point.scale) < nearest:
+            return True
+    return False
+
+
+def _by_secants(event: Event, curve: Continuation, point: Point, farthest: float) -> Point:
+    """The point on a branch, from one nearby, at which the test function of an event vanishes."""
     test, along = test_of(event, curve.family, point), 0.0
     step = _FIRST if event.touch is None else _FIRST_AT_GRAZING
     for _ in range(_SECANTS):
@@ -59,11 +83,7 @@ def relocated(event: Event, curve: Continuation, change: Array, farthest: float)
         next_step = -value * step / (value - test)
         point, test = following, value
         if abs(next_step) < _LOCATED:
-            located = replace(event, point=_oriented(curve.moved_along(point, next_step), event.point))
-            if event.touch is None:
-                return located
-            motion = curve.family.map_at(located.point.parameter), located.point.motion.start
-            return replace(located, touch=depth(*motion, event.touch)[1])
+            return curve.moved_along(point, next_step)
         step = float(np.clip(next_step, -farthest, farthest))
     raise ConvergenceError("the event is not near")
 
