@@ -5,11 +5,13 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from mpmath import mp, mpf
 
 import gearrattle as gr
+from gearrattle.orbits import Branch
 from tests.oracles import backlash_mp as oracle
 from tests.orbits.test_branch import oscillator, over_frequency
 
@@ -98,6 +100,38 @@ def test_a_grazing_of_two_periods_does_not_become_one_of_the_motion_of_one_perio
         assert curve["special"].values[-1] == "turning point"
         ends.append(mean[-1])
     assert ends[0] == pytest.approx(ends[1], abs=1e-8)
+
+
+def gear_pair(mean: float) -> gr.Model:
+    """A pair whose doubled branch has a fold 1e-4 of w from where it leaves: two events lie beside each other."""
+    couplings = [
+        {"name": "mesh", "between": ["a", "b"], "stiffness": 2000.0, "damping": 1.0, "clearance": 0.002},
+        {"name": "shaft", "between": ["a", "ground"], "stiffness": 300.0, "damping": 0.4},
+        {"name": "load", "between": ["b", "ground"], "stiffness": 10.0, "damping": 0.2},
+    ]
+    torques = [
+        {"on": "a", "mean": 0.0, "harmonics": [{"order": 1, "amplitude": 20.0}]},
+        {"on": "b", "mean": mean},
+    ]
+    inertias = [{"name": "a", "J": 0.05}, {"name": "b", "J": 0.02}]
+    tables = {"inertia": inertias, "coupling": couplings, "excitation": {"speed": 60.0}, "torque": torques}
+    return gr.Model.from_tables({"schema": 1, "name": "pair", **tables})
+
+
+def folds_of_doubled_branches(mean: float) -> tuple[Branch, pd.Series]:
+    path = "torque.0.harmonics.0.amplitude"
+    branch = gr.continuation(gear_pair(mean), path, (2.3, 2.5), start="linear")
+    doubled = (branch.events["branch"] > 0) & (branch.events["kind"] == "fold")
+    return branch, branch.events.loc[doubled, "value"]
+
+
+def test_a_sharp_fold_beside_the_doubling_it_comes_from_is_followed() -> None:
+    branch, folds = folds_of_doubled_branches(-2.0)
+    curve = branch.boundary(int(folds.index[0]), "torque.1.mean", (-2.01, -1.99))
+    for end in (0, -1):
+        _, there = folds_of_doubled_branches(float(curve["second"][end]))
+        assert float(curve["value"][end]) == pytest.approx(there.iloc[0], rel=1e-8)
+    assert curve.attrs["notes"] == []
 
 
 def test_a_curve_ends_where_the_clearance_closes() -> None:

@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 _SECANTS = 12
 _LOCATED = 1e-11  # arclength
-_FIRST, _FIRST_AT_GRAZING = 1e-4, 1e-6  # arclength of the first step along the branch
+_FIRST = 1e-6  # arclength of the first step along the branch: a fold may be sharp, or lie beside another event
 _SOONER = 1e-5  # of the size of the state: what comes back so near after fewer periods repeats after these
 
 
@@ -72,8 +72,7 @@ def repeats_sooner(family: Family, point: Point) -> bool:
 
 def _by_secants(event: Event, curve: Continuation, point: Point, farthest: float) -> Point:
     """The point on a branch, from one nearby, at which the test function of an event vanishes."""
-    test, along = test_of(event, curve.family, point), 0.0
-    step = _FIRST if event.touch is None else _FIRST_AT_GRAZING
+    test, along, step = test_of(event, curve.family, point), 0.0, _FIRST
     for _ in range(_SECANTS):
         following = curve.moved_along(point, step)
         value = test_of(event, curve.family, following)
