@@ -102,6 +102,17 @@ def test_a_grazing_of_two_periods_does_not_become_one_of_the_motion_of_one_perio
     assert ends[0] == pytest.approx(ends[1], abs=1e-8)
 
 
+def test_no_special_point_lies_behind_where_the_event_was_met() -> None:
+    """The curve of the second grazing of the doubled branch ends in a sharp structure, in no turning point."""
+    branch = gr.continuation(oscillator().with_({"torque.0.mean": 0.02}), "excitation.frequency", (0.3, 1.3))
+    events = branch.events
+    doubled = events.index[(events["kind"] == "grazing") & (events["branch"] == 1)]
+    curve = branch.boundary(int(doubled[1]), "torque.0.mean", (0.01, 0.021))
+    assert np.diff(curve["second"].values).min() > 0.0
+    assert curve["special"].values[0] == ""
+    assert float(curve["second"][0]) == pytest.approx(0.01064567, abs=1e-7)
+
+
 def gear_pair(mean: float) -> gr.Model:
     """A pair whose doubled branch has a fold 1e-4 of w from where it leaves: two events lie beside each other."""
     couplings = [

@@ -56,6 +56,7 @@ _OFF, _STRAIGHT = 0.5, 0.1  # of the distance: how far an event may be from its 
 _ROUNDING = 1e-5  # of w: what lies so near to the prediction is near
 _SHORT, _BEND = 1e-2, 4.0  # of an even step; a curve may have a corner: over short steps it leads so many times as far
 _REACH = 0.1  # of the range: a special point farther from the last known event is another one's
+_BEHIND = 1e-3  # of the last step: the event was met there, so a point at which it vanishes lies no farther back
 _BACK = 6  # points of the curve from which a grazing near the fold is sought
 
 
@@ -126,7 +127,8 @@ def _ended(follower: Follower, rows: list[_Row], end: float) -> list[_Row]:
     step = last.second - rows[-2].second
     with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
         second, event = meeting_of_two(last.event, follower, last.second, step)
-        if abs(second - last.second) < _REACH * abs(end - rows[0].second):
+        ahead = (second - last.second) * np.sign(step)
+        if -_BEHIND * abs(step) <= ahead < _REACH * abs(end - rows[0].second):
             return [*rows, _Row(second, event, CUSP if kind == FOLD else TURNING)]
     return rows
 
