@@ -28,6 +28,7 @@ from gearrattle.engine.periodic.touch import Touch
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 _TOLERANCE = 1e-12  # of the residual, over the size of the state
 _ROUNDING = 1e-14  # the same, for each unit of the gradient's norm
@@ -243,7 +244,7 @@ class Corrector:
         A prediction that is near is given up once the residual grows: then Newton's method goes round in circles
         between two patterns of crossings, and a shorter step costs less.
         """
-        guess, last, error, is_last = predicted, np.inf, np.inf, False
+        guess, last, error, is_last, is_corrected = predicted, np.inf, np.inf, False, False
         for iteration in range(_ITERATIONS):
             has_turns = with_turns and is_last and guess.later is None
             motion, slope = self.followed(guess, touch, direction if has_turns else None)
@@ -264,6 +265,9 @@ class Corrector:
             is_settled = norm <= least or (norm <= 100.0 * least and norm > 0.5 * last)
             error = norm_of(change)
             if (is_settled or error <= slack) and abs(plane) < 1e-12:
+                if not is_corrected and not np.array_equal(*_sliders(motion)):
+                    guess, last, is_last, is_corrected = guess._replace(pieces=_sliders(motion)[1]), np.inf, False, True
+                    continue
                 if with_turns and not has_turns:
                     motion, slope = self.with_turns(guess, motion, slope, direction)
                 point = self.point_at(guess, motion, slope, direction, equations)
@@ -273,6 +277,14 @@ class Corrector:
             is_last = expected < _LAST * least
             guess, last = guess.moved(change), norm
         raise ConvergenceError("Newton's method does not converge")
+
+
+def _sliders(motion: Pass) -> tuple[IntArray | None, IntArray | None]:
+    """The pieces of sliders at the start and at the end of a motion: the same where it repeats.
+
+    A crossing may pass from the end of the period to its start along a branch; then those of the neighbour do not hold.
+    """
+    return motion.start.auxiliary_pieces, motion.end.auxiliary_pieces
 
 
 def norm_of(vector: Array) -> float:

@@ -27,7 +27,7 @@ M. di Bernardo, C. J. Budd, A. R. Champneys, P. Kowalczyk, Piecewise-smooth Dyna
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,7 @@ Array = NDArray[np.float64]
 COMPLIANT, JUMP, RIGID = "compliant", "jump", "rigid"
 RESOLVED = 1e-8
 """Depth to which a touch is resolved, in units of a T^2."""
+_AT_ONCE = 1e-9  # periods: crossings so shortly before a touch happen with it
 _APART = 1e-4  # arclength from a grazing, on its side without contact, to motions whose depth tells its slope
 
 
@@ -134,7 +135,8 @@ def _approach_of(period_map: PeriodMap, point: Point, touch: Touch) -> Approach:
     rate = float(max(np.sqrt(abs(other - stiffness) * lightness), abs(more - damping) * lightness))
     try:
         located = depth(period_map, point.motion.start, touch)[1]
-        z, last, since = before_touch(period_map, point.motion.start, located)
+        begin = replace(located, time=located.time - _AT_ONCE)
+        z, last, since = before_touch(period_map, point.motion.start, begin)
     except ConvergenceError:
         return Approach(np.nan, touch.time, rate=rate)
     period, n, generator = system.inputs.period, flow.states, flow.generator(last)
@@ -144,7 +146,8 @@ def _approach_of(period_map: PeriodMap, point: Point, touch: Touch) -> Approach:
     pushed[first : first + system.size] = kick * flow.scaling.velocity
     (stiffness, damping), (other, more) = (_slopes(flow, element, p, is_mean=True) for p in (pieces, beyond))
     added = period * (other - stiffness) * pushed + (more - damping) * generator[:n, :n] @ pushed
-    path = _from_then_on(without_touch(point.motion, located), located.time * period, period_map.length)
+    crossings = without_touch(point.motion, located)
+    path = _from_then_on(crossings, (begin.time * period, located.time * period), period_map.length)
     if not _is_possible(system, last, path):  # another touch lies so near that its crossings are not those of one visit
         return Approach(np.nan, located.time, float(acceleration), rate=rate)
     cycle = variation(flow, last, path, end=period_map.length)
@@ -153,14 +156,18 @@ def _approach_of(period_map: PeriodMap, point: Point, touch: Touch) -> Approach:
     return Approach(np.nan, located.time, float(acceleration), gain=gain, rate=rate)
 
 
-def _from_then_on(crossings: Passages, time: float, length: float) -> Passages:
-    """The crossings of a motion that begins at an instant [s] of a period of a given length."""
-    after, before = crossings.where(crossings.time > time), crossings.where(crossings.time <= time)
+def _from_then_on(crossings: Passages, instants: tuple[float, float], length: float) -> Passages:
+    """The crossings of a motion that begins at the second of two instants [s] of a period of a given length.
+
+    Those between both come after it: a slider sticks where the deflection is extreme, as it is where a corner is touched.
+    """
+    begin, time = instants
+    after, before = crossings.where(crossings.time >= begin), crossings.where(crossings.time < begin)
     watch, upward, velocity, memory = (
         np.concatenate([getattr(part, name) for part in (after, before)])
         for name in ("watch", "upward", "velocity", "memory")
     )
-    times = np.concatenate([after.time - time, before.time + (length - time)])
+    times = np.concatenate([np.maximum(after.time - time, 0.0), before.time + (length - time)])
     return Passages(times, watch, upward, velocity, memory)
 
 

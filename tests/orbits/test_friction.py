@@ -1,0 +1,50 @@
+"""Branches of an oscillator whose joint has a clearance and friction: what the slider does adds no events."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+
+SPEED = "excitation.speed"
+
+
+def oscillator(speed: float) -> gr.Model:
+    joint = {"stiffness": 1.0, "damping": 0.1, "damping_ratio": 1.0, "stiffness_ratio": 0.1, "clearance": 1.0}
+    slider = {"hysteresis": 0.1, "stick_stiffness": 2.0}
+    torque = {"on": "body", "mean": 0.1, "harmonics": [{"order": 1, "amplitude": 0.3}]}
+    tables = {
+        "inertia": [{"name": "body", "J": 1.0}],
+        "coupling": [{"name": "joint", "between": ["body", "ground"], **joint, **slider}],
+        "excitation": {"speed": speed},
+        "torque": [torque],
+    }
+    return gr.Model.from_tables({"schema": 1, "name": "joint with friction", "units": "dimensionless", **tables})
+
+
+@pytest.mark.parametrize("ends", [(0.77, 0.785), (0.785, 0.77)])
+def test_a_slider_that_sticks_at_the_end_of_the_period_or_at_its_start_is_no_event(ends: tuple[float, float]) -> None:
+    """At 0.778963 the last of eight crossings passes the start of the period."""
+    large = gr.periodic(oscillator(0.77), start={"angle": [2.5], "velocity": [0.0]})
+    first = large if ends[0] == 0.77 else gr.periodic(oscillator(ends[0]), start=large)
+    branch = gr.continuation(oscillator(ends[0]), SPEED, ends, start=first)
+    assert branch.events.empty
+    assert {len(point.motion.crossings.time) for point in branch.points} == {8}
+    for point in branch.points:
+        start, end = point.motion.start, point.motion.end
+        assert np.array_equal(start.auxiliary_pieces, end.auxiliary_pieces)
+
+
+@pytest.mark.parametrize("begin", [1.46, 1.6])
+def test_the_root_of_a_grazing_is_that_of_the_multipliers_beside_it(begin: float) -> None:
+    """The slider sticks where the corner is touched: both happen at once, in an order that rounding decides."""
+    branch = gr.continuation(oscillator(begin), SPEED, (begin, 1.3))
+    grazing = branch.events[branch.events["kind"] == "grazing"].iloc[0]
+    event = next(event for event in branch.events_of_curves[int(grazing["branch"])] if event.kind == "grazing")
+    cycles = branch.curves[int(grazing["branch"])].cycles
+    at = branch.orbit_at(event.point, cycles)
+    distance = 1e-7
+    beyond = gr.periodic(oscillator(float(grazing["value"]) + distance), cycles, start=at)
+    change = np.trace(beyond.motion.gradient) - np.trace(at.motion.gradient)
+    assert grazing["root"] == pytest.approx(change / np.sqrt(distance), rel=5e-3)
