@@ -7,6 +7,7 @@ import pytest
 
 import gearrattle as gr
 from tests.orbits.test_branch import OSCILLATOR, over_amplitude, over_frequency
+from tests.orbits.test_friction import oscillator as with_friction
 
 PATHS = ("torque.0.mean", "coupling.gap.kinematic_error.0.amplitude", "coupling.gap.damping", "inertia.body.J")
 
@@ -80,21 +81,12 @@ def test_a_grazing_moves_as_its_closed_form() -> None:
 
 def test_a_slider_that_begins_to_slip_has_no_gradient_and_no_border() -> None:
     """The gradient of the motion jumps there, and there is no corner that its depth could be taken from."""
-    coupling = {"name": "c", "between": ["b", "ground"], "stiffness": 1.0, "hysteresis": 0.4, "stick_stiffness": 2.0}
-    tables = {
-        "schema": 1,
-        "units": "dimensionless",
-        "inertia": [{"name": "b", "J": 1.0, "drag": 0.1}],
-        "coupling": [coupling],
-        "excitation": {"frequency": 0.8},
-        "torque": [{"on": "b", "harmonics": [{"order": 1, "amplitude": 0.3}]}],
-    }
-    branch = gr.continuation(gr.Model.from_tables(tables), "torque.0.harmonics.0.amplitude", (0.05, 0.6))
+    branch = gr.continuation(with_friction(0.3302), "excitation.speed", (0.3302, 0.3306))
     (row, *_) = branch.events.index[branch.events["kind"] == "grazing"]
     with pytest.raises(gr.ModelError, match=r"found grazing at which .* jumps; must be a fold"):
         branch.gradients(int(row))
     with pytest.raises(gr.ModelError, match="jumps; must be a fold"):
-        branch.boundary(int(row), "coupling.c.stiffness", (0.9, 1.1))
+        branch.boundary(int(row), "coupling.joint.stiffness", (0.9, 1.1))
 
 
 def test_a_deviation_is_not_less_than_zero() -> None:

@@ -159,7 +159,7 @@ def _approach_of(period_map: PeriodMap, point: Point, touch: Touch) -> Approach:
 def _from_then_on(crossings: Passages, instants: tuple[float, float], length: float) -> Passages:
     """The crossings of a motion that begins at the second of two instants [s] of a period of a given length.
 
-    Those between both come after it: a slider sticks where the deflection is extreme, as it is where a corner is touched.
+    Those between both come after it: a slider sticks where the deflection is extreme, and there a corner is touched.
     """
     begin, time = instants
     after, before = crossings.where(crossings.time >= begin), crossings.where(crossings.time < begin)
