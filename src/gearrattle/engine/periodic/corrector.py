@@ -28,7 +28,6 @@ from gearrattle.engine.periodic.touch import Touch
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _TOLERANCE = 1e-12  # of the residual, over the size of the state
 _ROUNDING = 1e-14  # the same, for each unit of the gradient's norm
@@ -265,8 +264,9 @@ class Corrector:
             is_settled = norm <= least or (norm <= 100.0 * least and norm > 0.5 * last)
             error = norm_of(change)
             if (is_settled or error <= slack) and abs(plane) < 1e-12:
-                if not is_corrected and not np.array_equal(*_sliders(motion)):
-                    guess, last, is_last, is_corrected = guess._replace(pieces=_sliders(motion)[1]), np.inf, False, True
+                if not is_corrected and not _sliders_repeat(motion):
+                    guess = guess._replace(pieces=motion.end.auxiliary_pieces)
+                    last, is_last, is_corrected = np.inf, False, True
                     continue
                 if with_turns and not has_turns:
                     motion, slope = self.with_turns(guess, motion, slope, direction)
@@ -279,12 +279,13 @@ class Corrector:
         raise ConvergenceError("Newton's method does not converge")
 
 
-def _sliders(motion: Pass) -> tuple[IntArray | None, IntArray | None]:
-    """The pieces of sliders at the start and at the end of a motion: the same where it repeats.
+def _sliders_repeat(motion: Pass) -> bool:
+    """Whether sliders end a motion in the pieces in which they begin it.
 
     A crossing may pass from the end of the period to its start along a branch; then those of the neighbour do not hold.
     """
-    return motion.start.auxiliary_pieces, motion.end.auxiliary_pieces
+    start, end = motion.start.auxiliary_pieces, motion.end.auxiliary_pieces
+    return start is None or end is None or np.array_equal(start, end)
 
 
 def norm_of(vector: Array) -> float:
