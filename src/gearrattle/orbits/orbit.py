@@ -204,9 +204,8 @@ class Orbit(Result):
             response ("peak-to-peak deflection", "largest force", "multiplier modulus"), of (the clearance, or the
             number of the multiplier from 1, those of free directions left out), size [SI] of the response, path, value
             [SI] of the number, gradient (change for a unit of the number, good to about 1e-7 of the response),
-            per_10_percent (change for 10 % more
-            of it); what moves a response most comes first. NaN where a number cannot be changed alone, or impacts come
-            or go with it.
+            per_10_percent (change for 10 % more of it); what moves a response most comes first. NaN where a number
+            cannot be changed alone, or impacts come or go with it.
 
         Raises
         ------
