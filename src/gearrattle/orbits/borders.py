@@ -61,7 +61,7 @@ class SpecialPoint:
     Attributes
     ----------
     kind
-        "cusp": two folds meet; "turning point": two grazings do; "fold meets grazing".
+        "cusp": two folds meet; "turning point": two events of one kind meet otherwise; "fold meets grazing".
     value, second
         where [SI].
     """

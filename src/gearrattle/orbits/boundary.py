@@ -1,11 +1,13 @@
 """An event of a branch followed over a second value of the model: the border of where motions exist, as a curve.
 
-The second value is changed step by step. Each event is predicted by a straight line through the last two, then located
-exactly. Other events of the same kind may lie near. So an event must be as near to its prediction as on a curve, and
-one of motions of n periods is not one of motions of fewer. The first step is short, for it has no prediction.
+The second value is changed step by step. Each event is predicted by a parabola through the last three, then located
+exactly. Other events of the same kind may lie near. So an event must be as near to its prediction as on a curve; in a
+step that is not short its motion keeps its crossings; and one of motions of n periods is not one of motions of fewer.
+The first step is short, for it has no prediction.
 
-Two folds meet in a cusp, and neither exists beyond it: the curve ends there. It ends as well where a fold meets a
-grazing. Both points are located (``engine.periodic.special``).
+Two folds meet in a cusp, and neither exists beyond it: the curve ends there. It may end as well where a fold meets a
+grazing, or go on beyond (``engine.periodic.special``). Where a curve of folds turns back over the second value, an
+isolated branch shrinks to a point, or two branches join.
 
 Takes a Branch and an event; gives a Dataset.
 """
@@ -15,13 +17,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import barycentric_interpolate
+from scipy.optimize import minimize_scalar
 
-from gearrattle.engine.periodic.boundary import relocated, repeats_sooner
+from gearrattle.engine.periodic.boundary import missed_sooner, relocated, word_but_for_touch
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import FOLD, GRAZING, Event
 from gearrattle.engine.periodic.special import (
@@ -45,19 +49,28 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 Follower = Callable[[float], Continuation]
+"""The branch over the value, by the second value."""
+Across = Callable[[float, float], Continuation]
+"""The branch over the second value, by the value and a second value near."""
 
 _STEPS = 40.0  # over the range, at least
-_SHORTEST = 1e-4  # of the first step
+_MOST = 2000  # points on either side of the model's own value
+_SHORTEST = 1e-4  # of an even step
 _FARTHEST = 0.2  # largest distance that an event may move in a step, in units of w
 _FARTHEST_FIRST = 1e-3  # the same in the first step
 _EASY = 0.05  # a smaller distance than this: the step may grow
 _FIRST = 1e-3  # of an even step: the first one, without a prediction
-_OFF, _STRAIGHT = 0.5, 0.1  # of the distance: how far an event may be from its prediction; if so near, steps grow fast
-_ROUNDING = 1e-5  # of w: what lies so near to the prediction is near
+_REPEATS = 1e-7  # of the size of the state: what fails to repeat sooner by so little does repeat
+_FALL = 0.2  # of how much a motion fails to repeat sooner: what is left after a step, at least
+_PREDICTED_FROM = 3  # last points, by a parabola through them
+_OFF, _STRAIGHT = 0.2, 0.05  # of the distance: how far an event may be from its prediction; if so near, steps grow fast
+_ROUNDING = 1e-8  # of w: what lies so near to the prediction is near
 _SHORT, _BEND = 1e-2, 4.0  # of an even step; a curve may have a corner: over short steps it leads so many times as far
+_AT_TURNING = 1e-8  # of the value: to so much is known where a curve of folds turns back
 _REACH = 0.1  # of the range: a special point farther from the last known event is another one's
 _BEHIND = 1e-3  # of the last step: the event was met there, so a point at which it vanishes lies no farther back
-_BACK = 6  # points of the curve from which a grazing near the fold is sought
+_BACK = 7  # last points of a fold from which a grazing near is sought
+_TRIED = 0.1  # of the distance between two points: the first step from there to where a fold meets a grazing
 
 
 @dataclass(frozen=True)
@@ -93,10 +106,14 @@ def boundary_of(
             raise ConvergenceError("a clearance closes or opens there")
         return curve.of(family)
 
+    def across(value: float, near: float) -> Continuation:
+        family = family_of(model.with_({path: value}), second, near, curve.family.cycles, abs(own) or 1.0)
+        return curve.of(family)
+
     low, high = (_one_way(follower, event, own, end) for end in ends)
-    sides = [_ended(follower, side, end) for side, end in ((low, ends[0]), (high, ends[1]))]
+    sides = [_ended((follower, across), side, end) for side, end in ((low, ends[0]), (high, ends[1]))]
     rows = [*reversed(sides[0][1:]), *sides[1]]
-    notes = [_note(second, side[-1]) for side, end in zip(sides, ends, strict=True) if side[-1].second != end]
+    notes = [_note(second, side) for side, end in zip(sides, ends, strict=True) if side[-1].second != end]
     attributes = {"path": path, "second": second, "kind": event.kind, "notes": notes, "title": model.name}
     units = {name: {"units": path_label(name, model).unit or "1"} for name in (path, second)}
     variables = {
@@ -108,62 +125,105 @@ def boundary_of(
     return xr.Dataset(variables, attrs=attributes)
 
 
-def _note(second: str, last: _Row) -> str:
+def _note(second: str, rows: list[_Row]) -> str:
     """What is said of a curve that ends inside the range."""
+    last = rows[-1]
+    if len(rows) >= _MOST:
+        return f"The event is not followed beyond {second} = {last.second:.6g}: more than {_MOST} points."
     reason = f": {last.special}" if last.special else ""
     return f"The event is not found beyond {second} = {last.second:.6g}{reason}."
 
 
-def _ended(follower: Follower, rows: list[_Row], end: float) -> list[_Row]:
-    """The rows from the model's own value to an end with their special points, cut where the curve ends."""
-    kind = rows[0].event.kind
-    if kind == GRAZING:
-        rows = _with_folds(follower, rows)
-    if kind == FOLD and (met := _at_grazing(follower, rows, end)):
-        return met
-    if rows[-1].second == end or len(rows) < 2:
-        return rows
-    last = rows[-1]
-    step = last.second - rows[-2].second
-    with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
-        second, event = meeting_of_two(last.event, follower, last.second, step)
-        ahead = (second - last.second) * np.sign(step)
-        if -_BEHIND * abs(step) <= ahead < _REACH * abs(end - rows[0].second):
-            return [*rows, _Row(second, event, CUSP if kind == FOLD else TURNING)]
-    return rows
-
-
-def _with_folds(follower: Follower, rows: list[_Row]) -> list[_Row]:
-    """The rows of a grazing, with those at which a fold meets it between."""
+def _ended(followers: tuple[Follower, Across], rows: list[_Row], end: float) -> list[_Row]:
+    """The rows from the model's own value to an end with their special points, the last one where the curve ends."""
+    follower = followers[0]
+    if rows[-1].second != end and len(rows) > 1:
+        rows = _last(followers, rows, end)
     out = rows[:1]
     for before, after in pairwise(rows):
-        if before.event.point.tangent[-1] * after.event.point.tangent[-1] < 0.0:
-            with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
-                step, known = after.second - before.second, {row.second: row.event for row in (before, after)}
-                second, event = meeting_of_grazing(known, follower, 0.5 * step)
-                if 0.0 < (second - before.second) / step < 1.0:
-                    out.append(_Row(second, event, MEETING))
+        if not after.special and (between := _between(follower, before, after)):
+            out.append(between)
         out.append(after)
     return out
 
 
-def _at_grazing(follower: Follower, rows: list[_Row], end: float) -> list[_Row] | None:
-    """The rows of a fold with that at which it meets a grazing, the last one if it ends there; None if none does."""
-    changes = [i for i, (a, b) in enumerate(pairwise(rows)) if a.event.point.pattern != b.event.point.pattern]
-    if rows[-1].second != end:
-        changes.append(len(rows) - 1)
-    for change in changes:
-        for row in reversed(rows[max(0, change - _BACK) : change + 1]):
-            with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
-                grazing = grazing_near(row.event, follower(row.second))
-                if grazing is None:
-                    continue
-                step = 1e-3 * (end - rows[0].second)
-                second, event = meeting_of_grazing({row.second: grazing}, follower, step)
-                if abs(second - row.second) < _REACH * abs(end - rows[0].second):
-                    sooner = [one for one in rows if (second - one.second) * (end - rows[0].second) > 0.0]
-                    later = rows[len(sooner) :] if rows[-1].second == end else []
-                    return [*sooner, _Row(second, replace(event, kind=FOLD), MEETING), *later]
+def _between(follower: Follower, before: _Row, after: _Row) -> _Row | None:
+    """The point between two rows at which a fold meets a grazing; None if none does."""
+    meeting = None
+    if before.event.kind == GRAZING and before.event.point.tangent[-1] * after.event.point.tangent[-1] < 0.0:
+        meeting = _meeting(follower, [before, after], 0.5 * (after.second - before.second))
+    elif before.event.kind == FOLD and before.event.point.pattern != after.event.point.pattern:
+        meeting = _meeting_of_fold(follower, before, after) or _meeting_of_fold(follower, after, before)
+    share = 0.0 if meeting is None else (meeting.second - before.second) / (after.second - before.second)
+    return meeting if 0.0 < share < 1.0 else None
+
+
+def _last(followers: tuple[Follower, Across], rows: list[_Row], end: float) -> list[_Row]:
+    """The rows up to where the curve ends, with the special point there if one is near."""
+    follower, across = followers
+    last, step = rows[-1], rows[-1].second - rows[-2].second
+    kind = last.event.kind
+    points = list[_Row]()
+    with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
+        second, event = meeting_of_two(last.event, follower, last.second, step)
+        points.append(_Row(second, event, CUSP if kind == FOLD else TURNING))
+    if kind == FOLD:
+        meetings = (_meeting_of_fold(follower, after, before) for before, after in reversed([*pairwise(rows[-_BACK:])]))
+        points.extend(islice((meeting for meeting in meetings if meeting), 1))
+        with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
+            points.append(_turning(rows, across))
+    farthest = _REACH * abs(end - rows[0].second)
+    near = list[tuple[float, _Row]]()
+    for point in points:
+        ahead = (point.second - last.second) * np.sign(step)
+        behind = _BEHIND if point.special != MEETING else 1.0  # a fold may stay so near to a grazing as rounding
+        if -behind * abs(step) <= ahead < farthest:
+            near.append((ahead, point))
+    if not near:
+        return rows
+    ahead, point = min(near, key=lambda pair: pair[0])
+    return [*(rows if ahead > 0.0 else rows[:-1]), point]
+
+
+def _meeting_of_fold(follower: Follower, row: _Row, other: _Row) -> _Row | None:
+    """The point near a row of a fold, and another one, at which it meets a grazing; None if none is near."""
+    with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
+        grazings = [(one.second, grazing_near(one.event, follower(one.second))) for one in (row, other)]
+        known = [_Row(second, grazing) for second, grazing in grazings if grazing]
+        if known and (meeting := _meeting(follower, known, _TRIED * abs(other.second - row.second))):
+            return replace(meeting, event=replace(meeting.event, kind=FOLD))
+    return None
+
+
+def _turning(rows: list[_Row], across: Across) -> _Row:
+    """The point ahead at which a curve of folds turns back: an extremum of the second value over the value.
+
+    A fold of the branch over the value is one of the branch over the second value as well, and has the same tangent.
+    """
+    last, side = rows[-1], np.sign(rows[-1].second - rows[-2].second)
+    values = np.array([row.event.point.parameter for row in rows[-3:]])
+    bend, slope, _ = np.polyfit(values - values[-1], [row.second - last.second for row in rows[-3:]], 2)
+    ends = values[-1], values[-1] - slope / bend  # twice as far as expected
+    curve = across(values[-1], last.second)
+    w = np.append(last.event.point.w[:-1], last.second / curve.family.unit)
+    known = {values[-1]: replace(last.event, point=replace(last.event.point, parameter=last.second, w=w))}
+
+    def way_back(value: float) -> float:
+        event = known[min(known, key=lambda other: abs(other - value))]
+        known[value] = relocated(event, across(value, event.point.parameter), np.zeros_like(w), _FARTHEST)
+        return float(-side * known[value].point.parameter)
+
+    options = {"xatol": _AT_TURNING * abs(values[-1])}
+    value = float(minimize_scalar(way_back, bounds=sorted(ends), method="bounded", options=options).x)
+    point = known[value].point
+    return _Row(point.parameter, replace(last.event, point=replace(point, parameter=value)), TURNING)
+
+
+def _meeting(follower: Follower, rows: list[_Row], step: float) -> _Row | None:
+    """The point near rows of a grazing at which it meets a fold; None if it meets none."""
+    with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
+        known = {row.second: row.event for row in rows}
+        return _Row(*meeting_of_grazing(known, follower, step), MEETING)
     return None
 
 
@@ -171,30 +231,43 @@ def _one_way(follower: Follower, event: Event, start: float, end: float) -> list
     """The event from a start value to an end value, as far as it exists."""
     located = [_Row(start, event)]
     even = (end - start) / _STEPS
-    sooner = repeats_sooner(follower(start).family, event.point)
+    missed = missed_sooner(follower(start).family, event.point)
+    keeps_cycles = missed > _REPEATS
     step = _FIRST * even
-    while located[-1].second != end and abs(step) >= _SHORTEST * abs(even):
-        value, now = located[-1].second, located[-1].event
-        following = value + step
+    while located[-1].second != end and abs(step) >= _SHORTEST * abs(even) and len(located) < _MOST:
+        following = located[-1].second + step
         if (end - following) * (end - start) <= 0.0:
             following = end
-        change = np.zeros_like(now.point.w)
-        if len(located) > 1:
-            earlier = located[-2]
-            change = (now.point.w - earlier.event.point.w) * (following - value) / (value - earlier.second)
-        growth = 0.0
+        row, growth, still_missed = None, 0.0, np.inf
         with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
             curve = follower(following)
-            moved = relocated(now, curve, change, _FARTHEST)
-            growth = _growth(moved.point.w - now.point.w, change, abs(step) <= _SHORT * abs(even))
-            if growth and not sooner and repeats_sooner(curve.family, moved.point):
-                growth = 0.0
-        if not growth:
+            row, growth = _moved(located, curve, following, abs(step) <= _SHORT * abs(even))
+            still_missed = missed_sooner(curve.family, row.event.point) if row else np.inf
+        if keeps_cycles and still_missed < max(_FALL * missed, _REPEATS):
+            row = None
+        if row is None:
             step *= 0.5
             continue
-        located.append(_Row(following, moved))
-        step = float(np.clip(growth * step, -2.0 * abs(even), 2.0 * abs(even)))
+        located.append(row)
+        step, missed = float(np.clip(growth * step, -2.0 * abs(even), 2.0 * abs(even))), still_missed
     return located
+
+
+def _moved(located: list[_Row], curve: Continuation, second: float, is_short: bool) -> tuple[_Row | None, float]:
+    """The next row of an event, None if that is another event's; how many times as long the step after it may be."""
+    last = located[-1]
+    change = np.zeros_like(last.event.point.w)
+    if len(located) > 1:
+        known = located[-_PREDICTED_FROM:]
+        predicted = barycentric_interpolate(
+            [row.second for row in known], np.array([row.event.point.w for row in known]), second
+        )
+        change = predicted - last.event.point.w
+    event = relocated(last.event, curve, change, _FARTHEST)
+    growth = _growth(event.point.w - last.event.point.w, change, is_short)
+    if not is_short and word_but_for_touch(event) != word_but_for_touch(last.event):
+        growth = 0.0
+    return (_Row(second, event) if growth else None), growth
 
 
 def _growth(move: Array, change: Array, is_short: bool) -> float:

@@ -202,8 +202,8 @@ class Branch(Result):
         xr.Dataset
             Over "point", the second value ascending: second, value of the event, special, error of its state [SI].
             ``special`` names what lies at a point, and is empty at most of them: "cusp" (a fold has met another one),
-            "turning point" (another event has met its like), "fold meets grazing". ``notes`` in the attributes say
-            where the curve ends inside the range.
+            "turning point" (the event has met its like otherwise), "fold meets grazing". ``notes`` in the attributes
+            say where the curve ends inside the range.
 
         Raises
         ------

@@ -9,6 +9,7 @@ Takes an event and what follows the changed driveline; gives the event there.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import test_of
 from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.patterns import rotated, word_of
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.engine.periodic.touch import depth
@@ -25,10 +27,12 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-_SECANTS = 12
+_SECANTS = 16
+_SHORTER = 0.1  # of a step: the one tried where it leads too far
+_AT_TOUCH = 1e-4  # periods: crossings of the same corner so near to a touch are the touch
+_BENT = 2.0  # of a step: the distance to a point of the same branch, at most
 _LOCATED = 1e-11  # arclength
 _FIRST = 1e-6  # arclength of the first step along the branch: a fold may be sharp, or lie beside another event
-_SOONER = 1e-5  # of the size of the state: what comes back so near after fewer periods repeats after these
 
 
 def relocated(event: Event, curve: Continuation, change: Array, farthest: float) -> Event:
@@ -59,22 +63,41 @@ def relocated(event: Event, curve: Continuation, change: Array, farthest: float)
     return replace(located, touch=depth(*motion, event.touch)[1])
 
 
-def repeats_sooner(family: Family, point: Point) -> bool:
-    """Return whether a motion repeats after fewer periods than those of its family."""
+def word_but_for_touch(event: Event) -> str:
+    """Return the pattern of an event's motion, a word of ``patterns``, without what it crosses at its touch."""
+    motion, touch = event.point.motion, event.touch
+    if touch is None:
+        return event.point.word
+    crossings = motion.crossings
+    later = np.mod(crossings.time / motion.period - touch.time, motion.cycles)
+    is_touch = (crossings.watch == touch.watch) & (np.minimum(later, motion.cycles - later) < _AT_TOUCH)
+    return rotated(word_of(crossings.where(~is_touch)))
+
+
+def missed_sooner(family: Family, point: Point) -> float:
+    """Return by how much a motion of several periods fails to repeat after fewer; infinite for one of one period.
+
+    Returns
+    -------
+    float
+        The least distance of a state after fewer periods from the first one, in sizes of the state.
+    """
     state, cycles = point.motion.start, family.cycles
-    nearest = _SOONER * max(family.size, float(np.linalg.norm(point.state * point.scale)))
+    missed = np.inf
     for fewer in (number for number in range(1, cycles) if cycles % number == 0):
         later = PeriodMap(family.map_at(point.parameter).system, fewer).later(state)
-        if np.linalg.norm((later.y - state.y) * point.scale) < nearest:
-            return True
-    return False
+        missed = min(missed, float(np.linalg.norm((later.y - state.y) * point.scale)))
+    return missed / max(family.size, float(np.linalg.norm(point.state * point.scale)))
 
 
 def _by_secants(event: Event, curve: Continuation, point: Point, farthest: float) -> Point:
     """The point on a branch, from one nearby, at which the test function of an event vanishes."""
     test, along, step = test_of(event, curve.family, point), 0.0, _FIRST
     for _ in range(_SECANTS):
-        following = curve.moved_along(point, step)
+        following = _ahead(curve, point, step)
+        if following is None:
+            step *= _SHORTER
+            continue
         value = test_of(event, curve.family, following)
         along += step
         if abs(along) > farthest or value == test:
@@ -85,6 +108,15 @@ def _by_secants(event: Event, curve: Continuation, point: Point, farthest: float
             return curve.moved_along(point, next_step)
         step = float(np.clip(next_step, -farthest, farthest))
     raise ConvergenceError("the event is not near")
+
+
+def _ahead(curve: Continuation, point: Point, step: float) -> Point | None:
+    """The point a step along a branch; None if none is near, or only one of another branch."""
+    with suppress(ConvergenceError):
+        following = curve.moved_along(point, step)
+        if np.linalg.norm(following.w - point.w) < _BENT * abs(step):
+            return following
+    return None
 
 
 def _oriented(point: Point, like: Point) -> Point:

@@ -17,6 +17,7 @@ Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, 4th ed., Springer 2023
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -30,7 +31,11 @@ from gearrattle.errors import ConvergenceError
 CUSP, TURNING, MEETING = "cusp", "turning point", "fold meets grazing"
 Follower = Callable[[float], Continuation]
 
-_STEP = 1e-4  # arclength of differences along the branch
+_STEP, _SHORTEST = 1e-4, 1e-7  # arclength of differences along the branch: the largest one, and the smallest
+_PARABOLA = (
+    0.2,
+    0.01,
+)  # differences over a step and half of it, at most: of second derivatives, of extrema over the step
 _FARTHEST = 0.3  # arclength from a known event to a special point
 _SECANTS = 30
 _LOCATED = 1e-12  # of q
@@ -58,27 +63,45 @@ def meeting_of_two(event: Event, follower: Follower, q: float, step: float) -> t
     ConvergenceError
         they do not meet near.
     """
+    along = _step_along(event, follower(q))
+    return _root(lambda value: _extremum(event, follower(value), along), q, step)
 
-    return _root(lambda value: _extremum(event, follower(value)), q, step)
+
+def _step_along(event: Event, curve: Continuation) -> float:
+    """The largest arclength along the branch within which the test function of an event is a parabola."""
+
+    def derivatives(step: float) -> tuple[float, float]:
+        tests = [test_of(event, curve.family, curve.moved_along(event.point, way * step)) for way in (-1.0, 0.0, 1.0)]
+        return (tests[2] - tests[0]) / (2.0 * step), (tests[0] - 2.0 * tests[1] + tests[2]) / step**2
+
+    step = _STEP
+    while step > _SHORTEST:
+        with suppress(ConvergenceError):
+            (slope, bend), (slope_over_half, bend_over_half) = derivatives(step), derivatives(0.5 * step)
+            change, shift = abs(bend - bend_over_half), abs(slope - slope_over_half)
+            if change < _PARABOLA[0] * abs(bend) and shift < _PARABOLA[1] * abs(bend) * step:
+                return step
+        step *= 0.25
+    return step
 
 
-def _extremum(event: Event, curve: Continuation) -> tuple[float, Event]:
+def _extremum(event: Event, curve: Continuation, step: float) -> tuple[float, Event]:
     """The extremum of the test function along the branch near an event: its value, and the event moved there."""
     origin = curve.in_plane(event.point)
 
     def slope(length: float) -> float:
-        behind, ahead = (curve.moved_along(origin, length + side * _STEP) for side in (-1.0, 1.0))
+        behind, ahead = (curve.moved_along(origin, length + side * step) for side in (-1.0, 1.0))
         tests = [test_of(event, curve.family, point) for point in (behind, ahead)]
-        return (tests[1] - tests[0]) / (2.0 * _STEP)
+        return (tests[1] - tests[0]) / (2.0 * step)
 
     length, now = 0.0, slope(0.0)
-    change = _STEP
+    change = step
     for _ in range(_SECANTS):
         length, before, now = length + change, now, slope(length + change)
         if now == before or abs(length) > _FARTHEST:
             break
         change = float(np.clip(-now * change / (now - before), -0.5 * _FARTHEST, 0.5 * _FARTHEST))
-        if abs(change) < 1e-2 * _STEP:
+        if abs(change) < 1e-2 * step:
             point = curve.moved_along(origin, length + change)
             return test_of(event, curve.family, point), replace(event, point=point)
     raise ConvergenceError("the test function has no extremum near")
@@ -122,13 +145,14 @@ def tangent_at(grazing: Event, curve: Continuation) -> float:
     Raises
     ------
     ConvergenceError
-        the motions on both sides touch.
+        no motions without contact are near.
     """
     for side in (_NEAR, -_NEAR):
-        points = [curve.moved_along(grazing.point, (i + 1.0) * side) for i in range(len(_EXTRAPOLATED))]
-        if test_of(grazing, curve.family, points[0]) < 0.0:
-            return float(np.dot(_EXTRAPOLATED, [TESTS[FOLD](point) for point in points]))
-    raise ConvergenceError("the motions on both sides of the grazing touch")
+        with suppress(ConvergenceError):  # where motions touch, they may change too fast
+            points = [curve.moved_along(grazing.point, (i + 1.0) * side) for i in range(len(_EXTRAPOLATED))]
+            if test_of(grazing, curve.family, points[0]) < 0.0:
+                return float(np.dot(_EXTRAPOLATED, [TESTS[FOLD](point) for point in points]))
+    raise ConvergenceError("no motions without contact are near the grazing")
 
 
 def grazing_near(fold: Event, curve: Continuation) -> Event | None:

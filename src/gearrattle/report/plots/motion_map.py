@@ -29,7 +29,7 @@ COLOURS_OF_CODES = {
 _DASHES: dict[str, Dash] = {FOLD: "solid"}
 SPECIAL = {
     "cusp": Key("cusp: two folds meet", INK, "star"),
-    "turning point": Key("turning point: two grazings meet", INK, "circle"),
+    "turning point": Key("turning point: two events of one kind meet", INK, "circle"),
     "fold meets grazing": Key("a fold meets a grazing", INK, "diamond"),
 }
 """How special points are drawn."""
