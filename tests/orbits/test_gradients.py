@@ -27,6 +27,49 @@ def test_a_grazing_moves_as_its_closed_form_does(event: int) -> None:
     assert abs(table.loc["coupling.gap.clearance", "gradient"]) < 1e-6  # the motion moves with its corner
 
 
+@pytest.mark.parametrize("phase", [3.0, 4.0])
+def test_a_grazing_does_not_depend_on_the_origin_of_time(phase: float) -> None:
+    """The lower corner is touched between two crossings of the upper one that have the same directions."""
+    path, grazings = "torque.0.harmonics.0.amplitude", []
+    for own in (0.0, phase):
+        joint = {"stiffness": 1.0, "damping": 0.1, "damping_ratio": 1.0, "stiffness_ratio": 0.1, "clearance": 1.0}
+        harmonic = {"order": 1, "amplitude": 0.3, "phase": own}
+        tables = {
+            "inertia": [{"name": "body", "J": 1.0}],
+            "coupling": [{"name": "joint", "between": ["body", "ground"], **joint}],
+            "excitation": {"speed": 0.75},
+            "torque": [{"on": "body", "mean": 0.1, "harmonics": [harmonic]}],
+        }
+        model = gr.Model.from_tables({"schema": 1, "name": "joint", "units": "dimensionless", **tables})
+        branch = gr.continuation(model, path, (0.05, 0.6))
+        row = int(branch.events.index[branch.events["kind"] == "grazing"][0])
+        table = branch.gradients(row, ["torque.0.mean", "coupling.joint.stiffness"]).set_index("path")
+        curve = branch.boundary(row, "torque.0.mean", (0.095, 0.105))
+        assert curve["second"].values[[0, -1]].tolist() == [0.095, 0.105]
+        ends = [*curve["value"].values[[0, -1]], table.loc["torque.0.mean", "gradient"]]
+        grazings.append([*ends, table.loc["coupling.joint.stiffness", "gradient"]])
+    np.testing.assert_allclose(grazings[0], grazings[1], rtol=0, atol=1e-7)
+    chord = (grazings[0][1] - grazings[0][0]) / 0.01
+    assert grazings[0][2] == pytest.approx(chord, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_grazing_beside_a_slip_moves_as_those_of_changed_models_do() -> None:
+    """The slider begins to stick and the lower corner is touched at once."""
+    path, ends = "excitation.speed", (0.80, 0.815)
+    first = gr.periodic(with_friction(0.80), cycles=2, start={"angle": [2.5], "velocity": [0.0]})
+    branch = gr.continuation(with_friction(0.80), path, ends, cycles=2, start=first)
+    row = int(branch.events.index[branch.events["kind"] == "grazing"][0])
+    table = branch.gradients(row, ["torque.0.mean", "coupling.joint.hysteresis"]).set_index("path")
+    for changed, gradient in table["gradient"].items():
+        value, moved = float(table.loc[changed, "value"]), []
+        for side in (-2e-4, 2e-4):
+            model = branch.model.with_({changed: value * (1.0 + side)})
+            other = gr.continuation(model, path, ends, cycles=2, start=gr.periodic(model, 2, start=first))
+            moved.append(float(other.events["value"][other.events["kind"] == "grazing"].iloc[0]))
+        assert gradient == pytest.approx((moved[1] - moved[0]) / (4e-4 * value), rel=1e-4)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("event", "ends"), [(1, (0.79, 0.84)), pytest.param(3, (0.3, 1.6), marks=pytest.mark.long)], ids=["upper", "lower"]

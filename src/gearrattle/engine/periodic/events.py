@@ -34,9 +34,10 @@ from scipy.optimize import brentq
 from gearrattle.engine.periodic import patterns
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.grazing import JUMP, RIGID, Grazing, grazing_of
+from gearrattle.engine.periodic.period_map import Approach
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.stretch import Stretch
-from gearrattle.engine.periodic.touch import Touch
+from gearrattle.engine.periodic.touch import Touch, with_corner
 from gearrattle.engine.periodic.touching import Search
 from gearrattle.engine.periodic.turning import hidden_between, touches_beyond
 from gearrattle.engine.periodic.views import View, time_between
@@ -326,8 +327,7 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: 
         return
     known = _known_grazing(before, after, view)
     if known is not None:
-        point, touch = known
-        yield Event(GRAZING, point, touch.watch, touch=touch, grazing=grazing_of(curve, point, touch))
+        yield _event_of_grazing(curve, *known)
         return
     if len(one) != len(other):  # by more than two crossings: several touch at once
         yield _grazing(curve, before, after, view)
@@ -360,9 +360,14 @@ def _known_grazing(before: Point, after: Point, view: View) -> tuple[Point, Touc
 def _grazing(curve: Continuation, before: Point, after: Point, view: View) -> Event:
     """The grazing between two points."""
     search = Search(curve, before, after, view)
-    point, touch = search.grazing()
-    grazing = grazing_of(curve, point, touch, search.nearby)
-    return Event(GRAZING, point, touch.watch, touch=touch, grazing=grazing)
+    return _event_of_grazing(curve, *search.grazing(), search.nearby)
+
+
+def _event_of_grazing(curve: Continuation, point: Point, touch: Touch, nearby: Approach | None = None) -> Event:
+    """The event of a motion that grazes."""
+    if touch.watch < curve.family.clearances:
+        touch = with_corner(curve.family.map_at(point.parameter), point.motion, touch)
+    return Event(GRAZING, point, touch.watch, touch=touch, grazing=grazing_of(curve, point, touch, nearby))
 
 
 def _sign(holds: bool) -> float:

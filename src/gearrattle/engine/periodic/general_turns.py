@@ -193,7 +193,7 @@ def with_slopes(period_map: PeriodMap, setting: Setting, motion: Pass, touch: To
     """
     flow, states = setting.flow, setting.flow.states
     pieces, y, path, _ = period_map.along(motion)
-    path = crossings_before(path, motion.period, touch)
+    path = crossings_before(path, motion.period, touch, pieces[flow.system.clearances[touch.watch]])
     course = course_of(setting, (pieces, y), path, touch.time, (np.zeros(states), 1.0))
     rates = setting.region(course.pieces[-1])
     row, row_shift, _, bound_shift = setting.bound(course.pieces[-1], touch.watch, touch.upward)

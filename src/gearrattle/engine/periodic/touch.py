@@ -43,11 +43,15 @@ class Touch:
         1: its deflection grows towards the corner.
     time
         of the extremum, in periods from the start of the motion.
+    corner
+        which one of the clearance's law, counted from below; None: the next one where the extremum lies, but for visits
+        beyond a corner that are so short that they may be rounding.
     """
 
     watch: int
     upward: int
     time: float
+    corner: int | None = None
 
 
 def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Touch]:
@@ -78,7 +82,7 @@ def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Tou
         time += float(np.clip(change, -_NEAR, _NEAR))
         if abs(change) < _SETTLED * max(1.0, time):
             corners, nearest = system.laws[element].corners, pieces[element] - 1 + touch.upward
-            if not 0 <= nearest < len(corners):
+            if not 0 <= nearest < len(corners) or touch.corner not in (None, nearest):
                 break
             beyond = float(flow.deflection[element] @ now) - float(corners[nearest])
             return beyond * (1.0 if touch.upward else -1.0), replace(touch, time=time)
@@ -94,7 +98,7 @@ def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Arr
     march = period_map.marched(state, samples_per_cycle=_SAMPLES)
     crossings = period_map.passages(march)
     times = crossings.time / system.inputs.period
-    limit = _begin_of(crossings, times, touch)
+    limit = _begin_of(crossings, times, touch, int(march.samples.pieces[0, touch.watch]))
     row = max(0, int(np.ceil(limit * _SAMPLES)) - 1)
     cycle, fraction = divmod(row, _SAMPLES)
     inputs = flow.inputs_at(np.array([float(cycle)]), np.array([fraction / _SAMPLES]))[0]
@@ -112,10 +116,10 @@ def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Arr
     return z, pieces, time
 
 
-def crossings_before(crossings: Passages, period: float, touch: Touch) -> Passages:
-    """Return the crossings up to where a touch begins, for a period [s]."""
+def crossings_before(crossings: Passages, period: float, touch: Touch, piece: int) -> Passages:
+    """Return the crossings up to where a touch begins, for a period [s] and the clearance's piece at the start."""
     times = crossings.time / period
-    return crossings.where(times < _begin_of(crossings, times, touch))
+    return crossings.where(times < _begin_of(crossings, times, touch, piece))
 
 
 def reaches(system: PiecewiseSystem) -> Array:
@@ -124,24 +128,38 @@ def reaches(system: PiecewiseSystem) -> Array:
     return _REACH * np.array([np.abs(own).min(initial=np.inf) for own in corners])
 
 
+def with_corner(period_map: PeriodMap, motion: Pass, touch: Touch) -> Touch:
+    """Return the touch of a motion that grazes with the corner that it touches."""
+    element = period_map.system.clearances[touch.watch]
+    return replace(touch, corner=pieces_before(period_map, motion, touch)[element] - 1 + touch.upward)
+
+
 def pieces_before(period_map: PeriodMap, motion: Pass, touch: Touch) -> Pieces:
     """Return the pieces of the region in which a motion is before a touch."""
     crossings, system = motion.crossings, period_map.system
     times, pieces = crossings.time / motion.period, period_map.along(motion)[0]
-    limit = _begin_of(crossings, times, touch)
+    limit = _begin_of(crossings, times, touch, pieces[system.clearances[touch.watch]])
     for i in np.flatnonzero(times < limit).tolist():
         pieces = system.beyond(pieces, int(crossings.watch[i]), int(crossings.upward[i]))
     return pieces
 
 
-def _begin_of(crossings: Passages, times: Array, touch: Touch) -> float:
-    """When a touch begins, in periods: the corner is crossed, or where it is not, the instant of the extremum."""
-    pairs = _pairs_around(crossings, times, touch)
-    return min([touch.time, *(float(times[i]) for i, _ in pairs)])
+def _begin_of(crossings: Passages, times: Array, touch: Touch, piece: int) -> float:
+    """When a touch begins, in periods: the corner is crossed, or where it is not, the instant of the extremum.
+
+    ``piece`` is that of the clearance at the start.
+    """
+    begin = touch.time
+    for i, j in _visits_around(crossings, times, touch):
+        ours = crossings.upward[:i][crossings.watch[:i] == touch.watch]
+        corner = piece + int((2 * ours - 1).sum()) - 1 + touch.upward
+        if corner == touch.corner or (touch.corner is None and times[j] - times[i] <= _NEAR):
+            begin = min(begin, float(times[i]))
+    return begin
 
 
-def _pairs_around(crossings: Passages, times: Array, touch: Touch) -> list[tuple[int, int]]:
-    """The crossings to a corner and back between which the instant of a touch lies."""
+def _visits_around(crossings: Passages, times: Array, touch: Touch) -> list[tuple[int, int]]:
+    """The crossings to and fro between which the instant of a touch lies, whichever corner they are of."""
     ours = np.flatnonzero(crossings.watch == touch.watch)
     return [
         (i, j)
@@ -155,6 +173,6 @@ def without_touch(motion: Pass, touch: Touch) -> Passages:
     crossings = motion.crossings
     times = crossings.time / motion.period
     kept = np.ones(times.size, np.bool_)
-    for i, j in _pairs_around(crossings, times, touch):
+    for i, j in _visits_around(crossings, times, touch):
         kept[[i, j]] &= times[j] - times[i] > _NEAR or crossings.upward[j] == crossings.upward[i]
     return crossings.where(kept)
