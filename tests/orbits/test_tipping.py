@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.system.auxiliary import FORWARD, STICK
 from gearrattle.orbits import Orbit
 from tests.orbits.test_branch import oscillator
+from tests.orbits.test_friction import oscillator as with_friction
 
 AT = {"excitation.frequency": 0.75}
 """Three motions repeat after one period here: a small one, a large one, and the saddle between."""
@@ -87,3 +90,24 @@ def test_what_dies_out_too_slowly_is_refused() -> None:
     slow = quiet().model.with_({"coupling.gap.damping": 1e-5})
     with pytest.raises(gr.ModelError, match="dies out too slowly"):
         gr.periodic(slow, start="linear").tipping("body")
+
+
+def test_a_pulse_that_reverses_a_slip_lets_the_slider_stick() -> None:
+    """Then its spring follows the deflection from its bound; a pulse along the slip leaves it at the bound."""
+    orbit = gr.periodic(with_friction(0.77), start={"angle": [2.5], "velocity": [0.0]})
+    period_map, rows = orbit.period_map, 400
+    march = period_map.marched(orbit.motion.start, samples_per_cycle=rows)
+    states = [period_map.sampled(march, row * orbit.cycles) for row in range(rows)]
+    row = next(row for row, state in enumerate(states) if state.auxiliary_pieces[0] == FORWARD)
+    inputs = period_map.system.inputs.later(row * orbit.cycles / rows)
+    ahead = PeriodMap(replace(period_map.system, inputs=inputs), orbit.cycles)
+    speed = states[row].y[1]
+    assert speed > 0.0
+    for factor, piece in ((-3.0, STICK), (2.0, FORWARD)):
+        struck = ahead.struck(states[row], np.array([0.0, factor * speed, 0.0]))
+        assert struck.auxiliary_pieces.tolist() == [piece]
+        path = ahead.marched(struck, samples_per_cycle=8 * rows)
+        first, second = (ahead.sampled(path, k).y for k in (0, 1))
+        moved = second[0] - first[0] if piece == STICK else 0.0
+        assert second[2] - first[2] == pytest.approx(moved, abs=1e-12)
+        assert abs(second[0] - first[0]) > 1e-5

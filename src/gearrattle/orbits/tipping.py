@@ -150,9 +150,9 @@ class _Border:
 
     def _comes_back(self, speed: float) -> bool:
         """Whether the motion comes back after a pulse; ``speed`` is the change of speed in units of ``_unit``."""
-        y = self._state.y.copy()
-        y[self._at] += speed * self._unit
-        state = State(y, self._state.auxiliary_pieces)
+        impulse = np.zeros_like(self._state.y)
+        impulse[self._at] = speed * self._unit
+        state = self._map.struck(self._state, impulse)
         for _ in range(-(-self._passes // _CHUNK)):
             try:
                 state = self._map.later(state, _CHUNK)
