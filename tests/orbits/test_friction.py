@@ -48,3 +48,28 @@ def test_the_root_of_a_grazing_is_that_of_the_multipliers_beside_it(begin: float
     beyond = gr.periodic(oscillator(float(grazing["value"]) + distance), cycles, start=at)
     change = np.trace(beyond.motion.gradient) - np.trace(at.motion.gradient)
     assert grazing["root"] == pytest.approx(change / np.sqrt(distance), rel=5e-3)
+
+
+@pytest.mark.parametrize("ends", [(0.6, 1.0), (0.705, 0.715)])
+def test_a_branch_ends_at_the_edge_of_a_family_with_two_free_states(ends: tuple[float, float]) -> None:
+    """Both sliders of a clutch stick all along; beside the edge, Newton's method takes a motion of it for any other."""
+    stages = [
+        {"stiffness": 0.3, "damping": 0.05, "until": 0.5, "hysteresis": 0.05, "stick_stiffness": 1.0},
+        {"stiffness": 2.0, "damping": 0.1, "hysteresis": 0.3, "stick_stiffness": 5.0},
+    ]
+    torques = [
+        {"on": "engine", "mean": 0.2, "harmonics": [{"order": 1, "amplitude": ends[0]}]},
+        {"on": "gearbox", "mean": -0.2},
+    ]
+    inertias = [{"name": "engine", "J": 3.0, "drag": 0.1}, {"name": "gearbox", "J": 1.0, "drag": 0.1}]
+    tables = {
+        "inertia": inertias,
+        "coupling": [{"name": "clutch", "between": ["engine", "gearbox"], "stages": stages}],
+        "excitation": {"speed": 1.0},
+        "torque": torques,
+    }
+    model = gr.Model.from_tables({"schema": 1, "name": "clutch", "units": "dimensionless", **tables})
+    branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", ends)
+    assert branch.events.empty
+    assert len(branch.notes) == 1
+    assert "the edge of a family with 2 free states at the parameter 0.7" in branch.notes[0]

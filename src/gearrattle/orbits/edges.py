@@ -1,8 +1,9 @@
 """Branches through families of motions: a body that floats in its gap, a slider that never slips.
 
 Of a family the branch holds one motion for every value of the parameter. Where that comes to an edge of its family,
-it moves to the middle. Where both edges meet the family ends, and the motions beyond it touch. Along an edge Newton's
-method finds motions that touch by less than its residual; they are none and are left out.
+it moves to the middle. Where both edges meet the family ends, and the motions beyond it touch. A family with several
+free states has no one middle: at its edge the branch ends. Along an edge Newton's method finds motions that touch by
+less than its residual; they are none and are left out.
 
 Takes a Continuation and a first point; gives the points, and the events at edges.
 """
@@ -20,7 +21,7 @@ from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.periodic.point import Point, appended
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.freedom import room_of
+from gearrattle.orbits.freedom import moving_directions_of, room_of
 
 Array = NDArray[np.float64]
 
@@ -55,7 +56,7 @@ def followed_through_families(
     """
     start = last = begin
     while True:
-        for point in curve.follow(start, *ends):
+        for point in _followed(curve, start, ends):
             moved = _off_edge(curve, last) if last.free and not point.free else None
             if moved is not None:
                 yield moved
@@ -65,6 +66,29 @@ def followed_through_families(
             last = point
         else:
             return
+
+
+def _followed(curve: Continuation, start: Point, ends: tuple[float, float]) -> Iterator[Point]:
+    """Yield the points of a branch up to the edge of a family with several free states, which has no one middle."""
+    last = start
+    try:
+        for point in curve.follow(start, *ends):
+            if bool(point.free) != bool(last.free):
+                _refuse_edge(curve, last if last.free else point)
+            yield point
+            last = point
+    except ConvergenceError:
+        if last.free:
+            _refuse_edge(curve, last)
+        raise
+
+
+def _refuse_edge(curve: Continuation, point: Point) -> None:
+    """Raise an error if the family of a point has several free states."""
+    count = len(moving_directions_of(curve.family.map_at(point.parameter), point.motion))
+    if count > 1:
+        family = f"a family with {count} free states"
+        raise ConvergenceError(f"the branch comes to the edge of {family} at the parameter {point.parameter:.9g}")
 
 
 def _off_edge(curve: Continuation, point: Point) -> tuple[Point, Sequence[Event]] | None:

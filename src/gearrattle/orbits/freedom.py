@@ -17,6 +17,7 @@ from scipy.linalg import qr
 
 from gearrattle.assembly import assemble, free_names
 from gearrattle.engine.periodic import shooting
+from gearrattle.engine.periodic.general_turns import idle_memories
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.periodic.point import pattern_along, pattern_of
 from gearrattle.engine.system.coordinates import relative_coordinates
@@ -82,15 +83,21 @@ def directions_of(period_map: PeriodMap, motion: Pass) -> Iterator[tuple[int, Ar
     yield from zip(chosen.tolist(), (free @ np.linalg.inv(balanced[chosen])).T, strict=True)
 
 
+def moving_directions_of(period_map: PeriodMap, motion: Pass) -> list[Array]:
+    """Return the free directions (N,) [SI] of a motion but for memories of sliders that are let go all along."""
+    idle = idle_memories(motion, period_map.scale, period_map.flow.memory.size)
+    return [direction for chosen, direction in directions_of(period_map, motion) if chosen not in idle]
+
+
 def room_of(period_map: PeriodMap, motion: Pass) -> tuple[Array, float] | None:
     """Return the change (N,) [SI] from a motion of a family to the middle of it, and the length of the family.
 
     None for a motion of no family, of one without an end, and of one with several free directions.
     """
-    free = shooting.newton_step(period_map, motion)[1]
-    if free.shape[1] != 1:
+    directions = moving_directions_of(period_map, motion)
+    if len(directions) != 1:
         return None
-    unit = free[:, 0] / np.linalg.norm(free[:, 0] * period_map.scale)
+    unit = directions[0] / np.linalg.norm(directions[0] * period_map.scale)
     behind, ahead = (reach_of(period_map, motion, side * unit) for side in (-1.0, 1.0))
     return (0.5 * (ahead - behind) * unit, ahead + behind) if np.isfinite(ahead + behind) else None
 
