@@ -129,9 +129,18 @@ def reaches(system: PiecewiseSystem) -> Array:
 
 
 def with_corner(period_map: PeriodMap, motion: Pass, touch: Touch) -> Touch:
-    """Return the touch of a motion that grazes with the corner that it touches."""
+    """Return the touch of a motion that grazes with the corner that it touches.
+
+    Raises
+    ------
+    ConvergenceError
+        there is no corner on that side: the motion does not graze.
+    """
     element = period_map.system.clearances[touch.watch]
-    return replace(touch, corner=pieces_before(period_map, motion, touch)[element] - 1 + touch.upward)
+    corner = pieces_before(period_map, motion, touch)[element] - 1 + touch.upward
+    if not 0 <= corner < len(period_map.system.laws[element].corners):
+        raise ConvergenceError("a corner was expected where there is none")
+    return replace(touch, corner=corner)
 
 
 def pieces_before(period_map: PeriodMap, motion: Pass, touch: Touch) -> Pieces:
