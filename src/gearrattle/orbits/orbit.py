@@ -169,7 +169,8 @@ class Orbit(Result):
         -------
         pandas.DataFrame
             share (of n T) and time [s] at which the pulse acts; forward and backward, the smallest impulse that tips
-            the motion over [N m s], backward ones negative, NaN where none does.
+            the motion over [N m s], backward ones negative, NaN where none does. Pulses are tried in steps of 25 %:
+            a narrower range of smaller ones that tip it over as well is not seen.
 
         Raises
         ------
