@@ -66,7 +66,8 @@ _PREDICTED_FROM = 3  # last points, by a parabola through them
 _OFF, _STRAIGHT = 0.2, 0.05  # of the distance: how far an event may be from its prediction; if so near, steps grow fast
 _ROUNDING = 1e-8  # of w: what lies so near to the prediction is near
 _SHORT, _BEND = 1e-2, 4.0  # of an even step; a curve may have a corner: over short steps it leads so many times as far
-_AT_TURNING = 1e-8  # of the value: to so much is known where a curve of folds turns back
+_AT_TURNING, _MOST_VALUES = 1e-8, 60  # of the value: to so much is known where a curve of folds turns back; tries
+_INSIDE = 0.02  # of where that is sought: so far from both ends it must lie
 _REACH = 0.1  # of the range: a special point farther from the last known event is another one's
 _BEHIND = 1e-3  # of the last step: the event was met there, so a point at which it vanishes lies no farther back
 _BACK = 7  # last points of a fold from which a grazing near is sought
@@ -201,22 +202,40 @@ def _turning(rows: list[_Row], across: Across) -> _Row:
     A fold of the branch over the value is one of the branch over the second value as well, and has the same tangent.
     """
     last, side = rows[-1], np.sign(rows[-1].second - rows[-2].second)
-    values = np.array([row.event.point.parameter for row in rows[-3:]])
-    bend, slope, _ = np.polyfit(values - values[-1], [row.second - last.second for row in rows[-3:]], 2)
-    ends = values[-1], values[-1] - slope / bend  # twice as far as expected
-    curve = across(values[-1], last.second)
+    begin, width = last.event.point.parameter, _twice_to_turning(rows)
+    curve = across(begin, last.second)
     w = np.append(last.event.point.w[:-1], last.second / curve.family.unit)
-    known = {values[-1]: replace(last.event, point=replace(last.event.point, parameter=last.second, w=w))}
+    known = {begin: replace(last.event, point=replace(last.event.point, parameter=last.second, w=w))}
 
     def way_back(value: float) -> float:
         event = known[min(known, key=lambda other: abs(other - value))]
         known[value] = relocated(event, across(value, event.point.parameter), np.zeros_like(w), _FARTHEST)
         return float(-side * known[value].point.parameter)
 
-    options = {"xatol": _AT_TURNING * abs(values[-1])}
-    value = float(minimize_scalar(way_back, bounds=sorted(ends), method="bounded", options=options).x)
+    options = {"xatol": _AT_TURNING * abs(begin), "maxiter": _MOST_VALUES}
+    bounds = sorted((begin, begin + width))
+    value = float(minimize_scalar(way_back, bounds=bounds, method="bounded", options=options).x)
+    if not _INSIDE < (value - begin) / width < 1.0 - _INSIDE:
+        raise ConvergenceError("the curve does not turn back near")
     point = known[value].point
     return _Row(point.parameter, replace(last.event, point=replace(point, parameter=value)), TURNING)
+
+
+def _twice_to_turning(rows: list[_Row]) -> float:
+    """Twice the change of the value from the last point to where a parabola through the last three turns back."""
+    if len(rows) < _PREDICTED_FROM:
+        raise ConvergenceError("too few points are known")
+    one, two, three = rows[-_PREDICTED_FROM:]
+    values = [row.event.point.parameter for row in (one, two, three)]
+    if len(set(values)) < len(values):
+        raise ConvergenceError("the value does not move")
+    earlier = (two.second - one.second) / (values[1] - values[0])
+    later = (three.second - two.second) / (values[2] - values[1])
+    bend = (later - earlier) / (values[2] - values[0])
+    slope = later + bend * (values[2] - values[1])
+    if bend * slope * (values[2] - values[1]) >= 0.0:
+        raise ConvergenceError("the curve does not turn back ahead")
+    return -slope / bend
 
 
 def _meeting(follower: Follower, rows: list[_Row], step: float) -> _Row | None:
