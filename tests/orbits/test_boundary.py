@@ -63,14 +63,29 @@ def fold_to_small_loads() -> xr.Dataset:
     return over_frequency().boundary(1, "torque.0.mean", (0.005, 0.1))
 
 
-def test_a_fold_ends_where_it_meets_a_grazing() -> None:
+def test_a_fold_passes_the_grazing_that_it_meets() -> None:
     """There the motion with two crossings touches the corner once more, and folds: against thirty digits."""
     curve = fold_to_small_loads()
-    assert curve["special"].values.tolist() == ["fold meets grazing"] + [""] * (curve.sizes["point"] - 1)
-    value, mean = float(curve["value"][0]), float(curve["second"][0])
+    assert curve["second"].values[[0, -1]].tolist() == [0.005, 0.1]
+    special = curve.isel(point=curve["special"] != "")
+    assert special["special"].values.tolist() == ["fold meets grazing"]
+    value, mean = float(special["value"][0]), float(special["second"][0])
     with mp.workdps(30):
         want = oracle.fold_at_grazing(mpf(value), mpf(mean), MEETING, TOUCHED * oracle.period(mpf(value)))
     np.testing.assert_allclose([value, mean], [float(x) for x in want], rtol=0, atol=1e-8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("own", [0.0088, 0.0089])
+def test_a_fold_passes_a_grazing_wherever_it_is_followed_from(own: float) -> None:
+    model = oscillator().with_({"torque.0.mean": own})
+    branch = gr.continuation(model, "excitation.frequency", (0.3, 0.55))
+    fold = fold_to_small_loads()
+    is_near = np.abs(branch.events["value"] - np.interp(own, fold["second"], fold["value"])) < 1e-3
+    row = branch.events.index[(branch.events["kind"] == "fold") & is_near][0]
+    curve = branch.boundary(int(row), "torque.0.mean", (0.005, 0.1))
+    assert curve["second"].values[[0, -1]].tolist() == [0.005, 0.1]
+    np.testing.assert_allclose(curve["value"].values[[0, -1]], fold["value"].values[[0, -1]], rtol=0, atol=1e-8)
 
 
 @pytest.mark.slow
@@ -82,8 +97,9 @@ def test_a_grazing_passes_the_fold_that_it_meets_at_the_same_point() -> None:
     special = curve.isel(point=curve["special"] != "")
     assert special["special"].values.tolist() == ["fold meets grazing"]
     fold = fold_to_small_loads()
-    actual = [float(special[name][0]) for name in ("second", "value")]
-    np.testing.assert_allclose(actual, [float(fold[name][0]) for name in ("second", "value")], rtol=0, atol=1e-8)
+    passed = fold.isel(point=fold["special"] != "")
+    actual, want = ([float(curve[name][0]) for name in ("second", "value")] for curve in (special, passed))
+    np.testing.assert_allclose(actual, want, rtol=0, atol=1e-8)
 
 
 def test_a_grazing_of_two_periods_does_not_become_one_of_the_motion_of_one_period() -> None:
@@ -120,8 +136,8 @@ def test_two_grazings_of_a_doubled_branch_end_in_one_turning_point() -> None:
 
 
 @pytest.mark.slow
-def test_two_folds_of_a_doubled_branch_end_in_one_cusp_though_one_has_passed_a_grazing() -> None:
-    """Near the cusp the folds are 1e-6 of w apart; the range of the curve does not end where it meets the grazing."""
+def test_two_folds_of_a_doubled_branch_end_in_one_cusp() -> None:
+    """Near the cusp the folds are 1e-6 of w apart; one goes on to the other end of the range, past grazings."""
     branch = gr.continuation(oscillator().with_({"torque.0.mean": 0.005}), "excitation.frequency", (0.3, 1.6))
     events = branch.events
     chosen = events.index[(events["kind"] == "fold") & (events["branch"] == 1)]
@@ -129,9 +145,10 @@ def test_two_folds_of_a_doubled_branch_end_in_one_cusp_though_one_has_passed_a_g
     assert [curve["special"].values[-1] for curve in curves] == ["cusp", "cusp"]
     ends = [(float(curve["second"][-1]), float(curve["value"][-1])) for curve in curves]
     np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-9)
-    assert [curve["special"].values[0] for curve in curves] == ["cusp", "fold meets grazing"]
+    assert curves[0]["special"].values[0] == "cusp"
+    assert float(curves[1]["second"][0]) == 0.001
     passed = curves[1].isel(point=slice(1, -1))
-    assert [kind for kind in passed["special"].values if kind] == ["fold meets grazing"]
+    assert set(passed["special"].values) == {"", "fold meets grazing"}
 
 
 def test_an_isolated_branch_shrinks_to_a_turning_point_of_its_folds() -> None:

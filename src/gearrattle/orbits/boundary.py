@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import barycentric_interpolate
 from scipy.optimize import minimize_scalar
 
 from gearrattle.engine.periodic.boundary import missed_sooner, relocated, word_but_for_touch
@@ -277,16 +276,21 @@ def _moved(located: list[_Row], curve: Continuation, second: float, is_short: bo
     last = located[-1]
     change = np.zeros_like(last.event.point.w)
     if len(located) > 1:
-        known = located[-_PREDICTED_FROM:]
-        predicted = barycentric_interpolate(
-            [row.second for row in known], np.array([row.event.point.w for row in known]), second
-        )
-        change = predicted - last.event.point.w
+        change = _predicted(located[-_PREDICTED_FROM:], second) - last.event.point.w
     event = relocated(last.event, curve, change, _FARTHEST)
     growth = _growth(event.point.w - last.event.point.w, change, is_short)
     if not is_short and word_but_for_touch(event) != word_but_for_touch(last.event):
         growth = 0.0
     return (_Row(second, event) if growth else None), growth
+
+
+def _predicted(known: list[_Row], second: float) -> Array:
+    """The point w at a second value, by Lagrange's polynomial through known ones."""
+    w = np.zeros_like(known[0].event.point.w)
+    for row in known:
+        others = [other.second for other in known if other is not row]
+        w += np.prod([(second - other) / (row.second - other) for other in others]) * row.event.point.w
+    return w
 
 
 def _growth(move: Array, change: Array, is_short: bool) -> float:

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import test_of
@@ -27,10 +28,11 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-_SECANTS = 16
+_SECANTS = 10
 _SHORTER = 0.1  # of a step: the one tried where it leads too far
 _AT_TOUCH = 1e-4  # periods: crossings of the same corner so near to a touch are the touch
-_BENT = 2.0  # of a step: the distance to a point of the same branch, at most
+_JUMP = 0.05  # of the test function nearby, and of one: what is left of it at a root that is none
+_BENT, _ROUNDING = 2.0, 1e-9  # of a step: the distance to a point of the same branch, at most; and of w
 _LOCATED = 1e-11  # arclength
 _FIRST = 1e-6  # arclength of the first step along the branch: a fold may be sharp, or lie beside another event
 
@@ -90,9 +92,10 @@ def missed_sooner(family: Family, point: Point) -> float:
     return missed / max(family.size, float(np.linalg.norm(point.state * point.scale)))
 
 
-def _by_secants(event: Event, curve: Continuation, point: Point, farthest: float) -> Point:
+def _by_secants(event: Event, curve: Continuation, begin: Point, farthest: float) -> Point:
     """The point on a branch, from one nearby, at which the test function of an event vanishes."""
-    test, along, step = test_of(event, curve.family, point), 0.0, _FIRST
+    point, test, along, step = begin, test_of(event, curve.family, begin), 0.0, _FIRST
+    tried = [(along, test, begin)]
     for _ in range(_SECANTS):
         following = _ahead(curve, point, step)
         if following is None:
@@ -100,6 +103,7 @@ def _by_secants(event: Event, curve: Continuation, point: Point, farthest: float
             continue
         value = test_of(event, curve.family, following)
         along += step
+        tried.append((along, value, following))
         if abs(along) > farthest or value == test:
             break
         next_step = -value * step / (value - test)
@@ -107,14 +111,38 @@ def _by_secants(event: Event, curve: Continuation, point: Point, farthest: float
         if abs(next_step) < _LOCATED:
             return curve.moved_along(point, next_step)
         step = float(np.clip(next_step, -farthest, farthest))
-    raise ConvergenceError("the event is not near")
+    return _enclosed(event, curve, tried)
+
+
+def _enclosed(event: Event, curve: Continuation, tried: list[tuple[float, float, Point]]) -> Point:
+    """The point between two of those tried: beside a grazing a test function may have a root like that of a distance.
+
+    They are told by arclength from the first one, test function and point.
+    """
+    pairs = [(one, other) for one in tried for other in tried if one[1] < 0.0 < other[1]]
+    if not pairs:
+        raise ConvergenceError("the event is not near")
+    nearest = min(pairs, key=lambda pair: (max(abs(along) for along, *_ in pair), abs(pair[1][0] - pair[0][0])))
+    before, after = sorted(nearest, key=lambda one: one[0])
+    ends = {0.0: before[1], 1.0: after[1]}
+
+    def test_at(share: float) -> float:
+        return ends[share] if share in ends else test_of(event, curve.family, point_at(share))
+
+    def point_at(share: float) -> Point:
+        return curve.between(before[2], after[2], share)
+
+    point = point_at(brentq(test_at, 0.0, 1.0, xtol=_LOCATED / (after[0] - before[0])))
+    if abs(test_of(event, curve.family, point)) > _JUMP * min(1.0, max(abs(test) for test in ends.values())):
+        raise ConvergenceError("the test function jumps there")
+    return point
 
 
 def _ahead(curve: Continuation, point: Point, step: float) -> Point | None:
     """The point a step along a branch; None if none is near, or only one of another branch."""
     with suppress(ConvergenceError):
         following = curve.moved_along(point, step)
-        if np.linalg.norm(following.w - point.w) < _BENT * abs(step):
+        if np.linalg.norm(following.w - point.w) < _BENT * abs(step) + _ROUNDING:
             return following
     return None
 
