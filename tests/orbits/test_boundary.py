@@ -152,7 +152,7 @@ def test_two_folds_of_a_doubled_branch_end_in_one_cusp() -> None:
 
 
 def test_an_isolated_branch_shrinks_to_a_turning_point_of_its_folds() -> None:
-    """Followed from two loads, which take other steps; the branch over the load has its fold at the same point."""
+    """Followed from two loads, which take other steps."""
     ends = []
     for own in (0.04, 0.05):
         branch = gr.continuation(oscillator().with_({"torque.0.mean": own}), "excitation.frequency", (0.3, 1.6))

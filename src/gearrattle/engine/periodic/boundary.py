@@ -2,7 +2,7 @@
 
 An event is a point w of the branch at which a test function tau vanishes. In the changed driveline Newton's method
 gives a motion in the plane at right angles to the branch; from there the secant method goes along the new branch to
-where tau vanishes.
+where tau vanishes. Beside a grazing, where tau has the root of a distance, it is enclosed between two signs.
 
 Takes an event and what follows the changed driveline; gives the event there.
 """
