@@ -40,6 +40,19 @@ def test_no_motion_at_all_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
         gr.periodic(gr.example("backlash_oscillator"), 2, every=True)
 
 
+def test_a_quiet_motion_that_no_start_settles_in_is_known() -> None:
+    """Of 33 starts none settles in it; it grows out of the rest with the torque."""
+    changes = {"coupling.flanks.clearance": 0.9125, "torque.0.harmonics.0.amplitude": 6.0}
+    model = gr.example("rattle_oscillator").with_(changes)
+    quiet = gr.periodic(model, start="linear")
+    assert (quiet.stable, quiet.verdict.verdict) == (True, "quiet")
+    orbits = gr.periodic(model, every=True)
+    (known,) = (orbit for orbit in orbits if orbit.verdict.verdict == "quiet")
+    assert known.state["angle"] == pytest.approx(quiet.state["angle"], abs=1e-9)
+    assert all(orbit.notes == () for orbit in orbits)
+    assert len(orbits) == 7
+
+
 @pytest.mark.long
 def test_motions_that_an_irregular_motion_of_a_gearbox_passes() -> None:
     """Case 2 at 150 rad/s: disturbances grow by more than a thousand within a period; hardly all are found."""

@@ -10,7 +10,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
+from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.orbits.curve import followed
 from gearrattle.orbits.family import family_of
@@ -72,3 +72,74 @@ def test_a_step_has_the_events_that_shorter_steps_have(
         for (_, value), (_, expected_value) in zip(events, expected, strict=True):
             assert value == pytest.approx(expected_value, abs=2e-7)
         assert contradictions_of(curve) == []
+
+
+def test_two_period_doublings_within_a_step_are_seen() -> None:
+    """A multiplier goes to -1.0002 and back; at the mean torque 0.03229 it turns back before -1."""
+
+    def doublings(mean: float) -> list[float]:
+        branch = gr.continuation(gr.example("backlash_oscillator").with_({"torque.0.mean": mean}), SPEED, (0.3, 1.1))
+        is_chosen = (branch.events["branch"] == 0) & (branch.events["kind"] == DOUBLING)
+        return [value for value in branch.events.loc[is_chosen, "value"].tolist() if 0.6 < value < 0.7]
+
+    assert doublings(0.03228244) == pytest.approx([0.638917490, 0.639409805], abs=1e-8)
+    assert doublings(0.032283) == pytest.approx([0.638938170, 0.639393815], abs=1e-8)
+    assert doublings(0.03229) == []
+
+
+@pytest.mark.parametrize("span", [(0.33, 0.30), (0.316, 0.313)])
+def test_two_breakings_of_symmetry_within_a_step_are_no_folds(span: tuple[float, float]) -> None:
+    contact = {"stiffness": 1.0, "damping": 0.23286, "damping_ratio": 1.0, "stiffness_ratio": 0.05, "clearance": 1.0}
+    model = gr.Model.from_tables(
+        {
+            "schema": 1,
+            "name": "symmetric oscillator",
+            "units": "dimensionless",
+            "inertia": [{"name": "body", "J": 1.0}],
+            "coupling": [{"name": "gap", "between": ["body", "ground"], **contact}],
+            "excitation": {"speed": 0.5},
+            "torque": [{"on": "body", "harmonics": [{"order": 1, "amplitude": 2.0}]}],
+        }
+    )
+    branch = gr.continuation(model, SPEED, span)
+    events = branch.events[(branch.events["branch"] == 0) & (branch.events["value"].between(0.3137, 0.315))]
+    assert sorted(set(events["kind"])) == [GRAZING, BREAKING]
+    breakings = events.loc[events["kind"] == BREAKING, "value"].to_numpy(float)
+    assert breakings == pytest.approx([0.3141919, 0.3140819], abs=1e-7)
+
+
+@pytest.mark.slow
+def test_a_limiter_changes_in_the_step_in_which_contact_is_lost() -> None:
+    """Where contact is nearly lost the damping is limited twice more; then contact is lost."""
+    contact = {"stiffness": 10.0, "damping": 0.5, "clearance": 1.0, "contact_damping": "clipped"}
+    torque = {"on": "body", "mean": 0.38, "harmonics": [{"order": 1, "amplitude": 0.35}]}
+    model = gr.Model.from_tables(
+        {
+            "schema": 1,
+            "name": "clipped oscillator",
+            "units": "dimensionless",
+            "inertia": [{"name": "body", "J": 1.0, "drag": 0.05}],
+            "coupling": [{"name": "gap", "between": ["body", "ground"], **contact}],
+            "excitation": {"speed": 1.4},
+            "torque": [torque],
+        }
+    )
+    begin = gr.periodic(model)
+    branches = []
+    for longest in (1.0 / 5.0, 1.0 / 40.0):
+        follower = Continuation(family_of(model, SPEED, 1.4, 1, 0.2), longest=longest)
+        branches.append(followed(follower, follower.begin(begin.motion.start, 1.4, upward=False), (1.2, 1.4)).events)
+    coarse, fine = branches
+    assert [event.watch for event in coarse].count(0) == 1
+    assert max(event.watch for event in coarse) > 0
+    (lost,) = (event for event in coarse if event.watch == 0)
+    assert lost.grazing is not None
+    assert [event.watch for event in fine] == [event.watch for event in coarse]
+    values = [event.point.parameter for event in coarse]
+    assert [event.point.parameter for event in fine] == pytest.approx(values, abs=1e-9)
+    (again,) = (event for event in fine if event.watch == 0)
+    assert again.grazing is not None
+    assert again.grazing.root == pytest.approx(lost.grazing.root, rel=1e-5)
+    near, end = (lost.point.parameter - distance for distance in (0.0, 1e-6))
+    traces = [gr.periodic(model.with_({SPEED: value}), start=begin).multipliers.sum().real for value in (near, end)]
+    assert lost.grazing.root == pytest.approx((traces[1] - traces[0]) / 1e-3, rel=0.02)

@@ -32,10 +32,11 @@ from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.orbits.family import family_of, is_compiled
-from gearrattle.orbits.orbit import Orbit, settled_state
+from gearrattle.orbits.orbit import Orbit, linear_state, settled_state
 from gearrattle.orbits.progress import never_falling
 from gearrattle.orbits.returns import orbits_of_returns
 from gearrattle.orbits.search import Known, deflated, free_directions, search, search_symmetric, starts_of
+from gearrattle.orbits.state import state_of
 from gearrattle.wording import counted
 
 _STARTS = 32
@@ -82,6 +83,8 @@ class _Search:
         """Search from the model's own start and from states spread over its reach."""
         known, period_map = self.known, self.known.period_map
         states = [settled_state(self._model, period_map), *starts_of(period_map, _STARTS)]
+        with suppress(ConvergenceError):
+            states.append(linear_state(period_map, state_of(self._model, period_map, "static")))
         shorter = [n for n in range(1, period_map.cycles) if period_map.cycles % n == 0]
         for i, cycles in enumerate([*shorter, period_map.cycles]):
             own = known if cycles == period_map.cycles else Known(PeriodMap(period_map.system, cycles))

@@ -38,7 +38,6 @@ from gearrattle.engine.periodic.point import (
     appended,
     halves_apart,
     interpolated,
-    on_the_way,
     turned_around,
 )
 from gearrattle.engine.periodic.touch import Touch
@@ -187,8 +186,20 @@ class Continuation:
             return before if share <= 0.0 else after
         chord = (after.w - before.w) / np.linalg.norm(after.w - before.w)
         predicted = before.guess(interpolated(before, after, share))
-        point = on_the_way(before, self._corrector.point(predicted, chord, before.tangent, with_turns=True), after)
-        return replace(point, length=before.length + share * (after.length - before.length))
+        point = self._corrector.point(predicted, chord, before.tangent, with_turns=True)
+        length = before.length + share * (after.length - before.length)
+        return self.on_the_way(before, replace(point, length=length), after)
+
+    def on_the_way(self, before: Point, point: Point, after: Point) -> Point:
+        """Return a point between two others with its tangent along the way, which theirs do not tell beside a fold.
+
+        Orientations keep their sign, but between the two places where another branch leaves this one and joins it.
+        """
+        own = before.orientation
+        if not own * after.orientation > 0.0 > own * point.orientation:
+            return point
+        is_along = min(float(point.tangent @ end.tangent) for end in (before, after)) > _TURN
+        return point if is_along and self._keeps_way(before, point) else turned_around(point)
 
     def moved_along(self, point: Point, step: float) -> Point:
         """Return the point a short step along the branch [arclength], backwards if it is negative.

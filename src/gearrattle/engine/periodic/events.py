@@ -61,11 +61,12 @@ _NEAR = 0.02  # a multiplier whose distances from the circle add up to less may 
 _CHECKS = 6  # searches for one zero
 _ROUGHER = 10.0  # times as far off as the motion at a zero: the sign at a trial is checked
 _FARTHER = 2.0  # times the way between both ends that a multiplier may go in between
-_DEEP = 0.1  # of the values at both ends: an extremum above that is no sign of two zeros
+_PARABOLAS = 12  # to the minimum of a test function
+_DEEP = 0.5  # of its least value so far: a minimum above that is no sign of two zeros
 _TOWARDS = 0.1  # of the way from a motion that touches to a grazing is left by the next one
 _APART = 1e-9  # arclength by which two events are told from one
 _VERTICAL = 1e-9  # part of a tangent along the parameter that is rounding
-_ASIDE = 1e-8  # arclength from a jump of the gradient to the points on either side
+_ASIDE = 1e-8  # arclength from a change to the points on either side
 
 
 @dataclass(frozen=True)
@@ -116,6 +117,12 @@ def events_between(curve: Continuation, before: Point, after: Point, depth: int 
         if depth >= _DEEPEST:
             raise
         return _events_of_parts(curve, before, after, 0.5, depth)
+    crosses_more = any(len(view(point)) < len(point.word) for point in (before, after))
+    if crosses_more and view.watches is not None and depth < _DEEPEST:
+        sides = _sides(curve, before, after, changes[0].point)
+        if before.word != sides[0].word or sides[1].word != after.word:  # a slider or a limiter changes as well
+            parts = pairwise([before, *sides, after])
+            return [event for pair in parts for event in events_between(curve, *pair, depth + 1)]
     if len(changes) == 1 and changes[0].grazing is not None and changes[0].grazing.kind == JUMP:
         left, right = _sides(curve, before, after, changes[0].point)
         smooth = [*_losses(curve, before, left), *_losses(curve, right, after)]
@@ -252,32 +259,44 @@ def _goes_back(before: Point, after: Point) -> bool:
 def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | None:
     """A point at which a test function has another sign than at both ends of a step; None if there is none.
 
-    Two doublings, or two Neimark-Sacker bifurcations, may lie within one step. So where a multiplier may have come to
-    the unit circle and back the middle of the step is looked at, and the extremum of the parabola through three values.
+    Two doublings, two breakings or two Neimark-Sacker bifurcations may lie within one step: a multiplier comes to the
+    unit circle and back.
     """
     for kind, nearest in _NEAREST.items():
         test = TESTS[kind]
-        first, last = test(before), test(after)
-        if first * last <= 0.0 or not _may_return(nearest(before), nearest(after)):
-            continue
-        middle = curve.between(before, after, 0.5)
-        value = test(middle)
-        if value * first < 0.0:
-            return middle
-        bend = 2.0 * (first - 2.0 * value + last)
-        share = 0.5 + 0.5 * (first - last) / bend if bend * first > 0.0 else 0.0
-        lowest = value - (first - last) ** 2 / (8.0 * bend) if bend != 0.0 else value
-        if 0.0 < share < 1.0 and lowest / first < _DEEP * min(1.0, last / first):
-            point = curve.between(before, after, share)
-            if test(point) * first < 0.0:
+        if test(before) * test(after) > 0.0 and _may_return(nearest(before), nearest(after)):
+            point = _beyond_zero(curve, before, after, test)
+            if point is not None:
                 return point
     return None
 
 
-def _sides(curve: Continuation, before: Point, after: Point, jump: Point) -> tuple[Point, Point]:
-    """The points just before and just beyond a jump of the gradient between two points."""
+def _beyond_zero(curve: Continuation, before: Point, after: Point, test: Callable[[Point], float]) -> Point | None:
+    """A point at which a test function has another sign than at both ends of a step; None if there is none.
+
+    Parabolas through its three least values lead to its minimum, while they tell of a value much smaller than those.
+    """
+    sign, share = np.sign(test(before)), 0.5
+    values = {0.0: abs(test(before)), 1.0: abs(test(after))}
+    for _ in range(_PARABOLAS):
+        point = curve.between(before, after, share)
+        values[share] = sign * test(point)
+        if values[share] < 0.0:
+            return point
+        nodes = sorted(values, key=lambda node: values[node])[:3]
+        bend, slope, level = np.polyfit(nodes, [values[node] for node in nodes], 2)
+        if bend <= 0.0 or level - slope**2 / (4.0 * bend) > _DEEP * values[nodes[0]]:
+            return None
+        share = float(-slope / (2.0 * bend))
+        if not 0.0 < share < 1.0 or share in values:
+            return None
+    return None
+
+
+def _sides(curve: Continuation, before: Point, after: Point, change: Point) -> tuple[Point, Point]:
+    """The points just before and just beyond a change between two points."""
     step = after.length - before.length
-    share, aside = (jump.length - before.length) / step, min(_ASIDE / step, 1e-3)
+    share, aside = (change.length - before.length) / step, min(_ASIDE / step, 1e-3)
     left, right = (curve.between(before, after, share + side * aside) for side in (-1.0, 1.0))
     return left, right
 
@@ -447,6 +466,13 @@ def _nearest_to_minus_one(point: Point) -> tuple[complex, float]:
     return complex(point.multipliers[nearest]), float(away[nearest])
 
 
+def _nearest_to_one(point: Point) -> tuple[complex, float]:
+    """The multiplier nearest to 1 but for those of free directions, and how near it is; infinity without one."""
+    away = np.abs(point.multipliers - 1.0)
+    others = np.argsort(away)[point.free :]
+    return (complex(point.multipliers[others[0]]), float(away[others[0]])) if others.size else (0j, np.inf)
+
+
 def _nearest_pair(point: Point) -> tuple[complex, float]:
     """One of the complex pair nearest to the unit circle, the upper one, and how near it is; infinity without one."""
     pairs = point.multipliers[point.multipliers.imag > REAL]
@@ -463,4 +489,4 @@ def _may_return(before: tuple[complex, float], after: tuple[complex, float]) -> 
     return way < max(_NEAR, _FARTHER * abs(after[0] - before[0]))
 
 
-_NEAREST = {DOUBLING: _nearest_to_minus_one, NEIMARK_SACKER: _nearest_pair}
+_NEAREST = {DOUBLING: _nearest_to_minus_one, BREAKING: _nearest_to_one, NEIMARK_SACKER: _nearest_pair}

@@ -27,6 +27,7 @@ M. di Bernardo, C. J. Budd, A. R. Champneys, P. Kowalczyk, Piecewise-smooth Dyna
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,6 +50,7 @@ COMPLIANT, JUMP, RIGID = "compliant", "jump", "rigid"
 RESOLVED = 1e-8
 """Depth to which a touch is resolved, in units of a T^2."""
 _AT_ONCE = 1e-9  # periods: crossings so shortly before a touch happen with it
+_ASIDE = (1e-11, 1e-10, 1e-9, 1e-8)  # arclength from a grazing to one that does not touch by rounding
 _APART = 1e-4  # arclength from a grazing, on its side without contact, to motions whose depth tells its slope
 
 
@@ -95,11 +97,30 @@ def grazing_of(curve: Continuation, point: Point, touch: Touch, nearby: Approach
         return Grazing(JUMP if is_slider else COMPLIANT)
     if approach is None or np.isnan(approach.rate):
         slope, part = (None, 0) if approach is None else (approach.slope, approach.part)
-        approach = _approach_of(family.map_at(point.parameter), point, touch)._replace(slope=slope, part=part)
+        apart = _apart(curve, point, touch)
+        approach = _approach_of(family.map_at(apart.parameter), apart, touch)._replace(slope=slope, part=part)
     if np.sqrt(8.0 * RESOLVED) * point.motion.period * approach.rate > 1.0:
         return Grazing(RIGID)
     steep = _slope(curve, point, touch, approach)
     return Grazing(COMPLIANT, float(approach.gain * np.sqrt(8.0 * steep / abs(approach.acceleration))))
+
+
+def _apart(curve: Continuation, point: Point, touch: Touch) -> Point:
+    """A motion that grazes, or one as near as can be if rounding makes it touch: a limiter then does something else."""
+    if _is_apart(point, touch):
+        return point
+    for distance in _ASIDE:
+        for side in (-distance, distance):
+            with suppress(ConvergenceError):
+                motion = curve.moved_along(point, side)
+                if _is_apart(motion, touch):
+                    return motion
+    return point
+
+
+def _is_apart(point: Point, touch: Touch) -> bool:
+    """Whether a motion does not touch."""
+    return len(without_touch(point.motion, touch).time) == len(point.motion.crossings.time)
 
 
 def _slope(curve: Continuation, point: Point, touch: Touch, approach: Approach) -> float:
@@ -144,7 +165,8 @@ def _approach_of(period_map: PeriodMap, point: Point, touch: Touch) -> Approach:
     first = len(flow.coordinates.elements)
     pushed = np.zeros(n)
     pushed[first : first + system.size] = kick * flow.scaling.velocity
-    (stiffness, damping), (other, more) = (_slopes(flow, element, p, is_mean=True) for p in (pieces, beyond))
+    beyond = system.beyond(last, touch.watch, touch.upward)
+    (stiffness, damping), (other, more) = (_slopes(flow, element, p, is_mean=True) for p in (last, beyond))
     added = period * (other - stiffness) * pushed + (more - damping) * generator[:n, :n] @ pushed
     crossings = without_touch(point.motion, located)
     path = _from_then_on(crossings, (begin.time * period, located.time * period), period_map.length)

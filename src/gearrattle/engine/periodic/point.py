@@ -172,15 +172,6 @@ def turned_around(point: Point) -> Point:
     return replace(point, motion=motion, tangent=-point.tangent, orientation=-point.orientation, later=later)
 
 
-def on_the_way(before: Point, point: Point, after: Point) -> Point:
-    """Return a point between two others with its tangent along the way, which theirs do not tell beside a sharp fold.
-
-    Where no other branch crosses, orientations keep their sign.
-    """
-    own = before.orientation
-    return turned_around(point) if own * after.orientation > 0.0 > own * point.orientation else point
-
-
 def appended(point: Point, following: Point) -> Point:
     """Return a point that follows another one, with its length along the branch."""
     return replace(following, length=point.length + float(np.linalg.norm(following.w - point.w)))

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.point import Point, interpolated, on_the_way
+from gearrattle.engine.periodic.point import Point, interpolated
 from gearrattle.engine.periodic.touch import Touch
 
 Array = NDArray[np.float64]
@@ -89,7 +89,7 @@ class Stretch:
         slack = _SLACK * (self.distance * (share - nearest)) ** 2 if is_trial else 0.0
         following = self._curve.near(predicted, self._normal, point, slack=slack, touch=touch)
         length = self.before.length + share * (self.after.length - self.before.length)
-        following = replace(on_the_way(self.before, following, self.after), length=length)
+        following = self._curve.on_the_way(self.before, replace(following, length=length), self.after)
         self._known.append((share, following))
         return following
 
