@@ -201,3 +201,41 @@ def test_a_range_may_end_where_the_model_does() -> None:
     branch = gr.continuation(gr.example("rattle_oscillator"), "coupling.flanks.clearance", (0.6, 0.0), start="linear")
     assert branch.data["value"].values[-1] == 0.0
     assert branch.notes == ()
+
+
+@pytest.mark.slow
+def test_what_leaves_at_doublings_of_branches_of_broken_symmetry_is_followed() -> None:
+    """At the amplitude 5.83 two motions of 2 T, images of one another, are the only stable ones."""
+    amplitude = "torque.0.harmonics.0.amplitude"
+    contact = {"stiffness": 10.0, "damping": 0.2, "clearance": 1.0, "stiffness_ratio": 0.1, "damping_ratio": 0.1}
+    model = gr.Model.from_tables(
+        {
+            "schema": 1,
+            "name": "symmetric oscillator",
+            "units": "dimensionless",
+            "inertia": [{"name": "body", "J": 1.0, "drag": 0.1}],
+            "coupling": [{"name": "gap", "between": ["body", "ground"], **contact}],
+            "excitation": {"speed": 0.6},
+            "torque": [{"on": "body", "harmonics": [{"order": 1, "amplitude": 1.0}]}],
+        }
+    )
+    branch = gr.continuation(model, amplitude, (1.0, 8.0))
+    assert [curve.cycles for curve in branch.curves] == [1, 1, 1, 2, 2, 2, 2]
+    data = branch.data
+    for number in (4, 6):
+        rows = np.flatnonzero((data["branch"].values == number) & data["stable"].values)
+        nearest = int(rows[np.argmin(np.abs(data["value"].values[rows] - 5.83))])
+        orbit = gr.periodic(model.with_({amplitude: 5.83}), 2, start=branch.orbit(nearest))
+        assert abs(orbit.multipliers[0]) == pytest.approx(0.4916, abs=1e-4)
+    settled = gr.periodic(model.with_({amplitude: 5.83}), 2)
+    assert abs(settled.multipliers[0]) == pytest.approx(0.4916, abs=1e-4)
+
+
+@pytest.mark.slow
+def test_isolated_branches_of_two_periods_are_sought_on_request() -> None:
+    """At the speed 1.445 a third of all starts settle in a rattle of 2 T; no branch of 1 T doubles its period there."""
+    model = gr.example("backlash_oscillator").with_({"torque.0.mean": 0.0975})
+    sought = gr.continuation(model, "excitation.speed", (1.42, 1.48), isolated=True)
+    assert [curve.cycles for curve in sought.curves] == [1, 2]
+    assert any(sought.curves[1].stable)
+    assert max(sought.data["value"].values[sought.data["branch"].values == 1]) == 1.48

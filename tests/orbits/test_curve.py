@@ -11,7 +11,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import Event, changes_between, events_between
+from gearrattle.engine.periodic.events import DOUBLING, Event, changes_between, events_between
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits import curve as curves
@@ -181,3 +181,32 @@ def test_a_fold_beside_a_grazing_is_not_taken_for_a_crossing_of_branches() -> No
     kinds = [event.kind for event in curve.events if abs(event.point.parameter - 184.763138) < 1e-6]
     assert kinds == ["fold", "grazing"]
     assert is_consistent(curve)
+
+
+@pytest.mark.slow
+def test_a_branch_of_doubled_period_ends_where_it_joins_its_parent_and_is_followed_once() -> None:
+    """Its halves become the same at 0.722120622; at the event they still differ by 2e-5 of the state."""
+    contact = {"stiffness": 1.0, "damping": 0.03, "damping_ratio": 1.0, "clearance": 1.0}
+    torque = {"on": "gear", "mean": 0.21, "harmonics": [{"order": 1, "amplitude": 0.24}]}
+    model = gr.Model.from_tables(
+        {
+            "schema": 1,
+            "name": "oscillator",
+            "units": "dimensionless",
+            "inertia": [{"name": "gear", "J": 1.0}],
+            "coupling": [{"name": "mesh", "between": ["gear", "ground"], **contact}],
+            "excitation": {"speed": 0.75},
+            "torque": [torque],
+        }
+    )
+    branch = gr.continuation(model, "excitation.speed", (0.4, 1.1))
+    doublings = branch.events.loc[(branch.events["branch"] == 0) & (branch.events["kind"] == DOUBLING), "value"]
+    joint = [value for value in doublings.tolist() if 0.7 < value < 0.75]
+    assert joint == pytest.approx([0.722120622], abs=1e-8)
+    (doubled,) = (
+        curve for curve in branch.curves if curve.cycles == 2 and max(p.parameter for p in curve.points) > 0.7
+    )
+    assert doubled.events[-1].kind == DOUBLING
+    assert doubled.events[-1].point.parameter == pytest.approx(joint[0], abs=1e-9)
+    values = [event.point.parameter for event in doubled.events]
+    assert len({round(value, 9) for value in values}) == len(values)  # nothing twice

@@ -134,6 +134,9 @@ def test_isolated_branches_are_sought_on_request() -> None:
     known, sought = (quiet.map(MEAN, (0.099, 0.101), across=2, up=1, isolated=flag) for flag in (False, True))
     assert {cell.code for cell in known.cells[0]} == {QUIET}
     assert {cell.code for cell in sought.cells[0]} == {BESIDE}
+    note = "Motions of 2 periods are known only where they leave a branch of 1 period; isolated=True seeks others."
+    assert note in known.notes
+    assert note not in sought.notes
 
 
 def test_progress_grows_to_one_and_can_end_the_work() -> None:

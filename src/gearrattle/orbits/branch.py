@@ -30,12 +30,12 @@ from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.ends import check_index, ends_of, unit_of
 from gearrattle.orbits.family import family_of, follower_over
 from gearrattle.orbits.find import periodic
-from gearrattle.orbits.further import branches_off, doublings_left, isolated_curves
+from gearrattle.orbits.further import doublings_left, further_curves
 from gearrattle.orbits.gradients import check_kind, gradients_of, scatter_of
 from gearrattle.orbits.means import mean_events
 from gearrattle.orbits.motion_map import MotionMap, map_of
 from gearrattle.orbits.orbit import CYCLES, Orbit
-from gearrattle.orbits.progress import never_falling, part_of
+from gearrattle.orbits.progress import never_falling, part_of, stretch_of
 from gearrattle.orbits.run_ups import RunUpJumps, run_up_of
 from gearrattle.orbits.state import Start, check_repeats
 from gearrattle.result import Result
@@ -430,10 +430,10 @@ def continuation(
     step_limit
         largest change of the value between points [SI]; None: as the branch allows.
     isolated
-        whether branches are sought that are not connected to the first.
+        whether branches of n and of 2 n periods are sought that are not connected to the first.
     progress
         called with the finished share of the work, which never falls; an exception from it ends the work. The first
-        branch, the search for isolated ones, and the branches that leave them count as equal parts.
+        branch, the two searches for isolated ones, and the branches that leave count as equal parts.
     so_far
         called with what is followed so far, after every step of every branch. What is looked for beyond a branch's
         points, such as branches that leave it, is not in it yet.
@@ -470,27 +470,29 @@ def continuation(
     start_point = curve.begin(first_orbit.motion.start, first, upward=last > first)
     ascending = min(first, last), max(first, last)
     has_doubled = 2 * cycles <= CYCLES.most
-    parts = 1 + isolated + has_doubled
     work = None if progress is None else never_falling(progress)
+    parts = 1 + 2 * isolated + has_doubled
 
-    curves: list[Curve] = []
-
-    def tell(further: Sequence[Curve]) -> None:
+    def tell(curves: Sequence[Curve]) -> None:
         if so_far is not None:
-            so_far(Branch(model, path, (first, last), cycles, (*curves, *further)))
+            so_far(Branch(model, path, (first, last), cycles, tuple(curves)))
 
     own = part_of(work, 0, parts)
-    curves.append(followed(curve, start_point, ascending, progress=own, so_far=lambda one: tell([one])))
-    if isolated:
-        curves += isolated_curves(curve, ascending, curves, progress=part_of(work, 1, parts), so_far=tell)
-        tell([])
+    curves = [followed(curve, start_point, ascending, progress=own, so_far=lambda one: tell([one]))]
+    doubled = None
     if has_doubled:
         doubled = follower_over(model, path, (first, last), 2 * cycles, first=first, step_limit=step_limit)
-        last_part, known = part_of(work, parts - 1, parts), tuple(curves)
-        for i, one in enumerate(known):
-            part = part_of(last_part, i, len(known))
-            curves += branches_off(curve, doubled, one, ascending, progress=part, so_far=tell)
-            tell([])
+    rest = stretch_of(work, 1.0 / parts, 1.0)
+    curves += further_curves(
+        curve,
+        doubled,
+        curves,
+        ascending,
+        isolated=isolated,
+        progress=rest,
+        so_far=lambda more: tell([curves[0], *more]),
+    )
+    tell(curves)
     if work is not None:
         work(1.0)
     notes = dict.fromkeys([*(note for c in curves for note in c.notes), *doublings_left(curves, cycles)])

@@ -26,7 +26,9 @@ from gearrattle.wording import counted
 _MOST_POINTS = 20_000
 _CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they must pass
 _ROUNDING = 1e-12  # of the parameter
-_HALVES = 1e-5  # of the size of the state: halves of a motion that differ by less are the same
+_HALVES = 1e-3  # of the size of the state: halves of a motion that differ by less may be the same
+_SAME_HALVES = 1e-5  # the same: they are
+_NEARER = 0.2  # of how far halves are apart beside a fold: by so much they are in one at which they become the same
 _AT_HOME = 1e-9  # the same, where a motion is one of half as many periods: near a doubling halves are known less well
 _ABOUT = 1e-3  # of the periods of a motion: instants that differ by more are not the same
 _AT_JOINT = 1e-8  # arclength: what touches so near to where a branch joins another does so there, but for rounding
@@ -267,9 +269,9 @@ def _arrival(
     Or the step goes past the fold and leads to a motion of the branch that was left.
     """
     for i, event in enumerate(ahead):
-        if event.kind == FOLD and _apart(home, event.point) < _HALVES:
+        if event.kind == FOLD and _is_joint(home, event.point, [before, *(other.point for other in ahead), after]):
             return [*ahead[:i], _joint(curve, home, before, event)]
-        if event.grazing is not None and event.grazing.kind != COMPLIANT and _apart(home, after) < _HALVES:
+        if event.grazing is not None and event.grazing.kind != COMPLIANT and _apart(home, after) < _SAME_HALVES:
             return [*ahead[: i + 1], Event(DOUBLING, event.point, is_collision=True)]
     if not _is_of(home, after):
         return None
@@ -348,6 +350,19 @@ def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: 
     length, orientation = neighbour.length + distance if is_end else 0.0, neighbour.orientation
     own = replace(event.point, motion=motion, slope=slope, tangent=chord / distance)
     return replace(event, point=replace(own, orientation=orientation, length=length))
+
+
+def _is_joint(home: Home, fold: Point, others: Sequence[Point]) -> bool:
+    """Whether halves of a motion become the same in a fold, or far nearer than in the motions before and behind it.
+
+    How near depends on how well the fold is located.
+    """
+    apart = _apart(home, fold)
+    if not _SAME_HALVES < apart < _HALVES:
+        return apart <= _SAME_HALVES
+    earlier = [point for point in others if point.length < fold.length - _AT_JOINT]
+    later = [point for point in others if point.length > fold.length + _AT_JOINT]
+    return all(apart < _NEARER * _apart(home, point) for point in earlier[-1:] + later[:1])
 
 
 def _is_of(home: Home, point: Point) -> bool:

@@ -5,7 +5,7 @@ Takes a Continuation and the branches known so far; gives further ones.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +23,8 @@ from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 SoFar = Callable[[Sequence[Curve]], None]
+Followers = Mapping[int, Continuation]
+"""What follows branches, by the periods of their motions."""
 
 _VALUES = 7
 """Number of parameter values inside the range at which isolated branches are sought."""
@@ -40,57 +42,93 @@ _TURNS_FROM = 0.1  # of the way from the event: a turning point of the cubic nea
 _ALONG = 1e-9  # cosine between a tangent and the direction in which a branch leaves that is rounding
 
 
-def isolated_curves(
+def further_curves(
     curve: Continuation,
-    ends: tuple[float, float],
+    doubled: Continuation | None,
     curves: Sequence[Curve],
+    ends: tuple[float, float],
     *,
+    isolated: bool,
     progress: Progress | None = None,
     so_far: SoFar | None = None,
 ) -> list[Curve]:
-    """Return branches that are connected to none of the known ones.
+    """Return the branches that leave known ones, and on request those that are connected to none.
 
     Parameters
     ----------
-    curve
-        the Continuation that follows them.
+    curve, doubled
+        the Continuations of motions of n and of 2 n periods; None: these are too many periods.
+    curves
+        the branches known, of n periods.
     ends
         of the range, ascending.
-    curves
-        the branches known.
+    isolated
+        whether branches are sought that are connected to none.
     progress
-        called with the share of the values at which they have been sought.
+        called with the finished share: searches and branches that leave count as equal parts.
     so_far
         called with these branches as far as they are followed, after every step.
     """
-    further: list[Curve] = []
+    parts, further = 1 + 2 * isolated, list[Curve]()
+    if isolated:
+        further += _isolated_curves({curve.cycles: curve}, ends, curves, part_of(progress, 0, parts), so_far)
+    if doubled is None:
+        return further
+    left = [*curves, *further]
+    for i, known in enumerate(left):  # which grows by the branches that leave where symmetry breaks
+        part = part_of(part_of(progress, int(isolated), parts), i, len(left))
+        leaving = _branches_off(curve, doubled, known, ends, progress=part, so_far=_beside(further, so_far))
+        further += leaving
+        left += [branch for branch in leaving if branch.cycles == curve.cycles]
+    if isolated:
+        followers = {curve.cycles: curve, doubled.cycles: doubled}
+        known_so_far, tell = [*curves, *further], _beside(further, so_far)
+        further += _isolated_curves(followers, ends, known_so_far, part_of(progress, 2, parts), tell)
+    return further
+
+
+def _beside(further: Sequence[Curve], so_far: SoFar | None) -> SoFar | None:
+    """What tells of branches under way beside those that are complete."""
+    complete = tuple(further)
+    return None if so_far is None else lambda growing: so_far([*complete, *growing])
+
+
+def _isolated_curves(
+    followers: Followers,
+    ends: tuple[float, float],
+    curves: Sequence[Curve],
+    progress: Progress | None,
+    so_far: SoFar | None,
+) -> list[Curve]:
+    """Branches of as many periods as can be followed that are connected to none of the known ones."""
+    curve, further = followers[max(followers)], list[Curve]()
     for i, value in enumerate(np.linspace(*ends, _VALUES + 2)[1:-1]):
         part = part_of(progress, i, _VALUES)
         if part is not None:
             part(0.0)
         period_map = curve.family.map_at(float(value))
         known, on_branches = Known(period_map), Known(period_map)
-        for point in _points_at(curve, [*curves, *further], float(value)):
+        for point in _points_at(followers, [*curves, *further], float(value)):
             on_branches.add(point.motion)
         for state in starts_of(period_map, _STARTS):
             search(known, state)
-        for motion in known.passes:
-            if not on_branches.holds(motion.start):
+        for motion, states in zip(known.passes, known.shifts, strict=True):
+            if len(states) == curve.cycles and not on_branches.holds(motion.start):
                 try:
                     tell = _with(further, so_far)
                     isolated = _both_ways(curve, motion.start, float(value), ends=ends, progress=part, so_far=tell)
                 except ConvergenceError:
                     continue
                 further.append(isolated)
-                for point in _points_at(curve, [isolated], float(value)):
+                for point in _points_at(followers, [isolated], float(value)):
                     on_branches.add(point.motion)
                 on_branches.add(motion)
     return further
 
 
-def _points_at(curve: Continuation, curves: Sequence[Curve], value: float) -> list[Point]:
+def _points_at(followers: Followers, curves: Sequence[Curve], value: float) -> list[Point]:
     """The points of branches at a value of the parameter."""
-    return [point for known in curves for _, point in known.motions_at(curve, value)]
+    return [point for known in curves for _, point in known.motions_at(followers[known.cycles], value)]
 
 
 def _with(further: list[Curve], so_far: SoFar | None) -> Callable[[Curve], None] | None:
@@ -134,33 +172,20 @@ def _reversed(point: Point, length: float) -> Point:
     return replace(turned_around(point), length=length - point.length)
 
 
-def branches_off(
+def _branches_off(
     curve: Continuation,
     doubled: Continuation,
     known: Curve,
     ends: tuple[float, float],
     *,
-    progress: Progress | None = None,
-    so_far: SoFar | None = None,
+    progress: Progress | None,
+    so_far: SoFar | None,
 ) -> list[Curve]:
-    """Return the branches that leave one where its period doubles or its symmetry breaks.
-
-    Parameters
-    ----------
-    curve, doubled
-        the Continuations of motions of n and of 2 n periods.
-    known
-        the branch that is left.
-    ends
-        of the range, ascending.
-    progress
-        called with the share of the events whose branches have been followed.
-    so_far
-        called with these branches as far as they are followed, after every step.
-    """
+    """The branches that leave one where its period doubles or its symmetry breaks."""
     further: list[Curve] = []
     reached: list[float] = []
-    events = [event for event in known.events if event.kind in (DOUBLING, BREAKING)]
+    kinds = (DOUBLING,) if known.origin == BREAKING else (DOUBLING, BREAKING)  # at the other end the symmetric one
+    events = [event for event in known.events if event.kind in kinds]
     for i, event in enumerate(events):
         part = part_of(progress, i, len(events))
         if event.is_collision or any(abs(event.point.parameter - value) < 1e-6 * np.ptp(ends) for value in reached):
@@ -226,8 +251,8 @@ def _is_known(
         if np.linalg.norm((later - first.state) * scale) < least:
             return True
         states.append(later)
-    alike = [curve for curve in curves if curve.cycles == follower.family.cycles]
-    points = _points_at(follower, alike, first.parameter)
+    alike = [curve for curve in curves if curve.cycles == follower.cycles]
+    points = _points_at({follower.cycles: follower}, alike, first.parameter)
     return any(np.linalg.norm((p.state - state) * scale) < least for p in points for state in states)
 
 
@@ -243,7 +268,7 @@ def _leaving(curve: Continuation, event: Event, multiplier: float, signs: Sequen
     for sign in signs:
         for distance in _DISTANCES:
             direction = sign * vector / np.linalg.norm(vector)
-            point, nearer = (_beside(curve, event, direction, share * distance) for share in (1.0, 0.5))
+            point, nearer = (_motion_beside(curve, event, direction, share * distance) for share in (1.0, 0.5))
             if point is not None and nearer is not None and _is_one_curve(event, direction, distance, nearer, point):
                 points.append(point)
                 break
@@ -274,7 +299,7 @@ def _is_one_curve(event: Event, direction: Array, distance: float, nearer: Point
     return not np.any((np.abs(turns.imag) == 0.0) & (turns.real > _TURNS_FROM) & (turns.real <= 1.0))
 
 
-def _beside(curve: Continuation, event: Event, direction: Array, distance: float) -> Point | None:
+def _motion_beside(curve: Continuation, event: Event, direction: Array, distance: float) -> Point | None:
     """The motion beside one of an event, at a distance; None if none is found whose state is about so far away."""
     try:
         point = curve.beside(event.point, direction, distance)

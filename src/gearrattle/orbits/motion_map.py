@@ -27,12 +27,14 @@ from gearrattle.model.table import shown
 from gearrattle.orbits.borders import Border, SpecialPoint, borders_of
 from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.followed import Followed
+from gearrattle.orbits.further import doublings_left
 from gearrattle.orbits.gradients import number_at
 from gearrattle.orbits.orbit import Orbit, is_stable
 from gearrattle.orbits.progress import stretch_of
 from gearrattle.orbits.rows import Plane, Row, rows_of
 from gearrattle.orbits.search import Known
 from gearrattle.result import Result
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -221,6 +223,12 @@ def map_of(
         stretch_of(progress, 0.7, 1.0),
     )
     notes += dict.fromkeys(note for row in rows for curve in row.curves for note in curve.notes)
+    notes += doublings_left([curve for row in rows for curve in row.curves], branch.cycles)
+    if not isolated:
+        longer, shorter = counted(2 * branch.cycles, "period"), counted(branch.cycles, "period")
+        notes.append(
+            f"Motions of {longer} are known only where they leave a branch of {shorter}; isolated=True seeks others."
+        )
     if any(not cell.is_countable for row in cells for cell in row):
         notes.append("Where a motion is one of a family the signs cannot be counted: others may be missing.")
     return MotionMap(

@@ -20,7 +20,7 @@ from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.family import follower_over
-from gearrattle.orbits.further import branches_off, isolated_curves
+from gearrattle.orbits.further import further_curves
 from gearrattle.orbits.orbit import CYCLES
 from gearrattle.orbits.search import Known
 
@@ -70,7 +70,7 @@ class Row:
     second
         the value [SI].
     curves
-        the branches of n periods, and those of 2 n periods that leave them.
+        the branches of n periods, and those of 2 n periods.
     """
 
     second: float
@@ -123,11 +123,9 @@ def _following(plane: Plane, row: Row, second: float, isolated: bool, progress: 
     for first, state in _starts(plane, row, second):
         if not _is_known(curve, curves, first, state):
             curves += _through(curve, state, first, plane.ends, progress)
-    if isolated:
-        curves += isolated_curves(curve, plane.ends, curves)
-    if 2 * plane.cycles <= CYCLES.most:
-        doubled = plane.follower(second, 2 * plane.cycles)
-        curves += [branch for known in tuple(curves) for branch in branches_off(curve, doubled, known, plane.ends)]
+    has_doubled = 2 * plane.cycles <= CYCLES.most
+    doubled = plane.follower(second, 2 * plane.cycles) if has_doubled else None
+    curves += further_curves(curve, doubled, curves, plane.ends, isolated=isolated)
     return Row(second, tuple(curves))
 
 

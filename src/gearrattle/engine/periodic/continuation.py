@@ -98,6 +98,11 @@ class Continuation:
         self._corrector = Corrector(family, self._units)
         self._refused: Point | None = None  # a grazing ahead, too far for one step
 
+    @property
+    def cycles(self) -> int:
+        """Periods after which its motions repeat."""
+        return self.family.cycles
+
     def begin(self, state: State, parameter: float, *, upward: bool = True) -> Point:
         """Return the first point of a branch that goes on to larger or to smaller parameters.
 
