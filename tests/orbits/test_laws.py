@@ -262,7 +262,8 @@ def test_where_symmetry_breaks_two_branches_leave() -> None:
     assert np.abs(here.point.multipliers - 1.0).min() < 1e-6
     first = len(branch.curves[0].points)
     assert all(is_symmetric(branch.orbit(i)) for i in range(0, first, 4))
-    assert len(branch.curves) == 3
+    assert [curve.origin for curve in branch.curves[:3]] == ["", "symmetry breaking", "symmetry breaking"]
+    assert {curve.origin for curve in branch.curves[3:]} == {"period doubling"}
     halfway = [first + len(branch.curves[1].points) // 2, first + len(branch.curves[1].points) + 20]
     assert not any(is_symmetric(branch.orbit(i)) for i in halfway)
 
