@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -137,3 +138,68 @@ def test_it_is_a_result_with_a_page_a_table_and_numbers(tmp_path: Path) -> None:
     assert "Run-up and run-down" in page
     runs.save(tmp_path / "runs.nc")
     assert runs.data["fold"].values == pytest.approx([UP, DOWN], abs=1e-11)
+
+
+def oscillator(damping: float, amplitude: float, mean: float) -> gr.Model:
+    """x'' + damping x' + b(x) = mean + amplitude sin(W t), b(x) without force between -1 and 1."""
+    coupling = {"name": "mesh", "between": ["gear", "ground"], "stiffness": 1.0, "damping": damping}
+    load = {"on": "gear", "mean": mean, "harmonics": [{"order": 1, "amplitude": amplitude}]}
+    tables = {
+        "schema": 1,
+        "name": "oscillator",
+        "units": "dimensionless",
+        "inertia": [{"name": "gear", "J": 1.0}],
+        "coupling": [{**coupling, "damping_ratio": 1.0, "clearance": 1.0}],
+        "excitation": {"speed": 0.7},
+        "torque": [load],
+    }
+    return gr.Model.from_tables(tables)
+
+
+NOT_ON = "the run was not on the motion that ends there"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("numbers", "ends", "expected"),
+    [
+        ((0.08, 0.24, 0.23), (0.5, 0.7), {0.508223: None, 0.649949: None}),
+        ((0.08, 0.33, 0.22), (0.68, 0.9), {0.691508: None, 0.693038: None, 0.863096: 0.878876}),
+        ((0.05, 0.2, 0.3), (0.59, 0.72), {0.609046: None, 0.669622: 0.674734, 0.665418: None}),
+    ],
+)
+def test_jumps_are_of_motions_that_the_run_was_on(
+    numbers: tuple[float, float, float], ends: tuple[float, float], expected: dict[float, float | None]
+) -> None:
+    """Runge-Kutta runs with 4000 steps a period: their swings before the folds are those of other motions (4.07 beside
+    1.04, 6.05 beside 3.04, 0.639 beside 0.698), or they pass the middle where it says.
+    """
+    jumps = gr.continuation(oscillator(*numbers), SPEED, ends, isolated=True).run_up(1e-4).jumps
+    seen = {round(jump.fold, 6): jump for jump in jumps}
+    assert seen.keys() >= expected.keys()
+    assert len(seen) == len(jumps)
+    for fold, value in expected.items():
+        assert seen[fold].words == (NOT_ON if value is None else "")
+        if value is not None:
+            assert seen[fold].value == pytest.approx(value, abs=3e-5)
+
+
+def test_a_fold_of_copies_is_passed_once() -> None:
+    branch = over_speed()
+    twice = replace(branch, curves=branch.curves * 2)
+    assert twice.run_up(1e-3).jumps == branch.run_up(1e-3).jumps
+
+
+def test_a_period_of_many_load_cycles_changes_no_jump() -> None:
+    """A load of order 16 beside a negligible one of order 1: T holds 16 load cycles."""
+    model = gr.example("backlash_oscillator")
+    load = [
+        {"order": 16, "amplitude": 0.05, "phase": np.pi / 2.0},
+        {"order": 1, "amplitude": 1e-4},
+    ]
+    model = model.with_({"coupling.mesh.kinematic_error": load, SPEED: 0.75 / 16.0})
+    runs = gr.continuation(model, SPEED, (0.6 / 16.0, 0.9 / 16.0)).run_up(2e-4 / 16.0)
+    for jump, alone in zip(runs.jumps, over_speed().run_up(2e-4).jumps, strict=True):
+        assert 16.0 * jump.value == pytest.approx(alone.value, abs=2e-5)
+        assert 16.0 * jump.delay == pytest.approx(alone.delay, abs=2e-5)
+    assert [len(run.value) for run in runs.envelopes] == [11, 11]  # a row a period T

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _NOTE = (
-    "A run jumps where the peak-to-peak deflection of a period passes the middle between that of the motion that has "
-    "ended, at its fold, and that of the stable motion that goes on. The slower the run, the nearer to the fold it "
+    "A run jumps where its peak-to-peak deflection becomes nearer to that of a stable motion that goes on than to that "
+    "of the motion that has ended, at its fold. The slower the run, the nearer to the fold it "
     "jumps: at a smooth fold the delay falls with the rate to the power 2/3."
 )
 
