@@ -188,3 +188,17 @@ def test_a_change_of_the_pattern_has_one_name_whichever_way_it_is_passed() -> No
 def test_branches_of_random_drivelines_agree_with_themselves(seed: int) -> None:
     model, path, ends = drawn(seed)
     assert contradictions(gr.continuation(model, path, ends)) == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(60))
+def test_events_of_random_drivelines_do_not_depend_on_the_steps(seed: int) -> None:
+    model, path, ends = drawn(seed)
+    last = ends[0] + 0.35 * (ends[1] - ends[0])
+    tables = []
+    for step_limit in (None, abs(last - ends[0]) / 250.0):
+        events = gr.continuation(model, path, (ends[0], last), step_limit=step_limit).events
+        tables.append(events[events["branch"] == 0])
+    coarse, fine = tables
+    assert coarse["kind"].tolist() == fine["kind"].tolist()
+    np.testing.assert_allclose(coarse["value"], fine["value"], rtol=1e-7, atol=1e-7)

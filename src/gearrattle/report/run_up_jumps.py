@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from gearrattle.json_types import json_value
 from gearrattle.orbits import Branch, RunUpJumps
-from gearrattle.orbits.run_ups import Jump
+from gearrattle.orbits.jumps import Jump
 from gearrattle.report.plots.axis_names import Measure
 from gearrattle.report.plots.branches import measure
 from gearrattle.report.plots.chart import Chart
