@@ -201,4 +201,5 @@ def test_events_of_random_drivelines_do_not_depend_on_the_steps(seed: int) -> No
         tables.append(events[events["branch"] == 0])
     coarse, fine = tables
     assert coarse["kind"].tolist() == fine["kind"].tolist()
-    np.testing.assert_allclose(coarse["value"], fine["value"], rtol=1e-7, atol=1e-7)
+    values = (table["value"].to_numpy(np.float64) for table in (coarse, fine))
+    np.testing.assert_allclose(*values, rtol=1e-7, atol=1e-7)
