@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import gearrattle as gr
@@ -10,6 +11,71 @@ from gearrattle.orbits import every
 from gearrattle.orbits.search import Known
 
 pytestmark = pytest.mark.slow
+NEAR_EDGE = [
+    (1.5, 2.0, 0.1, 10.0, 0.0),
+    (2.2, 3.0, 0.05, 10.0, 0.4),
+    (1.5, 2.0, 0.1, 1e4, 0.0),
+    (1.5, 2.0, 0.0, 10.0, -np.pi / 2.0),  # touches at t = 0
+]
+"""Speed, amplitude, drag, stiffness and phase of a body that floats in its gap (``floating``)."""
+
+
+def floating(speed: float, amplitude: float, drag: float, stiffness: float = 10.0, phase: float = 0.0) -> gr.Model:
+    """x'' + drag x' + f(x) = amplitude sin(w t + phase), f = 0 for |x| < 1."""
+    contact = {"stiffness": stiffness, "damping": 0.2, "clearance": 1.0}
+    harmonics = [{"order": 1, "amplitude": amplitude, "phase": phase}]
+    return gr.Model.from_tables(
+        {
+            "schema": 1,
+            "units": "dimensionless",
+            "inertia": [{"name": "body", "J": 1.0, "drag": drag}],
+            "coupling": [{"name": "gap", "between": ["body", "ground"], **contact}],
+            "excitation": {"speed": speed},
+            "torque": [{"on": "body", "harmonics": harmonics}],
+        }
+    )
+
+
+def swing_of(speed: float, amplitude: float, drag: float, phase: float = 0.0) -> complex:
+    """z of x = x0 + Re(z exp(i w t)), the motion that floats."""
+    return complex(-1j * np.exp(1j * phase) * amplitude / (1j * drag * speed - speed**2))
+
+
+def touch_of(orbit: gr.Orbit) -> float:
+    """How far the deflection passes the corners at -1 and 1."""
+    lowest, highest, _ = orbit.period_map.levels(orbit.motion)
+    return float(max(-lowest[0], highest[0]) - 1.0)
+
+
+@pytest.mark.parametrize("cycles", [1, 3])
+@pytest.mark.parametrize("numbers", NEAR_EDGE)
+def test_a_motion_that_touches_by_less_than_its_residual_tells_is_one_of_the_family_in_the_gap(
+    numbers: tuple[float, float, float, float, float], cycles: int
+) -> None:
+    """Newton's method from 1e-4 outside the family ends 1e-9 outside, with a residual below its tolerance."""
+    speed, amplitude, drag, _, phase = numbers
+    z = swing_of(speed, amplitude, drag, phase)
+    mean = 1.0 - abs(z) + 1e-4
+    start = {"angle": [mean + z.real], "velocity": [(1j * speed * z).real]}
+    orbit = gr.periodic(floating(*numbers), cycles, start=start)
+    assert (orbit.free, orbit.pattern, orbit.stable) == (1, (), True)
+    want = [1.0, np.exp(-2.0 * np.pi * cycles * drag / speed)]
+    np.testing.assert_allclose(np.abs(orbit.multipliers), want, rtol=0, atol=1e-7)
+    (interval,) = orbit.family
+    np.testing.assert_allclose([interval.low, interval.high], z.real + np.array([-1, 1]) * (1 - abs(z)), atol=1e-8)
+    assert touch_of(orbit) == pytest.approx(abs(z) - 1.0, abs=1e-6)  # in the middle of the family
+
+
+@pytest.mark.parametrize("cycles", [1])
+@pytest.mark.parametrize(("speed", "amplitude"), [(1.5, 2.0), (1.0, 1.0)])
+def test_a_family_is_listed_once_and_no_rattle_at_its_edge(speed: float, amplitude: float, cycles: int) -> None:
+    """x0 + a sin(w t + p), |x0| <= 1 - a, is one family; no other motion stays within |x| <= 1.001."""
+    orbits = gr.periodic(floating(speed, amplitude, 0.1), cycles, every=True)
+    floats = [orbit for orbit in orbits if touch_of(orbit) < 1e-3]
+    assert [(orbit.cycles, orbit.free, orbit.verdict.verdict) for orbit in floats] == [(1, 1, "quiet")]
+    assert touch_of(floats[0]) <= 0.0
+    others = [orbit for orbit in orbits if orbit not in floats]
+    assert sorted((orbit.cycles, orbit.free, orbit.stable) for orbit in others) == [(1, 0, False), (1, 0, True)]
 
 
 def test_the_share_of_the_search_never_falls_and_an_exception_ends_it() -> None:

@@ -8,8 +8,8 @@ Newton's method from a grid of starts misses motions: on piecewise-linear maps i
 2. Newton's method begins from all of them as well: this finds some motions that do not attract,
 3. of a symmetric driveline the symmetric motions are sought by the half-period map, and every other motion has a mirror
    image,
-4. every motion is followed over the speed, up and down, through folds: where its branch comes back to the speed of the
-   model, it gives other motions,
+4. every motion is followed over the speed, up and down, through folds and families: where its branch comes back to the
+   speed of the model, it gives other motions,
 5. the fixed points of the n-period map are counted. If all motions end in a bounded set and none is free,
    the sum of the signs of det(I - M) over them is 1 (Brouwer's degree): a sum that differs says that one is missing.
    Then Newton's method goes on from further starts, repelled by what is known.
@@ -31,7 +31,9 @@ from gearrattle.engine.periodic.period_map import Pass, PeriodMap
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
+from gearrattle.orbits.edges import followed_through_families
 from gearrattle.orbits.family import family_of, is_compiled
+from gearrattle.orbits.freedom import room_of
 from gearrattle.orbits.orbit import Orbit, linear_state, settled_state
 from gearrattle.orbits.progress import never_falling
 from gearrattle.orbits.returns import orbits_of_returns
@@ -109,7 +111,7 @@ class _Search:
         curve = Continuation(family_of(self._model, _PATH, speed, period_map.cycles, speed * _SPAN), longest=_STEP)
         motions = self.known.passes[first:]  # what is added lies on the branch of one of these
         for i, motion in enumerate(motions):
-            if not free_directions(period_map, motion):
+            if not free_directions(period_map, motion) or room_of(period_map, motion) is not None:
                 for upward in (True, False):
                     for other in self._met_again(curve, motion, speed, upward):
                         self.known.add(other)
@@ -142,7 +144,7 @@ class _Search:
             return
         try:
             points = [curve.begin(motion.start, value, upward=upward)]
-            for point in curve.follow(points[0], value - span, value + span):
+            for point, _ in followed_through_families(curve, points[0], (value - span, value + span)):
                 before = points[-1]
                 if len(points) > 1 and (before.parameter - value) * (point.parameter - value) < 0.0:
                     yield curve.at_parameter(before, point, value).motion

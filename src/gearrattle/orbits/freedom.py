@@ -3,12 +3,17 @@
 Where I - M is singular with null vector d, the motions from y + s d repeat as well. As long as the regions and their
 order stay the same the map is linear in s, so the family is an interval of s. Its ends are found by bisection.
 
-Takes a periodic motion; gives Intervals.
+Outside its ends the motions touch, and do not repeat: but at the depth d what is left is of the order d^(3/2). So
+Newton's method ends at motions that touch by less than any residual tells. They are members of the family: without the
+touch their I - M is singular, and from there on along d all motions repeat.
+
+Takes a periodic motion; gives Intervals, and the motion of the family that stands for one at its edge.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +34,9 @@ Array = NDArray[np.float64]
 _FARTHEST = 1e3  # of the size of the state: a family that reaches so far counts as endless
 _REPEATS = 1e-9  # of the size of the state
 _HALVINGS = 50
+_BRIEF = 1e-2  # of the period: a longer touch leaves a residual that tells
+_NEARLY = 1e-6  # singular value of I - M along a direction that may be free
+_NEAREST, _FURTHER, _WITHIN = 1e-10, 4.0, 1e-3  # of the size of the state: steps from a light touch into a family
 
 
 @dataclass(frozen=True)
@@ -77,7 +85,11 @@ def intervals_of(model: Model, period_map: PeriodMap, motion: Pass) -> tuple[Int
 
 def directions_of(period_map: PeriodMap, motion: Pass) -> Iterator[tuple[int, Array]]:
     """Yield a state's index and the free direction (N,) [SI] that moves it and none of the other states yielded."""
-    free = shooting.newton_step(period_map, motion)[1]
+    yield from _one_by_one(period_map, shooting.newton_step(period_map, motion)[1])
+
+
+def _one_by_one(period_map: PeriodMap, free: Array) -> Iterator[tuple[int, Array]]:
+    """Directions (N,) [SI] that span the same as some others (N, F), with the state that only one of them moves."""
     balanced = free * period_map.scale[:, None]
     chosen = np.sort(qr(balanced.T, mode="r", pivoting=True)[1][: free.shape[1]])
     yield from zip(chosen.tolist(), (free @ np.linalg.inv(balanced[chosen])).T, strict=True)
@@ -95,11 +107,126 @@ def room_of(period_map: PeriodMap, motion: Pass) -> tuple[Array, float] | None:
     None for a motion of no family, of one without an end, and of one with several free directions.
     """
     directions = moving_directions_of(period_map, motion)
-    if len(directions) != 1:
-        return None
-    unit = directions[0] / np.linalg.norm(directions[0] * period_map.scale)
+    return _room_along(period_map, motion, directions[0]) if len(directions) == 1 else None
+
+
+def _room_along(period_map: PeriodMap, motion: Pass, direction: Array) -> tuple[Array, float] | None:
+    """The change (N,) [SI] to the middle of a family along a direction, and its length; None if it has no end."""
+    unit = direction / np.linalg.norm(direction * period_map.scale)
     behind, ahead = (reach_of(period_map, motion, side * unit) for side in (-1.0, 1.0))
     return (0.5 * (ahead - behind) * unit, ahead + behind) if np.isfinite(ahead + behind) else None
+
+
+def off_edge(period_map: PeriodMap, motion: Pass) -> Pass:
+    """Return a motion in the middle of the family at whose edge another one touches by less than its residual tells.
+
+    Any other motion is returned as it is.
+    """
+    inside = within_family(period_map, motion)
+    if inside is motion:
+        return motion
+    for _, direction in directions_of(period_map, inside):
+        room = _room_along(period_map, inside, direction)
+        with suppress(ConvergenceError):
+            state = State(inside.start.y + (0.0 if room is None else room[0]), inside.end.auxiliary_pieces)
+            middle = shooting.shoot(period_map, state)
+            inside = middle.motion if middle.free.shape[1] == _free(period_map, inside) else inside
+    return inside
+
+
+def within_family(period_map: PeriodMap, motion: Pass) -> Pass:
+    """Return a motion of the family at whose edge another one touches by less than its residual tells, near that.
+
+    Any other motion is returned as it is.
+    """
+    while True:
+        inside = next(_steps_inside(period_map, motion), None)
+        if inside is None:
+            return motion
+        motion = inside
+
+
+def _steps_inside(period_map: PeriodMap, motion: Pass) -> Iterator[Pass]:
+    """Motions with more free directions than one that touches lightly, with nothing but motions that repeat between."""
+    free = _free_without_touches(period_map, motion)
+    count = _free(period_map, motion)
+    if free.shape[1] <= count:
+        return
+    for _, direction in _one_by_one(period_map, free):
+        unit = direction / np.linalg.norm(direction * period_map.scale)
+        for side in (-1.0, 1.0):
+            inside = _first_inside(period_map, motion, side * unit, count)
+            if inside is not None:
+                yield inside
+
+
+def _first_inside(period_map: PeriodMap, motion: Pass, unit: Array, count: int) -> Pass | None:
+    """The first motion along a direction (N,) [SI] with more than so many free ones, if all up to it repeat."""
+    size = max(period_map.size, float(np.linalg.norm(motion.start.y * period_map.scale)))
+    step = _NEAREST * size
+    with suppress(ConvergenceError):
+        while step < _WITHIN * size:
+            trial = period_map(State(motion.start.y + step * unit, motion.end.auxiliary_pieces))
+            if shooting.residual_of(period_map, trial) > _REPEATS:
+                return None
+            if _singular(period_map, trial.gradient).shape[1] > count:
+                orbit = shooting.shoot(period_map, trial.start)
+                if orbit.free.shape[1] > count:
+                    return orbit.motion
+            step *= _FURTHER
+    return None
+
+
+def _free(period_map: PeriodMap, motion: Pass) -> int:
+    """The number of free directions of a motion."""
+    return int(shooting.newton_step(period_map, motion)[1].shape[1])
+
+
+def _free_without_touches(period_map: PeriodMap, motion: Pass) -> Array:
+    """The directions (N, F) [SI] that are free, or nearly, without the light touches of a motion; F = 0: none."""
+    is_kept, changed = _without_light_touches(period_map, motion)
+    if is_kept.all():
+        return np.zeros((len(motion.gap), 0))
+    march = period_map.marched(motion.start)
+    crossings = period_map.passages(march)
+    if len(crossings.time) != len(is_kept):  # one followed in parts may cross otherwise as a whole
+        return np.zeros((len(motion.gap), 0))
+    initial = march.initial.copy()
+    initial[: len(changed)] += changed
+    march = march._replace(initial=initial)
+    return _singular(period_map, period_map.gradient_along(march, crossings.where(is_kept)))
+
+
+def _singular(period_map: PeriodMap, gradient: Array) -> Array:
+    """The directions (N, F) [SI] along which I - M is singular, or nearly."""
+    scale = period_map.scale
+    _, values, rows = np.linalg.svd(np.eye(len(scale)) - scale[:, None] * gradient / scale)
+    return np.asarray(rows[values < _NEARLY].T / scale[:, None])
+
+
+def _without_light_touches(period_map: PeriodMap, motion: Pass) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+    """Which crossings of a motion (E,) are left without those of clearances that are back at once.
+
+    Also (K,) by how much the pieces of clearances at the start then differ: a touch may last beyond the end.
+    """
+    crossings, system = motion.crossings, period_map.system
+    elements = np.array([*system.clearances, *(auxiliary.element for auxiliary in system.auxiliaries)])
+    is_kept = np.ones(len(crossings.time), dtype=np.bool_)
+    changed = np.zeros(len(system.clearances), dtype=np.int64)
+    for watch, element in enumerate(system.clearances):
+        rows = np.flatnonzero(crossings.watch == watch)
+        for out, back in zip(rows, np.roll(rows, -1), strict=True):
+            lasts = crossings.time[back] - crossings.time[out] + (period_map.length if back < out else 0.0)
+            is_opposite = crossings.upward[out] != crossings.upward[back]
+            if lasts >= _BRIEF * motion.period or not is_opposite or not is_kept[out]:
+                continue
+            if out < back:
+                within = np.arange(out, back + 1)
+                is_kept[within[elements[crossings.watch[within]] == element]] = False
+            elif not np.any(elements[len(changed) :] == element):
+                is_kept[[out, back]] = False
+                changed[watch] = 1 if crossings.upward[back] else -1
+    return is_kept, changed
 
 
 def reach_of(period_map: PeriodMap, motion: Pass, direction: Array) -> float:

@@ -29,7 +29,7 @@ from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.quantity import Count, argument_problems
 from gearrattle.orbits.family import family_of_excitation
-from gearrattle.orbits.freedom import Interval, intervals_of
+from gearrattle.orbits.freedom import Interval, intervals_of, off_edge
 from gearrattle.orbits.orbit_gradients import orbit_gradients
 from gearrattle.orbits.state import initial_of, plan_of, state_of
 from gearrattle.orbits.tipping import tipping_table
@@ -295,8 +295,11 @@ def linear_state(period_map: PeriodMap, rest: State) -> State:
 
 
 def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbit:
-    """Return an orbit of the engine with its model; a train without drag turns at no speed of its own."""
-    still = _without_drift(period_map, orbit)
+    """Return an orbit of the engine with its model; a train without drag turns at no speed of its own.
+
+    One that touches at the edge of a family by less than its residual tells is that in the middle of the family.
+    """
+    still = _without_drift(period_map, _off_edge(period_map, orbit))
     notes: tuple[str, ...] = ()
     if not is_stable(shooting.multipliers_of(still.motion.gradient), still.free.shape[1]):
         notes = ("The motion is unstable: a simulation leaves it.",)
@@ -307,6 +310,12 @@ def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbi
         words = "a part of the driveline may stand elsewhere, or turn at another speed"
         notes += (f"The motion is one of a family: {words}; orbit.family says what, and how far.",)
     return Orbit(model, period_map.cycles, still.motion, still.residual, still.free.shape[1], notes)
+
+
+def _off_edge(period_map: PeriodMap, orbit: shooting.Orbit) -> shooting.Orbit:
+    """The same motion, or that in the middle of the family at whose edge it lies."""
+    inside = off_edge(period_map, orbit.motion)
+    return orbit if inside is orbit.motion else shooting.shoot(period_map, inside.start)
 
 
 def _without_drift(period_map: PeriodMap, orbit: shooting.Orbit) -> shooting.Orbit:

@@ -21,6 +21,7 @@ from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap
 from gearrattle.errors import ConvergenceError
+from gearrattle.orbits.freedom import off_edge, within_family
 
 Array = NDArray[np.float64]
 
@@ -54,9 +55,11 @@ class Known:
     free: list[Array] = field(default_factory=list)
 
     def add(self, motion: Pass) -> bool:
-        """Keep a motion; False if it is known."""
-        if self.holds(motion.start):
+        """Keep a motion, or the family at whose edge it lies; False if it is known."""
+        inside = within_family(self.period_map, motion)
+        if self.holds(inside.start):
             return False
+        motion = motion if inside is motion else off_edge(self.period_map, motion)
         self.passes.append(motion)
         self.shifts.append(states_of_periods(self.period_map, motion))
         directions = shooting.newton_step(self.period_map, motion)[1] * self.period_map.scale[:, None]
