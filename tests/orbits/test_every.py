@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 import pytest
 
 import gearrattle as gr
+from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.period_map import PeriodMap
+from gearrattle.engine.periodic.symmetry import HalfPeriodMap
 from gearrattle.errors import Cancelled, ConvergenceError
 from gearrattle.orbits import every
 from gearrattle.orbits.search import Known
@@ -47,6 +53,10 @@ def touch_of(orbit: gr.Orbit) -> float:
     return float(max(-lowest[0], highest[0]) - 1.0)
 
 
+def starts(orbits: list[gr.Orbit]) -> list[Any]:
+    return sorted([orbit.cycles, *np.round(orbit.motion.start.y, 6)] for orbit in orbits if not orbit.free)
+
+
 @pytest.mark.parametrize("cycles", [1, 3])
 @pytest.mark.parametrize("numbers", NEAR_EDGE)
 def test_a_motion_that_touches_by_less_than_its_residual_tells_is_one_of_the_family_in_the_gap(
@@ -66,7 +76,7 @@ def test_a_motion_that_touches_by_less_than_its_residual_tells_is_one_of_the_fam
     assert touch_of(orbit) == pytest.approx(abs(z) - 1.0, abs=1e-6)  # in the middle of the family
 
 
-@pytest.mark.parametrize("cycles", [1])
+@pytest.mark.parametrize("cycles", [1, 2, 3])
 @pytest.mark.parametrize(("speed", "amplitude"), [(1.5, 2.0), (1.0, 1.0)])
 def test_a_family_is_listed_once_and_no_rattle_at_its_edge(speed: float, amplitude: float, cycles: int) -> None:
     """x0 + a sin(w t + p), |x0| <= 1 - a, is one family; no other motion stays within |x| <= 1.001."""
@@ -76,6 +86,45 @@ def test_a_family_is_listed_once_and_no_rattle_at_its_edge(speed: float, amplitu
     assert touch_of(floats[0]) <= 0.0
     others = [orbit for orbit in orbits if orbit not in floats]
     assert sorted((orbit.cycles, orbit.free, orbit.stable) for orbit in others) == [(1, 0, False), (1, 0, True)]
+
+
+@pytest.mark.parametrize("cycles", [2, 4])
+def test_motions_of_a_divisor_are_those_that_it_alone_gives(cycles: int) -> None:
+    """The family in the gap, the rattle, and the unstable motion between them."""
+    model = floating(1.0, 1.0, 0.1)
+    once, more = (gr.periodic(model, n, every=True) for n in (1, cycles))
+    assert len(once) == 3
+    assert starts(once) == [start for start in starts(more) if start[0] == 1]
+    assert sum(orbit.free for orbit in once) == sum(orbit.free for orbit in more) == 1
+
+
+@pytest.mark.parametrize("cycles", [1, 2, 3, 4])
+def test_a_motion_of_a_symmetric_driveline_is_kept_with_its_mirror_image(cycles: int) -> None:
+    """The mirror image of x(t) is -x(t + T/2), whatever number of periods."""
+    model = floating(0.4 * 2.0 * np.pi / 6.0, 1.0, 0.1)
+    system = assemble(model).system
+    motion = next(orbit for orbit in gr.periodic(model, every=True) if not orbit.symmetric and not orbit.free).motion
+    known = Known(PeriodMap(system, cycles), mirror=HalfPeriodMap(system))
+    assert known.add(PeriodMap(system, cycles)(motion.start))
+    assert (len(known.passes), known.images) == (2, {1})
+    assert known.holds(HalfPeriodMap(system).later(motion.start))
+    assert not known.add(known.passes[1])
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_branches_that_end_early_are_a_note_with_their_number(fails: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    def breaks_off(*_: object) -> Iterator[object]:
+        raise ConvergenceError("it cannot be followed")
+        yield
+
+    if fails:
+        monkeypatch.setattr(every, "followed_through_families", breaks_off)
+    else:
+        monkeypatch.setattr(every, "_POINTS", 3)
+    for orbit in gr.periodic(gr.example("backlash_oscillator"), every=True):
+        (note,) = (note for note in orbit.notes if "over the speed" in note)
+        assert note.endswith(" over the speed could not be followed to the end; there may be further motions.")
+        assert int(note.split()[0]) >= 2
 
 
 def test_the_share_of_the_search_never_falls_and_an_exception_ends_it() -> None:

@@ -2,15 +2,16 @@
 
 Newton's method from a grid of starts misses motions: on piecewise-linear maps it goes round in circles. So
 
-1. states spread over the reach of the driveline are followed until they settle: this finds attracting motions; where
-   the model's own motion never settles, those that it nearly repeats are sought; so are motions that repeat sooner,
-   after a divisor of n,
-2. Newton's method begins from all of them as well: this finds some motions that do not attract,
-3. of a symmetric driveline the symmetric motions are sought by the half-period map, and every other motion has a mirror
-   image,
-4. every motion is followed over the speed, up and down, through folds and families: where its branch comes back to the
-   speed of the model, it gives other motions,
-5. the fixed points of the n-period map are counted. If all motions end in a bounded set and none is free,
+1. what repeats after a divisor of n repeats after n: the motions of all divisors are sought first, the least first, and
+   kept,
+2. states spread over the reach of the driveline are followed until they settle: this finds attracting motions; where
+   the model's own motion never settles, those that it nearly repeats are sought,
+3. Newton's method begins from all of them as well: this finds some motions that do not attract,
+4. of a symmetric driveline the symmetric motions are sought by the half-period map, and every motion is kept with its
+   mirror image,
+5. every motion is followed over the speed, up and down, through folds and families: where its branch comes back to the
+   speed of the model, it gives other motions. Those that a divisor gave, and mirror images, have been followed,
+6. the fixed points of the n-period map are counted. If all motions end in a bounded set and none is free,
    the sum of the signs of det(I - M) over them is 1 (Brouwer's degree): a sum that differs says that one is missing.
    Then Newton's method goes on from further starts, repelled by what is known.
 
@@ -21,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from functools import partial
 
 import numpy as np
 
@@ -35,7 +37,7 @@ from gearrattle.orbits.edges import followed_through_families
 from gearrattle.orbits.family import family_of, is_compiled
 from gearrattle.orbits.freedom import room_of
 from gearrattle.orbits.orbit import Orbit, linear_state, settled_state
-from gearrattle.orbits.progress import never_falling
+from gearrattle.orbits.progress import Progress, never_falling
 from gearrattle.orbits.returns import orbits_of_returns
 from gearrattle.orbits.search import Known, deflated, free_directions, search, search_symmetric, starts_of
 from gearrattle.orbits.state import state_of
@@ -57,23 +59,55 @@ def every_orbit(model: Model, cycles: int, progress: Callable[[float], None] | N
     points shows that a motion is missing, or that it cannot show it, and where branches were not followed to their
     ends.
     """
-    work = _Search(model, cycles, (lambda _: None) if progress is None else never_falling(progress))
-    work.settle()
-    work.follow_from(0)
-    work.deflate()
-    if not work.known.passes:
+    searches = _searched(model, cycles, (lambda _: None) if progress is None else never_falling(progress))
+    known, notes = searches[-1].known, searches[-1].notes(sum(work.left for work in searches))
+    if not known.passes:
         message = f"no motion that repeats after {counted(cycles, 'period')} was found"
         raise ConvergenceError(message, remedy="another number of cycles, or a start near one")
-    known, notes = work.known, work.notes()
     orbits = [_orbit(model, known, i, notes) for i in range(len(known.passes))]
     return sorted(orbits, key=lambda orbit: float(np.ptp(orbit.run.trajectory.deflection, axis=0).max(initial=0.0)))
 
 
-class _Search:
-    """The motions known so far, and how many points of branches may still be followed."""
+def _searched(model: Model, cycles: int, progress: Progress) -> list[_Search]:
+    """The finished searches for all divisors of a number of periods, that for the number itself last."""
+    searches: list[_Search] = []
+    divisors = [n for n in range(1, cycles + 1) if cycles % n == 0]
+    for i, n in enumerate(divisors):
+        begin, end = (sum(divisors[:j]) / sum(divisors) for j in (i, i + 1))  # work grows with the periods
+        work = _Search(model, n, partial(_tell_part, progress, begin, end))
+        for earlier in searches:
+            if n % earlier.known.period_map.cycles == 0:
+                work.take(earlier)
+        work.settle()
+        work.follow_from(work.taken)
+        work.deflate()
+        searches.append(work)
+    return searches
 
-    def __init__(self, model: Model, cycles: int, progress: Callable[[float], None]) -> None:
-        self.known = Known(PeriodMap(assemble(model).system, cycles))
+
+def _tell_part(progress: Progress, begin: float, end: float, share: float) -> None:
+    """Tell the share of the whole that work between two shares of it has come to."""
+    progress(begin + (end - begin) * share)
+
+
+class _Search:
+    """The search for motions of n periods.
+
+    Attributes
+    ----------
+    known
+        so far.
+    taken
+        how many of them the searches for divisors of n gave; their branches have been followed.
+    left
+        how many branches were not followed to their ends.
+    """
+
+    def __init__(self, model: Model, cycles: int, progress: Progress) -> None:
+        system = assemble(model).system
+        mirror = HalfPeriodMap(system) if is_symmetric(system) else None
+        self.known = Known(PeriodMap(system, cycles), mirror=mirror)
+        self.taken, self.left = 0, 0
         self._model, self._progress, self._points = model, progress, 0
 
     @property
@@ -81,35 +115,41 @@ class _Search:
         """Whether a motion has neighbours that repeat as well."""
         return any(free_directions(self.known.period_map, motion) for motion in self.known.passes)
 
+    def take(self, earlier: _Search) -> None:
+        """Keep the motions of a search for a divisor of the number of periods."""
+        period_map = self.known.period_map
+        for motion in earlier.known.passes:
+            try:
+                same = shooting.shoot(period_map, motion.start).motion
+            except ConvergenceError:  # disturbances grow so much that rounding shows
+                same = period_map(motion.start)
+            self.known.add(same)
+        self.taken = len(self.known.passes)
+
     def settle(self) -> None:
         """Search from the model's own start and from states spread over its reach."""
         known, period_map = self.known, self.known.period_map
         states = [settled_state(self._model, period_map), *starts_of(period_map, _STARTS)]
-        with suppress(ConvergenceError):
-            states.append(linear_state(period_map, state_of(self._model, period_map, "static")))
-        shorter = [n for n in range(1, period_map.cycles) if period_map.cycles % n == 0]
-        for i, cycles in enumerate([*shorter, period_map.cycles]):
-            own = known if cycles == period_map.cycles else Known(PeriodMap(period_map.system, cycles))
-            for j, state in enumerate(states):
-                search(own, state)
-                self._progress(_SETTLED * (i + (j + 1) / len(states)) / (len(shorter) + 1))
-            for motion in own.passes if own is not known else ():  # what repeats sooner repeats after all periods
-                with suppress(ConvergenceError):
-                    known.add(shooting.shoot(period_map, motion.start).motion)
+        if period_map.cycles == 1:
+            with suppress(ConvergenceError):
+                states.append(linear_state(period_map, state_of(self._model, period_map, "static")))
+        for i, state in enumerate(states):
+            search(known, state)
+            self._progress(_SETTLED * (i + 1) / len(states))
         if is_compiled(period_map.system):
             with suppress(ConvergenceError):  # of a motion that has settled
                 for orbit in orbits_of_returns(period_map, states[0]):
                     known.add(orbit.motion)
                     self._progress(_SETTLED)
-        cycles = period_map.cycles
-        if cycles % 2 == 1 and is_symmetric(period_map.system):
-            search_symmetric(known, HalfPeriodMap(period_map.system, cycles), starts_of(period_map, _STARTS))
+        if known.mirror is not None and period_map.cycles % 2 == 1:
+            search_symmetric(known, HalfPeriodMap(period_map.system, period_map.cycles), states[1 : 1 + _STARTS])
 
     def follow_from(self, first: int) -> None:
         """Follow the motions from an index on over the speed; keep what their branches give at the model's speed."""
         speed, period_map = self._model.excitation.omega, self.known.period_map
         curve = Continuation(family_of(self._model, _PATH, speed, period_map.cycles, speed * _SPAN), longest=_STEP)
-        motions = self.known.passes[first:]  # what is added lies on the branch of one of these
+        indices = [i for i in range(first, len(self.known.passes)) if i not in self.known.images]
+        motions = [self.known.passes[i] for i in indices]  # what is added lies on the branch of one of these
         for i, motion in enumerate(motions):
             if not free_directions(period_map, motion) or room_of(period_map, motion) is not None:
                 for upward in (True, False):
@@ -123,18 +163,22 @@ class _Search:
         for i, state in enumerate(() if self.is_free else starts_of(known.period_map, _FURTHER, seed=1)):
             if known.index() == 1:
                 break
+            count = len(known.passes)
             motion = deflated(known, state)
             if motion is not None and known.add(motion):
-                self.follow_from(len(known.passes) - 1)
+                self.follow_from(count)
             self._progress(1.0 - _DEFLATED * (1.0 - i / _FURTHER))
         self._progress(1.0)
 
-    def notes(self) -> tuple[str, ...]:
-        """What the user must know."""
+    def notes(self, left: int) -> tuple[str, ...]:
+        """What the user must know; how many branches all searches left."""
         notes = _notes(self.known, self.is_free)
         if self._points >= _ALL_POINTS:
-            left = f"Branches over the speed were left after {_ALL_POINTS} points"
-            notes += (f"{left}; they may lead to further motions.",)
+            stopped = f"Branches over the speed were left after {_ALL_POINTS} points"
+            notes += (f"{stopped}; they may lead to further motions.",)
+        elif left:
+            stopped = f"{counted(left, 'branch', 'branches')} over the speed could not be followed to the end"
+            notes += (f"{stopped}; there may be further motions.",)
         return notes
 
     def _met_again(self, curve: Continuation, motion: Pass, value: float, upward: bool) -> Iterator[Pass]:
@@ -152,9 +196,10 @@ class _Search:
                 self._points += 1
                 self._progress(_SETTLED)
                 if len(points) > _POINTS or self._points >= _ALL_POINTS:
+                    self.left += 1
                     return
         except ConvergenceError:
-            return
+            self.left += 1
 
 
 def _notes(known: Known, is_free: bool) -> tuple[str, ...]:

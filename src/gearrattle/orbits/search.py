@@ -1,5 +1,8 @@
 """Periodic motions of one driveline that are known, and the search for others.
 
+Of a symmetric driveline every motion has a mirror image: half a period later, all angles and torques reversed, it is a
+motion as well, after whatever number of periods it repeats. That is kept with it.
+
 States spread over the reach of the driveline are followed until they settle. Newton's method begins from the settled
 states and from the first ones. With deflation it is repelled by the known motions.
 
@@ -47,14 +50,31 @@ class Known:
     free
         of each motion the directions (N, F) in which its neighbours repeat as well, balanced and orthonormal: these
         count as the same motion.
+    mirror
+        over half of one period, for a symmetric driveline of which mirror images are kept too; else None.
+    images
+        indices of the motions that were kept as mirror images of others.
     """
 
     period_map: PeriodMap
     passes: list[Pass] = field(default_factory=list)
     shifts: list[list[Array]] = field(default_factory=list)
     free: list[Array] = field(default_factory=list)
+    mirror: HalfPeriodMap | None = None
+    images: set[int] = field(default_factory=set)
 
     def add(self, motion: Pass) -> bool:
+        """Keep a motion, or the family at whose edge it lies, and its mirror image; False if it is known."""
+        if not self._keep(motion):
+            return False
+        if self.mirror is not None:
+            with contextlib.suppress(ConvergenceError, np.linalg.LinAlgError):
+                image = self.mirror.later(self.passes[-1].start)
+                if self._keep(shooting.shoot(self.period_map, image).motion):
+                    self.images.add(len(self.passes) - 1)
+        return True
+
+    def _keep(self, motion: Pass) -> bool:
         """Keep a motion, or the family at whose edge it lies; False if it is known."""
         inside = within_family(self.period_map, motion)
         if self.holds(inside.start):
@@ -140,13 +160,10 @@ def search(known: Known, state: State) -> None:
 
 
 def search_symmetric(known: Known, half: HalfPeriodMap, states: Iterable[State]) -> None:
-    """Search for symmetric motions from some states, and for the mirror images of all known motions; keep them."""
+    """Search for symmetric motions from some states; keep them."""
     for state in states:
         with contextlib.suppress(ConvergenceError, np.linalg.LinAlgError):
             known.add(shooting.shoot(known.period_map, shooting.shoot(half, state).motion.start).motion)
-    for motion in tuple(known.passes):
-        with contextlib.suppress(ConvergenceError, np.linalg.LinAlgError):
-            known.add(shooting.shoot(known.period_map, half(motion.start).end).motion)
 
 
 def free_directions(period_map: PeriodMap, motion: Pass) -> int:
