@@ -203,12 +203,13 @@ def test_a_range_may_end_where_the_model_does() -> None:
     assert branch.notes == ()
 
 
-@pytest.mark.slow
-def test_what_leaves_at_doublings_of_branches_of_broken_symmetry_is_followed() -> None:
-    """At the amplitude 5.83 two motions of 2 T, images of one another, are the only stable ones."""
-    amplitude = "torque.0.harmonics.0.amplitude"
-    contact = {"stiffness": 10.0, "damping": 0.2, "clearance": 1.0, "stiffness_ratio": 0.1, "damping_ratio": 0.1}
-    model = gr.Model.from_tables(
+AMPLITUDE = "torque.0.harmonics.0.amplitude"
+
+
+def symmetric(ratio: float) -> gr.Model:
+    """A body between stops, with a share of their stiffness and damping in the gap."""
+    contact = {"stiffness": 10.0, "damping": 0.2, "clearance": 1.0, "stiffness_ratio": ratio, "damping_ratio": ratio}
+    return gr.Model.from_tables(
         {
             "schema": 1,
             "name": "symmetric oscillator",
@@ -219,15 +220,40 @@ def test_what_leaves_at_doublings_of_branches_of_broken_symmetry_is_followed() -
             "torque": [{"on": "body", "harmonics": [{"order": 1, "amplitude": 1.0}]}],
         }
     )
-    branch = gr.continuation(model, amplitude, (1.0, 8.0))
+
+
+@pytest.mark.slow
+def test_branches_of_broken_symmetry_end_where_they_join_the_symmetric_one_and_are_listed_once() -> None:
+    """From 0.3939625 to 3.9168158 two motions of 1 T are mirror images of one another; nothing jumps at either end."""
+    branch = gr.continuation(symmetric(0.0), AMPLITUDE, (0.3, 4.0))
+    kinds = branch.events.groupby("branch")["kind"].apply(list)
+    joints = branch.events.loc[branch.events["kind"] == "symmetry breaking", ["branch", "value"]]
+    leaving = joints.loc[joints["branch"] == 0, "value"].tolist()
+    assert leaving == pytest.approx([0.3939625, 3.9168158, 3.0211643], abs=1e-6)
+    broken = [number for number, curve in enumerate(branch.curves) if curve.origin == "symmetry breaking"]
+    assert [kinds[number][-1] for number in broken[:2]] == ["symmetry breaking"] * 2
+    for number in broken[:2]:
+        ends = [branch.curves[number].points[end].parameter for end in (0, -1)]
+        assert ends == pytest.approx(leaving[:2], abs=1e-6)
+    folds = branch.events.loc[branch.events["kind"] == "fold", "value"].to_numpy(np.float64)
+    assert np.abs(folds[:, None] - leaving).min() > 1e-3
+    ends = [(c.cycles, *(round(c.points[end].parameter, 6) for end in (0, -1))) for c in branch.curves[1:]]
+    assert sorted(ends) == sorted(2 * sorted(set(ends)))  # every branch and its mirror image, once
+
+
+@pytest.mark.slow
+def test_what_leaves_at_doublings_of_branches_of_broken_symmetry_is_followed() -> None:
+    """At the amplitude 5.83 two motions of 2 T, images of one another, are the only stable ones."""
+    model = symmetric(0.1)
+    branch = gr.continuation(model, AMPLITUDE, (1.0, 8.0))
     assert [curve.cycles for curve in branch.curves] == [1, 1, 1, 2, 2, 2, 2]
     data = branch.data
     for number in (4, 6):
         rows = np.flatnonzero((data["branch"].values == number) & data["stable"].values)
         nearest = int(rows[np.argmin(np.abs(data["value"].values[rows] - 5.83))])
-        orbit = gr.periodic(model.with_({amplitude: 5.83}), 2, start=branch.orbit(nearest))
+        orbit = gr.periodic(model.with_({AMPLITUDE: 5.83}), 2, start=branch.orbit(nearest))
         assert abs(orbit.multipliers[0]) == pytest.approx(0.4916, abs=1e-4)
-    settled = gr.periodic(model.with_({amplitude: 5.83}), 2)
+    settled = gr.periodic(model.with_({AMPLITUDE: 5.83}), 2)
     assert abs(settled.multipliers[0]) == pytest.approx(0.4916, abs=1e-4)
 
 

@@ -30,7 +30,7 @@ from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.ends import check_index, ends_of, unit_of
 from gearrattle.orbits.family import family_of, follower_over
 from gearrattle.orbits.find import periodic
-from gearrattle.orbits.further import doublings_left, further_curves
+from gearrattle.orbits.further import Followers, doublings_left, further_curves
 from gearrattle.orbits.gradients import check_kind, gradients_of, scatter_of
 from gearrattle.orbits.means import mean_events
 from gearrattle.orbits.motion_map import MotionMap, map_of
@@ -483,14 +483,9 @@ def continuation(
     if has_doubled:
         doubled = follower_over(model, path, (first, last), 2 * cycles, first=first, step_limit=step_limit)
     rest = stretch_of(work, 1.0 / parts, 1.0)
+    followers, known = Followers(curve, doubled), tuple(curves)
     curves += further_curves(
-        curve,
-        doubled,
-        curves,
-        ascending,
-        isolated=isolated,
-        progress=rest,
-        so_far=lambda more: tell([curves[0], *more]),
+        followers, known, ascending, isolated=isolated, progress=rest, so_far=lambda more: tell([*known, *more])
     )
     tell(curves)
     if work is not None:

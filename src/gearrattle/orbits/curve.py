@@ -13,15 +13,19 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, Event, changes_between, events_between
+from gearrattle.engine.periodic.events import BREAKING, FOLD, GRAZING, Event, changes_between, events_between
 from gearrattle.engine.periodic.grazing import COMPLIANT
 from gearrattle.engine.periodic.point import Point, halves_apart
+from gearrattle.engine.periodic.symmetry import HalfPeriodMap
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.edges import followed_through_families
 from gearrattle.orbits.orbit import is_stable
 from gearrattle.wording import counted
+
+Array = NDArray[np.float64]
 
 _MOST_POINTS = 20_000
 _CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they must pass
@@ -38,10 +42,18 @@ _NEAR_HOME = 10.0  # steps: so near lies the period doubling at which a branch j
 
 
 class Home(NamedTuple):
-    """The branch that one of doubled period has left."""
+    """The branch that another one has left where its period doubles or its symmetry breaks."""
 
-    curve: Continuation  # of motions with half as many periods
+    curve: Continuation  # of its motions
     events: Sequence[Event]
+    kind: str  # period doubling or symmetry breaking
+
+    def image(self, point: Point) -> Array:
+        """Return (N,) what a motion comes to after half of its periods, or its mirror image; both are motions too."""
+        period_map = self.curve.family.map_at(point.parameter)
+        if self.kind == BREAKING:
+            period_map = HalfPeriodMap(period_map.system, period_map.cycles)
+        return period_map.later(point.motion.start).y
 
 
 @dataclass(frozen=True)
@@ -155,8 +167,8 @@ def followed(
     ends
         of the range, ascending.
     home
-        for a branch of doubled period: it ends where both halves of its motions are the same again. None: any other
-        branch.
+        for a branch of doubled period or broken symmetry: it ends where its motions are those of the branch again that
+        it has left. None: any other branch.
     origin
         the event at which it leaves another branch, its motion over as many periods; the branch begins there.
     progress
@@ -265,19 +277,19 @@ def _arrival(
 ) -> list[Event] | None:
     """The events of a step on which a branch joins the one that it has left, up to there; None: it does not.
 
-    Both halves of its motions become the same in a fold, or in a jump of the gradient beyond which they stay the same.
-    Or the step goes past the fold and leads to a motion of the branch that was left.
+    Its motions and their images become the same in a fold, or in a jump of the gradient beyond which they stay so. Or
+    the step goes past the fold and leads to a motion of the branch that was left.
     """
     for i, event in enumerate(ahead):
         if event.kind == FOLD and _is_joint(home, event.point, [before, *(other.point for other in ahead), after]):
             return [*ahead[:i], _joint(curve, home, before, event)]
         if event.grazing is not None and event.grazing.kind != COMPLIANT and _apart(home, after) < _SAME_HALVES:
-            return [*ahead[: i + 1], Event(DOUBLING, event.point, is_collision=True)]
+            return [*ahead[: i + 1], Event(home.kind, event.point, is_collision=True)]
     if not _is_of(home, after):
         return None
-    nearest, distance = _nearest_doubling(home, before)
+    nearest, distance = _nearest_joint(home, before)
     if nearest is None or distance > _NEAR_HOME * float(np.linalg.norm(after.w - before.w)):
-        raise ConvergenceError("both halves of its motions become the same where no period doubling is known")
+        raise ConvergenceError(f"its motions become those of the branch that it left, where no {home.kind} is known")
     ends = _shared_end(curve, home, before, nearest)
     events = _beside_joint(curve, before, ends[-1].point)
     if len(ends) > 1:  # what touches there is named by the other branch
@@ -291,41 +303,41 @@ def _arrival_in_jump(curve: Continuation, home: Home, point: Point) -> list[Even
 
     Beyond there is the other branch alone, in a direction that need not be ahead. None: the branch is not there.
     """
-    nearest, distance = _nearest_doubling(home, point)
+    nearest, distance = _nearest_joint(home, point)
     if nearest is None or not nearest.is_collision or distance > _IN_JUMP:
         return None
     return _shared_end(curve, home, point, nearest)
 
 
-def _shared_end(curve: Continuation, home: Home, before: Point, doubling: Event) -> list[Event]:
-    """A period doubling of the branch that was left, and what grazes with it, as the end of the one that joins it."""
-    at_once = [event for event in home.events if event.point is doubling.point and event.kind in (GRAZING, DOUBLING)]
+def _shared_end(curve: Continuation, home: Home, before: Point, joint: Event) -> list[Event]:
+    """An event of the branch that was left, and what grazes with it, as the end of the one that joins it."""
+    at_once = [event for event in home.events if event.point is joint.point and event.kind in (GRAZING, home.kind)]
     return [shared_with(curve, event, before, is_end=True) for event in at_once]
 
 
-def _nearest_doubling(home: Home, point: Point) -> tuple[Event | None, float]:
-    """The period doubling of the branch that was left that is nearest to a point, and how near [w]."""
+def _nearest_joint(home: Home, point: Point) -> tuple[Event | None, float]:
+    """The nearest event of the branch that was left at which others may join it, and how near it is [w]."""
     distances = [
         (float(np.linalg.norm(event.point.w - point.w)), i)
         for i, event in enumerate(home.events)
-        if event.kind == DOUBLING
+        if event.kind == home.kind
     ]
     distance, nearest = min(distances, default=(np.inf, -1))
     return (home.events[nearest] if distances else None), distance
 
 
 def _joint(curve: Continuation, home: Home, before: Point, fold: Event) -> Event:
-    """The period doubling at which a branch joins the one that it has left in a fold.
+    """The event at which a branch joins the one that it has left in a fold.
 
     There both branches cross, and the other one tells better where: its own equations are regular. Not where it grazes
     in between.
     """
-    nearest, distance = _nearest_doubling(home, fold.point)
+    nearest, distance = _nearest_joint(home, fold.point)
     if nearest is not None and distance < _NEAR_JOINT:
         joint = shared_with(curve, nearest, before, is_end=True)
         if joint.point.word == fold.point.word:
             return joint
-    return replace(fold, kind=DOUBLING)
+    return replace(fold, kind=home.kind)
 
 
 def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: bool = False) -> Event:
@@ -353,7 +365,7 @@ def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: 
 
 
 def _is_joint(home: Home, fold: Point, others: Sequence[Point]) -> bool:
-    """Whether halves of a motion become the same in a fold, or far nearer than in the motions before and behind it.
+    """Whether a motion and its image become the same in a fold, or far nearer than just before and behind it.
 
     How near depends on how well the fold is located.
     """
@@ -366,8 +378,9 @@ def _is_joint(home: Home, fold: Point, others: Sequence[Point]) -> bool:
 
 
 def _is_of(home: Home, point: Point) -> bool:
-    """Whether a motion is one of the branch that was left, over twice as many periods."""
-    return _has_equal_halves(point) and _apart(home, point) <= _AT_HOME
+    """Whether a motion is one of the branch that was left."""
+    may_be = home.kind == BREAKING or _has_equal_halves(point)
+    return may_be and _apart(home, point) <= _AT_HOME
 
 
 def _has_equal_halves(point: Point) -> bool:
@@ -376,8 +389,7 @@ def _has_equal_halves(point: Point) -> bool:
 
 
 def _apart(home: Home, point: Point) -> float:
-    """How far apart a motion is at its start and after half its periods, over the size of the state."""
-    family = home.curve.family
-    gap = (family.map_at(point.parameter).later(point.motion.start).y - point.state) * point.scale
-    size = max(family.size, float(np.linalg.norm(point.state * point.scale)))
+    """How far apart a motion and its image are, over the size of the state."""
+    gap = (home.image(point) - point.state) * point.scale
+    size = max(home.curve.family.size, float(np.linalg.norm(point.state * point.scale)))
     return float(np.linalg.norm(gap)) / size

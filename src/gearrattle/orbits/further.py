@@ -5,8 +5,9 @@ Takes a Continuation and the branches known so far; gives further ones.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import BREAKING, DOUBLING, Event
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.periodic.point import Point, turned_around
+from gearrattle.engine.periodic.symmetry import is_symmetric
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.curve import Curve, Home, followed, shared_with
 from gearrattle.orbits.progress import Progress, part_of
@@ -23,9 +25,6 @@ from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 SoFar = Callable[[Sequence[Curve]], None]
-Followers = Mapping[int, Continuation]
-"""What follows branches, by the periods of their motions."""
-
 _VALUES = 7
 """Number of parameter values inside the range at which isolated branches are sought."""
 _STARTS = 24
@@ -42,9 +41,24 @@ _TURNS_FROM = 0.1  # of the way from the event: a turning point of the cubic nea
 _ALONG = 1e-9  # cosine between a tangent and the direction in which a branch leaves that is rounding
 
 
+class Followers(NamedTuple):
+    """What follows motions of n periods, and those of 2 n; None: these are too many."""
+
+    single: Continuation
+    doubled: Continuation | None
+
+    def points_at(self, curves: Sequence[Curve], value: float) -> list[Point]:
+        """Return the points of branches at a value of the parameter."""
+        points: list[Point] = []
+        for known in curves:
+            follower = self.single if known.cycles == self.single.cycles else self.doubled
+            if follower is not None:
+                points += [point for _, point in known.motions_at(follower, value)]
+        return points
+
+
 def further_curves(
-    curve: Continuation,
-    doubled: Continuation | None,
+    followers: Followers,
     curves: Sequence[Curve],
     ends: tuple[float, float],
     *,
@@ -56,8 +70,8 @@ def further_curves(
 
     Parameters
     ----------
-    curve, doubled
-        the Continuations of motions of n and of 2 n periods; None: these are too many periods.
+    followers
+        of motions of n and of 2 n periods.
     curves
         the branches known, of n periods.
     ends
@@ -70,20 +84,37 @@ def further_curves(
         called with these branches as far as they are followed, after every step.
     """
     parts, further = 1 + 2 * isolated, list[Curve]()
+    part = part_of(progress, 0, parts)
+    further += _leaving_all(followers, curves, ends, progress=part, so_far=so_far)
     if isolated:
-        further += _isolated_curves({curve.cycles: curve}, ends, curves, part_of(progress, 0, parts), so_far)
-    if doubled is None:
-        return further
-    left = [*curves, *further]
-    for i, known in enumerate(left):  # which grows by the branches that leave where symmetry breaks
-        part = part_of(part_of(progress, int(isolated), parts), i, len(left))
-        leaving = _branches_off(curve, doubled, known, ends, progress=part, so_far=_beside(further, so_far))
+        known, part, tell = [*curves, *further], part_of(progress, 1, parts), _beside(further, so_far)
+        more = _isolated_curves(followers, followers.single, ends, known, progress=part, so_far=tell)
+        further += more
+        tell = _beside(further, so_far)
+        further += _leaving_all(followers, more, ends, others=known, progress=None, so_far=tell)
+    if isolated and followers.doubled is not None:
+        known, part, tell = [*curves, *further], part_of(progress, 2, parts), _beside(further, so_far)
+        further += _isolated_curves(followers, followers.doubled, ends, known, progress=part, so_far=tell)
+    return further
+
+
+def _leaving_all(
+    followers: Followers,
+    curves: Sequence[Curve],
+    ends: tuple[float, float],
+    *,
+    others: Sequence[Curve] = (),
+    progress: Progress | None,
+    so_far: SoFar | None,
+) -> list[Curve]:
+    """The branches that leave some, and those that leave branches of broken symmetry; ``others`` are known as well."""
+    further, left = list[Curve](), [*curves]
+    for i, origin in enumerate(left):  # which grows
+        part, tell = part_of(progress, i, len(left)), _beside(further, so_far)
+        known = [*others, *curves, *further]
+        leaving = _branches_off(followers, origin, known, ends, progress=part, so_far=tell)
         further += leaving
-        left += [branch for branch in leaving if branch.cycles == curve.cycles]
-    if isolated:
-        followers = {curve.cycles: curve, doubled.cycles: doubled}
-        known_so_far, tell = [*curves, *further], _beside(further, so_far)
-        further += _isolated_curves(followers, ends, known_so_far, part_of(progress, 2, parts), tell)
+        left += [branch for branch in leaving if branch.cycles == origin.cycles]
     return further
 
 
@@ -95,20 +126,23 @@ def _beside(further: Sequence[Curve], so_far: SoFar | None) -> SoFar | None:
 
 def _isolated_curves(
     followers: Followers,
+    curve: Continuation,
     ends: tuple[float, float],
     curves: Sequence[Curve],
+    *,
     progress: Progress | None,
     so_far: SoFar | None,
 ) -> list[Curve]:
-    """Branches of as many periods as can be followed that are connected to none of the known ones."""
-    curve, further = followers[max(followers)], list[Curve]()
+    """Branches that are connected to none of the known ones; ``curve`` follows them."""
+    further: list[Curve] = []
     for i, value in enumerate(np.linspace(*ends, _VALUES + 2)[1:-1]):
         part = part_of(progress, i, _VALUES)
         if part is not None:
             part(0.0)
         period_map = curve.family.map_at(float(value))
         known, on_branches = Known(period_map), Known(period_map)
-        for point in _points_at(followers, [*curves, *further], float(value)):
+        alike = [one for one in [*curves, *further] if curve.cycles % one.cycles == 0]
+        for point in followers.points_at(alike, float(value)):
             on_branches.add(point.motion)
         for state in starts_of(period_map, _STARTS):
             search(known, state)
@@ -120,15 +154,10 @@ def _isolated_curves(
                 except ConvergenceError:
                     continue
                 further.append(isolated)
-                for point in _points_at(followers, [isolated], float(value)):
+                for point in followers.points_at([isolated], float(value)):
                     on_branches.add(point.motion)
                 on_branches.add(motion)
     return further
-
-
-def _points_at(followers: Followers, curves: Sequence[Curve], value: float) -> list[Point]:
-    """The points of branches at a value of the parameter."""
-    return [point for known in curves for _, point in known.motions_at(followers[known.cycles], value)]
 
 
 def _with(further: list[Curve], so_far: SoFar | None) -> Callable[[Curve], None] | None:
@@ -173,44 +202,50 @@ def _reversed(point: Point, length: float) -> Point:
 
 
 def _branches_off(
-    curve: Continuation,
-    doubled: Continuation,
+    followers: Followers,
     known: Curve,
+    curves: Sequence[Curve],
     ends: tuple[float, float],
     *,
     progress: Progress | None,
     so_far: SoFar | None,
 ) -> list[Curve]:
-    """The branches that leave one where its period doubles or its symmetry breaks."""
+    """The branches that leave one of some known ones where its period doubles or its symmetry breaks."""
+    curve, doubled = followers
     further: list[Curve] = []
-    reached: list[float] = []
+    reached: list[tuple[str, float]] = []
     kinds = (DOUBLING,) if known.origin == BREAKING else (DOUBLING, BREAKING)  # at the other end the symmetric one
-    events = [event for event in known.events if event.kind in kinds]
+    events = [event for event in known.events if event.kind in kinds and not event.is_collision]
     for i, event in enumerate(events):
-        part = part_of(progress, i, len(events))
-        if event.is_collision or any(abs(event.point.parameter - value) < 1e-6 * np.ptp(ends) for value in reached):
+        part, value, follower = part_of(progress, i, len(events)), event.point.parameter, doubled
+        if event.kind == BREAKING:
+            follower = curve
+        is_reached = any(kind == event.kind and abs(value - end) < 1e-6 * np.ptp(ends) for kind, end in reached)
+        if is_reached or follower is None:
             continue
-        follower = doubled if event.kind == DOUBLING else curve
-        if event.kind == DOUBLING:
-            leaving = _leaving(doubled, event, -1.0, (1.0,))
-        else:
-            leaving = _leaving(curve, event, 1.0, (1.0, -1.0))
+        leaving = _leaving(follower, event, *((-1.0, (1.0,)) if event.kind == DOUBLING else (1.0, (1.0, -1.0))))
         for j, first in enumerate(leaving):
-            if _is_known(follower, event, first, curve, [known, *further]):
+            if _is_known(follower, event, first, curve, [*curves, *further]):
                 continue
             branch = followed(
                 follower,
                 first,
                 ends,
-                home=Home(curve, known.events) if event.kind == DOUBLING else None,
+                home=_home_of(curve, known, event),
                 origin=shared_with(follower, event, first),
                 progress=part_of(part, j, len(leaving)),
                 so_far=_with(further, so_far),
             )
             further.append(branch)
-            if branch.events and branch.events[-1].kind == DOUBLING:
-                reached.append(branch.events[-1].point.parameter)
+            if branch.events and branch.events[-1].kind == event.kind:
+                reached.append((event.kind, branch.events[-1].point.parameter))
     return further
+
+
+def _home_of(curve: Continuation, known: Curve, event: Event) -> Home | None:
+    """What tells where a branch that leaves at an event joins the one that it leaves; None: nothing does."""
+    is_mirrored = curve.cycles % 2 == 1 and is_symmetric(curve.family.map_at(event.point.parameter).system)
+    return Home(curve, known.events, event.kind) if event.kind == DOUBLING or is_mirrored else None
 
 
 def doublings_left(curves: Sequence[Curve], cycles: int) -> list[str]:
@@ -252,7 +287,7 @@ def _is_known(
             return True
         states.append(later)
     alike = [curve for curve in curves if curve.cycles == follower.cycles]
-    points = _points_at({follower.cycles: follower}, alike, first.parameter)
+    points = [point for one in alike for _, point in one.motions_at(follower, first.parameter)]
     return any(np.linalg.norm((p.state - state) * scale) < least for p in points for state in states)
 
 

@@ -20,7 +20,7 @@ from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.family import follower_over
-from gearrattle.orbits.further import further_curves
+from gearrattle.orbits.further import Followers, further_curves
 from gearrattle.orbits.orbit import CYCLES
 from gearrattle.orbits.search import Known
 
@@ -125,7 +125,7 @@ def _following(plane: Plane, row: Row, second: float, isolated: bool, progress: 
             curves += _through(curve, state, first, plane.ends, progress)
     has_doubled = 2 * plane.cycles <= CYCLES.most
     doubled = plane.follower(second, 2 * plane.cycles) if has_doubled else None
-    curves += further_curves(curve, doubled, curves, plane.ends, isolated=isolated)
+    curves += further_curves(Followers(curve, doubled), curves, plane.ends, isolated=isolated)
     return Row(second, tuple(curves))
 
 
