@@ -365,16 +365,20 @@ def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: 
 
 
 def _is_joint(home: Home, fold: Point, others: Sequence[Point]) -> bool:
-    """Whether a motion and its image become the same in a fold, or far nearer than just before and behind it.
+    """Whether a motion and its image become the same in a fold.
 
-    How near depends on how well the fold is located.
+    They are apart by what the fold is off, as well as it is located. So where they are not quite the same, they must be
+    far nearer than just before and behind it, and no farther than from an event at which branches may join.
     """
     apart = _apart(home, fold)
     if not _SAME_HALVES < apart < _HALVES:
         return apart <= _SAME_HALVES
+    if _nearest_joint(home, fold)[1] > apart * max(1.0, float(np.linalg.norm(fold.w[:-1]))):
+        return False
     earlier = [point for point in others if point.length < fold.length - _AT_JOINT]
     later = [point for point in others if point.length > fold.length + _AT_JOINT]
-    return all(apart < _NEARER * _apart(home, point) for point in earlier[-1:] + later[:1])
+    neighbours = earlier[-1:] + later[:1]
+    return len(neighbours) == 2 and all(apart < _NEARER * _apart(home, point) for point in neighbours)
 
 
 def _is_of(home: Home, point: Point) -> bool:
