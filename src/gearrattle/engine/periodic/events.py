@@ -259,8 +259,8 @@ def _goes_back(before: Point, after: Point) -> bool:
 def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | None:
     """A point at which a test function has another sign than at both ends of a step; None if there is none.
 
-    Two doublings, two breakings or two Neimark-Sacker bifurcations may lie within one step: a multiplier comes to the
-    unit circle and back.
+    Two doublings, or two Neimark-Sacker bifurcations, may lie within one step: a multiplier comes to the unit circle
+    and back.
     """
     for kind, nearest in _NEAREST.items():
         test = TESTS[kind]
@@ -466,13 +466,6 @@ def _nearest_to_minus_one(point: Point) -> tuple[complex, float]:
     return complex(point.multipliers[nearest]), float(away[nearest])
 
 
-def _nearest_to_one(point: Point) -> tuple[complex, float]:
-    """The multiplier nearest to 1 but for those of free directions, and how near it is; infinity without one."""
-    away = np.abs(point.multipliers - 1.0)
-    others = np.argsort(away)[point.free :]
-    return (complex(point.multipliers[others[0]]), float(away[others[0]])) if others.size else (0j, np.inf)
-
-
 def _nearest_pair(point: Point) -> tuple[complex, float]:
     """One of the complex pair nearest to the unit circle, the upper one, and how near it is; infinity without one."""
     pairs = point.multipliers[point.multipliers.imag > REAL]
@@ -489,4 +482,4 @@ def _may_return(before: tuple[complex, float], after: tuple[complex, float]) -> 
     return way < max(_NEAR, _FARTHER * abs(after[0] - before[0]))
 
 
-_NEAREST = {DOUBLING: _nearest_to_minus_one, BREAKING: _nearest_to_one, NEIMARK_SACKER: _nearest_pair}
+_NEAREST = {DOUBLING: _nearest_to_minus_one, NEIMARK_SACKER: _nearest_pair}
