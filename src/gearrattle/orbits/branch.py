@@ -469,9 +469,8 @@ def continuation(
     curve = follower_over(model, path, (first, last), cycles, first=first, step_limit=step_limit)
     start_point = curve.begin(first_orbit.motion.start, first, upward=last > first)
     ascending = min(first, last), max(first, last)
-    has_doubled = 2 * cycles <= CYCLES.most
     work = None if progress is None else never_falling(progress)
-    parts = 1 + 2 * isolated + has_doubled
+    parts = 2 + 2 * isolated
 
     def tell(curves: Sequence[Curve]) -> None:
         if so_far is not None:
@@ -480,7 +479,7 @@ def continuation(
     own = part_of(work, 0, parts)
     curves = [followed(curve, start_point, ascending, progress=own, so_far=lambda one: tell([one]))]
     doubled = None
-    if has_doubled:
+    if 2 * cycles <= CYCLES.most:
         doubled = follower_over(model, path, (first, last), 2 * cycles, first=first, step_limit=step_limit)
     rest = stretch_of(work, 1.0 / parts, 1.0)
     followers, known = Followers(curve, doubled), tuple(curves)

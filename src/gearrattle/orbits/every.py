@@ -22,7 +22,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from functools import partial
 
 import numpy as np
 
@@ -37,7 +36,7 @@ from gearrattle.orbits.edges import followed_through_families
 from gearrattle.orbits.family import family_of, is_compiled
 from gearrattle.orbits.freedom import room_of
 from gearrattle.orbits.orbit import Orbit, linear_state, settled_state
-from gearrattle.orbits.progress import Progress, never_falling
+from gearrattle.orbits.progress import Progress, never_falling, stretch_of
 from gearrattle.orbits.returns import orbits_of_returns
 from gearrattle.orbits.search import Known, deflated, free_directions, search, search_symmetric, starts_of
 from gearrattle.orbits.state import state_of
@@ -59,7 +58,7 @@ def every_orbit(model: Model, cycles: int, progress: Callable[[float], None] | N
     points shows that a motion is missing, or that it cannot show it, and where branches were not followed to their
     ends.
     """
-    searches = _searched(model, cycles, (lambda _: None) if progress is None else never_falling(progress))
+    searches = _searched(model, cycles, None if progress is None else never_falling(progress))
     known, notes = searches[-1].known, searches[-1].notes(sum(work.left for work in searches))
     if not known.passes:
         message = f"no motion that repeats after {counted(cycles, 'period')} was found"
@@ -68,13 +67,13 @@ def every_orbit(model: Model, cycles: int, progress: Callable[[float], None] | N
     return sorted(orbits, key=lambda orbit: float(np.ptp(orbit.run.trajectory.deflection, axis=0).max(initial=0.0)))
 
 
-def _searched(model: Model, cycles: int, progress: Progress) -> list[_Search]:
+def _searched(model: Model, cycles: int, progress: Progress | None) -> list[_Search]:
     """The finished searches for all divisors of a number of periods, that for the number itself last."""
     searches: list[_Search] = []
     divisors = [n for n in range(1, cycles + 1) if cycles % n == 0]
     for i, n in enumerate(divisors):
         begin, end = (sum(divisors[:j]) / sum(divisors) for j in (i, i + 1))  # work grows with the periods
-        work = _Search(model, n, partial(_tell_part, progress, begin, end))
+        work = _Search(model, n, stretch_of(progress, begin, end) or (lambda _: None))
         for earlier in searches:
             if n % earlier.known.period_map.cycles == 0:
                 work.take(earlier)
@@ -83,11 +82,6 @@ def _searched(model: Model, cycles: int, progress: Progress) -> list[_Search]:
         work.deflate()
         searches.append(work)
     return searches
-
-
-def _tell_part(progress: Progress, begin: float, end: float, share: float) -> None:
-    """Tell the share of the whole that work between two shares of it has come to."""
-    progress(begin + (end - begin) * share)
 
 
 class _Search:

@@ -161,8 +161,9 @@ def _isolated_curves(
 
 
 def _with(further: list[Curve], so_far: SoFar | None) -> Callable[[Curve], None] | None:
-    """Return the function that tells of a branch under way beside those that are complete; None if there is none."""
-    return None if so_far is None else lambda growing: so_far([*further, growing])
+    """What tells of one branch under way beside those that are complete."""
+    tell = _beside(further, so_far)
+    return None if tell is None else lambda growing: tell([growing])
 
 
 def _both_ways(

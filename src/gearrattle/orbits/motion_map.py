@@ -29,7 +29,7 @@ from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.further import doublings_left
 from gearrattle.orbits.gradients import number_at
-from gearrattle.orbits.orbit import Orbit, is_stable
+from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
 from gearrattle.orbits.progress import stretch_of
 from gearrattle.orbits.rows import Plane, Row, rows_of
 from gearrattle.orbits.search import Known
@@ -224,7 +224,7 @@ def map_of(
     )
     notes += dict.fromkeys(note for row in rows for curve in row.curves for note in curve.notes)
     notes += doublings_left([curve for row in rows for curve in row.curves], branch.cycles)
-    if not isolated:
+    if not isolated and 2 * branch.cycles <= CYCLES.most:
         longer, shorter = counted(2 * branch.cycles, "period"), counted(branch.cycles, "period")
         notes.append(
             f"Motions of {longer} are known only where they leave a branch of {shorter}; isolated=True seeks others."
