@@ -9,10 +9,12 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.breaking import HalfPeriodFamily
 from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.engine.periodic.shooting import multipliers_of, shoot
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.orbits.family import family_of
 from tests.orbits.test_laws import symmetric
 
 FRICTION = {
@@ -73,6 +75,25 @@ def test_a_slider_is_mirrored_with_the_rest() -> None:
         twice.end.y * period_map.scale, whole.end.y * period_map.scale, rtol=0, atol=1e-10 * period_map.size
     )
     assert np.array_equal(np.asarray(twice.end.auxiliary_pieces), np.asarray(whole.end.auxiliary_pieces))
+
+
+@pytest.mark.parametrize("cycles", [1, 3])
+@pytest.mark.parametrize("model", [symmetric(0.6), gr.Model.from_tables(FRICTION)], ids=["compiled", "friction"])
+def test_the_half_map_over_a_parameter_is_that_of_every_driveline(model: gr.Model, cycles: int) -> None:
+    """Ends and gradients are those of the half-period map; the slope is a difference of its ends."""
+    path, value = "torque.0.harmonics.0.amplitude", model.torques[0].harmonics[0].amplitude
+    family = HalfPeriodFamily(family_of(model, path, value, cycles, value))
+    half = HalfPeriodMap(assemble(model).system, cycles)
+    start = half.later(State(np.zeros(len(half.scale))), 7)
+    motion, slope = family.follow(start, value)
+    same = half(start)
+    np.testing.assert_allclose(motion.end.y * half.scale, same.end.y * half.scale, rtol=0, atol=1e-12 * half.size)
+    balanced, own = (half.scale[:, None] * one.gradient / half.scale for one in (motion, same))
+    np.testing.assert_allclose(balanced, own, rtol=0, atol=1e-10)
+    step = 1e-5 * value
+    ends = [family.map_at(value + side * step).later(start).y for side in (1.0, -1.0)]
+    difference = (ends[0] - ends[1]) / (2.0 * step)
+    np.testing.assert_allclose(slope, difference, rtol=0, atol=1e-6 * np.abs(difference).max())
 
 
 def test_shooting_with_the_half_map_gives_symmetric_motions_alone() -> None:

@@ -5,7 +5,7 @@ gradient of the period map):
 
     fold               T_p
     period doubling    det(I + M)
-    symmetry breaking  det(I - M), where T_p keeps its sign: another branch crosses
+    symmetry breaking  det(I - M), where T_p keeps its sign: another branch crosses; of symmetric motions det(I + DH)
     Neimark-Sacker     modulus of the complex pair nearest to the unit circle, less 1
     grazing            two crossings of one corner appear or vanish; they meet at velocity zero, so the square of
                        their velocity is a test function on the side where they exist
@@ -29,18 +29,18 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from gearrattle.engine.periodic import patterns
+from gearrattle.engine.periodic.breaking import breaking_between
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.grazing import JUMP, RIGID, Grazing, grazing_of
 from gearrattle.engine.periodic.period_map import Approach
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.stretch import Stretch
 from gearrattle.engine.periodic.touch import Touch, with_corner
 from gearrattle.engine.periodic.touching import Search
 from gearrattle.engine.periodic.turning import hidden_between, touches_beyond
 from gearrattle.engine.periodic.views import View, time_between
+from gearrattle.engine.periodic.zero import zero_between
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -53,13 +53,10 @@ FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, GRAZING, PATTERN = (
     "grazing",
     "pattern",
 )
-_JUMP = 1e-3  # a test function that stays farther from zero than this on both sides jumps over zero
 REAL = 1e-9
 """A multiplier with a smaller imaginary part is real but for rounding."""
 _DEEPEST = 12  # halvings of a step that holds more than one change of the pattern
 _NEAR = 0.02  # a multiplier whose distances from the circle add up to less may have been there in between
-_CHECKS = 6  # searches for one zero
-_ROUGHER = 10.0  # times as far off as the motion at a zero: the sign at a trial is checked
 _FARTHER = 2.0  # times the way between both ends that a multiplier may go in between
 _PARABOLAS = 12  # to the minimum of a test function
 _DEEP = 0.5  # of its least value so far: a minimum above that is no sign of two zeros
@@ -309,34 +306,12 @@ def _collisions(left: Point, right: Point, grazing: Event) -> list[Event]:
 
 def _located(curve: Continuation, before: Point, after: Point, kind: str, test: Callable[[Point], float]) -> Event:
     """The event where a test function changes its sign."""
-    stretch = Stretch(curve, before, after)
-    sides: dict[float, float] = {0.0: test(before), 1.0: test(after)}
-    errors = {0.0: 0.0, 1.0: 0.0}
-
-    def value(share: float) -> float:
-        if share in sides:
-            return sides[share]
-        point = stretch.at(share, is_trial=True)
-        value = test(point)
-        nearest = min(abs(other - share) for other, at_other in sides.items() if at_other * value <= 0.0)
-        sides[share], errors[share] = value, point.error
-        return value if nearest * stretch.distance > point.error else 0.0  # nearer than the motion itself is known
-
-    for _ in range(_CHECKS):
-        share = float(brentq(value, 0.0, 1.0, xtol=stretch.located, rtol=1e-14))
-        point = stretch.at(share)
-        other = _other_side(sides, share, test(point))
-        if errors[other] <= _ROUGHER * point.error:
-            break
-        sides[other], errors[other] = test(stretch.at(other)), 0.0  # a trial so far, whose sign may be wrong
-    nearest = [sides[other] for other in sorted(sides, key=lambda other: abs(other - share))[:4]]
-    jumps = kind in TESTS and min(map(abs, nearest)) > _JUMP and min(nearest) < 0.0 < max(nearest)
-    return Event(kind, point, is_collision=jumps)
-
-
-def _other_side(sides: dict[float, float], share: float, value: float) -> float:
-    """The nearest share at which a test function has another sign than the value at this one."""
-    return min((other for other, at_other in sides.items() if at_other * value <= 0.0), key=lambda o: abs(o - share))
+    if kind == BREAKING:
+        breaking = breaking_between(curve, before, after)
+        if breaking is not None:
+            return Event(kind, breaking)
+    point, jumps = zero_between(curve, before, after, test)
+    return Event(kind, point, is_collision=jumps and kind in TESTS)
 
 
 def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: View) -> Iterator[Event]:
