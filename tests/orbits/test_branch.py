@@ -222,6 +222,32 @@ def symmetric(ratio: float) -> gr.Model:
     )
 
 
+@pytest.mark.parametrize("span", [(0.3, 0.5), (0.35, 0.42), (0.2, 0.41)])
+def test_a_breaking_of_symmetry_is_located_whatever_the_range(span: tuple[float, float]) -> None:
+    """There a multiplier of the half-period map, followed by itself, is -1; the whole one knows it to 1e-7 alone."""
+    branch = gr.continuation(symmetric(0.0), AMPLITUDE, span)
+    breaking = next(event for event in branch.curves[0].events if event.kind == "symmetry breaking")
+    assert breaking.point.parameter == pytest.approx(0.39396252429, abs=1e-11)
+    half_period = branch.orbit_at(breaking.point, 1).half_period_multipliers
+    assert half_period is not None
+    assert np.abs(half_period + 1.0).min() < 1e-11
+
+
+def test_a_branch_begun_without_symmetry_joins_the_symmetric_one() -> None:
+    """At 0.45 the start settles in one of two mirror images; the symmetric motion there is unstable."""
+    branch = gr.continuation(symmetric(0.0), AMPLITUDE, (0.45, 0.3))
+    assert branch.events["kind"].tolist() == ["symmetry breaking"] * 2
+    assert branch.events["value"].tolist() == pytest.approx([0.39396252429] * 2, abs=1e-11)
+    ends = [[curve.points[end].parameter for end in (0, -1)] for curve in branch.curves]
+    assert ends[0] == pytest.approx([0.45, 0.39396252429], abs=1e-11)
+    assert sorted(ends[1]) == [0.3, 0.45]
+    assert ends[2] == pytest.approx([0.39396252429, 0.45], abs=1e-11)
+    first, image = branch.orbit(0), branch.orbit_at(branch.curves[2].points[-1], 1)
+    shown = [orbit.run.data["deflection"].values for orbit in (first, image)]
+    half = (len(shown[0]) - 1) // 2
+    np.testing.assert_allclose(shown[0][half:], -shown[1][: half + 1], rtol=0, atol=1e-9)
+
+
 @pytest.mark.slow
 def test_branches_of_broken_symmetry_end_where_they_join_the_symmetric_one_and_are_listed_once() -> None:
     """From 0.3939625 to 3.9168158 two motions of 1 T are mirror images of one another; nothing jumps at either end."""

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.periodic.breaking import breaking_near, symmetric_curve
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import BREAKING, FOLD, GRAZING, Event, changes_between, events_between
 from gearrattle.engine.periodic.grazing import COMPLIANT
@@ -42,10 +43,10 @@ _NEAR_HOME = 10.0  # steps: so near lies the period doubling at which a branch j
 
 
 class Home(NamedTuple):
-    """The branch that another one has left where its period doubles or its symmetry breaks."""
+    """The branch that another one has left, or joins, where its period doubles or its symmetry breaks."""
 
     curve: Continuation  # of its motions
-    events: Sequence[Event]
+    events: Sequence[Event]  # as far as it is known
     kind: str  # period doubling or symmetry breaking
 
     def image(self, point: Point) -> Array:
@@ -117,11 +118,15 @@ class Curve:
     def stable(self) -> tuple[bool, ...]:
         """Of every point whether its motion is; where the branch leaves or joins another one that of its neighbour."""
         stable = [is_stable(point.multipliers, point.free) for point in self.points]
-        if self.origin and len(stable) > 1:
+        if len(stable) > 1 and (self.origin or self._happens_at(0)):
             stable[0] = stable[1]
-        if self.events and self.events[-1].point is self.points[-1]:
+        if len(stable) > 1 and self._happens_at(-1):
             stable[-1] = stable[-2]
         return tuple(stable)
+
+    def _happens_at(self, end: int) -> bool:
+        """Whether the first (0) or the last (-1) event is at that end."""
+        return bool(self.events) and self.events[end].point.w is self.points[end].w
 
     def motions_at(self, follower: Continuation, value: float) -> Iterator[tuple[int, Point]]:
         """Yield the motions at a parameter value: index of the point before, and the motion.
@@ -178,11 +183,14 @@ def followed(
     """
     points, events, note = [begin], [], ""
     unlocated: list[Unlocated] = []
+    home = _symmetric_home(curve, begin) if home is None else home
     if origin is not None:
         begin = replace(begin, length=float(np.linalg.norm(begin.w - origin.point.w)))
         points, events = [origin.point, begin], _beside_joint(curve, origin.point, begin)
     try:
         for point, known in followed_through_families(curve, begin, ends):
+            if bool(point.free) != bool(points[-1].free) and (home is None or not home.events):
+                home = _symmetric_home(curve, point)
             passed, ahead, left = _passed(curve, home, points[-1], point) if known is None else ([point], [*known], [])
             last = None if home is None else _arrival(curve, home, points[-1], passed[-1], ahead)
             if last is not None:
@@ -211,6 +219,14 @@ def followed(
             events += last
             points.append(last[-1].point)
     return Curve(curve.family.cycles, tuple(points), tuple(events), note, _kind(origin), tuple(unlocated))
+
+
+def _symmetric_home(curve: Continuation, begin: Point) -> Home | None:
+    """The symmetric branch that one without symmetry may join; None for other branches, and families."""
+    if begin.free or symmetric_curve(curve, begin.parameter) is None:
+        return None
+    home = Home(curve, (), BREAKING)
+    return home if _apart(home, begin) > _HALVES else None
 
 
 def _kind(origin: Event | None) -> str:
@@ -289,7 +305,7 @@ def _arrival(
         return None
     nearest, distance = _nearest_joint(home, before)
     if nearest is None or distance > _NEAR_HOME * float(np.linalg.norm(after.w - before.w)):
-        raise ConvergenceError(f"its motions become those of the branch that it left, where no {home.kind} is known")
+        raise ConvergenceError(f"its motions become those of another branch, where no {home.kind} is known")
     ends = _shared_end(curve, home, before, nearest)
     events = _beside_joint(curve, before, ends[-1].point)
     if len(ends) > 1:  # what touches there is named by the other branch
@@ -312,17 +328,22 @@ def _arrival_in_jump(curve: Continuation, home: Home, point: Point) -> list[Even
 def _shared_end(curve: Continuation, home: Home, before: Point, joint: Event) -> list[Event]:
     """An event of the branch that was left, and what grazes with it, as the end of the one that joins it."""
     at_once = [event for event in home.events if event.point is joint.point and event.kind in (GRAZING, home.kind)]
+    at_once = at_once or [joint]  # the other branch is not known yet
     return [shared_with(curve, event, before, is_end=True) for event in at_once]
 
 
 def _nearest_joint(home: Home, point: Point) -> tuple[Event | None, float]:
-    """The nearest event of the branch that was left at which others may join it, and how near it is [w]."""
+    """The nearest event of the other branch at which branches may join it, and how near it is [w]."""
     distances = [
         (float(np.linalg.norm(event.point.w - point.w)), i)
         for i, event in enumerate(home.events)
         if event.kind == home.kind
     ]
     distance, nearest = min(distances, default=(np.inf, -1))
+    if distance > _NEAR_JOINT and home.kind == BREAKING:
+        breaking = breaking_near(home.curve, point, _NEAR_JOINT)
+        if breaking is not None:
+            return Event(BREAKING, breaking), float(np.linalg.norm(breaking.w - point.w))
     return (home.events[nearest] if distances else None), distance
 
 

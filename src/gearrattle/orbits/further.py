@@ -6,12 +6,14 @@ Takes a Continuation and the branches known so far; gives further ones.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.periodic.breaking import symmetric_curve
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import BREAKING, DOUBLING, Event
 from gearrattle.engine.periodic.period_map import State
@@ -38,6 +40,7 @@ _FARTHEST = 3.0  # distances: a motion whose state is farther away is of another
 _FLAT = 1e-8  # of w: a change of the parameter that does not matter
 _DEFECT = 0.01  # of the largest change: by so much a cubic may be off
 _TURNS_FROM = 0.1  # of the way from the event: a turning point of the cubic nearer to it may be rounding
+_BESIDE_JOINT = 1e-3  # of the parameter's unit: so far from a joint the branch of symmetric motions is begun
 _ALONG = 1e-9  # cosine between a tangent and the direction in which a branch leaves that is rounding
 
 
@@ -215,11 +218,16 @@ def _branches_off(
     curve, doubled = followers
     further: list[Curve] = []
     reached: list[tuple[str, float]] = []
-    kinds = (DOUBLING,) if known.origin == BREAKING else (DOUBLING, BREAKING)  # at the other end the symmetric one
-    events = [event for event in known.events if event.kind in kinds and not event.is_collision]
+    events = [event for event in known.events if event.kind in (DOUBLING, BREAKING) and not event.is_collision]
     for i, event in enumerate(events):
         part, value, follower = part_of(progress, i, len(events)), event.point.parameter, doubled
         if event.kind == BREAKING:
+            if known.origin == BREAKING:  # at both ends the symmetric branch
+                continue
+            if event.point.w is known.points[-1].w or event.point.w is known.points[0].w:
+                tell = _with(further, so_far)
+                further += _symmetric_branch(curve, event, [*curves, *further], ends, progress=part, so_far=tell)
+                continue
             follower = curve
         is_reached = any(kind == event.kind and abs(value - end) < 1e-6 * np.ptp(ends) for kind, end in reached)
         if is_reached or follower is None:
@@ -241,6 +249,31 @@ def _branches_off(
             if branch.events and branch.events[-1].kind == event.kind:
                 reached.append((event.kind, branch.events[-1].point.parameter))
     return further
+
+
+def _symmetric_branch(
+    curve: Continuation,
+    joint: Event,
+    curves: Sequence[Curve],
+    ends: tuple[float, float],
+    *,
+    progress: Progress | None,
+    so_far: Callable[[Curve], None] | None,
+) -> list[Curve]:
+    """The branch of symmetric motions that one without symmetry joins at its end, if it is not known."""
+    point, symmetric = joint.point, symmetric_curve(curve, joint.point.parameter)
+    if symmetric is None:
+        return []
+    along = np.append(np.zeros(len(point.state)), 1.0)
+    for side in (-_BESIDE_JOINT, _BESIDE_JOINT):
+        with suppress(ConvergenceError):
+            first = symmetric.near(point.w + side * along, along, replace(point, later=None))
+            if ends[0] <= first.parameter <= ends[1]:
+                if _is_known(curve, joint, first, curve, curves):
+                    return []
+                start = first.motion.start
+                return [_both_ways(curve, start, first.parameter, ends=ends, progress=progress, so_far=so_far)]
+    return []
 
 
 def _home_of(curve: Continuation, known: Curve, event: Event) -> Home | None:
