@@ -27,7 +27,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.corrector import Corrector
+from gearrattle.engine.periodic.corrector import Corrector, norm_of
 from gearrattle.engine.periodic.equations import Bordered
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.landing import first_step_beyond, grazing_ahead, landed
@@ -63,6 +63,7 @@ _GROWTH, _LEAST_GROWTH = 4.0, 1.6  # of a step after one that was easy: at most;
 _SAFE = 0.9  # of the step up to which depths agree: the next one
 _LEAST_SHARE = 0.1  # of a step that was not taken: the next try, at least
 _FIRST = 0.1  # of the longest step
+_SHARE = 0.5  # of the norm of a state: counts as its unit if that is less
 _SAME_HALVES, _JOINED = 1e-9, 1e-3  # of the length of a motion, and of how far its halves were apart: they are the same
 _CLOSED = 1e-3  # of the longest step: a branch that passes its first point nearer than this is closed
 _SHORTER, _MOST_SHORTER, _DETOUR = 0.2, 100, 3.0  # steps to be sure of a step: its share, how many, their way at most
@@ -77,7 +78,7 @@ class Continuation:
     family
         the period map with its parameter.
     longest
-        longest step, in units of w.
+        longest step, in units of w; where a state is more than twice its unit, the share of half the state.
     step_limit
         largest change of the parameter in a step [its own unit]; None: only ``longest`` limits steps.
     units
@@ -286,7 +287,8 @@ class Continuation:
     def _next(self, earlier: Point, point: Point, step: float) -> tuple[Point, float]:
         """The point that follows two consecutive points, and the step to try next."""
         slope = abs(float(point.tangent[-1]))
-        longest = min(self._longest, 0.95 * self._step_limit / max(slope, 1e-300))
+        own_longest = self._longest * max(1.0, _SHARE * norm_of(point.w[:-1]))
+        longest = min(own_longest, 0.95 * self._step_limit / max(slope, 1e-300))
         grazing, step = self._grazing_within(point, min(step, longest))
         if grazing is not None:
             return grazing, step
@@ -313,7 +315,7 @@ class Continuation:
             if is_taken:
                 growth = _growth(point, following) if is_first and iterations <= _EASY else 1.0
                 growth = min(max(growth, _LEAST_GROWTH) if is_short else growth, max(_SAFE * agreeing, 1.0))
-                return appended(point, following), min(self._longest, growth * step)
+                return appended(point, following), min(own_longest, growth * step)
             step, is_first = step * (0.5 if agreeing >= 1.0 else max(_SAFE * agreeing, _LEAST_SHARE)), False
         try:
             return self._around_corner(point)
