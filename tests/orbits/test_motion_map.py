@@ -14,7 +14,8 @@ import gearrattle as gr
 from gearrattle.errors import Cancelled
 from gearrattle.orbits import MotionMap
 from gearrattle.orbits.borders import special_points_of
-from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, Cell
+from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, Cell, cells_of
+from gearrattle.orbits.rows import Plane, Row
 from gearrattle.report.kinds import presentation_of
 from tests.orbits.test_branch import over_frequency
 
@@ -41,6 +42,23 @@ def test_cells_hold_what_a_search_for_all_motions_finds() -> None:
         stable = [orbit.verdict.verdict == "quiet" for orbit in orbits if orbit.stable]
         assert motions.cells[j][i][:3] == (sum(stable), len(stable) - sum(stable), len(orbits) - len(stable)), values
     assert int(counts.values[most]) == 3
+
+
+def test_motions_beyond_a_fold_that_leads_out_of_the_range_are_known() -> None:
+    """The branch from the first end folds at 591 rad/s and goes back; the motions beyond come from the other end."""
+    model = gr.example("alternating_mesh")
+    speed = model.excitation.omega
+    branch = gr.continuation(model, "excitation.speed", (0.8 * speed, 1.1 * speed))
+    assert max(curve.points[-1].parameter for curve in branch.curves) < 0.9 * speed
+    cells = branch.map("mesh.gear.backlash", (0.5e-4, 2e-4), across=3, up=1).cells[0]
+    assert [cell[:3] for cell in cells] == [(0, 1, 0)] * 3
+    assert [cell.code for cell in cells] == [MUST] * 3
+
+
+def test_what_cannot_be_followed_to_the_next_row_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gearrattle.orbits.rows._MOST_POINTS", 2)
+    motions = over_frequency().map(MEAN, (0.06, 0.46), across=2, up=1)
+    assert any("could not be followed from one row to the next" in note for note in motions.notes)
 
 
 def test_codes_change_where_the_borders_run() -> None:
@@ -123,8 +141,12 @@ def test_a_saddle_without_its_neighbours_shows_that_motions_are_missing() -> Non
     model = over_frequency().model.with_({"excitation.frequency": 0.75})
     (saddle,) = (orbit for orbit in gr.periodic(model, every=True) if not orbit.stable)
     alone = gr.continuation(model, "excitation.frequency", (0.75, 0.78), start=saddle)
-    motions = alone.map(MEAN, (0.099, 0.101), across=2, up=1)
-    assert [(cell.unstable, cell.signs, cell.code) for cell in motions.cells[0]] == 2 * [(1, -1, MISSING)]
+    plane = Plane(alone.model, alone.path, MEAN, (0.75, 0.78), (0.099, 0.101), 1)
+    (cells,) = cells_of(plane, [Row(0.1, alone.curves)], np.array([0.76, 0.77]), None)
+    assert [(cell.unstable, cell.signs, cell.code) for cell in cells] == 2 * [(1, -1, MISSING)]
+    beside = alone.map(MEAN, (0.099, 0.101), across=2, up=1).cells[0]
+    assert {cell.signs for cell in beside} == {0}  # with the motion that settles at the last end
+    assert {cell.code for cell in beside} == {MISSING}
 
 
 def test_isolated_branches_are_sought_on_request() -> None:

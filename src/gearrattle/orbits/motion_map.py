@@ -31,7 +31,7 @@ from gearrattle.orbits.further import doublings_left
 from gearrattle.orbits.gradients import number_at
 from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
 from gearrattle.orbits.progress import stretch_of
-from gearrattle.orbits.rows import Plane, Row, rows_of
+from gearrattle.orbits.rows import Plane, Row, own_row, rows_of
 from gearrattle.orbits.search import Known
 from gearrattle.result import Result
 from gearrattle.wording import counted
@@ -212,9 +212,8 @@ def map_of(
     first, last = sorted(branch.range)
     plane = Plane(branch.model, branch.path, second, (first, last), (low, high), branch.cycles)
     values, seconds = middles(plane.ends, across), middles(plane.second_ends, up)
-    rows = rows_of(
-        plane, Row(own, branch.curves), seconds.tolist(), isolated=isolated, progress=stretch_of(progress, 0.0, 0.5)
-    )
+    first_row = own_row(plane, own, branch.curves, branch.range[1])
+    rows = rows_of(plane, first_row, seconds.tolist(), isolated=isolated, progress=stretch_of(progress, 0.0, 0.5))
     cells = cells_of(plane, rows, values, stretch_of(progress, 0.5, 0.7))
     borders, special_points, notes = borders_of(
         branch.events,
@@ -224,6 +223,9 @@ def map_of(
     )
     notes += dict.fromkeys(note for row in rows for curve in row.curves for note in curve.notes)
     notes += doublings_left([curve for row in rows for curve in row.curves], branch.cycles)
+    if lost := sum(row.lost for row in rows):
+        ends_lost = counted(lost, "end of a branch", "ends of branches")
+        notes.append(f"{ends_lost} could not be followed from one row to the next: there may be further motions.")
     if not isolated and 2 * branch.cycles <= CYCLES.most:
         longer, shorter = counted(2 * branch.cycles, "period"), counted(branch.cycles, "period")
         notes.append(

@@ -1,8 +1,9 @@
 """The branches of a driveline at several values of a second number of its model, row by row.
 
-The branches of a row end where the range of the first value ends. There each motion is followed over the second value,
-the first one held, to the next row, and begins a branch of that row unless it lies on one already. No row is
-simulated.
+The branches at the model's own second value are those of the first end of the range, and the one of the motion that
+settles at its last end. The branches of a row end where the range of the first value ends. There each motion is
+followed over the second value, the first one held, to the next row, and begins a branch of that row unless it lies on
+one already. No other row is simulated.
 
 Takes the branches at the model's own second value; gives Rows.
 """
@@ -16,10 +17,12 @@ from itertools import islice
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.family import follower_over
+from gearrattle.orbits.find import periodic
 from gearrattle.orbits.further import Followers, further_curves
 from gearrattle.orbits.orbit import CYCLES
 from gearrattle.orbits.search import Known
@@ -71,10 +74,39 @@ class Row:
         the value [SI].
     curves
         the branches of n periods, and those of 2 n periods.
+    lost
+        how many ends of branches of the neighbouring row could not be followed to this one.
     """
 
     second: float
     curves: tuple[Curve, ...]
+    lost: int = 0
+
+
+def own_row(plane: Plane, second: float, curves: Sequence[Curve], last: float) -> Row:
+    """Return the branches at the model's own second value, with that of the motion that settles at the last end.
+
+    Beyond a fold the motions that settle are often not connected inside the range to those before it.
+
+    Parameters
+    ----------
+    plane
+        the two values.
+    second
+        the model's own second value [SI].
+    curves
+        the branches from the first end of the range.
+    last
+        the last end [SI].
+    """
+    try:
+        state = periodic(plane.model.with_({plane.path: last}), plane.cycles).motion.start
+    except ConvergenceError:
+        return Row(second, tuple(curves))
+    curve = plane.follower(second, plane.cycles)
+    alike = [one for one in curves if one.cycles == plane.cycles]
+    further = [] if _is_known(curve, alike, last, state) else _through(curve, state, last, plane.ends, None)
+    return Row(second, (*curves, *further))
 
 
 def rows_of(
@@ -119,18 +151,23 @@ def _repeated(progress: Callable[[float], None] | None, done: float) -> Callable
 
 def _following(plane: Plane, row: Row, second: float, isolated: bool, progress: Callable[[float], None] | None) -> Row:
     """The next row."""
-    curve, curves = plane.follower(second, plane.cycles), list[Curve]()
+    curve, curves, lost = plane.follower(second, plane.cycles), list[Curve](), 0
     for first, state in _starts(plane, row, second):
-        if not _is_known(curve, curves, first, state):
+        if state is None:
+            lost += 1
+        elif not _is_known(curve, curves, first, state):
             curves += _through(curve, state, first, plane.ends, progress)
     has_doubled = 2 * plane.cycles <= CYCLES.most
     doubled = plane.follower(second, 2 * plane.cycles) if has_doubled else None
     curves += further_curves(Followers(curve, doubled), curves, plane.ends, isolated=isolated)
-    return Row(second, tuple(curves))
+    return Row(second, tuple(curves), lost)
 
 
-def _starts(plane: Plane, row: Row, second: float) -> Iterator[tuple[float, State]]:
-    """Yield first values and motions of the next row there, from both ends of every branch of a row."""
+def _starts(plane: Plane, row: Row, second: float) -> Iterator[tuple[float, State | None]]:
+    """Yield first values and motions of the next row there, from both ends of every branch of a row; None: it is lost.
+
+    Where a branch ends inside the range another one goes on, from which it is followed in the next row.
+    """
     for known in row.curves:
         if known.cycles != plane.cycles:
             continue
@@ -139,14 +176,20 @@ def _starts(plane: Plane, row: Row, second: float) -> Iterator[tuple[float, Stat
             if second == row.second:
                 yield point.parameter, point.motion.start
                 continue
-            across = plane.follower_across(point.parameter, row.second)
-            ends = min(row.second, second), max(row.second, second)
-            with suppress(ConvergenceError):
-                last = across.begin(point.motion.start, row.second, upward=second > row.second)
-                for following in islice(across.follow(last, *ends), _MOST_POINTS):
-                    last = following
-                if last.parameter == second:
-                    yield point.parameter, last.motion.start
+            state = _across(plane, point, row.second, second)
+            if state is not None or point.parameter in plane.ends:
+                yield point.parameter, state
+
+
+def _across(plane: Plane, point: Point, second: float, following: float) -> State | None:
+    """The motion at the following second value to which one is followed, the first value held; None: to none."""
+    across = plane.follower_across(point.parameter, second)
+    ends = min(second, following), max(second, following)
+    with suppress(ConvergenceError):
+        begin = across.begin(point.motion.start, second, upward=following > second)
+        last = [begin, *islice(across.follow(begin, *ends), _MOST_POINTS)][-1]
+        return last.motion.start if last.parameter == following else None
+    return None
 
 
 def _is_known(curve: Continuation, curves: Sequence[Curve], first: float, state: State) -> bool:
