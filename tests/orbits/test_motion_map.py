@@ -144,9 +144,9 @@ def test_a_saddle_without_its_neighbours_shows_that_motions_are_missing() -> Non
     plane = Plane(alone.model, alone.path, MEAN, (0.75, 0.78), (0.099, 0.101), 1)
     (cells,) = cells_of(plane, [Row(0.1, alone.curves)], np.array([0.76, 0.77]), None)
     assert [(cell.unstable, cell.signs, cell.code) for cell in cells] == 2 * [(1, -1, MISSING)]
-    beside = alone.map(MEAN, (0.099, 0.101), across=2, up=1).cells[0]
-    assert {cell.signs for cell in beside} == {0}  # with the motion that settles at the last end
-    assert {cell.code for cell in beside} == {MISSING}
+    cells = alone.map(MEAN, (0.099, 0.101), across=2, up=1).cells[0]
+    assert {cell.signs for cell in cells} == {0}  # with the motion that settles at the last end
+    assert {cell.code for cell in cells} == {MISSING}
 
 
 def test_isolated_branches_are_sought_on_request() -> None:

@@ -15,6 +15,7 @@ from gearrattle.engine.periodic.period_map import State
 from gearrattle.orbits.curve import followed
 from gearrattle.orbits.family import family_of
 from tests.orbits.test_consistency import contradictions_of
+from tests.orbits.test_laws import symmetric
 
 pytestmark = pytest.mark.compiled
 
@@ -106,6 +107,25 @@ def test_two_breakings_of_symmetry_within_a_step_are_no_folds(span: tuple[float,
     assert sorted(set(events["kind"])) == [GRAZING, BREAKING]
     breakings = events.loc[events["kind"] == BREAKING, "value"].to_numpy(float)
     assert breakings == pytest.approx([0.3141919, 0.3140819], abs=1e-7)
+
+
+@pytest.mark.slow
+def test_branches_join_alike_whatever_the_steps() -> None:
+    """A branch of 2 T folds twice beside its joint; a step over all of that must not go on along its own image."""
+
+    def course(step_limit: float | None) -> list[tuple[object, ...]]:
+        model = symmetric(1.2, 0.5)
+        branch = gr.continuation(model, "excitation.frequency", (0.45, 0.2), step_limit=step_limit)
+        return [
+            (curve.cycles, curve.origin, *((event.kind, round(event.point.parameter, 7)) for event in curve.events))
+            for curve in branch.curves
+        ]
+
+    free = course(None)
+    assert len(free) == 9
+    assert [kind for kind, _ in free[5][-3:]] == [FOLD, GRAZING, DOUBLING]
+    for step_limit in (0.01, 0.003, 0.001):
+        assert course(step_limit) == free
 
 
 @pytest.mark.slow

@@ -10,19 +10,16 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.breaking import breaking_near, symmetric_curve
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import BREAKING, FOLD, GRAZING, Event, changes_between, events_between
-from gearrattle.engine.periodic.grazing import COMPLIANT
-from gearrattle.engine.periodic.point import Point, halves_apart
-from gearrattle.engine.periodic.symmetry import HalfPeriodMap
+from gearrattle.engine.periodic.events import Event, changes_between, events_between
+from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.edges import followed_through_families
+from gearrattle.orbits.joints import Home, events_beside_joint, symmetric_home
 from gearrattle.orbits.orbit import is_stable
 from gearrattle.wording import counted
 
@@ -31,30 +28,6 @@ Array = NDArray[np.float64]
 _MOST_POINTS = 20_000
 _CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they must pass
 _ROUNDING = 1e-12  # of the parameter
-_HALVES = 1e-3  # of the size of the state: halves of a motion that differ by less may be the same
-_SAME_HALVES = 1e-5  # the same: they are
-_NEARER = 0.2  # of how far halves are apart beside a fold: by so much they are in one at which they become the same
-_AT_HOME = 1e-9  # the same, where a motion is one of half as many periods: near a doubling halves are known less well
-_ABOUT = 1e-3  # of the periods of a motion: instants that differ by more are not the same
-_AT_JOINT = 1e-8  # arclength: what touches so near to where a branch joins another does so there, but for rounding
-_NEAR_JOINT = 1e-3  # of w: so near to a period doubling a fold at which halves become the same is that one
-_IN_JUMP = 1e-8  # of w: so near to a jump of the gradient a branch that goes no further has come to it
-_NEAR_HOME = 10.0  # steps: so near lies the period doubling at which a branch joins another one
-
-
-class Home(NamedTuple):
-    """The branch that another one has left, or joins, where its period doubles or its symmetry breaks."""
-
-    curve: Continuation  # of its motions
-    events: Sequence[Event]  # as far as it is known
-    kind: str  # period doubling or symmetry breaking
-
-    def image(self, point: Point) -> Array:
-        """Return (N,) what a motion comes to after half of its periods, or its mirror image; both are motions too."""
-        period_map = self.curve.family.map_at(point.parameter)
-        if self.kind == BREAKING:
-            period_map = HalfPeriodMap(period_map.system, period_map.cycles)
-        return period_map.later(point.motion.start).y
 
 
 @dataclass(frozen=True)
@@ -183,16 +156,18 @@ def followed(
     """
     points, events, note = [begin], [], ""
     unlocated: list[Unlocated] = []
-    home = _symmetric_home(curve, begin) if home is None else home
+    home = symmetric_home(curve, begin) if home is None else home
     if origin is not None:
         begin = replace(begin, length=float(np.linalg.norm(begin.w - origin.point.w)))
-        points, events = [origin.point, begin], _beside_joint(curve, origin.point, begin)
+        points, events = [origin.point, begin], events_beside_joint(curve, origin.point, begin)
     try:
         for point, known in followed_through_families(curve, begin, ends):
             if bool(point.free) != bool(points[-1].free) and (home is None or not home.events):
-                home = _symmetric_home(curve, point)
-            passed, ahead, left = _passed(curve, home, points[-1], point) if known is None else ([point], [*known], [])
-            last = None if home is None else _arrival(curve, home, points[-1], passed[-1], ahead)
+                home = symmetric_home(curve, point)
+            last = None if home is None else home.arrival(curve, points[-1], point)
+            if last is None:
+                passed, ahead, left = _located(curve, points[-1], point) if known is None else ([point], [*known], [])
+                last = None if home is None else home.arrival_in_fold(curve, points[-1], point, ahead)
             if last is not None:
                 events += last
                 points.append(last[-1].point)
@@ -212,7 +187,7 @@ def followed(
                 note = f"A branch was left at {value}: its motions are one of a family that has no end in sight."
                 break
     except ConvergenceError as error:
-        last = None if home is None else _arrival_in_jump(curve, home, points[-1])
+        last = None if home is None else home.arrival_in_jump(curve, points[-1])
         if last is None:
             note = f"A branch ends inside the range: {error.message}."
         else:
@@ -221,28 +196,8 @@ def followed(
     return Curve(curve.family.cycles, tuple(points), tuple(events), note, _kind(origin), tuple(unlocated))
 
 
-def _symmetric_home(curve: Continuation, begin: Point) -> Home | None:
-    """The symmetric branch that one without symmetry may join; None for other branches, and families."""
-    if begin.free or symmetric_curve(curve, begin.parameter) is None:
-        return None
-    home = Home(curve, (), BREAKING)
-    return home if _apart(home, begin) > _HALVES else None
-
-
 def _kind(origin: Event | None) -> str:
     return "" if origin is None else origin.kind
-
-
-def _passed(
-    curve: Continuation, home: Home | None, before: Point, after: Point
-) -> tuple[Sequence[Point], list[Event], Sequence[Unlocated]]:
-    """The same as ``_located``; but a step onto the branch that was left has no events of its own."""
-    try:
-        return _located(curve, before, after)
-    except ConvergenceError:
-        if home is None or not _is_of(home, after):
-            raise
-        return [after], [], []
 
 
 def _located(
@@ -265,16 +220,6 @@ def _located(
     return points, events, unlocated
 
 
-def _beside_joint(curve: Continuation, before: Point, after: Point) -> list[Event]:
-    """The events between two points of a branch at one of which it leaves or joins another one.
-
-    There det(I - M) is zero and the tangent that of a chord, so nothing is said of folds and symmetry breaking.
-    """
-    with suppress(ConvergenceError):
-        return [event for event in events_between(curve, before, after) if event.kind not in (FOLD, BREAKING)]
-    return []
-
-
 def _creeps(points: list[Point]) -> bool:
     """Whether the last points have come nowhere."""
     return len(points) > _CREEPING and points[-1].length - points[-1 - _CREEPING].length < _NOWHERE
@@ -286,135 +231,3 @@ def _stands(points: list[Point]) -> bool:
         return False
     values = np.array([point.parameter for point in points[-1 - _CREEPING :: _CREEPING // 10]])
     return bool(np.ptp(values) <= _ROUNDING * np.abs(values).max())
-
-
-def _arrival(
-    curve: Continuation, home: Home, before: Point, after: Point, ahead: Sequence[Event]
-) -> list[Event] | None:
-    """The events of a step on which a branch joins the one that it has left, up to there; None: it does not.
-
-    Its motions and their images become the same in a fold, or in a jump of the gradient beyond which they stay so. Or
-    the step goes past the fold and leads to a motion of the branch that was left.
-    """
-    for i, event in enumerate(ahead):
-        if event.kind == FOLD and _is_joint(home, event.point, [before, *(other.point for other in ahead), after]):
-            return [*ahead[:i], _joint(curve, home, before, event)]
-        if event.grazing is not None and event.grazing.kind != COMPLIANT and _apart(home, after) < _SAME_HALVES:
-            return [*ahead[: i + 1], Event(home.kind, event.point, is_collision=True)]
-    if not _is_of(home, after):
-        return None
-    nearest, distance = _nearest_joint(home, before)
-    if nearest is None or distance > _NEAR_HOME * float(np.linalg.norm(after.w - before.w)):
-        raise ConvergenceError(f"its motions become those of another branch, where no {home.kind} is known")
-    ends = _shared_end(curve, home, before, nearest)
-    events = _beside_joint(curve, before, ends[-1].point)
-    if len(ends) > 1:  # what touches there is named by the other branch
-        last = ends[-1].point.length - _AT_JOINT
-        events = [event for event in events if event.kind != GRAZING or event.point.length < last]
-    return [*events, *ends]
-
-
-def _arrival_in_jump(curve: Continuation, home: Home, point: Point) -> list[Event] | None:
-    """The events where a branch comes to a jump of the gradient in which the one that it has left doubles its period.
-
-    Beyond there is the other branch alone, in a direction that need not be ahead. None: the branch is not there.
-    """
-    nearest, distance = _nearest_joint(home, point)
-    if nearest is None or not nearest.is_collision or distance > _IN_JUMP:
-        return None
-    return _shared_end(curve, home, point, nearest)
-
-
-def _shared_end(curve: Continuation, home: Home, before: Point, joint: Event) -> list[Event]:
-    """An event of the branch that was left, and what grazes with it, as the end of the one that joins it."""
-    at_once = [event for event in home.events if event.point is joint.point and event.kind in (GRAZING, home.kind)]
-    at_once = at_once or [joint]  # the other branch is not known yet
-    return [shared_with(curve, event, before, is_end=True) for event in at_once]
-
-
-def _nearest_joint(home: Home, point: Point) -> tuple[Event | None, float]:
-    """The nearest event of the other branch at which branches may join it, and how near it is [w]."""
-    distances = [
-        (float(np.linalg.norm(event.point.w - point.w)), i)
-        for i, event in enumerate(home.events)
-        if event.kind == home.kind
-    ]
-    distance, nearest = min(distances, default=(np.inf, -1))
-    if distance > _NEAR_JOINT and home.kind == BREAKING:
-        breaking = breaking_near(home.curve, point, _NEAR_JOINT)
-        if breaking is not None:
-            return Event(BREAKING, breaking), float(np.linalg.norm(breaking.w - point.w))
-    return (home.events[nearest] if distances else None), distance
-
-
-def _joint(curve: Continuation, home: Home, before: Point, fold: Event) -> Event:
-    """The event at which a branch joins the one that it has left in a fold.
-
-    There both branches cross, and the other one tells better where: its own equations are regular. Not where it grazes
-    in between.
-    """
-    nearest, distance = _nearest_joint(home, fold.point)
-    if nearest is not None and distance < _NEAR_JOINT:
-        joint = shared_with(curve, nearest, before, is_end=True)
-        if joint.point.word == fold.point.word:
-            return joint
-    return replace(fold, kind=home.kind)
-
-
-def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: bool = False) -> Event:
-    """Return the event at which a branch leaves or joins another one, with its motion over as many periods.
-
-    Its tangent is the chord to or from a neighbouring point, for its own equations are those of both branches.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    event
-        of the other branch.
-    neighbour
-        the point of the branch next to it.
-    is_end
-        whether the branch ends there.
-    """
-    motion, slope = curve.family.follow(event.point.motion.start, event.point.parameter)
-    chord = (event.point.w - neighbour.w) * (1.0 if is_end else -1.0)
-    distance = float(np.linalg.norm(chord))
-    length, orientation = neighbour.length + distance if is_end else 0.0, neighbour.orientation
-    own = replace(event.point, motion=motion, slope=slope, tangent=chord / distance)
-    return replace(event, point=replace(own, orientation=orientation, length=length))
-
-
-def _is_joint(home: Home, fold: Point, others: Sequence[Point]) -> bool:
-    """Whether a motion and its image become the same in a fold.
-
-    They are apart by what the fold is off, as well as it is located. So where they are not quite the same, they must be
-    far nearer than just before and behind it, and no farther than from an event at which branches may join.
-    """
-    apart = _apart(home, fold)
-    if not _SAME_HALVES < apart < _HALVES:
-        return apart <= _SAME_HALVES
-    if _nearest_joint(home, fold)[1] > apart * max(1.0, float(np.linalg.norm(fold.w[:-1]))):
-        return False
-    earlier = [point for point in others if point.length < fold.length - _AT_JOINT]
-    later = [point for point in others if point.length > fold.length + _AT_JOINT]
-    neighbours = earlier[-1:] + later[:1]
-    return len(neighbours) == 2 and all(apart < _NEARER * _apart(home, point) for point in neighbours)
-
-
-def _is_of(home: Home, point: Point) -> bool:
-    """Whether a motion is one of the branch that was left."""
-    may_be = home.kind == BREAKING or _has_equal_halves(point)
-    return may_be and _apart(home, point) <= _AT_HOME
-
-
-def _has_equal_halves(point: Point) -> bool:
-    """Whether both halves of a motion cross the same corners in the same order, at about the same instants."""
-    return halves_apart(point.motion) < _ABOUT or not len(point.motion.crossings.time)
-
-
-def _apart(home: Home, point: Point) -> float:
-    """How far apart a motion and its image are, over the size of the state."""
-    gap = (home.image(point) - point.state) * point.scale
-    size = max(home.curve.family.size, float(np.linalg.norm(point.state * point.scale)))
-    return float(np.linalg.norm(gap)) / size

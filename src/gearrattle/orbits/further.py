@@ -20,7 +20,8 @@ from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.engine.periodic.symmetry import is_symmetric
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.curve import Curve, Home, followed, shared_with
+from gearrattle.orbits.curve import Curve, followed
+from gearrattle.orbits.joints import Home, shared_with
 from gearrattle.orbits.progress import Progress, part_of
 from gearrattle.orbits.search import Known, search, starts_of
 from gearrattle.wording import counted

@@ -60,7 +60,10 @@ class HalfPeriodFamily(Family):
         if touch is not None or turns_along is not None:
             raise NotImplementedError
         motion, slope = self._half.follow(state, parameter)
-        end = self.map_at(parameter).mirrored(motion.end)
+        if motion.end.auxiliary_pieces is None:
+            end = State(-motion.end.y)
+        else:
+            end = self.map_at(parameter).mirrored(motion.end)
         return replace(motion, end=end, gradient=-motion.gradient, turned=-motion.turned), -slope
 
 

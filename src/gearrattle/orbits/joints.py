@@ -1,0 +1,265 @@
+"""Where a branch joins another one: where its motions become those of the other, of half the period, or symmetric.
+
+A motion of 2 n periods has an image: the same motion n periods later. A motion without symmetry, of a symmetric
+driveline, has its mirror image half of its length later. Both are motions of the same driveline, and where they become
+the same the branch joins that of motions of n periods, or of symmetric ones. There it passes over into its own images:
+the difference between a motion and its image goes through zero. So a step holds a joint if that difference is zero at
+its end or has turned around. The other branch tells where: its own equations are regular there (``breaking``).
+
+Takes Continuations, Events and Points; gives Events.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.periodic.breaking import HalfPeriodFamily, breaking_near, symmetric_curve
+from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.events import BREAKING, FOLD, GRAZING, Event, events_between
+from gearrattle.engine.periodic.grazing import COMPLIANT
+from gearrattle.engine.periodic.point import Point, halves_apart
+from gearrattle.errors import ConvergenceError
+
+Array = NDArray[np.float64]
+
+_HALVES = 1e-3  # of the size of the state: a motion and its image that differ by less may be the same
+_SAME_HALVES = 1e-5  # the same: they are
+_NEARER = 0.2  # of how far both are apart beside a fold: by so much they are in one at which they become the same
+_AT_HOME = 1e-9  # the same, where a motion is one of the other branch: near a joint both are known less well
+_ABOUT = 1e-3  # of the periods of a motion: instants that differ by more are not the same
+_AT_JOINT = 1e-8  # arclength: what touches so near to where a branch joins another does so there, but for rounding
+_NEAR_JOINT = 1e-3  # of w: so near to a joint a fold at which both become the same is that one
+_IN_JUMP = 1e-8  # of w: so near to a jump of the gradient a branch that goes no further has come to it
+_NEAR_HOME = 10.0  # steps: so near lies the joint of a step onto the other branch
+_ON_THE_WAY = 1.5  # steps: the way over a joint, from the begin of a step to its end
+_NEARER_BY = 0.1  # share of the way to a joint that is left by every part of it
+_SINGULAR = 1e-4  # of w: so near to a joint a fold of the branch is not told from it
+
+
+class Home:
+    """The branch that another one has left, or joins, where its period doubles or its symmetry breaks.
+
+    Parameters
+    ----------
+    curve
+        the Continuation of its motions.
+    events
+        of it, as far as they are known.
+    kind
+        period doubling or symmetry breaking.
+    """
+
+    def __init__(self, curve: Continuation, events: Sequence[Event], kind: str) -> None:
+        self.events, self._curve, self._kind = events, curve, kind
+        self._last: tuple[Point, Array] | None = None
+
+    def apart(self, point: Point) -> float:
+        """Return how far apart a motion and its image are, over the size of the state."""
+        size = max(self._curve.family.size, float(np.linalg.norm(point.state * point.scale)))
+        return float(np.linalg.norm(self._gap(point))) / size
+
+    def is_of(self, point: Point) -> bool:
+        """Return whether a motion is one of the branch."""
+        may_be = self._kind == BREAKING or _has_equal_halves(point)
+        return may_be and self.apart(point) <= _AT_HOME
+
+    def arrival(self, curve: Continuation, before: Point, after: Point) -> list[Event] | None:
+        """Return the events of a step on which a branch joins this one, up to there; None: it does not, or in a fold.
+
+        Parameters
+        ----------
+        curve
+            the Continuation of the branch.
+        before, after
+            two of its points.
+        """
+        turns = float(self._gap(before) @ self._gap(after)) < 0.0
+        if not turns and not self.is_of(after):
+            return None
+        step = float(np.linalg.norm(after.w - before.w))
+        joint, distance = self._nearest(before)
+        if joint is None or (not turns and distance > _NEAR_HOME * step):
+            return None
+        if turns and distance + float(np.linalg.norm(after.w - joint.point.w)) > _ON_THE_WAY * step:
+            return None
+        ends = self._shared_end(curve, before, joint)
+        events = _events_up_to(curve, before, ends[-1].point)
+        if len(ends) > 1:  # what touches there is named by the other branch
+            last = ends[-1].point.length - _AT_JOINT
+            events = [event for event in events if event.kind != GRAZING or event.point.length < last]
+        return [*events, *ends]
+
+    def arrival_in_fold(
+        self, curve: Continuation, before: Point, after: Point, ahead: Sequence[Event]
+    ) -> list[Event] | None:
+        """Return the events of a step on which a branch joins this one, up to there; None: it does not.
+
+        Its motions and their images become the same in a fold, or in a jump of the gradient beyond which they stay so.
+
+        Parameters
+        ----------
+        curve, before, after
+            see ``arrival``.
+        ahead
+            the events of the step.
+
+        Raises
+        ------
+        ConvergenceError
+            the step leads to a motion of this branch, and no joint is known.
+        """
+        for i, event in enumerate(ahead):
+            points = [before, *(other.point for other in ahead), after]
+            if event.kind == FOLD and self._is_joint(event.point, points):
+                return [*ahead[:i], self._joint(curve, before, event)]
+            if event.grazing is not None and event.grazing.kind != COMPLIANT and self.apart(after) < _SAME_HALVES:
+                return [*ahead[: i + 1], Event(self._kind, event.point, is_collision=True)]
+        if self.is_of(after):
+            raise ConvergenceError(f"its motions become those of another branch, where no {self._kind} is known")
+        return None
+
+    def arrival_in_jump(self, curve: Continuation, point: Point) -> list[Event] | None:
+        """Return the events where a branch comes to a jump of the gradient in which this one doubles its period.
+
+        Beyond there is this branch alone, in a direction that need not be ahead. None: the other branch is not there.
+        """
+        nearest, distance = self._nearest(point)
+        if nearest is None or not nearest.is_collision or distance > _IN_JUMP:
+            return None
+        return self._shared_end(curve, point, nearest)
+
+    @cached_property
+    def _half(self) -> HalfPeriodFamily:
+        return HalfPeriodFamily(self._curve.family)
+
+    def _gap(self, point: Point) -> Array:
+        """(N,) a motion's image less the motion, balanced."""
+        if self._last is None or self._last[0] is not point:
+            family = self._half if self._kind == BREAKING else self._curve.family
+            image, _ = family.follow(point.motion.start, point.parameter)
+            self._last = point, (image.end.y - point.state) * point.scale
+        return self._last[1]
+
+    def _nearest(self, point: Point) -> tuple[Event | None, float]:
+        """The nearest event at which branches may join this one, and how near it is [w]."""
+        distances = [
+            (float(np.linalg.norm(event.point.w - point.w)), i)
+            for i, event in enumerate(self.events)
+            if event.kind == self._kind
+        ]
+        distance, nearest = min(distances, default=(np.inf, -1))
+        if distance > _NEAR_JOINT and self._kind == BREAKING:
+            breaking = breaking_near(self._curve, point, _NEAR_JOINT)
+            if breaking is not None:
+                return Event(BREAKING, breaking), float(np.linalg.norm(breaking.w - point.w))
+        return (self.events[nearest] if distances else None), distance
+
+    def _shared_end(self, curve: Continuation, before: Point, joint: Event) -> list[Event]:
+        """A joint, and what grazes with it, as the end of the branch that joins this one."""
+        at_once = [event for event in self.events if event.point is joint.point and event.kind in (GRAZING, self._kind)]
+        at_once = at_once or [joint]  # this branch is not known yet
+        return [shared_with(curve, event, before, is_end=True) for event in at_once]
+
+    def _joint(self, curve: Continuation, before: Point, fold: Event) -> Event:
+        """The event at which a branch joins this one in a fold.
+
+        There both branches cross, and this one tells better where. Not where the other one grazes in between.
+        """
+        nearest, distance = self._nearest(fold.point)
+        if nearest is not None and distance < _NEAR_JOINT:
+            joint = shared_with(curve, nearest, before, is_end=True)
+            if joint.point.word == fold.point.word:
+                return joint
+        return replace(fold, kind=self._kind)
+
+    def _is_joint(self, fold: Point, others: Sequence[Point]) -> bool:
+        """Whether a motion and its image become the same in a fold.
+
+        They are apart by what the fold is off, as well as it is located. So where they are not quite the same, they
+        must be far nearer than just before and behind it, and no farther than from an event at which branches may join.
+        """
+        apart = self.apart(fold)
+        if not _SAME_HALVES < apart < _HALVES:
+            return apart <= _SAME_HALVES
+        if self._nearest(fold)[1] > apart * max(1.0, float(np.linalg.norm(fold.w[:-1]))):
+            return False
+        earlier = [point for point in others if point.length < fold.length - _AT_JOINT]
+        later = [point for point in others if point.length > fold.length + _AT_JOINT]
+        neighbours = earlier[-1:] + later[:1]
+        return len(neighbours) == 2 and all(apart < _NEARER * self.apart(point) for point in neighbours)
+
+
+def symmetric_home(curve: Continuation, begin: Point) -> Home | None:
+    """Return the symmetric branch that one without symmetry may join; None for other branches, and families.
+
+    Parameters
+    ----------
+    curve
+        the Continuation of the branch.
+    begin
+        a motion of it.
+    """
+    if begin.free or symmetric_curve(curve, begin.parameter) is None:
+        return None
+    home = Home(curve, (), BREAKING)
+    return home if home.apart(begin) > _HALVES else None
+
+
+def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: bool = False) -> Event:
+    """Return the event at which a branch leaves or joins another one, with its motion over as many periods.
+
+    Its tangent is the chord to or from a neighbouring point, for its own equations are those of both branches.
+
+    Parameters
+    ----------
+    curve
+        the Continuation of the branch.
+    event
+        of the other branch.
+    neighbour
+        the point of the branch next to it.
+    is_end
+        whether the branch ends there.
+    """
+    motion, slope = curve.family.follow(event.point.motion.start, event.point.parameter)
+    chord = (event.point.w - neighbour.w) * (1.0 if is_end else -1.0)
+    distance = float(np.linalg.norm(chord))
+    length, orientation = neighbour.length + distance if is_end else 0.0, neighbour.orientation
+    own = replace(event.point, motion=motion, slope=slope, tangent=chord / distance)
+    return replace(event, point=replace(own, orientation=orientation, length=length))
+
+
+def events_beside_joint(curve: Continuation, before: Point, after: Point) -> list[Event]:
+    """Return the events between two points of a branch at one of which it leaves or joins another one.
+
+    There det(I - M) is zero and the tangent that of a chord, so nothing is said of folds and symmetry breaking.
+    """
+    with suppress(ConvergenceError):
+        return [event for event in events_between(curve, before, after) if event.kind not in (FOLD, BREAKING)]
+    return []
+
+
+def _events_up_to(curve: Continuation, before: Point, joint: Point) -> list[Event]:
+    """The events between a point of a branch and its joint, those of the last small part as beside a joint."""
+    points, events, left = [before], list[Event](), _NEARER_BY
+    way = float(np.linalg.norm(joint.w - before.w))
+    with suppress(ConvergenceError):
+        while left * way > _NEARER_BY * _SINGULAR:
+            points.append(curve.between(before, joint, 1.0 - left))
+            left *= _NEARER_BY
+        for one, other in pairwise(points):
+            events += events_between(curve, one, other)
+        return [*events, *events_beside_joint(curve, points[-1], joint)]
+    return events_beside_joint(curve, before, joint)
+
+
+def _has_equal_halves(point: Point) -> bool:
+    """Whether both halves of a motion cross the same corners in the same order, at about the same instants."""
+    return halves_apart(point.motion) < _ABOUT or not len(point.motion.crossings.time)
