@@ -291,3 +291,71 @@ def test_isolated_branches_of_two_periods_are_sought_on_request() -> None:
     assert [curve.cycles for curve in sought.curves] == [1, 2]
     assert any(sought.curves[1].stable)
     assert max(sought.data["value"].values[sought.data["branch"].values == 1]) == 1.48
+
+
+def body_with_backlash(drag: float, mean: float, amplitude: float, frequency: float) -> gr.Model:
+    """x'' + drag x' + f(x) = mean + amplitude sin(W t), damped as much in the gap as in contact."""
+    return gr.Model.from_tables(
+        {
+            "schema": 1,
+            "units": "dimensionless",
+            "inertia": [{"name": "body", "J": 1.0, "drag": drag}],
+            "coupling": [{"name": "gap", "between": ["body", "ground"], "stiffness": 1.0, "clearance": 1.0}],
+            "excitation": {"frequency": frequency},
+            "torque": [{"on": "body", "mean": mean, "harmonics": [{"order": 1, "amplitude": amplitude}]}],
+        }
+    )
+
+
+def test_a_branch_of_two_periods_ends_where_it_joins_that_of_one() -> None:
+    """Its motions settle softly into those of 1 T: nothing folds or jumps there, and the other branch goes on."""
+    model = body_with_backlash(0.1216, 0.1555, 0.216, 0.46)
+    doubled = gr.continuation(model, "excitation.frequency", (0.455, 0.475), cycles=2)
+    single = gr.continuation(model, "excitation.frequency", (0.455, 0.475))
+    assert [curve.cycles for curve in doubled.curves] == [2, 1]
+    assert doubled.events["kind"].tolist() == ["period doubling", "period doubling"]
+    (doubling,) = single.events["value"].tolist()
+    assert doubled.events["value"].tolist() == pytest.approx([doubling] * 2, abs=1e-12)
+    assert "jump" not in doubled.sentence
+
+
+def test_motions_that_repeat_sooner_are_followed_over_fewer_periods() -> None:
+    model = body_with_backlash(0.1216, 0.1555, 0.216, 0.46)
+    asked, single = (gr.continuation(model, "excitation.frequency", (0.475, 0.455), cycles=n) for n in (2, 1))
+    assert asked.cycles == 1
+    assert asked.notes[0] == "The motion at the first end repeats after 1 period: cycles is 1."
+    assert asked.events["kind"].tolist() == single.events["kind"].tolist() == ["period doubling"]
+    assert asked.events["value"].tolist() == pytest.approx(single.events["value"].tolist(), abs=1e-12)
+    assert [curve.cycles for curve in asked.curves] == [1, 2]
+
+
+@pytest.mark.slow
+def test_a_fold_of_a_branch_without_symmetry_near_its_joint_is_a_fold() -> None:
+    """Of 1e-5 of w after the breaking it grazes and folds, before it is farther from its mirror image than 4e-5."""
+    coupling = [
+        {"name": "s", "between": ["a", "ground"], "stiffness": 2.3, "damping": 0.1},
+        {
+            "name": "g0",
+            "between": ["a", "b"],
+            "stiffness": 25.5,
+            "damping": 0.6,
+            "clearance": 0.53,
+            "stiffness_ratio": 0.0,
+            "damping_ratio": 0.2,
+        },
+        {"name": "o", "between": ["b", "ground"], "stiffness": 1.65, "damping": 0.05},
+    ]
+    harmonics = [{"order": 1, "amplitude": 2.81}, {"order": 3, "amplitude": 0.4, "phase": 2.0}]
+    tables = {
+        "schema": 1,
+        "units": "dimensionless",
+        "inertia": [{"name": "a", "J": 0.93, "drag": 0.127}, {"name": "b", "J": 1.34, "drag": 0.045}],
+        "coupling": coupling,
+        "excitation": {"speed": 1.26},
+        "torque": [{"on": "a", "harmonics": harmonics}],
+    }
+    branch = gr.continuation(gr.Model.from_tables(tables), AMPLITUDE, (3.55, 3.66), start="linear")
+    assert [curve.cycles for curve in branch.curves] == [1, 1, 1, 2, 2]
+    for curve in branch.curves[1:3]:
+        assert [event.kind for event in curve.events] == ["grazing", "fold", "period doubling"]
+        assert curve.events[1].point.parameter == pytest.approx(3.62775588275, abs=1e-9)

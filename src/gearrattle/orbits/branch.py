@@ -17,6 +17,7 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ModelError, Problem
@@ -30,13 +31,14 @@ from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.ends import check_index, ends_of, unit_of
 from gearrattle.orbits.family import family_of, follower_over
 from gearrattle.orbits.find import periodic
-from gearrattle.orbits.further import Followers, doublings_left, further_curves
+from gearrattle.orbits.further import doublings_left, followers_of, further_curves
 from gearrattle.orbits.gradients import check_kind, gradients_of, scatter_of
 from gearrattle.orbits.means import mean_events
 from gearrattle.orbits.motion_map import MotionMap, map_of
 from gearrattle.orbits.orbit import CYCLES, Orbit
 from gearrattle.orbits.progress import never_falling, part_of, stretch_of
 from gearrattle.orbits.run_ups import RunUpJumps, run_up_of
+from gearrattle.orbits.search import states_of_periods
 from gearrattle.orbits.state import Start, check_repeats
 from gearrattle.result import Result
 from gearrattle.wording import counted
@@ -426,7 +428,8 @@ def continuation(
     start
         of the search for the motion at the first end, as of ``periodic``.
     cycles
-        periods T after which the motions repeat.
+        periods T after which the motions repeat. Where the motion at the first end repeats sooner, so do those of its
+        branch, and ``cycles`` of the result is less.
     step_limit
         largest change of the value between points [SI]; None: as the branch allows.
     isolated
@@ -466,7 +469,15 @@ def continuation(
     base = model.with_({path: first})
     check_repeats(base)
     first_orbit = periodic(base, cycles, start)
-    curve = follower_over(model, path, (first, last), cycles, first=first, step_limit=step_limit)
+    fewest = len(states_of_periods(PeriodMap(assemble(base).system, cycles), first_orbit.motion))
+    notes = []
+    if fewest < cycles:
+        notes.append(f"The motion at the first end repeats after {counted(fewest, 'period')}: cycles is {fewest}.")
+        cycles = fewest
+    followers = followers_of(
+        cycles, lambda n: follower_over(model, path, (first, last), n, first=first, step_limit=step_limit)
+    )
+    curve = followers.of[cycles]
     start_point = curve.begin(first_orbit.motion.start, first, upward=last > first)
     ascending = min(first, last), max(first, last)
     work = None if progress is None else never_falling(progress)
@@ -478,16 +489,13 @@ def continuation(
 
     own = part_of(work, 0, parts)
     curves = [followed(curve, start_point, ascending, progress=own, so_far=lambda one: tell([one]))]
-    doubled = None
-    if 2 * cycles <= CYCLES.most:
-        doubled = follower_over(model, path, (first, last), 2 * cycles, first=first, step_limit=step_limit)
     rest = stretch_of(work, 1.0 / parts, 1.0)
-    followers, known = Followers(curve, doubled), tuple(curves)
+    known = tuple(curves)
     curves += further_curves(
         followers, known, ascending, isolated=isolated, progress=rest, so_far=lambda more: tell([*known, *more])
     )
     tell(curves)
     if work is not None:
         work(1.0)
-    notes = dict.fromkeys([*(note for c in curves for note in c.notes), *doublings_left(curves, cycles)])
+    notes += dict.fromkeys([*(note for c in curves for note in c.notes), *doublings_left(curves, cycles)])
     return Branch(model, path, (first, last), cycles, tuple(curves), tuple(notes))

@@ -19,7 +19,7 @@ from gearrattle.engine.periodic.events import Event, changes_between, events_bet
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.edges import followed_through_families
-from gearrattle.orbits.joints import Home, events_beside_joint, symmetric_home
+from gearrattle.orbits.joints import Home, events_beside_joint, unknown_home
 from gearrattle.orbits.orbit import is_stable
 from gearrattle.wording import counted
 
@@ -156,18 +156,18 @@ def followed(
     """
     points, events, note = [begin], [], ""
     unlocated: list[Unlocated] = []
-    home = symmetric_home(curve, begin) if home is None else home
+    home = unknown_home(curve, begin) if home is None else home
     if origin is not None:
         begin = replace(begin, length=float(np.linalg.norm(begin.w - origin.point.w)))
         points, events = [origin.point, begin], events_beside_joint(curve, origin.point, begin)
     try:
         for point, known in followed_through_families(curve, begin, ends):
             if bool(point.free) != bool(points[-1].free) and (home is None or not home.events):
-                home = symmetric_home(curve, point)
-            last = None if home is None else home.arrival(curve, points[-1], point)
+                home = unknown_home(curve, point)
+            last = None if home is None else home.arrival(points[-1], point)
             if last is None:
                 passed, ahead, left = _located(curve, points[-1], point) if known is None else ([point], [*known], [])
-                last = None if home is None else home.arrival_in_fold(curve, points[-1], point, ahead)
+                last = None if home is None else home.arrival_in_fold(points[-1], point, ahead)
             if last is not None:
                 events += last
                 points.append(last[-1].point)
@@ -187,7 +187,7 @@ def followed(
                 note = f"A branch was left at {value}: its motions are one of a family that has no end in sight."
                 break
     except ConvergenceError as error:
-        last = None if home is None else home.arrival_in_jump(curve, points[-1])
+        last = None if home is None else home.arrival_in_jump(points[-1])
         if last is None:
             note = f"A branch ends inside the range: {error.message}."
         else:

@@ -5,7 +5,7 @@ Takes a Continuation and the branches known so far; gives further ones.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
@@ -13,15 +13,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.breaking import symmetric_curve
+from gearrattle.engine.periodic.breaking import half_curve
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import BREAKING, DOUBLING, Event
-from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.engine.periodic.point import Point, turned_around
-from gearrattle.engine.periodic.symmetry import is_symmetric
+from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.joints import Home, shared_with
+from gearrattle.orbits.orbit import CYCLES
 from gearrattle.orbits.progress import Progress, part_of
 from gearrattle.orbits.search import Known, search, starts_of
 from gearrattle.wording import counted
@@ -46,19 +47,37 @@ _ALONG = 1e-9  # cosine between a tangent and the direction in which a branch le
 
 
 class Followers(NamedTuple):
-    """What follows motions of n periods, and those of 2 n; None: these are too many."""
+    """What follows motions by the periods after which they repeat: of n, of 2 n, and of n / 2 where n is even.
 
-    single: Continuation
-    doubled: Continuation | None
+    Attributes
+    ----------
+    cycles
+        n.
+    of
+        Continuations by periods; those of too many are missing.
+    """
+
+    cycles: int
+    of: Mapping[int, Continuation]
 
     def points_at(self, curves: Sequence[Curve], value: float) -> list[Point]:
         """Return the points of branches at a value of the parameter."""
-        points: list[Point] = []
-        for known in curves:
-            follower = self.single if known.cycles == self.single.cycles else self.doubled
-            if follower is not None:
-                points += [point for _, point in known.motions_at(follower, value)]
-        return points
+        followed_ones = [known for known in curves if known.cycles in self.of]
+        return [point for known in followed_ones for _, point in known.motions_at(self.of[known.cycles], value)]
+
+
+def followers_of(cycles: int, follower: Callable[[int], Continuation]) -> Followers:
+    """Return what follows motions of some periods, and those that these join or that leave them.
+
+    Parameters
+    ----------
+    cycles
+        n.
+    follower
+        makes a Continuation for a number of periods.
+    """
+    counts = [n for n in (cycles, 2 * cycles, cycles // 2) if n <= CYCLES.most]
+    return Followers(cycles, {n: follower(n) for n in (counts if cycles % 2 == 0 else counts[:2]) if n > 0})
 
 
 def further_curves(
@@ -75,7 +94,7 @@ def further_curves(
     Parameters
     ----------
     followers
-        of motions of n and of 2 n periods.
+        of motions of n and of other periods.
     curves
         the branches known, of n periods.
     ends
@@ -92,13 +111,14 @@ def further_curves(
     further += _leaving_all(followers, curves, ends, progress=part, so_far=so_far)
     if isolated:
         known, part, tell = [*curves, *further], part_of(progress, 1, parts), _beside(further, so_far)
-        more = _isolated_curves(followers, followers.single, ends, known, progress=part, so_far=tell)
+        more = _isolated_curves(followers, followers.of[followers.cycles], ends, known, progress=part, so_far=tell)
         further += more
         tell = _beside(further, so_far)
         further += _leaving_all(followers, more, ends, others=known, progress=None, so_far=tell)
-    if isolated and followers.doubled is not None:
+    doubled = followers.of.get(2 * followers.cycles)
+    if isolated and doubled is not None:
         known, part, tell = [*curves, *further], part_of(progress, 2, parts), _beside(further, so_far)
-        further += _isolated_curves(followers, followers.doubled, ends, known, progress=part, so_far=tell)
+        further += _isolated_curves(followers, doubled, ends, known, progress=part, so_far=tell)
     return further
 
 
@@ -118,7 +138,7 @@ def _leaving_all(
         known = [*others, *curves, *further]
         leaving = _branches_off(followers, origin, known, ends, progress=part, so_far=tell)
         further += leaving
-        left += [branch for branch in leaving if branch.cycles == origin.cycles]
+        left += [branch for branch in leaving if branch.cycles <= followers.cycles]
     return further
 
 
@@ -144,7 +164,8 @@ def _isolated_curves(
         if part is not None:
             part(0.0)
         period_map = curve.family.map_at(float(value))
-        known, on_branches = Known(period_map), Known(period_map)
+        mirror = HalfPeriodMap(period_map.system) if is_symmetric(period_map.system) else None
+        known, on_branches = Known(period_map, mirror=mirror), Known(period_map)
         alike = [one for one in [*curves, *further] if curve.cycles % one.cycles == 0]
         for point in followers.points_at(alike, float(value)):
             on_branches.add(point.motion)
@@ -216,32 +237,31 @@ def _branches_off(
     so_far: SoFar | None,
 ) -> list[Curve]:
     """The branches that leave one of some known ones where its period doubles or its symmetry breaks."""
-    curve, doubled = followers
+    own, doubled = followers.of[known.cycles], followers.of.get(2 * known.cycles)
     further: list[Curve] = []
     reached: list[tuple[str, float]] = []
     events = [event for event in known.events if event.kind in (DOUBLING, BREAKING) and not event.is_collision]
     for i, event in enumerate(events):
-        part, value, follower = part_of(progress, i, len(events)), event.point.parameter, doubled
-        if event.kind == BREAKING:
-            if known.origin == BREAKING:  # at both ends the symmetric branch
-                continue
-            if event.point.w is known.points[-1].w or event.point.w is known.points[0].w:
-                tell = _with(further, so_far)
-                further += _symmetric_branch(curve, event, [*curves, *further], ends, progress=part, so_far=tell)
-                continue
-            follower = curve
-        is_reached = any(kind == event.kind and abs(value - end) < 1e-6 * np.ptp(ends) for kind, end in reached)
-        if is_reached or follower is None:
+        part, value = part_of(progress, i, len(events)), event.point.parameter
+        if event.point.w is known.points[-1].w or event.point.w is known.points[0].w:
+            if not known.origin:
+                tell, every = _with(further, so_far), [*curves, *further]
+                further += _branch_joined(followers, known, event, every, ends, progress=part, so_far=tell)
             continue
-        leaving = _leaving(follower, event, *((-1.0, (1.0,)) if event.kind == DOUBLING else (1.0, (1.0, -1.0))))
+        follower = doubled if event.kind == DOUBLING else own
+        is_reached = any(kind == event.kind and abs(value - end) < 1e-6 * np.ptp(ends) for kind, end in reached)
+        is_left = event.kind == BREAKING and known.origin == BREAKING  # the symmetric branch at the other end
+        if is_reached or is_left or follower is None:
+            continue
+        leaving = _leaving(follower, event, ends, *((-1.0, (1.0,)) if event.kind == DOUBLING else (1.0, (1.0, -1.0))))
         for j, first in enumerate(leaving):
-            if _is_known(follower, event, first, curve, [*curves, *further]):
+            if _is_known(follower, event, first, [*curves, *further]):
                 continue
             branch = followed(
                 follower,
                 first,
                 ends,
-                home=_home_of(curve, known, event),
+                home=_home_of(follower, known, event),
                 origin=shared_with(follower, event, first),
                 progress=part_of(part, j, len(leaving)),
                 so_far=_with(further, so_far),
@@ -252,8 +272,9 @@ def _branches_off(
     return further
 
 
-def _symmetric_branch(
-    curve: Continuation,
+def _branch_joined(
+    followers: Followers,
+    known: Curve,
     joint: Event,
     curves: Sequence[Curve],
     ends: tuple[float, float],
@@ -261,26 +282,27 @@ def _symmetric_branch(
     progress: Progress | None,
     so_far: Callable[[Curve], None] | None,
 ) -> list[Curve]:
-    """The branch of symmetric motions that one without symmetry joins at its end, if it is not known."""
-    point, symmetric = joint.point, symmetric_curve(curve, joint.point.parameter)
-    if symmetric is None:
+    """The branch that another one joins at its end, if it is not known: of half its periods, or symmetric."""
+    point, own = joint.point, followers.of[known.cycles]
+    follower = own if joint.kind == BREAKING else followers.of.get(known.cycles // 2)
+    halves = half_curve(own, point.parameter)
+    if halves is None or follower is None:
         return []
     along = np.append(np.zeros(len(point.state)), 1.0)
     for side in (-_BESIDE_JOINT, _BESIDE_JOINT):
         with suppress(ConvergenceError):
-            first = symmetric.near(point.w + side * along, along, replace(point, later=None))
+            first = halves.near(point.w + side * along, along, replace(point, later=None))
             if ends[0] <= first.parameter <= ends[1]:
-                if _is_known(curve, joint, first, curve, curves):
+                if _is_known(follower, joint, first, curves):
                     return []
                 start = first.motion.start
-                return [_both_ways(curve, start, first.parameter, ends=ends, progress=progress, so_far=so_far)]
+                return [_both_ways(follower, start, first.parameter, ends=ends, progress=progress, so_far=so_far)]
     return []
 
 
-def _home_of(curve: Continuation, known: Curve, event: Event) -> Home | None:
+def _home_of(follower: Continuation, known: Curve, event: Event) -> Home | None:
     """What tells where a branch that leaves at an event joins the one that it leaves; None: nothing does."""
-    is_mirrored = curve.cycles % 2 == 1 and is_symmetric(curve.family.map_at(event.point.parameter).system)
-    return Home(curve, known.events, event.kind) if event.kind == DOUBLING or is_mirrored else None
+    return None if half_curve(follower, event.point.parameter) is None else Home(follower, known.events)
 
 
 def doublings_left(curves: Sequence[Curve], cycles: int) -> list[str]:
@@ -307,27 +329,41 @@ def doublings_left(curves: Sequence[Curve], cycles: int) -> list[str]:
     return [f"What leaves at {left} is not followed."]
 
 
-def _is_known(
-    follower: Continuation, event: Event, first: Point, single: Continuation, curves: Sequence[Curve]
-) -> bool:
-    """Whether a motion beside one of an event lies on a known branch, or repeats after half its periods already."""
+def _is_known(follower: Continuation, event: Event, first: Point, curves: Sequence[Curve]) -> bool:
+    """Whether a motion lies on a known branch, wherever it begins, or repeats after half its periods already.
+
+    Parameters
+    ----------
+    follower
+        of the motion.
+    event
+        from which it is sought.
+    first
+        the motion.
+    curves
+        the branches.
+    """
     scale = first.scale
     size = max(first.size, float(np.linalg.norm(first.state * scale)))
     away = first.size * float(np.linalg.norm(first.w[:-1] - event.point.w[:-1]))
     least = min(_SAME * size, _SAME_BESIDE * away)
-    states = [first.state]
-    if follower is not single:
-        later = single.family.map_at(first.parameter).later(first.motion.start).y
-        if np.linalg.norm((later - first.state) * scale) < least:
-            return True
-        states.append(later)
+    once, state, states = PeriodMap(follower.family.map_at(first.parameter).system), first.motion.start, [first.state]
+    for _ in range(follower.cycles - 1):
+        state = once.later(state)
+        states.append(state.y)
+    if follower.cycles % 2 == 0 and np.linalg.norm((states[follower.cycles // 2] - states[0]) * scale) < least:
+        return True
     alike = [curve for curve in curves if curve.cycles == follower.cycles]
     points = [point for one in alike for _, point in one.motions_at(follower, first.parameter)]
     return any(np.linalg.norm((p.state - state) * scale) < least for p in points for state in states)
 
 
-def _leaving(curve: Continuation, event: Event, multiplier: float, signs: Sequence[float]) -> list[Point]:
+def _leaving(
+    curve: Continuation, event: Event, ends: tuple[float, float], multiplier: float, signs: Sequence[float]
+) -> list[Point]:
     """First points of the branches that leave at an event, along the eigenvector of a multiplier, one for each sign.
+
+    They lie inside the range.
 
     Newton's method may also find a motion of a branch that has nothing to do with the event, or one beyond a fold. So
     the motion at half the distance, and the tangents of both, must tell of the same curve from the event on.
@@ -339,7 +375,9 @@ def _leaving(curve: Continuation, event: Event, multiplier: float, signs: Sequen
         for distance in _DISTANCES:
             direction = sign * vector / np.linalg.norm(vector)
             point, nearer = (_motion_beside(curve, event, direction, share * distance) for share in (1.0, 0.5))
-            if point is not None and nearer is not None and _is_one_curve(event, direction, distance, nearer, point):
+            if point is None or nearer is None or not ends[0] <= point.parameter <= ends[1]:
+                continue
+            if _is_one_curve(event, direction, distance, nearer, point):
                 points.append(point)
                 break
     return points

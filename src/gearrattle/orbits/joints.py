@@ -14,15 +14,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.breaking import HalfPeriodFamily, breaking_near, symmetric_curve
+from gearrattle.engine.periodic.breaking import breaking_near, half_curve, half_of
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import BREAKING, FOLD, GRAZING, Event, events_between
+from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, Event, events_between
 from gearrattle.engine.periodic.grazing import COMPLIANT
 from gearrattle.engine.periodic.point import Point, halves_apart
 from gearrattle.errors import ConvergenceError
@@ -35,7 +34,7 @@ _NEARER = 0.2  # of how far both are apart beside a fold: by so much they are in
 _AT_HOME = 1e-9  # the same, where a motion is one of the other branch: near a joint both are known less well
 _ABOUT = 1e-3  # of the periods of a motion: instants that differ by more are not the same
 _AT_JOINT = 1e-8  # arclength: what touches so near to where a branch joins another does so there, but for rounding
-_NEAR_JOINT = 1e-3  # of w: so near to a joint a fold at which both become the same is that one
+_NEAR_JOINT = 1e-3  # of w: so far at least a joint that is not known is sought
 _IN_JUMP = 1e-8  # of w: so near to a jump of the gradient a branch that goes no further has come to it
 _NEAR_HOME = 10.0  # steps: so near lies the joint of a step onto the other branch
 _ON_THE_WAY = 1.5  # steps: the way over a joint, from the begin of a step to its end
@@ -49,15 +48,14 @@ class Home:
     Parameters
     ----------
     curve
-        the Continuation of its motions.
+        the Continuation of the branch that has left or joins.
     events
-        of it, as far as they are known.
-    kind
-        period doubling or symmetry breaking.
+        of the branch that it has left; none: it is not known.
     """
 
-    def __init__(self, curve: Continuation, events: Sequence[Event], kind: str) -> None:
-        self.events, self._curve, self._kind = events, curve, kind
+    def __init__(self, curve: Continuation, events: Sequence[Event] = ()) -> None:
+        self.events, self._curve, self._half = events, curve, half_of(curve.family)
+        self._kind = DOUBLING if curve.cycles % 2 == 0 else BREAKING
         self._last: tuple[Point, Array] | None = None
 
     def apart(self, point: Point) -> float:
@@ -70,42 +68,34 @@ class Home:
         may_be = self._kind == BREAKING or _has_equal_halves(point)
         return may_be and self.apart(point) <= _AT_HOME
 
-    def arrival(self, curve: Continuation, before: Point, after: Point) -> list[Event] | None:
-        """Return the events of a step on which a branch joins this one, up to there; None: it does not, or in a fold.
+    def arrival(self, before: Point, after: Point) -> list[Event] | None:
+        """Return the events of a step on which the branch joins this one, up to there; None: it does not.
 
         Parameters
         ----------
-        curve
-            the Continuation of the branch.
         before, after
-            two of its points.
+            two points of the branch that follow one another.
         """
-        turns = float(self._gap(before) @ self._gap(after)) < 0.0
-        if not turns and not self.is_of(after):
+        if not self._is_joined_between(before, after):
             return None
-        step = float(np.linalg.norm(after.w - before.w))
-        joint, distance = self._nearest(before)
-        if joint is None or (not turns and distance > _NEAR_HOME * step):
+        joint = self._joint_between(before, after)
+        if joint is None:
             return None
-        if turns and distance + float(np.linalg.norm(after.w - joint.point.w)) > _ON_THE_WAY * step:
-            return None
-        ends = self._shared_end(curve, before, joint)
-        events = _events_up_to(curve, before, ends[-1].point)
+        ends = self._shared_end(before, joint)
+        events = _events_up_to(self._curve, before, ends[-1].point)
         if len(ends) > 1:  # what touches there is named by the other branch
             last = ends[-1].point.length - _AT_JOINT
             events = [event for event in events if event.kind != GRAZING or event.point.length < last]
         return [*events, *ends]
 
-    def arrival_in_fold(
-        self, curve: Continuation, before: Point, after: Point, ahead: Sequence[Event]
-    ) -> list[Event] | None:
-        """Return the events of a step on which a branch joins this one, up to there; None: it does not.
+    def arrival_in_fold(self, before: Point, after: Point, ahead: Sequence[Event]) -> list[Event] | None:
+        """Return the events of a step on which the branch joins this one where no joint is known; None: it does not.
 
         Its motions and their images become the same in a fold, or in a jump of the gradient beyond which they stay so.
 
         Parameters
         ----------
-        curve, before, after
+        before, after
             see ``arrival``.
         ahead
             the events of the step.
@@ -115,35 +105,52 @@ class Home:
         ConvergenceError
             the step leads to a motion of this branch, and no joint is known.
         """
+        is_joined = self._is_joined_between(before, after)
         for i, event in enumerate(ahead):
             points = [before, *(other.point for other in ahead), after]
-            if event.kind == FOLD and self._is_joint(event.point, points):
-                return [*ahead[:i], self._joint(curve, before, event)]
+            if is_joined and event.kind == FOLD and self._is_joint(event.point, points):
+                return [*ahead[:i], replace(event, kind=self._kind)]
             if event.grazing is not None and event.grazing.kind != COMPLIANT and self.apart(after) < _SAME_HALVES:
                 return [*ahead[: i + 1], Event(self._kind, event.point, is_collision=True)]
         if self.is_of(after):
             raise ConvergenceError(f"its motions become those of another branch, where no {self._kind} is known")
         return None
 
-    def arrival_in_jump(self, curve: Continuation, point: Point) -> list[Event] | None:
-        """Return the events where a branch comes to a jump of the gradient in which this one doubles its period.
+    def arrival_in_jump(self, point: Point) -> list[Event] | None:
+        """Return the events where the branch comes to a jump of the gradient in which this one doubles its period.
 
-        Beyond there is this branch alone, in a direction that need not be ahead. None: the other branch is not there.
+        Beyond there is this branch alone, in a direction that need not be ahead. None: the branch is not there.
         """
         nearest, distance = self._nearest(point)
         if nearest is None or not nearest.is_collision or distance > _IN_JUMP:
             return None
-        return self._shared_end(curve, point, nearest)
+        return self._shared_end(point, nearest)
 
-    @cached_property
-    def _half(self) -> HalfPeriodFamily:
-        return HalfPeriodFamily(self._curve.family)
+    def _is_joined_between(self, before: Point, after: Point) -> bool:
+        """Whether a motion and its image change places over a step, or are the same at its end."""
+        return float(self._gap(before) @ self._gap(after)) < 0.0 or self.is_of(after)
+
+    def _joint_between(self, before: Point, after: Point) -> Event | None:
+        """The joint of a step over which a motion and its image change places; None where none is known."""
+        step = float(np.linalg.norm(after.w - before.w))
+        turns = float(self._gap(before) @ self._gap(after)) < 0.0
+        joint, distance = self._nearest(before)
+        if joint is not None:
+            over = distance + float(np.linalg.norm(after.w - joint.point.w))
+            if over <= _ON_THE_WAY * step or (not turns and distance <= _NEAR_HOME * step):
+                return joint
+        gaps = [float(np.linalg.norm(self._gap(point))) for point in (before, after)]
+        with suppress(ConvergenceError):
+            middle = self._curve.between(before, after, gaps[0] / (gaps[0] + gaps[1]))
+            breaking = breaking_near(self._curve, middle, max(_NEAR_JOINT, 0.5 * step))
+            if breaking is not None:
+                return Event(self._kind, breaking)
+        return None
 
     def _gap(self, point: Point) -> Array:
         """(N,) a motion's image less the motion, balanced."""
         if self._last is None or self._last[0] is not point:
-            family = self._half if self._kind == BREAKING else self._curve.family
-            image, _ = family.follow(point.motion.start, point.parameter)
+            image, _ = self._half.follow(point.motion.start, point.parameter)
             self._last = point, (image.end.y - point.state) * point.scale
         return self._last[1]
 
@@ -155,29 +162,13 @@ class Home:
             if event.kind == self._kind
         ]
         distance, nearest = min(distances, default=(np.inf, -1))
-        if distance > _NEAR_JOINT and self._kind == BREAKING:
-            breaking = breaking_near(self._curve, point, _NEAR_JOINT)
-            if breaking is not None:
-                return Event(BREAKING, breaking), float(np.linalg.norm(breaking.w - point.w))
         return (self.events[nearest] if distances else None), distance
 
-    def _shared_end(self, curve: Continuation, before: Point, joint: Event) -> list[Event]:
+    def _shared_end(self, before: Point, joint: Event) -> list[Event]:
         """A joint, and what grazes with it, as the end of the branch that joins this one."""
         at_once = [event for event in self.events if event.point is joint.point and event.kind in (GRAZING, self._kind)]
         at_once = at_once or [joint]  # this branch is not known yet
-        return [shared_with(curve, event, before, is_end=True) for event in at_once]
-
-    def _joint(self, curve: Continuation, before: Point, fold: Event) -> Event:
-        """The event at which a branch joins this one in a fold.
-
-        There both branches cross, and this one tells better where. Not where the other one grazes in between.
-        """
-        nearest, distance = self._nearest(fold.point)
-        if nearest is not None and distance < _NEAR_JOINT:
-            joint = shared_with(curve, nearest, before, is_end=True)
-            if joint.point.word == fold.point.word:
-                return joint
-        return replace(fold, kind=self._kind)
+        return [shared_with(self._curve, event, before, is_end=True) for event in at_once]
 
     def _is_joint(self, fold: Point, others: Sequence[Point]) -> bool:
         """Whether a motion and its image become the same in a fold.
@@ -196,8 +187,8 @@ class Home:
         return len(neighbours) == 2 and all(apart < _NEARER * self.apart(point) for point in neighbours)
 
 
-def symmetric_home(curve: Continuation, begin: Point) -> Home | None:
-    """Return the symmetric branch that one without symmetry may join; None for other branches, and families.
+def unknown_home(curve: Continuation, begin: Point) -> Home | None:
+    """Return the branch that one of even periods, or without symmetry, may join; None for others, and families.
 
     Parameters
     ----------
@@ -206,10 +197,10 @@ def symmetric_home(curve: Continuation, begin: Point) -> Home | None:
     begin
         a motion of it.
     """
-    if begin.free or symmetric_curve(curve, begin.parameter) is None:
+    if begin.free or half_curve(curve, begin.parameter) is None:
         return None
-    home = Home(curve, (), BREAKING)
-    return home if home.apart(begin) > _HALVES else None
+    home = Home(curve)
+    return home if home.apart(begin) > _SAME_HALVES else None
 
 
 def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: bool = False) -> Event:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.period_map import Pass
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
@@ -297,7 +298,7 @@ class _JudgedRow:
         stable_quiet = stable_rattling = unstable = 0
         for curve in self._curves:
             for index, point in curve.at(value):
-                if curve.known.cycles == known.period_map.cycles and not known.add(point.motion):
+                if known.period_map.cycles % curve.known.cycles == 0 and not known.add(curve.over(known, point)):
                     continue
                 if not is_stable(point.multipliers, point.free):
                     unstable += 1
@@ -321,6 +322,11 @@ class _JudgedCurve:
     def at(self, value: float) -> Iterator[tuple[int, Point]]:
         """Yield its motions at a parameter value."""
         return self.known.motions_at(self._follower, value)
+
+    def over(self, known: Known, point: Point) -> Pass:
+        """Return a motion over the periods of some known ones."""
+        is_shorter = self.known.cycles < known.period_map.cycles
+        return known.period_map(point.motion.start) if is_shorter else point.motion
 
     def rattles(self, before: int, point: Point) -> bool:
         """Return whether a motion rattles; ``before`` is the index of the point before it."""

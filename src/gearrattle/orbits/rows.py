@@ -23,8 +23,7 @@ from gearrattle.model import Model
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.family import follower_over
 from gearrattle.orbits.find import periodic
-from gearrattle.orbits.further import Followers, further_curves
-from gearrattle.orbits.orbit import CYCLES
+from gearrattle.orbits.further import followers_of, further_curves
 from gearrattle.orbits.search import Known
 
 _MOST_POINTS = 400  # over the second value, from one row to the next
@@ -157,9 +156,8 @@ def _following(plane: Plane, row: Row, second: float, isolated: bool, progress: 
             lost += 1
         elif not _is_known(curve, curves, first, state):
             curves += _through(curve, state, first, plane.ends, progress)
-    has_doubled = 2 * plane.cycles <= CYCLES.most
-    doubled = plane.follower(second, 2 * plane.cycles) if has_doubled else None
-    curves += further_curves(Followers(curve, doubled), curves, plane.ends, isolated=isolated)
+    followers = followers_of(plane.cycles, lambda n: plane.follower(second, n))
+    curves += further_curves(followers, curves, plane.ends, isolated=isolated)
     return Row(second, tuple(curves), lost)
 
 

@@ -1,11 +1,12 @@
-"""Where symmetric motions lose their symmetry, located on the branch of symmetric motions alone.
+"""Where a branch of motions that repeat after half their length, or are symmetric, is crossed by one of others.
 
-The symmetric motions of a symmetric driveline are the fixed points of its half-period map H (``symmetry``). Where
-their symmetry breaks a multiplier of H is -1, and I - DH is regular: their branch goes on smoothly. The whole period
-map has a multiplier 1 there. Three of its branches cross, and to a residual r the motion is known to the cube root of
-r alone, the place to its square.
+Such motions are the fixed points of a map H over half of their length. For an even number of periods n that is the map
+over n / 2 periods; for an odd number, of a symmetric driveline, the half-period map (``symmetry``). Either way
+P = H(H(y)). Where a multiplier of H is -1 the period doubles, or the symmetry breaks; I - DH is regular there, and the
+branch goes on smoothly. P has a multiplier 1 there. Three branches of its fixed points cross, and to a residual r the
+motion is known to the cube root of r alone, the event to its square.
 
-Takes a Continuation of whole periods and two of its Points; gives a Point.
+Takes a Continuation of whole lengths and its Points; gives Points.
 """
 
 from __future__ import annotations
@@ -26,11 +27,11 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-_SYMMETRIC = 1e-4  # of w: motions of the branch nearer than this to a symmetric one are symmetric
+_SAME = 1e-4  # of w: motions of the branch nearer than this to a fixed point of H are one
 
 
 class HalfPeriodFamily(Family):
-    """The half-period map of a family of symmetric drivelines; its motions are without turning points.
+    """The family of the half-period maps of symmetric drivelines, without turning points.
 
     Parameters
     ----------
@@ -60,15 +61,24 @@ class HalfPeriodFamily(Family):
         if touch is not None or turns_along is not None:
             raise NotImplementedError
         motion, slope = self._half.follow(state, parameter)
-        if motion.end.auxiliary_pieces is None:
-            end = State(-motion.end.y)
-        else:
-            end = self.map_at(parameter).mirrored(motion.end)
+        has_pieces = motion.end.auxiliary_pieces is not None
+        end = self.map_at(parameter).mirrored(motion.end) if has_pieces else State(-motion.end.y)
         return replace(motion, end=end, gradient=-motion.gradient, turned=-motion.turned), -slope
 
 
-def symmetric_curve(curve: Continuation, parameter: float) -> Continuation | None:
-    """Return what follows the symmetric motions alone; None where a driveline is not symmetric.
+def half_of(family: Family) -> Family:
+    """Return the family of H.
+
+    Parameters
+    ----------
+    family
+        of motions over an even number of periods, or of symmetric drivelines.
+    """
+    return HalfPeriodFamily(family) if family.cycles % 2 == 1 else family.over(family.cycles // 2)
+
+
+def half_curve(curve: Continuation, parameter: float) -> Continuation | None:
+    """Return what follows the motions that repeat after half their length, or are symmetric; None: there is no H.
 
     Parameters
     ----------
@@ -78,13 +88,13 @@ def symmetric_curve(curve: Continuation, parameter: float) -> Continuation | Non
         of the driveline.
     """
     family = curve.family
-    if family.cycles % 2 == 0 or not is_symmetric(family.map_at(parameter).system):
+    if family.cycles % 2 == 1 and not is_symmetric(family.map_at(parameter).system):
         return None
-    return curve.of(HalfPeriodFamily(family))
+    return curve.of(half_of(family))
 
 
 def breaking_between(curve: Continuation, before: Point, after: Point) -> Point | None:
-    """Return the motion between two others at which the symmetry breaks; None where it does not.
+    """Return the fixed point of H between two others at which one of its multipliers is -1; None where none is.
 
     Parameters
     ----------
@@ -93,15 +103,15 @@ def breaking_between(curve: Continuation, before: Point, after: Point) -> Point 
     before, after
         points that follow one another.
     """
-    symmetric = symmetric_curve(curve, before.parameter)
-    if symmetric is None:
+    halves = half_curve(curve, before.parameter)
+    if halves is None:
         return None
     try:
-        first, last = _symmetric(symmetric, before), _symmetric(symmetric, after)
+        first, last = _among(halves, before), _among(halves, after)
         away = max(float(np.linalg.norm(own.w - whole.w)) for own, whole in ((first, before), (last, after)))
-        if away > _SYMMETRIC or _doubling(first) * _doubling(last) >= 0.0:
+        if away > _SAME or _doubling(first) * _doubling(last) >= 0.0:
             return None
-        breaking, _ = zero_between(symmetric, first, last, _doubling)
+        breaking, _ = zero_between(halves, first, last, _doubling)
         motion, slope = curve.family.follow(breaking.motion.start, breaking.parameter)
     except ConvergenceError:
         return None
@@ -109,35 +119,34 @@ def breaking_between(curve: Continuation, before: Point, after: Point) -> Point 
 
 
 def breaking_near(curve: Continuation, point: Point, farthest: float) -> Point | None:
-    """Return the motion nearest to a nearly symmetric one at which the symmetry breaks; None where none is near.
+    """Return the nearest fixed point of H at which one of its multipliers is -1; None where none is near.
 
     Parameters
     ----------
     curve
         the Continuation of the branch.
     point
-        a motion of it.
+        a motion of it, nearly a fixed point of H.
     farthest
-        arclength of the symmetric motions on either side.
+        arclength of the fixed points of H on either side.
     """
-    symmetric = symmetric_curve(curve, point.parameter)
-    if symmetric is None:
+    halves = half_curve(curve, point.parameter)
+    if halves is None:
         return None
     try:
-        mirrored = symmetric.family.follow(point.motion.start, point.parameter)[0].end
-        middle = 0.5 * (point.state + mirrored.y) * point.scale / point.size
-        normal = np.append(np.zeros(len(middle)), 1.0)
-        whole = replace(point, later=None)
-        centre = symmetric.near(np.append(middle, point.w[-1]), normal, whole)
-        before, after = (symmetric.moved_along(centre, side * farthest) for side in (-1.0, 1.0))
+        image = halves.family.follow(point.motion.start, point.parameter)[0].end
+        middle = 0.5 * (point.state + image.y) * point.scale / point.size
+        at_parameter = np.append(np.zeros(len(middle)), 1.0)
+        centre = halves.near(np.append(middle, point.w[-1]), at_parameter, replace(point, later=None))
+        before, after = (halves.moved_along(centre, side * farthest) for side in (-1.0, 1.0))
     except ConvergenceError:
         return None
     return breaking_between(curve, before, replace(after, length=2.0 * farthest))
 
 
-def _symmetric(symmetric: Continuation, point: Point) -> Point:
-    """A motion among the symmetric ones alone."""
-    return replace(symmetric.in_plane(replace(point, later=None)), length=point.length)
+def _among(halves: Continuation, point: Point) -> Point:
+    """A motion among the fixed points of H."""
+    return replace(halves.in_plane(replace(point, later=None)), length=point.length)
 
 
 def _doubling(point: Point) -> float:

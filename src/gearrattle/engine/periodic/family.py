@@ -77,6 +77,10 @@ class Family(ABC):
         """Return the family of a part of the motion, begin and length in periods, where there are parts."""
         raise NotImplementedError
 
+    def over(self, cycles: int) -> Family:
+        """Return the family of the motions over another number of periods."""
+        raise NotImplementedError
+
     @abstractmethod
     def follow(
         self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | Along | None = None
@@ -144,6 +148,10 @@ class GeneralFamily(Family):
     def part(self, begin: float, length: float) -> GeneralFamily:
         """Return the family of a part of the motion; see ``Family.part``."""
         return _PartFamily(self._system_of, self._first, self.unit, (begin, length))
+
+    def over(self, cycles: int) -> GeneralFamily:
+        """Return the family of the motions over another number of periods."""
+        return GeneralFamily(self._system_of, self._first, cycles, self.unit)
 
     def follow(
         self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | Along | None = None
@@ -244,6 +252,10 @@ class CompiledFamily(Family):
             return part_of(numbers, inputs.cycles, begin, length), is_alike
 
         return CompiledFamily(general, replace(self._system, inputs=inputs.part(begin, length)), coefficients_of)
+
+    def over(self, cycles: int) -> CompiledFamily:
+        """Return the family of the motions over another number of periods."""
+        return CompiledFamily(self._general.over(cycles), self._system, self._coefficients_of)
 
     def follow(
         self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | Along | None = None
