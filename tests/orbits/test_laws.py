@@ -315,6 +315,51 @@ def test_a_body_that_floats_touches_where_its_family_ends() -> None:
     np.testing.assert_allclose(levels["lowest"], -levels["highest"], rtol=0, atol=1e-8)
 
 
+def test_a_body_between_soft_stops_goes_on_beyond_its_family() -> None:
+    """A free body of mass 1 swings by amplitude / W^2, its half gap at the amplitude 1; the motion beyond is stable."""
+    tables = {
+        "schema": 1,
+        "units": "dimensionless",
+        "inertia": [{"name": "body", "J": 1.0}],
+        "coupling": [
+            {"name": "gap", "between": ["body", "ground"], "stiffness": 0.5, "damping": 0.05, "clearance": 1.0}
+        ],
+        "excitation": {"speed": 1.0},
+        "torque": [{"on": "body", "harmonics": [{"order": 1, "amplitude": 0.3}]}],
+    }
+    model, path = gr.Model.from_tables(tables), "torque.0.harmonics.0.amplitude"
+    start = gr.periodic(model, start={"angle": [0.0], "velocity": [-0.3]})
+    branch = gr.continuation(model, path, (0.3, 1.5), start=start)
+    assert branch.notes == ()
+    assert branch.events["kind"].tolist() == ["end of a family"]
+    assert branch.events["value"][0] == pytest.approx(1.0, abs=1e-7)
+    assert branch.data["value"].values[-1] == 1.5
+    assert branch.data["stable"].values.all()
+
+
+@pytest.mark.slow
+def test_a_loose_gear_folds_just_beyond_its_family() -> None:
+    """Motions that touch both sides twice a period exist up to 2.5e-6 beyond its end, and lead back."""
+    tables = {
+        "schema": 1,
+        "units": "dimensionless",
+        "inertia": [{"name": "a", "J": 1.0, "drag": 0.1}, {"name": "b", "J": 0.2}],
+        "coupling": [
+            {"name": "s", "between": ["a", "ground"], "stiffness": 1.0, "damping": 0.1},
+            {"name": "gap", "between": ["a", "b"], "stiffness": 10.0, "damping": 0.5, "clearance": 1.0},
+        ],
+        "excitation": {"speed": 0.6},
+        "torque": [{"on": "a", "harmonics": [{"order": 1, "amplitude": 1.0}]}],
+    }
+    branch = gr.continuation(gr.Model.from_tables(tables), "torque.0.harmonics.0.amplitude", (0.2, 3.0))
+    assert branch.notes == ()
+    assert branch.events["kind"].tolist()[:2] == ["end of a family", "fold"]
+    assert branch.events["value"].tolist()[:2] == pytest.approx([0.6511528, 0.6511553], abs=1e-7)
+    value = branch.data["value"].values
+    assert value[-1] == 0.2
+    assert not branch.data["stable"].values[np.argmax(value) + 1 :].any()
+
+
 @pytest.mark.long
 def test_a_family_is_one_motion_of_every() -> None:
     orbits = gr.periodic(symmetric(1.2), every=True)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import Event, changes_between, events_between
 from gearrattle.engine.periodic.point import Point
+from gearrattle.engine.periodic.zero import zero_between
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.edges import followed_through_families
 from gearrattle.orbits.joints import Home, events_beside_joint, unknown_home
@@ -117,7 +118,7 @@ class Curve:
         for i, (before, after) in enumerate(self.steps()):
             if (before.parameter - value) * (after.parameter - value) < 0.0:
                 with suppress(ConvergenceError):  # a fold very near
-                    yield i, follower.at_parameter(before, after, value)
+                    yield i, _motion_between(follower, before, after, value)
 
     def steps(self) -> Iterator[tuple[Point, Point]]:
         """Yield the pairs of consecutive points."""
@@ -194,6 +195,14 @@ def followed(
             events += last
             points.append(last[-1].point)
     return Curve(curve.family.cycles, tuple(points), tuple(events), note, _kind(origin), tuple(unlocated))
+
+
+def _motion_between(follower: Continuation, before: Point, after: Point, value: float) -> Point:
+    """The motion of a step at a parameter value; along the branch where it leaves another one like a root."""
+    try:
+        return follower.at_parameter(before, after, value)
+    except ConvergenceError:
+        return zero_between(follower, before, after, lambda point: point.parameter - value)[0]
 
 
 def _kind(origin: Event | None) -> str:

@@ -20,6 +20,8 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.periodic.point import Point, appended
+from gearrattle.engine.periodic.shooting import shoot
+from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.freedom import moving_directions_of, room_of
 
@@ -29,9 +31,10 @@ EDGE = "end of a family"
 """Kind of event: the edges of a family meet."""
 _LEAST = 1e-7  # of the largest corner: what is shorter is no family, such as the memory of a slider that is let go
 _MIDDLE = 1e-3  # of the largest corner: a shorter way to the middle is not gone
-_BEYOND = (1e-4, 1e-3, 1e-5)  # of the unit of the parameter: from the end of a family to motions that touch
+_BEYOND = (1e-4, 1e-3, 1e-5, 1e-6, 1e-7)  # of the unit of the parameter: from the end of a family to motions that touch
 _BACK = 1e-3  # of the unit of the parameter: back into a family, to see how fast its length falls
 _FARTHEST = 0.1  # of the unit of the parameter: the end of a family from the last motion of it
+_SYMMETRIC = 0.1  # of the largest corner: a symmetric motion farther away is of another branch
 _NEARER, _TIMES = 0.1, 5  # share of the way to its end that is left, each time
 
 
@@ -106,7 +109,7 @@ def _off_edge(curve: Continuation, point: Point) -> tuple[Point, Sequence[Event]
     for ahead in _BEYOND:
         with suppress(ConvergenceError):
             parameter = end.parameter + way * ahead * curve.family.unit
-            beyond = curve.begin(_extrapolated(earlier, end, parameter), parameter, upward=way > 0.0)
+            beyond = _begun(curve, _extrapolated(earlier, end, parameter), parameter, upward=way > 0.0)
             if not beyond.free:
                 return appended(end, beyond), (Event(EDGE, end),)
     raise ConvergenceError(f"no motion was found beyond the end of a family at the parameter {end.parameter:.9g}")
@@ -131,12 +134,27 @@ def _end_of(curve: Continuation, point: Point) -> tuple[Point, Point]:
 
 def _in_middle(curve: Continuation, state: State, parameter: float) -> tuple[Point, float]:
     """The motion in the middle of the family near a state, at a parameter; and the length of the family."""
-    moved = curve.begin(state, parameter)
+    moved = _begun(curve, state, parameter)
     room = room_of(curve.family.map_at(parameter), moved.motion)
     if room is None:
         return moved, 0.0
     middle = State(moved.state + room[0], moved.motion.end.auxiliary_pieces)
-    return curve.begin(middle, parameter), room[1]
+    return _begun(curve, middle, parameter), room[1]
+
+
+def _begun(curve: Continuation, state: State, parameter: float, *, upward: bool = True) -> Point:
+    """The motion near a state; of a symmetric driveline the symmetric one, if it is that near.
+
+    The symmetric motion is in the middle of its family and goes on beyond. Where the family ends I - M is nearly
+    singular in more than its free direction, and I - DH is regular.
+    """
+    period_map = curve.family.map_at(parameter)
+    if curve.cycles % 2 == 1 and is_symmetric(period_map.system):
+        with suppress(ConvergenceError):
+            symmetric = shoot(HalfPeriodMap(period_map.system, curve.cycles), state).motion.start
+            if np.linalg.norm((symmetric.y - state.y) * period_map.scale) < _SYMMETRIC * period_map.size:
+                state = symmetric
+    return curve.begin(state, parameter, upward=upward)
 
 
 def _extrapolated(earlier: Point, point: Point, parameter: float) -> State:

@@ -139,12 +139,17 @@ class Continuation:
             if last is not None:
                 yield last
                 return
-            following, step = self._next(earlier, point, step)
+            following, next_step = self._next(earlier, point, step)
             if not lowest <= following.parameter <= highest:
                 end = lowest if following.parameter < lowest else highest
+                distance = float(np.linalg.norm(following.w - point.w))
                 if point.parameter != end:
                     yield self.at_parameter(point, following, end)
+                elif (point.tangent[-1] > 0.0) == (end == lowest) and distance > _SHORTEST:
+                    step = _LEAST_SHARE * distance  # it turns back within the step
+                    continue
                 return
+            step = next_step
             if self._closes(begin, point, following):
                 yield replace(begin, length=point.length + float(np.linalg.norm(begin.w - point.w)))
                 return
