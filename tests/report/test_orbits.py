@@ -238,3 +238,18 @@ def test_a_table_says_what_moves_the_jumps(branch: Branch) -> None:
     assert float(table.rows[0][2]) == pytest.approx(float(gradients["per_10_percent"][0]), rel=1e-2)
     quiet = gr.continuation(gr.example("rattle_oscillator"), branch.path, (3.0, 3.1), start="linear")
     assert moving_table(quiet).rows == ()
+
+
+def test_a_fold_of_unstable_motions_is_no_jump() -> None:
+    """From 0.5 to 0.8 a gear in a gap folds at 0.695 where it is stable, and at 0.525 where it is unstable already."""
+    gear = {"name": "gear", "J": 1.0}
+    mesh = {"name": "mesh", "between": ["gear", "ground"], "stiffness": 1.0, "damping": 0.1, "clearance": 1.0}
+    load = {"on": "gear", "mean": 0.11, "harmonics": [{"order": 1, "amplitude": 0.165}]}
+    about = {"schema": 1, "name": "gear in a gap", "units": "dimensionless", "excitation": {"speed": 0.5}}
+    model = gr.Model.from_tables(
+        {**about, "inertia": [gear], "coupling": [{**mesh, "damping_ratio": 1.0}], "torque": [load]}
+    )
+    branch = gr.continuation(model, "excitation.speed", (0.5, 0.8))
+    folds = branch.events[(branch.events["kind"] == "fold") & (branch.events["branch"] == 0)]
+    assert folds["value"].to_numpy() == pytest.approx([0.695013, 0.525033], abs=1e-6)
+    assert {float(row[0]) for row in moving_table(branch).rows} == {0.695013}

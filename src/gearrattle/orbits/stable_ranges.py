@@ -108,13 +108,19 @@ def _end(branch: Followed, value: float) -> str:
     return "end of the range" if value in branch.range else "end of the branch"
 
 
+def jumping_folds_of(branch: Followed) -> list[int]:
+    """Return which events are folds at which stable motions end."""
+    stable, events = branch.data["stable"].values, branch.events
+    is_fold = (events["kind"] == FOLD).to_numpy() & (events["point"] + 1 < len(stable)).to_numpy()
+    points = events["point"].to_numpy()
+    return [int(e) for e in np.flatnonzero(is_fold) if stable[points[e]] or stable[points[e] + 1]]
+
+
 def jumps_of(branch: Followed) -> list[Jump]:
     """Return the folds at which stable motions end, by their values."""
-    stable, values = branch.data["stable"].values, branch.data["value"].values
-    jumps = []
-    for number, kind, value, point in branch.events[["branch", "kind", "value", "point"]].itertuples(index=False):
-        if kind != FOLD or point + 1 >= len(values) or not (stable[point] or stable[point + 1]):
-            continue
+    values, jumps = branch.data["value"].values, []
+    folds = branch.events.iloc[jumping_folds_of(branch)]
+    for number, value, point in folds[["branch", "value", "point"]].itertuples(index=False):
         jumps.append(Jump(float(value), bool(value >= max(values[point], values[point + 1])), int(number)))
     return sorted(jumps, key=lambda jump: jump.value)
 

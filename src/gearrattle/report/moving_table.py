@@ -1,4 +1,6 @@
-"""What moves the jumps of a branch: by how much 10 % more of every number of the model shifts its folds.
+"""What moves the jumps of a branch: by how much 10 % more of every number of the model shifts their folds.
+
+A fold at which unstable motions turn back is none of them.
 
 Takes a Branch; gives a Table.
 """
@@ -6,11 +8,11 @@ Takes a Branch; gives a Table.
 from __future__ import annotations
 
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.events import FOLD
 from gearrattle.errors import GearRattleError
 from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Branch
 from gearrattle.orbits.family import is_compiled
+from gearrattle.orbits.stable_ranges import jumping_folds_of
 from gearrattle.report.plots.branches import measure
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
@@ -20,7 +22,7 @@ _LEAST = 1e-4  # of what the most effective number does: less is left out
 
 
 def moving_table(branch: Branch) -> Table:
-    """Return what moves the first folds of the first branch; without rows where there is none, or it would take long.
+    """Return what moves the first jumps of the first branch; without rows where there is none, or it would take long.
 
     Parameters
     ----------
@@ -32,7 +34,8 @@ def moving_table(branch: Branch) -> Table:
     head = ("fold at" + unit, "10 % more of", "moves it by" + unit)
     system = assemble(branch.model).system
     events = branch.events
-    folds = events.index[(events["kind"] == FOLD) & (events["branch"] == 0) & ~events["collision"]]
+    jumping = events.iloc[jumping_folds_of(branch)]
+    folds = jumping.index[(jumping["branch"] == 0) & ~jumping["collision"]]
     rows: list[tuple[str, ...]] = []
     for fold in folds[:_MOST_FOLDS] if is_compiled(system) and system.size <= _MOST_BODIES else ():
         try:
