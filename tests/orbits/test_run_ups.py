@@ -203,3 +203,22 @@ def test_a_period_of_many_load_cycles_changes_no_jump() -> None:
         assert 16.0 * jump.value == pytest.approx(alone.value, abs=2e-5)
         assert 16.0 * jump.delay == pytest.approx(alone.delay, abs=2e-5)
     assert [len(run.value) for run in runs.envelopes] == [11, 11]  # a row a period T
+
+
+@pytest.mark.parametrize("upward", [True, False])
+def test_a_run_begins_with_the_sliders_as_the_motion_has_them(upward: bool) -> None:
+    """In its first periods a slow run has the swing of the motion; from unloaded sliders it differs by 2 %."""
+    joint = {"stiffness": 1.0, "damping": 0.06, "damping_ratio": 1.0, "clearance": 1.0}
+    slider = {"hysteresis": 0.6, "stick_stiffness": 2.0}
+    tables = {
+        "inertia": [{"name": "body", "J": 1.0}],
+        "coupling": [{"name": "joint", "between": ["body", "ground"], **joint, **slider}],
+        "excitation": {"speed": 0.9},
+        "torque": [{"on": "body", "mean": 0.2, "harmonics": [{"order": 1, "amplitude": 0.5}]}],
+    }
+    model = gr.Model.from_tables({"schema": 1, "name": "joint with friction", "units": "dimensionless", **tables})
+    branch = gr.continuation(model, SPEED, (0.9, 0.91))
+    (run,) = [run for run in branch.run_up(1e-5).envelopes if run.upward == upward]
+    at_ends = branch.data["value"].values, branch.data["peak_to_peak"].values[:, 0]
+    swing = float(at_ends[1][at_ends[0] == (0.9 if upward else 0.91)][0])
+    np.testing.assert_allclose(run.peak_to_peak[:3, 0], swing, rtol=5e-4)

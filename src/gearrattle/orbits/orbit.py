@@ -107,7 +107,10 @@ class Orbit(Result):
 
     @cached_property
     def state(self) -> dict[str, list[float]]:
-        """Angles [rad] and velocities [rad/s] of all inertias at t = 0, as ``simulate`` takes them."""
+        """Angles [rad] and velocities [rad/s] of all inertias at t = 0, as ``simulate`` takes them.
+
+        With hysteresis they are not the whole state: a simulation begins with all sliders unloaded, off the motion.
+        """
         return initial_of(self.model, self.period_map, self.motion.start)
 
     @cached_property

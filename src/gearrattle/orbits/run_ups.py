@@ -31,8 +31,8 @@ from gearrattle.model.table import shown
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.jumps import Jump, RunParts, branch_parts, jumps_of, speed_of
 from gearrattle.orbits.orbit import Orbit
+from gearrattle.orbits.state import followed_from
 from gearrattle.result import Result
-from gearrattle.simulation.simulate import simulate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -203,17 +203,10 @@ def _run(
     affordable = max(_SAMPLES, int(_MOST_SAMPLES / (cycles * fastest)))
     samples = int(np.ceil(min(_SAMPLES * load_cycles, affordable) * fastest))
     sweep = {"from": first, "to": last, "over": over}
-    run = simulate(
-        branch.model.with_({"excitation.sweep": sweep}),
-        "exact",
-        cycles=cycles,
-        discard=0,
-        samples_per_cycle=samples,
-        initial=orbit.state,
-        audit=False,
-        progress=progress,
-    )
-    time, deflection = run.trajectory.time, run.trajectory.deflection
+    model = branch.model.with_({"excitation.sweep": sweep})
+    settings = {"cycles": cycles, "discard": 0, "samples_per_cycle": samples}
+    trajectory = followed_from(model, (orbit.period_map, orbit.motion.start), settings, progress)
+    time, deflection = trajectory.time, trajectory.deflection
     during = time <= over
     time, deflection = time[during], deflection[during]
     signed = rate if last > first else -rate

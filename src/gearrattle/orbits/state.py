@@ -5,8 +5,9 @@ Takes a Model, and a start in any of its forms; gives states of ``engine.periodi
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,10 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Initial, Model
 from gearrattle.model.table import shown
 from gearrattle.results import Run
+from gearrattle.simulation.integrate import integrate
+from gearrattle.simulation.limits import check_memory
 from gearrattle.simulation.simulate import Plan, prepare
+from gearrattle.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
@@ -108,7 +112,10 @@ def _end_of(model: Model, period_map: PeriodMap, run: Run) -> State:
 
 
 def initial_of(model: Model, period_map: PeriodMap, state: State) -> dict[str, list[float]]:
-    """Return a state as ``simulate`` takes it: angles and velocities of all inertias, references at zero."""
+    """Return a state as ``simulate`` takes it: angles and velocities of all inertias, references at zero.
+
+    The memories of sliders have no room in it: ``simulate`` begins with all of them unloaded.
+    """
     task = period_map.task(state, 1)
     time = np.zeros(1)
     angle, velocity = (
@@ -116,6 +123,38 @@ def initial_of(model: Model, period_map: PeriodMap, state: State) -> dict[str, l
         for order, values in enumerate((task.angle, task.velocity))
     )
     return {"angle": angle.tolist(), "velocity": velocity.tolist()}
+
+
+def followed_from(
+    model: Model,
+    orbit: tuple[PeriodMap, State],
+    settings: dict[str, Any],
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Simulate a model by ``exact`` from a state of a periodic motion, memories of its sliders included.
+
+    Parameters
+    ----------
+    model
+        the driveline, whose inputs may do something else than in the periodic motion.
+    orbit
+        the map and the state at the start of a period.
+    settings
+        cycles, discard, samples_per_cycle.
+    progress
+        called with the finished share; what it raises ends the work.
+
+    Raises
+    ------
+    ModelError, ConvergenceError
+        as of ``simulate``.
+    """
+    begun = orbit[0].task(orbit[1], 1)
+    initial = initial_of(model, *orbit)
+    plan = prepare(model, {**settings, "algorithm": "exact", "initial": initial}, audit=False)
+    task = replace(plan.task, memory=begun.memory, auxiliary_pieces=begun.auxiliary_pieces)
+    check_memory(task.system, task.cycles, task.samples_per_cycle, "simulation.cycles")
+    return integrate(task, plan.layout, plan.algorithm, plan.discard, progress)
 
 
 def plan_of(model: Model, period_map: PeriodMap, state: State, samples_per_cycle: int) -> Plan:

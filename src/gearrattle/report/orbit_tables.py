@@ -118,6 +118,8 @@ def state_table(orbit: Orbit) -> Table:
         else ("inertia", "angle", "velocity")
     )
     note = "At t = 0. A model file saved from this result (.toml) begins its simulation here."
+    if orbit.period_map.system.memories:
+        note += " It begins with all sliders unloaded: it comes to this motion, if that is stable, after some periods."
     return Table(head, rows, frozenset({0}), "State at the start of a period", note)
 
 
