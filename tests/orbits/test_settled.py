@@ -107,3 +107,35 @@ def test_motions_of_one_name_are_numbered() -> None:
     expected = ["quiet, 1 T, a family", "single-sided rattle, 2 T", "quiet, 1 T", "double-sided rattle, 1 T"]
     assert names == expected
     assert motion_names([("quiet", 1)] * 2) == ["quiet, 1 T (1)", "quiet, 1 T (2)"]
+
+
+def behind_a_clutch(wound_up: float) -> gr.Model:
+    """A gear pair on an input behind a soft clutch wound up by an angle [degrees], of which the mesh feels nothing."""
+    clutch, radius, stiffness, backlash = 30.0, 0.05, 1e6, 1e-4
+    inertia, gear = 0.02, 1e-3
+    natural = float(np.sqrt(stiffness * radius**2 * (1.0 / inertia + 1.0 / gear)))
+    load = 0.05 * backlash * stiffness * radius
+    shaft = {"name": "clutch", "between": ["input", "ground"], "stiffness": clutch, "damping": 0.5}
+    error = [{"order": 1, "amplitude": 0.025 * backlash, "phase": 1.5708}]
+    mesh = {"name": "mesh", "between": ["input", "gear"], "radii": [radius, radius], "stiffness": stiffness}
+    tables = {
+        "inertia": [{"name": "input", "J": inertia}, {"name": "gear", "J": gear, "drag": 0.1 * natural * gear}],
+        "coupling": [shaft],
+        "mesh": [{**mesh, "damping": 0.0, "backlash": backlash, "transmission_error": error}],
+        "excitation": {"speed": 0.75 * natural},
+        "torque": [{"on": "input", "mean": clutch * float(np.radians(wound_up))}, {"on": "gear", "mean": -load}],
+        "simulation": {"cycles": 200, "discard": 150},
+    }
+    return gr.Model.from_tables({"schema": 1, "name": "gears behind a clutch", **tables})
+
+
+@pytest.mark.parametrize("wound_up", [4.0, 12.0])
+def test_a_soft_part_that_is_wound_up_hides_no_motion(wound_up: float) -> None:
+    """The basins are those without the load of the clutch; the mesh swings by 0.13 and 0.64 of half its backlash."""
+    free, wound = (
+        settled_motions(model, settled_state(model, PeriodMap(assemble(model).system)))
+        for model in (behind_a_clutch(0.0), behind_a_clutch(wound_up))
+    )
+    assert [swing(orbit) / 5e-5 for orbit in wound.orbits] == pytest.approx([0.6442, 0.1281], abs=1e-4)
+    assert wound.counts == free.counts
+    assert (wound.own, wound.unsettled) == (free.own, 0)

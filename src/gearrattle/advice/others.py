@@ -26,7 +26,7 @@ TOPIC = "other motions"
 ADVISED, PASSING = 2_000_000, 100_000
 """Function calls that advice may spend on the question, and those that a run may."""
 _SHARE = 0.1  # of the planned run's own function calls, which it may spend as well
-_REACH = "starts lie evenly within 4 times the largest clearance, trains turning as fast as in the pilot"
+_REACH = "starts lie evenly within 4 times the largest clearance, else turning and wound up as the pilot"
 
 
 def others_of(

@@ -2,10 +2,13 @@
 
 A settled motion is only near to the one that repeats. Newton's method from there gives the latter to rounding, and with
 it its period, its multipliers and its verdict. It counts if it is stable and near to where the search began; how fast a
-train turns as a whole, which drag alone decides, may differ.
+train turns as a whole, which drag alone decides, may differ. What counts as near is measured by the swing of every part
+of the state, and by the smallest clearance where it swings less: a soft part that is wound up far, or swings far, hides
+nothing of the others.
 
 ``settled_motions`` draws states within the reach of a driveline (``search.starts_of``) and follows each until it
-repeats. The trains turn as fast as in a given motion, which would else take thousands of periods to come back to. The
+repeats. The trains turn as fast as in a given motion, which would else take thousands of periods to come back to, and
+parts without a clearance are wound up as in that one: all that begins far from there would come from one side. The
 states are evenly spread, so the share that settles in a motion estimates the share of the reach that its basin has.
 That no start settles in a further motion does not show that there is none.
 
@@ -40,8 +43,12 @@ STARTS = 24
 BLOCK, BLOCKS = 32, 5
 """Periods between two looks at whether a motion repeats, and after how many looks it counts as not settled."""
 _LONGEST = 8  # periods after which a motion may repeat
-_REPEATS = 1e-3  # of the size of the state: what repeats as well as this is searched for
-_NEAR = 0.02  # of the size of the state: a motion that has settled is as near as this
+_REPEATS = 1e-3  # of the units of a motion: what repeats as well as this is searched for
+_ABOUT_REPEATS = 1e-2  # the same at the last look: a train with little drag settles slowly
+_NEAR = 0.02  # of the units of a motion: one that has settled is as near as this
+_NEAR_SLOWLY = 0.1  # the same of one that settles slowly: Newton's method tells it from others
+_SAME = 1e-4  # of the units of a motion: those that Newton's method gives are the same
+_SAMPLES = 32  # of a period in which swings are taken
 _STILL = 1e-6  # of the largest part of a free direction: a deflection that moves by less stays
 
 
@@ -79,19 +86,23 @@ class Attractor:
 
     def __init__(self, orbit: Orbit) -> None:
         period_map = orbit.period_map
-        self.orbit, self._scale, self._size = orbit, period_map.scale, period_map.size
+        self.orbit, self._scale = orbit, period_map.scale
         self._states = states_of_periods(period_map, orbit.motion)
+        self._units = units_of(period_map, orbit.motion.start)
         free = shooting.newton_step(period_map, orbit.motion)[1]
         self._kept = np.linalg.qr(np.hstack([free, turning(period_map)]) * self._scale[:, None])[0]
 
-    def is_near(self, state: State, tolerance: float = _NEAR) -> bool:
-        """Return whether a state is as near as ``tolerance``, in units of its size, at the start of some period.
+    def distance(self, state: State) -> float:
+        """Return the largest difference of a state from the nearest at the start of a period, in units of the motion.
 
         Free directions, and how fast trains turn as a whole, do not count.
         """
         y = state.y * self._scale
-        size = max(self._size, float(np.linalg.norm(y)))
-        return any(float(np.linalg.norm(without(y - other, self._kept))) < tolerance * size for other in self._states)
+        return min(float(np.abs(without(y - other, self._kept) / self._units).max()) for other in self._states)
+
+    def is_near(self, state: State, tolerance: float = _NEAR) -> bool:
+        """Return whether a state is as near as ``tolerance``."""
+        return self.distance(state) < tolerance
 
     @property
     def moves_deflections(self) -> bool:
@@ -100,6 +111,32 @@ class Attractor:
         free = shooting.newton_step(period_map, self.orbit.motion)[1] * self._scale[:, None]
         deflections = np.abs(free[: len(period_map.flow.coordinates.elements)])
         return bool(np.any(deflections > _STILL * np.abs(free).max(initial=0.0)))
+
+
+def units_of(period_map: PeriodMap, state: State) -> Array:
+    """Return by which (N,) distances from a motion are measured, one for each balanced coordinate.
+
+    It is half the swing about the mean, which has no static part, and at least the smallest clearance: what swings less
+    is as good as still.
+
+    Parameters
+    ----------
+    period_map
+        of the driveline.
+    state
+        of the motion at the start of a period.
+    """
+    march = period_map.marched(state, 1, _SAMPLES)
+    y = march.samples.states[:, : period_map.flow.states]
+    swings = 0.5 * np.ptp(y, axis=0)
+    corners = []
+    for i, k in enumerate(period_map.flow.coordinates.elements):
+        law = period_map.system.laws[k]
+        if law.corners.size:  # where all lie at zero, the deflection that keeps it in contact stands for them
+            corner = float(np.abs(law.corners).max()) * period_map.scale[i]
+            corners.append(corner or float(np.abs(y[:, i]).max()))
+    least = min((corner for corner in corners if corner > 0.0), default=period_map.size)
+    return np.asarray(np.maximum(swings, least))
 
 
 def turning(period_map: PeriodMap) -> Array:
@@ -137,7 +174,7 @@ def settled_orbit(model: Model, state: State, cycles: int) -> Orbit | None:
             period_map = PeriodMap(system, fewest)
             orbit = shooting.shoot(period_map, orbit.motion.start)
         motion = orbit_of(model, period_map, orbit)
-        return motion if motion.stable and Attractor(motion).is_near(state) else None
+        return motion if motion.stable and Attractor(motion).is_near(state, _NEAR_SLOWLY) else None
     except (ConvergenceError, np.linalg.LinAlgError):
         return None
 
@@ -189,7 +226,8 @@ def settled_motions(
     model
         the driveline; its inputs repeat.
     state
-        of a motion of its own at the start of a period: trains turn as fast as in that one.
+        of a motion of its own at the start of a period: trains turn as fast as in that one, and parts without a
+        clearance are wound up as far.
     starts
         how many states are drawn besides.
     progress
@@ -197,8 +235,10 @@ def settled_motions(
     """
     search = _Search(model)
     own, counts = search.settled_in(state), Counter[int | None]()
+    wound_up = search.wound_up(state)
     for i, start in enumerate(starts_of(search.map, starts), 1):
-        counts[search.settled_in(search.turned_like(state, start))] += 1
+        begun = search.turned_like(state, State(start.y + wound_up, start.auxiliary_pieces))
+        counts[search.settled_in(begun)] += 1
         if progress is not None:
             progress(i / starts)
     known = list(range(len(search.attractors)))
@@ -216,6 +256,15 @@ class _Search:
         self.attractors: list[Attractor] = []
         self._turning = np.linalg.qr(turning(self.map) * self.map.scale[:, None])[0]
 
+    def wound_up(self, state: State) -> Array:
+        """By how much (N,) parts without a clearance are wound up in the mean over a period, zero elsewhere [SI]."""
+        march = self.map.marched(state, 1, _SAMPLES)
+        mean = march.samples.states[:-1, : self.map.flow.states].mean(axis=0) / self.map.scale
+        elements = self.map.flow.coordinates.elements
+        is_linear = np.zeros(len(mean), dtype=np.bool_)
+        is_linear[: len(elements)] = [self.map.system.laws[k].corners.size == 0 for k in elements]
+        return np.where(is_linear, mean, 0.0)
+
     def turned_like(self, like: State, state: State) -> State:
         """A state whose trains turn as fast as in another one."""
         change = (like.y - state.y) * self.map.scale
@@ -223,31 +272,38 @@ class _Search:
 
     def settled_in(self, state: State) -> int | None:
         """The index of the motion that a state settles in; None if it does not settle, or to nothing that is known."""
-        for _ in range(BLOCKS):
+        for block in range(1, BLOCKS + 1):
             try:
                 march = self.map.marched(state, BLOCK)
             except ConvergenceError:
                 return None
             rows = [self.map.sampled(march, row) for row in range(BLOCK // 2, BLOCK + 1)]
             state = rows[-1]
-            cycles = self._period_number(rows)
+            cycles = self._period_number(rows, _REPEATS if block < BLOCKS else _ABOUT_REPEATS)
             if cycles:
                 return self._known(state, cycles)
         return None
 
-    def _period_number(self, rows: Sequence[State]) -> int:
+    def _period_number(self, rows: Sequence[State], tolerance: float) -> int:
         """After how many periods states about repeat; 0 if they do not."""
         points = np.array([without(row.y * self.map.scale, self._turning) for row in rows])
-        size = max(self.map.size, float(np.linalg.norm(points, axis=1).max()))
-        return period_number(points / size, _REPEATS, _LONGEST)
+        return period_number(points / units_of(self.map, rows[-1]), tolerance, _LONGEST)
 
     def _known(self, state: State, cycles: int) -> int | None:
         """The index of the motion that is near to a state, found by shooting if it is a new one."""
-        near = next((i for i, attractor in enumerate(self.attractors) if attractor.is_near(state)), None)
-        if near is not None:
+        near, distance = self._nearest(state)
+        if distance < _NEAR:
             return near
         orbit = settled_orbit(self.model, state, cycles)
         if orbit is None:
-            return None
+            return near if distance < _NEAR_SLOWLY else None
+        same, distance = self._nearest(orbit.motion.start)
+        if distance < _SAME:
+            return same
         self.attractors.append(Attractor(orbit))
         return len(self.attractors) - 1
+
+    def _nearest(self, state: State) -> tuple[int, float]:
+        """The index of the motion nearest to a state, and how far it is."""
+        distances = [attractor.distance(state) for attractor in self.attractors]
+        return int(np.argmin(distances)) if distances else -1, min(distances, default=np.inf)
