@@ -11,6 +11,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.orbits import Branch, Orbit
+from gearrattle.orbits.run_ups import with_peaks
 
 SPEED = "excitation.speed"
 UP, DOWN = 0.828463984388, 0.708031618722
@@ -69,6 +70,13 @@ def test_slow_runs_follow_the_stable_motion() -> None:
     values = data["value"].values
     expected = np.interp(values[2:10], up.value, up.peak_to_peak[:, 0])
     np.testing.assert_allclose(expected, data["peak_to_peak"].values[2:10, 0], rtol=2e-3)
+
+
+def test_peaks_between_samples_are_those_of_a_sine() -> None:
+    for phase in np.linspace(0.0, 1.0, 7):
+        sine = np.sin(2.0 * np.pi * (np.arange(130) + phase) / 64.0)[:, None]
+        assert abs(float(with_peaks(sine).max()) - 1.0) < 3e-6
+        assert with_peaks(sine).min() == sine.min()
 
 
 @pytest.mark.long
@@ -156,7 +164,7 @@ def oscillator(damping: float, amplitude: float, mean: float) -> gr.Model:
     return gr.Model.from_tables(tables)
 
 
-NOT_ON = "the run was not on the motion that ends there"
+NOT_ON = "the run was not clearly on the motion that ends there"
 
 
 @pytest.mark.slow

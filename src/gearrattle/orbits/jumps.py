@@ -37,7 +37,7 @@ _WINDOWS = 2  # so many in a row before a fold must lie near the motion that end
 _NEAR = 0.5  # of the distance to another motion: a run that is farther away is not on a motion
 _TINY = 1e-9  # of the largest scale: a swing below it is rounding
 _NONE_KNOWN = "no other stable motion is known at the fold"
-_NOT_ON = "the run was not on the motion that ends there"
+_NOT_ON = "the run was not clearly on the motion that ends there"
 _NOT_YET = "the run ends before it jumps"
 _ELSEWHERE = "the run leaves for no stable motion that is known"
 

@@ -213,10 +213,25 @@ def _run(
     period = (first * time + 0.5 * signed * time**2) / (2.0 * np.pi * turns)
     per_period = min(load_cycles, _MOST_PARTS)
     begins = np.searchsorted(period, np.arange(int(period[-1] * per_period) + 1) / per_period)
-    high, low = (reduced.reduceat(deflection, begins[:-1], axis=0) for reduced in (np.maximum, np.minimum))
+    high = np.maximum.reduceat(with_peaks(deflection), begins[:-1], axis=0)
+    low = -np.maximum.reduceat(with_peaks(-deflection), begins[:-1], axis=0)
     middle = 0.5 * (time[begins[:-1]] + time[begins[1:]])
     to_value = ends[0] / first
     return RunParts(last > first, ends[0], swing, per_period, (first + signed * middle) * to_value, high, low)
+
+
+def with_peaks(sampled: Array) -> Array:
+    """Return samples (Nt, K) with those that exceed their neighbours raised to the top of the parabola through three.
+
+    Of a sine sampled 64 times a period the highest sample is up to 1.2e-3 too low, the top of the parabola 2e-6 off.
+    """
+    before, top, after = sampled[:-2], sampled[1:-1], sampled[2:]
+    bend = 2.0 * top - before - after
+    is_peak = (top >= before) & (top >= after) & (bend > 0.0)
+    raised = sampled.copy()
+    np.divide((after - before) ** 2, 8.0 * bend, out=bend, where=is_peak)
+    raised[1:-1] += np.where(is_peak, bend, 0.0)
+    return raised
 
 
 def _envelope(parts: RunParts) -> Envelope:
