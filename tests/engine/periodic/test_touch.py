@@ -7,7 +7,8 @@ import pytest
 
 from gearrattle.engine.periodic import touch
 from gearrattle.engine.periodic.period_map import State, Turns
-from gearrattle.engine.periodic.touch import Touch
+from gearrattle.engine.periodic.touch import Touch, before_touch
+from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.family import family_of
 from tests.engine.periodic.test_slope import PATHS, start, train
 
@@ -114,3 +115,10 @@ def test_the_depths_of_all_turning_points_move_as_their_slopes_say(
                 slopes = getattr(own, named[name])
                 want = (high - low) / (2.0 * step)
                 np.testing.assert_allclose(slopes, want, rtol=0, atol=2e-6 * np.abs(slopes).max(initial=0.0))
+
+
+def test_a_touch_beyond_the_end_of_a_motion_is_lost() -> None:
+    """Newton's method for the instant of an extremum may leave the motion."""
+    period_map = family_of(train(2), PATH, SPEED, 1, 10.0).map_at(SPEED)
+    with pytest.raises(ConvergenceError, match="lost"):
+        before_touch(period_map, start(2), Touch(0, 1, 1.2))

@@ -92,7 +92,8 @@ def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Tou
 def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Array, tuple[int, ...], float]:
     """Return a state z = (balanced y, inputs) before a touch, the pieces of its region, and its time in periods.
 
-    Between that time and the touch nothing is crossed. Parameters are those of ``depth``.
+    Between that time and the touch nothing is crossed. Parameters are those of ``depth``; a touch beyond the end of the
+    motion raises its error.
     """
     flow, system = period_map.flow, period_map.system
     march = period_map.marched(state, samples_per_cycle=_SAMPLES)
@@ -100,6 +101,8 @@ def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Arr
     times = crossings.time / system.inputs.period
     limit = _begin_of(crossings, times, touch, int(march.samples.pieces[0, touch.watch]))
     row = max(0, int(np.ceil(limit * _SAMPLES)) - 1)
+    if row >= len(march.samples.states):
+        raise ConvergenceError("the extremum at a corner is lost")
     cycle, fraction = divmod(row, _SAMPLES)
     inputs = flow.inputs_at(np.array([float(cycle)]), np.array([fraction / _SAMPLES]))[0]
     z = np.concatenate([march.samples.states[row, : flow.states], inputs])
