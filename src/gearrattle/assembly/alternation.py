@@ -47,7 +47,7 @@ def pairs_name(mesh: Element) -> str:
 
 def turn_at_start(table: Alternation) -> float:
     """The fraction of a mesh cycle that has passed at t = 0."""
-    return float(table.phase / (2.0 * pi) % 1.0)
+    return float(table.phase / (2.0 * pi) % 1.0 % 1.0)  # the first may be 1, by rounding
 
 
 def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Clock | None:

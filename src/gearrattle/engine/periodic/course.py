@@ -136,7 +136,9 @@ class Setting:
         apart = np.abs(np.remainder(time - ticks[0] + 0.5, 1.0) - 0.5)
         if not apart.size or apart.min() > _SAME_TICK:
             return 0.0
-        return float(self._difference([tick[int(np.argmin(apart))] for tick in ticks[1:]]))
+        low, high = (tick[int(np.argmin(apart))] for tick in ticks[1:])
+        moved = np.remainder(high - low + 0.5, 1.0) - 0.5  # one at the end of the period may pass it
+        return float(moved / self.neighbours.distance)
 
     @property
     def _flows(self) -> tuple[Flow, ...]:

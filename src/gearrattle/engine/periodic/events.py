@@ -33,13 +33,13 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic import patterns
 from gearrattle.engine.periodic.breaking import breaking_between
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.grazing import JUMP, RIGID, Grazing, grazing_of
+from gearrattle.engine.periodic.grazing import JUMP, RIGID, VERTICAL, Grazing, grazing_of
 from gearrattle.engine.periodic.period_map import Approach
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.touch import Touch, with_corner
 from gearrattle.engine.periodic.touching import Search
 from gearrattle.engine.periodic.turning import hidden_between, touches_beyond
-from gearrattle.engine.periodic.views import View, time_between
+from gearrattle.engine.periodic.views import View, exchanged_at, time_between
 from gearrattle.engine.periodic.zero import zero_between
 from gearrattle.errors import ConvergenceError
 
@@ -62,7 +62,6 @@ _PARABOLAS = 12  # to the minimum of a test function
 _DEEP = 0.5  # of its least value so far: a minimum above that is no sign of two zeros
 _TOWARDS = 0.1  # of the way from a motion that touches to a grazing is left by the next one
 _APART = 1e-9  # arclength by which two events are told from one
-_VERTICAL = 1e-9  # part of a tangent along the parameter that is rounding
 _ASIDE = 1e-8  # arclength from a change to the points on either side
 
 
@@ -163,7 +162,7 @@ def _smooth_events(curve: Continuation, before: Point, after: Point, changes: li
     if len(changes) == 1 and changes[0].kind == GRAZING:
         grazing = changes[0].point
         if before.length < grazing.length < after.length:
-            points.append(grazing)
+            points.append(replace(grazing, touch=changes[0].touch))
         touching = after if len(after.word) > len(before.word) else before
         points += _beside_grazing(curve, changes[0], touching)
     points.sort(key=lambda point: point.length)
@@ -190,10 +189,11 @@ def _beside_grazing(curve: Continuation, grazing: Event, touching: Point) -> Ite
 
 
 def _root_of(grazing: Event) -> float:
-    """How strong the root of a grazing is; infinite where it is rigid, NaN where there is none."""
+    """How strong the root of a grazing is; infinite where it is rigid or vertical, NaN where there is none."""
     if grazing.grazing is None:
         return np.nan
-    return np.inf if grazing.grazing.kind == RIGID else abs(grazing.grazing.root)
+    is_vertical = abs(_fold(grazing.point)) < VERTICAL
+    return np.inf if grazing.grazing.kind == RIGID or is_vertical else abs(grazing.grazing.root)
 
 
 def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]:
@@ -227,8 +227,13 @@ def _changed(before: Point, after: Point) -> list[str]:
 
 
 def _is_vertical(before: Point, after: Point) -> bool:
-    """Whether a branch is vertical: a family of motions at one parameter, with a multiplier at 1 all along."""
-    return max(abs(_fold(before)), abs(_fold(after))) < _VERTICAL
+    """Whether a branch is vertical: a family of motions at one parameter, with a multiplier at 1 all along.
+
+    So is its motion that grazes, beyond which it may go either way: the signs of its test functions are rounding.
+    """
+    is_vertical = [abs(_fold(point)) < VERTICAL for point in (before, after)]
+    grazes = [point.touch is not None for point in (before, after)]
+    return all(is_vertical) or (is_vertical[0] and grazes[0]) or (is_vertical[1] and grazes[1])
 
 
 def _hidden_fold(curve: Continuation, before: Point, after: Point) -> Point | None:
@@ -328,7 +333,8 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: 
         return
     swaps = patterns.swaps(one, other)
     if not swaps:
-        yield Event(PATTERN, _located(curve, before, after, PATTERN, lambda p: _sign(view(p) == one)).point)
+        event = _located(curve, before, after, PATTERN, lambda p: _sign(view(p) == one))
+        yield Event(PATTERN, event.point, exchanged_at(event.point, view) if sorted(one) == sorted(other) else -1)
         return
 
     def apart_by(point: Point) -> float:

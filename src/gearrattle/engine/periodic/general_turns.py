@@ -321,6 +321,7 @@ class _Search:
         """Where rates come nearest to zero at crossings, at which their derivatives jump."""
         course, count = self._course, self._course.value.shape[1]
         behind = np.flatnonzero(np.diff(course.interval)) + 1  # steps that begin at crossings
+        behind = behind[course.length[behind] > 0.0]
         step, watch = np.repeat(behind, count), np.tile(np.arange(count), len(behind))
         part = _Part(step, watch, np.zeros(step.size), np.zeros(step.size))
         seen = self._seen(part, part.begin)

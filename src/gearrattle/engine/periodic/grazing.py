@@ -49,6 +49,8 @@ Array = NDArray[np.float64]
 COMPLIANT, JUMP, RIGID = "compliant", "jump", "rigid"
 RESOLVED = 1e-8
 """Depth to which a touch is resolved, in units of a T^2."""
+VERTICAL = 1e-9
+"""Part of a tangent along the parameter that is rounding: the branch is vertical there, or folds."""
 _AT_ONCE = 1e-9  # periods: crossings so shortly before a touch happen with it
 _ASIDE = (1e-11, 1e-10, 1e-9, 1e-8)  # arclength from a grazing to one that does not touch by rounding
 _APART = 1e-4  # arclength from a grazing, on its side without contact, to motions whose depth tells its slope
@@ -64,9 +66,9 @@ class Grazing:
         COMPLIANT, JUMP or RIGID.
     root
         (tr M at s - tr M(0+)) / √s in the limit s -> 0, s > 0 the distance in the parameter; NaN where M jumps or is
-        not bounded, and where the grazing lies in a fold. What M gains has hardly more than one eigenvalue that is not
-        zero, its trace: where that is positive multipliers move towards a fold, where it is negative towards a period
-        doubling.
+        not bounded, and where the parameter does not change along the branch: the grazing lies in a fold, or at the end
+        of a vertical part. What M gains has hardly more than one eigenvalue that is not zero, its trace: where that is
+        positive multipliers move towards a fold, where it is negative towards a period doubling.
     """
 
     kind: str
@@ -125,10 +127,12 @@ def _is_apart(point: Point, touch: Touch) -> bool:
 
 def _slope(curve: Continuation, point: Point, touch: Touch, approach: Approach) -> float:
     """How the depth of a touch grows along the branch, over the distance in the parameter [SI]; NaN: not known."""
-    along = abs(float(point.tangent[-1]) * curve.family.unit)
+    along = abs(float(point.tangent[-1]))
+    if along < VERTICAL:
+        return np.nan
     if approach.slope is not None:
         change = point.change_of(approach.part) * np.append(point.size / point.scale, curve.family.unit)
-        return abs(float(approach.slope @ change)) / along if along > 0.0 else np.nan
+        return abs(float(approach.slope @ change)) / (along * curve.family.unit)
     for side in (-_APART, _APART):
         slopes = []
         for distance in (side, 2.0 * side):

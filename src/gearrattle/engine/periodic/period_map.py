@@ -40,7 +40,6 @@ IntArray = NDArray[np.int64]
 
 DECIDED = -1
 """Piece of an auxiliary that follows from the rest of the state."""
-_AT_END = 1e-12  # of the motion: a tick of the clock so near to its end is the one with which the next period begins
 _PERIODIC = 1e-9
 """How far cycles of a period may be from whole numbers."""
 
@@ -136,7 +135,8 @@ class Pass:
     turned
         (R,) how far the reference inertia of every free train has turned [rad].
     crossings
-        all of them, in order of time.
+        all of them and all changes by the clock, in order of time; one at a time at which the motion begins and ends
+        comes last.
     period
         T [s].
     cycles
@@ -310,13 +310,20 @@ class PeriodMap:
         return np.where(remembers, pieces, DECIDED).astype(np.int64)
 
     def passages(self, march: Marched) -> Passages:
-        """Return the crossings of a finished march; what changes by the clock at its very end belongs to the next."""
+        """Return the crossings of a finished march, with every change by the clock after its start, up to its end.
+
+        A change at the very end is of this motion; at its start nothing changes, for it begins behind that.
+        """
         path = passages_of(self.flow, march.log)
-        clock = self.system.clock
-        if clock is None:
+        clock, clearances = self.system.clock, len(self.system.clearances)
+        if clock is None or not clock.repeats:
             return path
-        by_clock = np.isin(path.watch - len(self.system.clearances), clock.auxiliary)
-        return path.where(~by_clock | (path.time < march.cycles * self.system.inputs.period * (1.0 - _AT_END)))
+        by_clock = np.flatnonzero(np.isin(path.watch - clearances, clock.auxiliary))
+        count = march.cycles * len(clock.time)
+        if len(by_clock) > count:
+            return path.where(np.delete(np.arange(len(path.time)), by_clock[count:]))
+        left = clock.auxiliary[np.arange(len(by_clock), count) % len(clock.time)]  # at the end, but for rounding
+        return path.and_later(march.cycles * self.system.inputs.period, left + clearances)
 
     def marched(self, state: State, passes: int = 1, samples_per_cycle: int = 1) -> Marched:
         """Return the finished march from a state over some passes of n periods. Errors as in a call."""

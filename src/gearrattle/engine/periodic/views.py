@@ -77,6 +77,18 @@ def time_between(point: Point, other: str, view: View) -> float:
     )
 
 
+def exchanged_at(point: Point, view: View) -> int:
+    """Return the first of the two watches whose crossings come nearest to each other; -1: only one crosses."""
+    crossings, motion = view.crossings(point), point.motion
+    following = np.roll(crossings.watch, -1)
+    apart = (np.roll(crossings.time, -1) - crossings.time) % (motion.cycles * motion.period)
+    chosen = np.flatnonzero(crossings.watch != following)
+    if not chosen.size:
+        return -1
+    nearest = chosen[np.argmin(np.minimum(apart, motion.cycles * motion.period - apart)[chosen])]
+    return int(min(crossings.watch[nearest], following[nearest]))
+
+
 def _difference(touching: Passages, pair: tuple[int, int], apart: Passages, length: float) -> float:
     """By how much instants of a motion [s] differ from those of another one that has a pair of crossings less."""
     kept = np.ones(touching.time.size, np.bool_)

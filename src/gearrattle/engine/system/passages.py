@@ -40,6 +40,19 @@ class Passages:
         """Return the crossings that are to be kept, by (E,) truth values or by their indices."""
         return Passages(self.time[kept], self.watch[kept], self.upward[kept], self.velocity[kept], self.memory[kept])
 
+    def and_later(self, time: float, watches: IntArray) -> Passages:
+        """Return the same and changes by the clock at a later time [s], none of which changes a memory."""
+        if not len(watches):
+            return self
+        last, count = max(time, float(self.time.max(initial=0.0))), len(watches)
+        return Passages(
+            np.append(self.time, np.full(count, last)),
+            np.append(self.watch, watches),
+            np.append(self.upward, np.ones(count, np.int64)),
+            np.append(self.velocity, np.full(count, np.nan)),
+            np.concatenate([self.memory, np.zeros((count, self.memory.shape[1]))]),
+        )
+
 
 @dataclass(frozen=True)
 class Auxiliaries:

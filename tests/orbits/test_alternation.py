@@ -1,0 +1,85 @@
+"""Branches of a loaded gear pair whose stiffness alternates: its events, and where a slow sweep jumps.
+
+At 1.566081343 the period doubles, in contact all along. What leaves there is vertical up to its grazing, and unstable
+beyond, so going up the motion jumps.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.multiple import joined
+from gearrattle.engine.periodic.period_map import Pass, PeriodMap
+from gearrattle.orbits import Branch
+
+LOST = 1.566081343
+"""Speed at which the quiet motion loses its stability."""
+ORIGINS = (0.0, 1.0, 2.0 * np.pi * 0.6)
+"""Phases of the mesh cycle at t = 0: all pairs from there on, amid that, one pair less from there on."""
+
+
+def pair(phase: float = 0.0) -> gr.Model:
+    alternation = {"order": 1.0, "share": 0.6, "fewer": 0.4, "phase": phase}
+    mesh = {"name": "gear", "between": ["pinion", "wheel"], "radii": [1.0, 1.0], "stiffness": 1.0, "damping": 0.08}
+    return gr.Model.from_tables(
+        {
+            "schema": 1,
+            "units": "dimensionless",
+            "inertia": [{"name": name, "J": 2.0, "drag": 0.06} for name in ("pinion", "wheel")],
+            "mesh": [{**mesh, "backlash": 2.0, "alternation": alternation}],
+            "excitation": {"speed": 1.58},
+            "torque": [{"on": "pinion", "mean": 0.3}, {"on": "wheel", "mean": -0.3}],
+        }
+    )
+
+
+@cache
+def branch_of(phase: float = 0.0, cycles: int = 1) -> Branch:
+    return gr.continuation(pair(phase), "excitation.speed", (1.54, 1.58), cycles=cycles)
+
+
+@pytest.mark.parametrize("phase", ORIGINS[1:])
+def test_events_do_not_depend_on_the_origin_of_time(phase: float) -> None:
+    """Here two crossings of the gap and a change of the stiffness are exchanged at 1.548511."""
+    columns = ["branch", "kind", "clearance", "grazing"]
+    one, other = branch_of().events, branch_of(phase).events
+    assert one["kind"].tolist() == ["period doubling", "grazing", "pattern"]
+    assert one[columns].values.tolist() == other[columns].values.tolist()
+    np.testing.assert_allclose(other["value"], one["value"], rtol=0, atol=1e-9)
+    assert {point.word for point in branch_of().points} == {point.word for point in branch_of(phase).points}
+
+
+def test_an_exchange_that_happens_thrice_at_once_names_its_clearance() -> None:
+    events = branch_of(cycles=3).events
+    once = branch_of().events
+    assert events["clearance"].tolist() == once["clearance"].tolist() == ["", "gear", "gear"]
+    np.testing.assert_allclose(events["value"], once["value"], rtol=0, atol=1e-9)
+
+
+def test_a_grazing_of_a_vertical_branch_has_no_root() -> None:
+    grazing = branch_of().events.iloc[1]
+    assert (grazing["kind"], grazing["grazing"]) == ("grazing", "compliant")
+    assert np.isnan(grazing["root"])
+
+
+@pytest.mark.parametrize("phase", [*ORIGINS, -1e-17])
+def test_a_motion_has_every_change_of_the_stiffness_once(phase: float) -> None:
+    once, many = (PeriodMap(assemble(pair(phase)).system, cycles) for cycles in (1, 3))
+    start = once.later(once.state_of(np.array([1.3, 0.0]), np.zeros(2)), 40)
+    parts = list[Pass]()
+    for _ in range(many.cycles):
+        parts.append(once(parts[-1].end if parts else start))
+    whole, together = many(start), joined(parts, many.system.inputs.period, many.cycles)
+    for motion in (whole, together):
+        times = motion.crossings.time / motion.period
+        assert np.count_nonzero(motion.crossings.watch == 1) == 2 * many.cycles
+        assert np.all(np.diff(times) >= 0.0)
+        assert 0.0 < times[0] <= times[-1] <= many.cycles * (1.0 + 1e-12)
+    assert np.array_equal(together.crossings.watch, whole.crossings.watch)
+    np.testing.assert_allclose(together.crossings.time, whole.crossings.time, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(together.gradient, whole.gradient, rtol=0, atol=1e-10)
