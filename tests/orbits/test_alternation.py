@@ -16,6 +16,7 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.multiple import joined
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap
 from gearrattle.orbits import Branch
+from gearrattle.orbits.stable_ranges import jumps_of, not_known_of, ranges_of
 
 LOST = 1.566081343
 """Speed at which the quiet motion loses its stability."""
@@ -83,3 +84,34 @@ def test_a_motion_has_every_change_of_the_stiffness_once(phase: float) -> None:
     assert np.array_equal(together.crossings.watch, whole.crossings.watch)
     np.testing.assert_allclose(together.crossings.time, whole.crossings.time, rtol=0, atol=1e-10)
     np.testing.assert_allclose(together.gradient, whole.gradient, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("cycles", [1, 3])
+def test_where_nothing_stable_leaves_a_period_doubling_the_motion_jumps(cycles: int) -> None:
+    branch = branch_of(cycles=cycles)
+    (jump,) = jumps_of(branch)
+    assert (jump.upward, jump.branch, jump.kind) == (True, 0, "period doubling")
+    assert jump.value == pytest.approx(LOST, abs=1e-9)
+    assert not_known_of(branch) == []
+    assert branch.sentence.endswith(
+        "stable motions from 1.54 to 1.566, 2 ranges of unstable ones. Going up the motion jumps at 1.5661."
+    )
+
+
+def test_beyond_a_hard_loss_of_stability_runs_leave_for_a_motion_far_away() -> None:
+    """A run begins near the quiet motion, below the loss and above it."""
+    swings = dict[float, list[float]]()
+    for speed in (1.5655, 1.567):
+        model = pair().with_({"excitation.speed": speed})
+        quiet = gr.periodic(model, start="linear")
+        state = {**quiet.state, "velocity": quiet.state["velocity"] + np.array([1e-3, 0.0])}
+        run = gr.simulate(model, "exact", cycles=6000, discard=5980, samples_per_cycle=64, initial=state)
+        swings[speed] = [float(np.ptp(one.trajectory.deflection)) for one in (run, quiet.run)]
+    assert swings[1.5655][0] < 1.1 * swings[1.5655][1]
+    assert swings[1.567][0] > 5.0 * swings[1.567][1]
+
+
+def test_a_vertical_branch_is_no_range() -> None:
+    ranges = ranges_of(branch_of())
+    assert all(abs(one.end - one.begin) > 1e-3 for one in ranges)
+    assert [(one.branch, one.stable) for one in ranges] == [(0, True), (0, False), (1, False)]

@@ -17,7 +17,7 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.orbits import Branch, Orbit, PeriodicMotions
-from gearrattle.orbits.stable_ranges import jumps_of, nodes_of, ranges_of, stability_of_steps
+from gearrattle.orbits.stable_ranges import jumps_of, nodes_of, not_known_of, ranges_of, stability_of_steps
 from gearrattle.report.kinds import presentation_of
 from gearrattle.report.moving_table import moving_table
 from gearrattle.report.orbit_tables import impacts_of, lasting
@@ -161,6 +161,24 @@ def test_ranges_end_at_the_located_event(branch: Branch) -> None:
     assert (second.stable, second.begin) == (False, fold)
     down, up = jumps_of(branch)
     assert (down.upward, up.value, up.upward) == (False, fold, True)
+
+
+def test_a_soft_doubling_is_no_jump(branch: Branch) -> None:
+    events = branch.events
+    doubling = float(events.loc[events["kind"] == "period doubling", "value"].iloc[0])
+    assert any(one.stable and doubling in (one.begin, one.end) for one in ranges_of(branch))
+    assert {jump.kind for jump in jumps_of(branch)} == {"fold"}
+    assert not_known_of(branch) == []
+
+
+def test_of_what_leaves_a_neimark_sacker_bifurcation_nothing_is_said(branch: Branch) -> None:
+    """The doubling under another name, and without the branch that leaves there."""
+    doubling = branch.events["kind"] == "period doubling"
+    other = branch.events.assign(kind=branch.events["kind"].where(~doubling, "Neimark-Sacker"))
+    always = SimpleNamespace(**{name: getattr(branch, name) for name in ("data", "curves", "range", "event_levels")})
+    always.events = other
+    assert len(jumps_of(cast("Branch", always))) == len(jumps_of(branch))
+    assert not_known_of(cast("Branch", always)) == [("Neimark-Sacker", float(other.loc[doubling, "value"].iloc[0]))]
 
 
 def test_a_range_ends_where_a_branch_turns_back_without_a_change_of_stability(branch: Branch) -> None:

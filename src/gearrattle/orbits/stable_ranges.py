@@ -2,7 +2,12 @@
 
 The stability changes at an event: a fold, a period doubling, a symmetry breaking, a Neimark-Sacker bifurcation. A range
 ends at the located event; where none was located, halfway between two points. At a fold the parameter turns back, so a
-range ends at every fold: over each range the parameter only grows, or only falls.
+range ends at every fold: over each range the parameter only grows, or only falls. A range without width, such as that
+of a vertical branch, is none.
+
+Where the parameter runs over a fold the motion jumps. Where it runs over a period doubling or a symmetry breaking, the
+motion goes on along what leaves there, if that is stable just beyond (a *soft* loss of stability); if it is unstable,
+leads backwards or is vertical, the motion jumps (a *hard* loss). Of a Neimark-Sacker bifurcation nothing is known.
 
 Takes a Branch; gives ranges and jumps.
 """
@@ -20,6 +25,8 @@ from gearrattle.orbits.followed import Followed
 
 CHANGES = frozenset({FOLD, DOUBLING, BREAKING, NEIMARK_SACKER})
 """Events at which the stability may change."""
+_NO_WIDTH = 1e-9  # of the range: values that differ by less are one, as along a vertical branch
+_SAME = 1e-6  # of swings: motions that differ by less are one
 
 
 @dataclass(frozen=True)
@@ -50,7 +57,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Jump:
-    """A fold that a slowly changed value of the model runs over.
+    """An event that a slowly changed value of the model runs over, and beyond which a motion does not go on.
 
     Attributes
     ----------
@@ -60,11 +67,14 @@ class Jump:
         whether it is met with a growing value.
     branch
         number of the branch.
+    kind
+        of the event.
     """
 
     value: float
     upward: bool
     branch: int
+    kind: str = FOLD
 
 
 def slices_of(branch: Followed) -> list[slice]:
@@ -78,17 +88,23 @@ def ranges_of(branch: Followed) -> list[Range]:
     stable, values = branch.data["stable"].values, branch.data["value"].values
     folds = branch.events.loc[branch.events["kind"] == FOLD, "point"].value_counts()
     turning = set(folds.index[folds % 2 == 1])
-    ranges = []
+    ranges = list[Range]()
     for number, part in enumerate(slices_of(branch)):
-        first, begin = part.start, float(values[part.start])
+        first, begin, own = part.start, float(values[part.start]), list[Range]()
         for i in range(part.start, part.stop - 1):
             if stable[i] != stable[i + 1] or i in turning:
                 at, cause = _change(branch, i)
-                ranges.append(Range(number, begin, at, bool(stable[i]), i + 1 - first, cause))
+                own.append(Range(number, begin, at, bool(stable[i]), i + 1 - first, cause))
                 first, begin = i + 1, at
         last = float(values[part.stop - 1])
-        ranges.append(Range(number, begin, last, bool(stable[first]), part.stop - first, _end(branch, last)))
+        own.append(Range(number, begin, last, bool(stable[first]), part.stop - first, _end(branch, last)))
+        wide = [one for one in own if abs(one.end - one.begin) > _no_width(branch)]
+        ranges += wide or own[:1]
     return ranges
+
+
+def _no_width(branch: Followed) -> float:
+    return _NO_WIDTH * abs(branch.range[1] - branch.range[0])
 
 
 def _change(branch: Followed, before: int) -> tuple[float, str]:
@@ -117,12 +133,73 @@ def jumping_folds_of(branch: Followed) -> list[int]:
 
 
 def jumps_of(branch: Followed) -> list[Jump]:
-    """Return the folds at which stable motions end, by their values."""
+    """Return the folds at which stable motions end and the hard losses of their stability, by their values."""
     values, jumps = branch.data["value"].values, []
     folds = branch.events.iloc[jumping_folds_of(branch)]
     for number, value, point in folds[["branch", "value", "point"]].itertuples(index=False):
         jumps.append(Jump(float(value), bool(value >= max(values[point], values[point + 1])), int(number)))
+    jumps += [
+        Jump(loss.value, loss.upward, loss.branch, loss.kind)
+        for loss in _losses(branch)
+        if (beyond := _stable_beyond(branch, loss)) and not any(beyond)
+    ]
     return sorted(jumps, key=lambda jump: jump.value)
+
+
+def not_known_of(branch: Followed) -> list[tuple[str, float]]:
+    """Return kinds and values of the events at which motions lose their stability, and of what leaves nothing is known.
+
+    At each of them the motion may jump, or not.
+    """
+    lost = [loss for loss in _losses(branch) if not _stable_beyond(branch, loss)]
+    return sorted({(loss.kind, loss.value) for loss in lost}, key=lambda pair: pair[1])
+
+
+@dataclass(frozen=True)
+class _Loss:
+    """An event other than a fold at which motions lose their stability, if the value goes one way."""
+
+    event: int
+    branch: int
+    kind: str
+    value: float
+    upward: bool
+
+
+def _losses(branch: Followed) -> list[_Loss]:
+    stable, values = branch.data["stable"].values, branch.data["value"].values
+    losses, parts = list[_Loss](), slices_of(branch)
+    columns = branch.events[["branch", "kind", "value", "point"]]
+    for event, (number, kind, value, point) in enumerate(columns.itertuples(index=False)):
+        if kind not in CHANGES - {FOLD} or point + 1 >= parts[number].stop or stable[point] == stable[point + 1]:
+            continue
+        before, after = (point, point + 1) if stable[point] else (point + 1, point)
+        if abs(values[after] - values[before]) > _no_width(branch):
+            losses.append(_Loss(event, int(number), str(kind), float(value), bool(values[after] > values[before])))
+    return losses
+
+
+def _stable_beyond(branch: Followed, loss: _Loss) -> list[bool]:
+    """Of every branch that leaves or ends at an event whether its motions are stable just beyond that; empty: none."""
+    if loss.kind == NEIMARK_SACKER:
+        return []
+    stable, values = branch.data["stable"].values, branch.data["value"].values
+    swings, least = branch.data["peak_to_peak"].values, _no_width(branch)
+    apart = _SAME * float(swings.max(initial=0.0))
+    own = branch.event_levels[loss.event, 1] - branch.event_levels[loss.event, 0]
+    cycles = branch.curves[loss.branch].cycles * (2 if loss.kind == DOUBLING else 1)
+    beyond = []
+    for number, (part, curve) in enumerate(zip(slices_of(branch), branch.curves, strict=True)):
+        if number == loss.branch or curve.cycles != cycles:
+            continue
+        inwards = np.arange(part.start, part.stop)
+        for points in (inwards, inwards[::-1]):
+            away = values[points] - loss.value
+            if abs(away[0]) > least or np.abs(swings[points[0]] - own).max() > apart:
+                continue
+            is_next = len(points) > 1 and abs(away[1]) > least  # else it is vertical
+            beyond.append(bool(is_next and stable[points[1]] and (away[1] > 0.0) == loss.upward))
+    return beyond
 
 
 def nodes_of(branch: Followed, number: int) -> Iterator[tuple[int, int]]:
