@@ -273,7 +273,7 @@ class Corrector:
                 point = self.point_at(guess, motion, slope, direction, equations)
                 w = guess.w + change[: len(normal)] if slack > 0.0 else guess.w
                 return replace(point, w=w, error=norm_of(change[: len(normal)])), iteration + 1
-            expected = norm**3 / last**2 if iteration else error**2  # residuals fall by their squares
+            expected = norm**3 / last**2 if iteration and last > 0.0 else error**2  # residuals fall by their squares
             is_last = expected < _LAST * least
             guess, last = guess.moved(change), norm
         raise ConvergenceError("Newton's method does not converge")
