@@ -225,6 +225,8 @@ def test_theodossiades_the_parametric_resonance_begins_and_ends_where_the_period
     branch = gr.continuation(loaded_pair(1600.0), "excitation.speed", (1600.0, 1300.0), start=in_contact(1600.0))
     events = branch.events[(branch.events["branch"] == 0) & (branch.events["kind"] == "period doubling")]
     np.testing.assert_allclose(events["value"], want, rtol=1e-9)
+    (note,) = branch.notes  # of the branch of 2 T from the upper bound
+    assert note.endswith("its motions grow beyond all bounds.")
 
 
 @pytest.mark.slow

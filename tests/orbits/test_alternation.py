@@ -13,9 +13,11 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.events import events_between
 from gearrattle.engine.periodic.multiple import joined
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap
 from gearrattle.orbits import Branch
+from gearrattle.orbits.family import follower_over
 from gearrattle.orbits.stable_ranges import jumps_of, not_known_of, ranges_of
 
 LOST = 1.566081343
@@ -40,8 +42,8 @@ def pair(phase: float = 0.0) -> gr.Model:
 
 
 @cache
-def branch_of(phase: float = 0.0, cycles: int = 1) -> Branch:
-    return gr.continuation(pair(phase), "excitation.speed", (1.54, 1.58), cycles=cycles)
+def branch_of(phase: float = 0.0) -> Branch:
+    return gr.continuation(pair(phase), "excitation.speed", (1.54, 1.58))
 
 
 @pytest.mark.parametrize("phase", ORIGINS[1:])
@@ -56,10 +58,16 @@ def test_events_do_not_depend_on_the_origin_of_time(phase: float) -> None:
 
 
 def test_an_exchange_that_happens_thrice_at_once_names_its_clearance() -> None:
-    events = branch_of(cycles=3).events
-    once = branch_of().events
-    assert events["clearance"].tolist() == once["clearance"].tolist() == ["", "gear", "gear"]
-    np.testing.assert_allclose(events["value"], once["value"], rtol=0, atol=1e-9)
+    """The motions of 2 T around the exchange, followed over 6 T."""
+    once = branch_of().events.iloc[2]
+    before, after = branch_of().points[once["point"]], branch_of().points[once["point"] + 1]
+    follower = follower_over(pair(), "excitation.speed", (1.54, 1.58), 6, first=before.parameter)
+    upward = after.parameter > before.parameter
+    begin = follower.begin(before.motion.start, before.parameter, upward=upward)
+    ends = sorted((before.parameter, after.parameter))
+    (thrice,) = events_between(follower, begin, list(follower.follow(begin, *ends))[-1])
+    assert (thrice.kind, once["kind"], thrice.watch, once["clearance"]) == ("pattern", "pattern", 0, "gear")
+    assert thrice.point.parameter == pytest.approx(once["value"], abs=1e-9)
 
 
 def test_a_grazing_of_a_vertical_branch_has_no_root() -> None:
@@ -86,9 +94,8 @@ def test_a_motion_has_every_change_of_the_stiffness_once(phase: float) -> None:
     np.testing.assert_allclose(together.gradient, whole.gradient, rtol=0, atol=1e-10)
 
 
-@pytest.mark.parametrize("cycles", [1, 3])
-def test_where_nothing_stable_leaves_a_period_doubling_the_motion_jumps(cycles: int) -> None:
-    branch = branch_of(cycles=cycles)
+def test_where_nothing_stable_leaves_a_period_doubling_the_motion_jumps() -> None:
+    branch = branch_of()
     (jump,) = jumps_of(branch)
     assert (jump.upward, jump.branch, jump.kind) == (True, 0, "period doubling")
     assert jump.value == pytest.approx(LOST, abs=1e-9)
@@ -115,3 +122,11 @@ def test_a_vertical_branch_is_no_range() -> None:
     ranges = ranges_of(branch_of())
     assert all(abs(one.end - one.begin) > 1e-3 for one in ranges)
     assert [(one.branch, one.stable) for one in ranges] == [(0, True), (0, False), (1, False)]
+
+
+def test_crossings_of_a_branch_are_those_of_corners() -> None:
+    """In contact all along there are none, though the stiffness changes twice a period."""
+    data = branch_of().data
+    first = data["branch"].values == 0
+    assert set(data["crossings"].values[first].tolist()) == {0}
+    assert data["crossings"].values[~first].max() > 0

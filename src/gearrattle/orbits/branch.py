@@ -98,7 +98,7 @@ class Branch(Result):
 
         branch (0: the one that starts at the first end of the range), cycles (periods of its motions), value [SI],
         stable, multiplier (point, mode), peak_to_peak, mean, lowest and highest deflection (point, clearance) [rad or
-        m], crossings (how many), error of the state over its size.
+        m], crossings (of corners, how many), error of the state over its size.
         """
         import xarray as xr
 
@@ -124,7 +124,7 @@ class Branch(Result):
             "lowest": (clearances, low, unit),
             "highest": (clearances, high, unit),
             "mean": (clearances, mean, unit),
-            "crossings": ("point", np.array([len(point.motion.crossings.time) for point in points])),
+            "crossings": ("point", np.array([(p.motion.crossings.watch < len(names)).sum() for p in points])),
             "error": ("point", np.array([point.error for point in points])),
         }
         attributes = {"result": self.kind, "path": self.path, "cycles": self.cycles, "title": self.model.name}
@@ -137,7 +137,7 @@ class Branch(Result):
         branch, kind, value [SI], point (the last one before it), clearance (what grazes or crosses; empty for none),
         collision (whether the gradient jumps there), grazing (its kind: "compliant", "jump" or "rigid"; empty for other
         events), root (of a grazing: change of the gradient's trace beyond it over the square root of that of the value,
-        in the limit; NaN where the gradient jumps, and for other events).
+        in the limit; NaN where the gradient jumps, where the branch is vertical, and for other events).
         """
         import pandas as pd
 

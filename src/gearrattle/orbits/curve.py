@@ -29,6 +29,7 @@ Array = NDArray[np.float64]
 _MOST_POINTS = 20_000
 _CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they must pass
 _ROUNDING = 1e-12  # of the parameter
+_LARGE = 100.0  # times the first motion, and the largest corner: motions that are larger have left all clearances
 
 
 @dataclass(frozen=True)
@@ -183,9 +184,9 @@ def followed(
             if len(points) >= _MOST_POINTS or _creeps(points):
                 note = f"A branch was left after {counted(len(points), 'point')}."
                 break
-            if _stands(points):
-                value = f"{points[-1].parameter:.9g}"
-                note = f"A branch was left at {value}: its motions are one of a family that has no end in sight."
+            if _stands(points) or _is_unbounded(points):
+                why = "are one of a family that has no end in sight" if _stands(points) else "grow beyond all bounds"
+                note = f"A branch was left at {points[-1].parameter:.9g}: its motions {why}."
                 break
     except ConvergenceError as error:
         last = None if home is None else home.arrival_in_jump(points[-1])
@@ -232,6 +233,12 @@ def _located(
 def _creeps(points: list[Point]) -> bool:
     """Whether the last points have come nowhere."""
     return len(points) > _CREEPING and points[-1].length - points[-1 - _CREEPING].length < _NOWHERE
+
+
+def _is_unbounded(points: list[Point]) -> bool:
+    """Whether motions have become far larger than the first one and than the largest corner."""
+    first, last = (float(np.linalg.norm(point.w[:-1])) for point in (points[0], points[-1]))
+    return last > _LARGE * max(1.0, first)
 
 
 def _stands(points: list[Point]) -> bool:
