@@ -11,6 +11,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.orbits import Branch
+from gearrattle.orbits.stable_ranges import ranges_of
 
 OSCILLATOR: dict[str, Any] = {
     "schema": 1,
@@ -242,6 +243,7 @@ def test_a_branch_begun_without_symmetry_joins_the_symmetric_one() -> None:
     assert ends[0] == pytest.approx([0.45, 0.39396252429], abs=1e-11)
     assert sorted(ends[1]) == [0.3, 0.45]
     assert ends[2] == pytest.approx([0.39396252429, 0.45], abs=1e-11)
+    assert ranges_of(branch)[0].cause == "symmetry breaking"
     first, image = branch.orbit(0), branch.orbit_at(branch.curves[2].points[-1], 1)
     shown = [orbit.run.data["deflection"].values for orbit in (first, image)]
     half = (len(shown[0]) - 1) // 2

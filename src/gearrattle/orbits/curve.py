@@ -93,14 +93,14 @@ class Curve:
     def stable(self) -> tuple[bool, ...]:
         """Of every point whether its motion is; where the branch leaves or joins another one that of its neighbour."""
         stable = [is_stable(point.multipliers, point.free) for point in self.points]
-        if len(stable) > 1 and (self.origin or self._happens_at(0)):
+        if len(stable) > 1 and (self.origin or self.happens_at(0)):
             stable[0] = stable[1]
-        if len(stable) > 1 and self._happens_at(-1):
+        if len(stable) > 1 and self.happens_at(-1):
             stable[-1] = stable[-2]
         return tuple(stable)
 
-    def _happens_at(self, end: int) -> bool:
-        """Whether the first (0) or the last (-1) event is at that end."""
+    def happens_at(self, end: int) -> bool:
+        """Return whether the first (0) or the last (-1) event is at that end."""
         return bool(self.events) and self.events[end].point.w is self.points[end].w
 
     def motions_at(self, follower: Continuation, value: float) -> Iterator[tuple[int, Point]]:

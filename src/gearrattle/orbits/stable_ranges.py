@@ -97,7 +97,7 @@ def ranges_of(branch: Followed) -> list[Range]:
                 own.append(Range(number, begin, at, bool(stable[i]), i + 1 - first, cause))
                 first, begin = i + 1, at
         last = float(values[part.stop - 1])
-        own.append(Range(number, begin, last, bool(stable[first]), part.stop - first, _end(branch, last)))
+        own.append(Range(number, begin, last, bool(stable[first]), part.stop - first, _end(branch, number, last)))
         wide = [one for one in own if abs(one.end - one.begin) > _no_width(branch)]
         ranges += wide or own[:1]
     return ranges
@@ -120,8 +120,12 @@ def _change(branch: Followed, before: int) -> tuple[float, str]:
     return float(0.5 * (values[before] + values[before + 1])), "not located"
 
 
-def _end(branch: Followed, value: float) -> str:
-    return "end of the range" if value in branch.range else "end of the branch"
+def _end(branch: Followed, number: int, value: float) -> str:
+    """What ends a branch: the range, the event at which it joins another one, or something else."""
+    if value in branch.range:
+        return "end of the range"
+    curve = branch.curves[number]
+    return curve.events[-1].kind if curve.happens_at(-1) else "end of the branch"
 
 
 def jumping_folds_of(branch: Followed) -> list[int]:
