@@ -109,16 +109,13 @@ def further_curves(
     parts, further = 1 + 2 * isolated, list[Curve]()
     part = part_of(progress, 0, parts)
     further += _leaving_all(followers, curves, ends, progress=part, so_far=so_far)
-    if isolated:
-        known, part, tell = [*curves, *further], part_of(progress, 1, parts), _beside(further, so_far)
-        more = _isolated_curves(followers, followers.of[followers.cycles], ends, known, progress=part, so_far=tell)
+    sought = [n for n in (followers.cycles, 2 * followers.cycles) if isolated and n in followers.of]
+    for i, cycles in enumerate(sought, 1):
+        known, part, tell = [*curves, *further], part_of(progress, i, parts), _beside(further, so_far)
+        more = _isolated_curves(followers, followers.of[cycles], ends, known, progress=part, so_far=tell)
         further += more
         tell = _beside(further, so_far)
         further += _leaving_all(followers, more, ends, others=known, progress=None, so_far=tell)
-    doubled = followers.of.get(2 * followers.cycles)
-    if isolated and doubled is not None:
-        known, part, tell = [*curves, *further], part_of(progress, 2, parts), _beside(further, so_far)
-        further += _isolated_curves(followers, doubled, ends, known, progress=part, so_far=tell)
     return further
 
 
