@@ -16,7 +16,7 @@ from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits import curve as curves
 from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.family import family_of
+from gearrattle.orbits.family import family_of, follower_over
 
 AMPLITUDE = "torque.0.harmonics.0.amplitude"
 GRAZING = 6.0531904
@@ -210,3 +210,21 @@ def test_a_branch_of_doubled_period_ends_where_it_joins_its_parent_and_is_follow
     assert doubled.events[-1].point.parameter == pytest.approx(joint[0], abs=1e-9)
     values = [event.point.parameter for event in doubled.events]
     assert len({round(value, 9) for value in values}) == len(values)  # nothing twice
+
+
+def test_both_motions_between_a_fold_and_the_points_around_it_are_known() -> None:
+    """The step over a fold has no change of sign there; the motions cancel in the sum of signs."""
+    branch = gr.continuation(gr.example("backlash_oscillator"), "excitation.speed", (0.6, 0.95))
+    curve = branch.curves[0]
+    follower = follower_over(branch.model, branch.path, branch.range, 1, first=0.6)
+    folds = [event.point for event in curve.events if event.kind == "fold"]
+    assert len(folds) == 2
+    for fold in folds:
+        index = int(np.searchsorted([point.length for point in curve.points], fold.length)) - 1
+        around = [point.parameter for point in curve.points[index : index + 2]]
+        nearest = min(around, key=lambda value: abs(value - fold.parameter))
+        value = 0.5 * (nearest + fold.parameter)
+        motions = [point for i, point in curve.motions_at(follower, value) if i == index]
+        assert len(motions) == 2
+        signs = [np.sign(np.linalg.det(np.eye(2) - point.gradient)) for point in motions]
+        assert sum(signs) == 0.0

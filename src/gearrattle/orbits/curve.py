@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import Event, changes_between, events_between
+from gearrattle.engine.periodic.events import FOLD, Event, changes_between, events_between
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.zero import zero_between
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.edges import followed_through_families
-from gearrattle.orbits.joints import Home, events_beside_joint, unknown_home
+from gearrattle.orbits.joints import Home, events_beside_joint, told_apart, unknown_home
 from gearrattle.orbits.orbit import is_stable
 from gearrattle.wording import counted
 
@@ -116,10 +116,13 @@ class Curve:
         for i, point in enumerate(self.points):
             if point.parameter == value:
                 yield i, point
-        for i, (before, after) in enumerate(self.steps()):
-            if (before.parameter - value) * (after.parameter - value) < 0.0:
-                with suppress(ConvergenceError):  # a fold very near
-                    yield i, _motion_between(follower, before, after, value)
+        folds = [event.point for event in self.events if event.kind == FOLD]
+        for i, (first, last) in enumerate(self.steps()):
+            turns = [fold for fold in folds if first.length < fold.length < last.length]
+            for before, after in pairwise([first, *turns, last]):
+                if (before.parameter - value) * (after.parameter - value) < 0.0:
+                    with suppress(ConvergenceError):  # a fold very near
+                        yield i, _motion_between(follower, before, after, value)
 
     def steps(self) -> Iterator[tuple[Point, Point]]:
         """Yield the pairs of consecutive points."""
@@ -171,7 +174,7 @@ def followed(
                 passed, ahead, left = _located(curve, points[-1], point) if known is None else ([point], [*known], [])
                 last = None if home is None else home.arrival_in_fold(points[-1], point, ahead)
             if last is not None:
-                events += last
+                events = [*told_apart(events, last[-1].point), *last]
                 points.append(last[-1].point)
                 break
             events += ahead

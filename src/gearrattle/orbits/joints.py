@@ -39,7 +39,9 @@ _IN_JUMP = 1e-8  # of w: so near to a jump of the gradient a branch that goes no
 _NEAR_HOME = 10.0  # steps: so near lies the joint of a step onto the other branch
 _ON_THE_WAY = 1.5  # steps: the way over a joint, from the begin of a step to its end
 _NEARER_BY = 0.1  # share of the way to a joint that is left by every part of it
-_SINGULAR = 1e-4  # of w: so near to a joint a fold of the branch is not told from it
+_SINGULAR = 1e-4  # of w: so near to a joint the equations of the branch are nearly singular
+_ROUNDING = 2e-5  # of w: a fold nearer to a joint is the joint itself, by rounding
+_FLAT = 1e-4  # share of the way to a joint by which the parameter changes up to a fold that may be the joint itself
 
 
 class Home:
@@ -237,6 +239,26 @@ def events_beside_joint(curve: Continuation, before: Point, after: Point) -> lis
     return []
 
 
+def told_apart(events: Sequence[Event], joint: Point) -> list[Event]:
+    """Return events without the folds and breakings so near to a joint that they are the joint itself, by rounding.
+
+    Parameters
+    ----------
+    events
+        of a branch.
+    joint
+        its end.
+    """
+    return [event for event in events if event.kind not in (FOLD, BREAKING) or not _is_joint_itself(event, joint)]
+
+
+def _is_joint_itself(event: Event, joint: Point) -> bool:
+    """Whether an event is so near to a joint that rounding makes it, where the parameter hardly changes."""
+    change = event.point.w - joint.w
+    distance = float(np.linalg.norm(change))
+    return distance < _ROUNDING or (distance < _SINGULAR and abs(float(change[-1])) < _FLAT * distance)
+
+
 def _events_up_to(curve: Continuation, before: Point, joint: Point) -> list[Event]:
     """The events between a point of a branch and its joint, those of the last small part as beside a joint."""
     points, events, left = [before], list[Event](), _NEARER_BY
@@ -247,7 +269,7 @@ def _events_up_to(curve: Continuation, before: Point, joint: Point) -> list[Even
             left *= _NEARER_BY
         for one, other in pairwise(points):
             events += events_between(curve, one, other)
-        return [*events, *events_beside_joint(curve, points[-1], joint)]
+        return [*told_apart(events, joint), *events_beside_joint(curve, points[-1], joint)]
     return events_beside_joint(curve, before, joint)
 
 
