@@ -489,8 +489,7 @@ def continuation(
 
     own = part_of(work, 0, parts)
     curves = [followed(curve, start_point, ascending, progress=own, so_far=lambda one: tell([one]))]
-    rest = stretch_of(work, 1.0 / parts, 1.0)
-    known = tuple(curves)
+    rest, known = stretch_of(work, 1.0 / parts, 1.0), tuple(curves)
     curves += further_curves(
         followers, known, ascending, isolated=isolated, progress=rest, so_far=lambda more: tell([*known, *more])
     )

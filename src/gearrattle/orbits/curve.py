@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 _MOST_POINTS = 20_000
 _CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they must pass
 _ROUNDING = 1e-12  # of the parameter
-_LARGE = 100.0  # times the first motion, and the largest corner: motions that are larger have left all clearances
+_LARGE = 1000.0  # times the first motion, and the largest corner: motions that are larger have left all clearances
 
 
 @dataclass(frozen=True)
@@ -188,7 +188,7 @@ def followed(
                 note = f"A branch was left after {counted(len(points), 'point')}."
                 break
             if _stands(points) or _is_unbounded(points):
-                why = "are one of a family that has no end in sight" if _stands(points) else "grow beyond all bounds"
+                why = "are one of a family that has no end in sight" if _stands(points) else "have grown a thousandfold"
                 note = f"A branch was left at {points[-1].parameter:.9g}: its motions {why}."
                 break
     except ConvergenceError as error:
