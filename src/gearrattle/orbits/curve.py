@@ -170,13 +170,11 @@ def followed(
             if bool(point.free) != bool(points[-1].free) and (home is None or not home.events):
                 home = unknown_home(curve, point)
             last = None if home is None else home.arrival(points[-1], point)
-            if last is None:
-                passed, ahead, left = _located(curve, points[-1], point) if known is None else ([point], [*known], [])
-                last = None if home is None else home.arrival_in_fold(points[-1], point, ahead)
             if last is not None:
                 events = [*told_apart(events, last[-1].point), *last]
                 points.append(last[-1].point)
                 break
+            passed, ahead, left = _located(curve, points[-1], point) if known is None else ([point], [*known], [])
             events += ahead
             points += passed
             unlocated += left

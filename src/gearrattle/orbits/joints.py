@@ -22,15 +22,12 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.breaking import breaking_near, half_curve, half_of
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, Event, events_between
-from gearrattle.engine.periodic.grazing import COMPLIANT
 from gearrattle.engine.periodic.point import Point, halves_apart
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-_HALVES = 1e-3  # of the size of the state: a motion and its image that differ by less may be the same
-_SAME_HALVES = 1e-5  # the same: they are
-_NEARER = 0.2  # of how far both are apart beside a fold: by so much they are in one at which they become the same
+_SAME_HALVES = 1e-5  # of the size of the state: a motion and its image that differ by less are the same
 _AT_HOME = 1e-9  # the same, where a motion is one of the other branch: near a joint both are known less well
 _ABOUT = 1e-3  # of the periods of a motion: instants that differ by more are not the same
 _AT_JOINT = 1e-8  # arclength: what touches so near to where a branch joins another does so there, but for rounding
@@ -77,11 +74,18 @@ class Home:
         ----------
         before, after
             two points of the branch that follow one another.
+
+        Raises
+        ------
+        ConvergenceError
+            the step leads to a motion of this branch, and no joint is known.
         """
         if not self._is_joined_between(before, after):
             return None
         joint = self._joint_between(before, after)
         if joint is None:
+            if self.is_of(after):
+                raise ConvergenceError(f"its motions become those of another branch, where no {self._kind} is known")
             return None
         ends = self._shared_end(before, joint)
         events = _events_up_to(self._curve, before, ends[-1].point)
@@ -89,34 +93,6 @@ class Home:
             last = ends[-1].point.length - _AT_JOINT
             events = [event for event in events if event.kind != GRAZING or event.point.length < last]
         return [*events, *ends]
-
-    def arrival_in_fold(self, before: Point, after: Point, ahead: Sequence[Event]) -> list[Event] | None:
-        """Return the events of a step on which the branch joins this one where no joint is known; None: it does not.
-
-        Its motions and their images become the same in a fold, or in a jump of the gradient beyond which they stay so.
-
-        Parameters
-        ----------
-        before, after
-            see ``arrival``.
-        ahead
-            the events of the step.
-
-        Raises
-        ------
-        ConvergenceError
-            the step leads to a motion of this branch, and no joint is known.
-        """
-        is_joined = self._is_joined_between(before, after)
-        for i, event in enumerate(ahead):
-            points = [before, *(other.point for other in ahead), after]
-            if is_joined and event.kind == FOLD and self._is_joint(event.point, points):
-                return [*ahead[:i], replace(event, kind=self._kind)]
-            if event.grazing is not None and event.grazing.kind != COMPLIANT and self.apart(after) < _SAME_HALVES:
-                return [*ahead[: i + 1], Event(self._kind, event.point, is_collision=True)]
-        if self.is_of(after):
-            raise ConvergenceError(f"its motions become those of another branch, where no {self._kind} is known")
-        return None
 
     def arrival_in_jump(self, point: Point) -> list[Event] | None:
         """Return the events where the branch comes to a jump of the gradient in which this one doubles its period.
@@ -171,22 +147,6 @@ class Home:
         at_once = [event for event in self.events if event.point is joint.point and event.kind in (GRAZING, self._kind)]
         at_once = at_once or [joint]  # this branch is not known yet
         return [shared_with(self._curve, event, before, is_end=True) for event in at_once]
-
-    def _is_joint(self, fold: Point, others: Sequence[Point]) -> bool:
-        """Whether a motion and its image become the same in a fold.
-
-        They are apart by what the fold is off, as well as it is located. So where they are not quite the same, they
-        must be far nearer than just before and behind it, and no farther than from an event at which branches may join.
-        """
-        apart = self.apart(fold)
-        if not _SAME_HALVES < apart < _HALVES:
-            return apart <= _SAME_HALVES
-        if self._nearest(fold)[1] > apart * max(1.0, float(np.linalg.norm(fold.w[:-1]))):
-            return False
-        earlier = [point for point in others if point.length < fold.length - _AT_JOINT]
-        later = [point for point in others if point.length > fold.length + _AT_JOINT]
-        neighbours = earlier[-1:] + later[:1]
-        return len(neighbours) == 2 and all(apart < _NEARER * self.apart(point) for point in neighbours)
 
 
 def unknown_home(curve: Continuation, begin: Point) -> Home | None:
