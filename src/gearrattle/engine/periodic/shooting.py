@@ -92,7 +92,7 @@ def shoot(
         of the residual.
     settle
         how often Newton's method may begin again, each time after twice as many passes; a motion found then is most
-        likely stable.
+        likely stable. Before the last time Newton's method is given up as soon as a step does not halve the residual.
     parts_of_period
         1 or 8: multiple shooting, so many parts a period; 0: only where disturbances grow much over several periods.
 
@@ -104,18 +104,18 @@ def shoot(
     if parts_of_period:
         motion, residual, passes = shoot_in_parts(period_map, state, tolerance, parts_of_period)
     else:
-        motion, residual, passes = _newton(period_map, period_map(state), tolerance)
+        motion, residual, passes = _newton(period_map, state, tolerance, is_quick=settle > 0)
     for attempt in range(settle):
         if residual <= _ROUNDING:
             break
-        last, nearest = _later_states(period_map, motion.end, _SETTLING << attempt)
-        motion, residual, taken = _newton(period_map, period_map(last), tolerance)
-        passes += taken + (_SETTLING << attempt)
-        if residual > _ROUNDING:
-            returning, gap, taken = _newton(period_map, period_map(nearest), tolerance)
+        is_quick = attempt < settle - 1
+        state, nearest = _later_states(period_map, state, _SETTLING << attempt)
+        passes += _SETTLING << attempt
+        for begin in (state, nearest):
+            motion, residual, taken = _newton(period_map, begin, tolerance, is_quick=is_quick)
             passes += taken
-            if gap <= _ROUNDING:
-                motion, residual = returning, gap
+            if residual <= _ROUNDING:
+                break
     if not residual <= _ROUNDING:
         message = f"no motion that repeats after {counted(period_map.cycles, 'period')} was found from this start"
         remedy = "another start, for example the end of a simulation"
@@ -132,15 +132,22 @@ def _later_states(period_map: PeriodMap, state: State, passes: int) -> tuple[Sta
     return states[-1], states[int(np.argmin(distances))]
 
 
-def _newton(period_map: PeriodMap, motion: Pass, tolerance: float) -> tuple[Pass, float, int]:
-    """Newton's method until the residual is small or does not fall: the motion, its residual, the passes used."""
+def _newton(
+    period_map: PeriodMap, state: State, tolerance: float, *, is_quick: bool = False
+) -> tuple[Pass, float, int]:
+    """Newton's method until the residual is small or does not fall: the motion, its residual, the passes used.
+
+    If it is to be quick, it ends where a full step does not halve the residual.
+    """
+    motion = period_map(state)
     if _is_sensitive(period_map, motion):
         return shoot_in_parts(period_map, motion.start, tolerance)
     residual, passes = residual_of(period_map, motion), 1
     while residual > tolerance and passes < _MOST_PASSES:
-        trial, taken, tried = _shortened(period_map, motion, residual, newton_step(period_map, motion)[0])
+        trial, taken, tried = _shortened(period_map, motion, residual, 0 if is_quick else _HALVINGS)
         passes += tried
-        if trial is None:
+        is_slow = is_quick and taken > 0.5 * residual
+        if trial is None or is_slow:
             break
         motion, residual = trial, taken
     return motion, residual, passes
@@ -166,12 +173,15 @@ def newton_step(period_map: PeriodMap, motion: Pass) -> tuple[Array, Array]:
     return step / scale, free / scale[:, None]
 
 
-def _shortened(period_map: PeriodMap, motion: Pass, residual: float, step: Array) -> tuple[Pass | None, float, int]:
-    """The motion after a step, half of it, a quarter, ...: the first with a smaller residual, or None.
+def _shortened(
+    period_map: PeriodMap, motion: Pass, residual: float, most_halvings: int
+) -> tuple[Pass | None, float, int]:
+    """The motion after a step of Newton's method, half of it, a quarter, ...: the first whose residual falls, or None.
 
     Also returns its residual, and how many steps were tried.
     """
-    for halvings in range(_HALVINGS + 1):
+    step = newton_step(period_map, motion)[0]
+    for halvings in range(most_halvings + 1):
         state = State(motion.start.y + 0.5**halvings * step, motion.end.auxiliary_pieces)
         try:
             trial = period_map(state)
@@ -180,4 +190,4 @@ def _shortened(period_map: PeriodMap, motion: Pass, residual: float, step: Array
         taken = residual_of(period_map, trial)
         if taken < residual:
             return trial, taken, halvings + 1
-    return None, residual, _HALVINGS + 1
+    return None, residual, most_halvings + 1
