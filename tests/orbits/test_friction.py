@@ -73,3 +73,34 @@ def test_a_branch_ends_at_the_edge_of_a_family_with_two_free_states(ends: tuple[
     assert branch.events.empty
     assert len(branch.notes) == 1
     assert "the edge of a family with 2 free states at the parameter 0.7" in branch.notes[0]
+
+
+def symmetric_pair(amplitude: float) -> gr.Model:
+    """Two bodies and a gap with friction, alike in both directions."""
+    gap = {"stiffness": 11.7, "damping": 0.14, "clearance": 0.83, "stiffness_ratio": 0.1, "damping_ratio": 0.3}
+    shaft = {"stiffness": 2.24, "damping": 0.05}
+    tables = {
+        "inertia": [{"name": "a", "J": 0.53, "drag": 0.061}, {"name": "b", "J": 0.89, "drag": 0.109}],
+        "coupling": [
+            {"name": "input", "between": ["a", "ground"], **shaft},
+            {"name": "gap", "between": ["a", "b"], **gap, "hysteresis": 0.32, "stick_stiffness": 7.81},
+            {"name": "output", "between": ["b", "ground"], **shaft},
+        ],
+        "excitation": {"speed": 0.82},
+        "torque": [{"on": "a", "harmonics": [{"order": 1, "amplitude": amplitude}]}],
+    }
+    return gr.Model.from_tables({"schema": 1, "name": "pair", "units": "dimensionless", **tables})
+
+
+@pytest.mark.slow
+def test_a_grazing_is_of_what_crosses_its_bound_on_one_side_only() -> None:
+    """Both halves touch at once; another corner is crossed more slowly, on both sides of the grazing."""
+    ends = (4.35, 4.75)
+    branch = gr.continuation(symmetric_pair(ends[0]), "torque.0.harmonics.0.amplitude", ends)
+    grazings = [event for event in branch.events_of_curves[0] if event.kind == "grazing"]
+    assert len(grazings) == 5
+    for event in grazings:
+        at = branch.orbit_at(event.point, 1)
+        sides = (gr.periodic(symmetric_pair(event.point.parameter + side), start=at) for side in (-1e-5, 1e-5))
+        few, many = (np.bincount(motion.motion.crossings.watch, minlength=2) for motion in sides)
+        assert (few != many).nonzero()[0].tolist() == [event.watch]

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from gearrattle.engine.periodic import patterns
 from gearrattle.engine.periodic.point import Point
@@ -40,7 +41,8 @@ class View:
 def touch_between(apart: Point, touching: Point, view: View) -> tuple[float, Touch]:
     """Return velocity [SI] and Touch of two crossings without which the pattern of one motion is that of another.
 
-    If several are left, such as those of a run of impacts, then those without which the instants agree best.
+    If several are left, such as those of a run of impacts, then those without which the instants agree best. Where
+    several touch at once, as both halves of a symmetric motion do, the slowest of those that the other motion lacks.
 
     Raises
     ------
@@ -56,6 +58,8 @@ def touch_between(apart: Point, touching: Point, view: View) -> tuple[float, Tou
     if not pairs:  # several touch at once
         following = [_next_of_same(word, i) for i in range(len(word))]
         pairs = [(i, j) for i, j in enumerate(following) if ord(word[j]) == ord(word[i]) ^ 1]
+        is_new = _lacking(touching, apart, view)
+        pairs = [(i, j) for i, j in pairs if is_new[i] and is_new[j]] or pairs
     touches = []
     for i, j in pairs:
         lasts = (crossings.time[j] - crossings.time[i]) % length
@@ -100,6 +104,20 @@ def _difference(touching: Passages, pair: tuple[int, int], apart: Passages, leng
         if word[-shift:] + word[:-shift] == fewer
     ]
     return min(differences, default=np.inf)
+
+
+def _lacking(touching: Point, apart: Point, view: View) -> NDArray[np.bool_]:
+    """Which crossings of a motion another one lacks: those left over where crossings of a kind agree best in time."""
+    ours, theirs = view.crossings(touching), view.crossings(apart)
+    times, others = ours.time / touching.motion.period, theirs.time / apart.motion.period
+    away = times[:, None] - others
+    away = np.abs(away - touching.motion.cycles * np.rint(away / touching.motion.cycles))
+    is_other = (ours.watch[:, None] != theirs.watch) | (ours.upward[:, None] != theirs.upward)
+    away[is_other] = touching.motion.cycles  # no two are farther apart
+    rows, columns = linear_sum_assignment(away)
+    is_new = np.ones(len(times), np.bool_)
+    is_new[rows[~is_other[rows, columns]]] = False
+    return is_new
 
 
 def _next_of_same(word: str, i: int) -> int:
