@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
+from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.period_map import PeriodMap, State
 
 SPEED = "excitation.speed"
 
@@ -104,3 +106,63 @@ def test_a_grazing_is_of_what_crosses_its_bound_on_one_side_only() -> None:
         sides = (gr.periodic(symmetric_pair(event.point.parameter + side), start=at) for side in (-1e-5, 1e-5))
         few, many = (np.bincount(motion.motion.crossings.watch, minlength=2) for motion in sides)
         assert (few != many).nonzero()[0].tolist() == [event.watch]
+
+
+def late_friction(amplitude: float) -> gr.Model:
+    """A body on a spring in two stages; the friction of the second one is let go with what its spring holds."""
+    friction = {"hysteresis": 0.4, "stick_stiffness": 5.0}
+    stages = [{"stiffness": 0.5, "damping": 0.05, "until": 0.5}, {"stiffness": 2.0, "damping": 0.1, **friction}]
+    tables = {
+        "inertia": [{"name": "body", "J": 1.0, "drag": 0.15}],
+        "coupling": [{"name": "clutch", "between": ["body", "ground"], "stages": stages}],
+        "excitation": {"speed": 0.7},
+        "torque": [{"on": "body", "mean": 1.2, "harmonics": [{"order": 1, "amplitude": amplitude}]}],
+    }
+    return gr.Model.from_tables({"schema": 1, "name": "late friction", "units": "dimensionless", **tables})
+
+
+def lowest_later(state: State, amplitude: float) -> float:
+    """The lowest deflection of the clutch 200 periods after an amplitude was changed."""
+    period_map = PeriodMap(assemble(late_friction(amplitude)).system)
+    return float(period_map.levels(period_map(period_map.later(state, 200)))[0, 0])
+
+
+@pytest.mark.slow
+def test_a_branch_ends_where_a_slider_is_let_go_with_its_torque() -> None:
+    branch = gr.continuation(late_friction(0.76), "torque.0.harmonics.0.amplitude", (0.76, 0.9))
+    end = branch.events.iloc[-1]
+    assert (end["kind"], end["grazing"], end["clearance"]) == ("grazing", "release", "clutch")
+    assert branch.notes == (
+        f"A branch ends inside the range at {end['value']:.9g}: a slider is let go with its torque, "
+        "and the motion jumps.",
+    )
+    last = branch.points[-1].motion.start
+    below, above = (lowest_later(last, end["value"] + side) for side in (-1e-6, 1e-6))
+    assert below == pytest.approx(0.5, abs=1e-5)
+    assert above < 0.45
+
+
+@pytest.mark.slow
+def test_unstable_motions_end_where_the_visit_that_lets_a_slider_go_vanishes() -> None:
+    """The speed of that visit falls in proportion to the distance; beyond, Newton's method finds no motion nearby."""
+    branch = gr.continuation(late_friction(0.85), "torque.0.harmonics.0.amplitude", (0.85, 0.7))
+    assert branch.events["grazing"].iloc[-1] == "release"
+    end = float(branch.events["value"].iloc[-1])
+    speeds = {}
+    for point in branch.points[-8:-1]:
+        crossings = point.motion.crossings
+        speeds[end - point.parameter] = float(np.abs(crossings.velocity[crossings.watch == 0]).min())
+    distances = [distance for distance in speeds if 1e-6 < distance < 2e-4]
+    assert len(distances) > 2
+    shares = [speeds[distance] / distance for distance in distances]
+    assert shares == pytest.approx([shares[-1]] * len(shares), rel=1e-2)
+
+
+@pytest.mark.long
+def test_no_motion_is_said_to_be_missing_where_the_map_jumps() -> None:
+    """Two stable motions beside a gap in which no unstable one lies between them: the signs add up to 2."""
+    motions = gr.periodic(late_friction(0.795), every=True)
+    assert [motion.stable for motion in motions] == [True, True]
+    assert motions[0].notes[0] == (
+        "Whether all motions were found cannot be counted: a slider may be let go with its torque."
+    )

@@ -135,9 +135,10 @@ class Branch(Result):
         """The events of all branches, in the order of each branch.
 
         branch, kind, value [SI], point (the last one before it), clearance (what grazes or crosses; empty for none),
-        collision (whether the gradient jumps there), grazing (its kind: "compliant", "jump" or "rigid"; empty for other
-        events), root (of a grazing: change of the gradient's trace beyond it over the square root of that of the value,
-        in the limit; NaN where the gradient jumps, where the branch is vertical, and for other events).
+        collision (whether the gradient jumps there), grazing (its kind: "compliant", "jump", "release" or "rigid";
+        empty for other events), root (of a grazing: change of the gradient's trace beyond it over the square root of
+        that of the value, in the limit; NaN where the gradient jumps, where the branch is vertical, and for other
+        events).
         """
         import pandas as pd
 

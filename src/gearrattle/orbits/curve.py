@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import FOLD, Event, changes_between, events_between
+from gearrattle.engine.periodic.events import FOLD, GRAZING, Event, changes_between, events_between
+from gearrattle.engine.periodic.grazing import RELEASE, Grazing
 from gearrattle.engine.periodic.point import Point
+from gearrattle.engine.periodic.release import end_in_release, is_release
 from gearrattle.engine.periodic.zero import zero_between
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.edges import followed_through_families
@@ -29,6 +31,7 @@ Array = NDArray[np.float64]
 _MOST_POINTS = 20_000
 _CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they must pass
 _ROUNDING = 1e-12  # of the parameter
+_GROWN = 1e4  # multiplier: from it on motions may end where a visit beyond a corner vanishes
 _LARGE = 1000.0  # times the first motion, and the largest corner: motions that are larger have left all clearances
 
 
@@ -161,6 +164,7 @@ def followed(
     """
     points, events, note = [begin], [], ""
     unlocated: list[Unlocated] = []
+    release: Event | None = None
     home = unknown_home(curve, begin) if home is None else home
     if origin is not None:
         begin = replace(begin, length=float(np.linalg.norm(begin.w - origin.point.w)))
@@ -182,21 +186,37 @@ def followed(
                 progress(min(1.0, abs(point.parameter - begin.parameter) / (ends[1] - ends[0])))
             if so_far is not None:
                 so_far(Curve(curve.family.cycles, tuple(points), tuple(events), "", _kind(origin), tuple(unlocated)))
-            if len(points) >= _MOST_POINTS or _creeps(points):
-                note = f"A branch was left after {counted(len(points), 'point')}."
-                break
-            if _stands(points) or _is_unbounded(points):
-                why = "are one of a family that has no end in sight" if _stands(points) else "have grown a thousandfold"
-                note = f"A branch was left at {points[-1].parameter:.9g}: its motions {why}."
+            release = _release(curve, points) if abs(point.multipliers[0]) > _GROWN else None
+            note = _why_left(points)
+            if note or release is not None:
                 break
     except ConvergenceError as error:
         last = None if home is None else home.arrival_in_jump(points[-1])
-        if last is None:
-            note = f"A branch ends inside the range: {error.message}."
-        else:
+        release = None if last is not None else _release(curve, points)
+        if last is not None:
             events += last
             points.append(last[-1].point)
+        elif release is None:
+            note = f"A branch ends inside the range: {error.message}."
+    if release is not None:
+        events.append(release)
+        points[-1] = release.point
+        why = "a slider is let go with its torque, and the motion jumps"
+        note = f"A branch ends inside the range at {release.point.parameter:.9g}: {why}."
     return Curve(curve.family.cycles, tuple(points), tuple(events), note, _kind(origin), tuple(unlocated))
+
+
+def _release(curve: Continuation, points: Sequence[Point]) -> Event | None:
+    """The grazing in which a branch ends because a slider is let go with its torque; None: it ends otherwise."""
+    if not curve.family.memories or len(points) < 2:
+        return None
+    before, last = points[-2:]
+    period_map = curve.family.map_at(last.parameter)
+    with suppress(ConvergenceError):
+        if last.touch is not None and is_release(period_map, last, last.touch):
+            return Event(GRAZING, last, last.touch.watch, touch=last.touch, grazing=Grazing(RELEASE))
+    end = end_in_release(period_map, before, last)
+    return None if end is None else Event(GRAZING, end[0], end[1].watch, touch=end[1], grazing=Grazing(RELEASE))
 
 
 def _motion_between(follower: Continuation, before: Point, after: Point, value: float) -> Point:
@@ -229,6 +249,16 @@ def _located(
         except ConvergenceError as error:
             unlocated.append(Unlocated(one, other, error.message))
     return points, events, unlocated
+
+
+def _why_left(points: list[Point]) -> str:
+    """The note of a branch that is not followed any further; empty while it is."""
+    if len(points) >= _MOST_POINTS or _creeps(points):
+        return f"A branch was left after {counted(len(points), 'point')}."
+    if _stands(points) or _is_unbounded(points):
+        why = "are one of a family that has no end in sight" if _stands(points) else "have grown a thousandfold"
+        return f"A branch was left at {points[-1].parameter:.9g}: its motions {why}."
+    return ""
 
 
 def _creeps(points: list[Point]) -> bool:

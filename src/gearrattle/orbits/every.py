@@ -11,9 +11,10 @@ Newton's method from a grid of starts misses motions: on piecewise-linear maps i
    mirror image,
 5. every motion is followed over the speed, up and down, through folds and families: where its branch comes back to the
    speed of the model, it gives other motions. Those that a divisor gave, and mirror images, have been followed,
-6. the fixed points of the n-period map are counted. If all motions end in a bounded set and none is free,
-   the sum of the signs of det(I - M) over them is 1 (Brouwer's degree): a sum that differs says that one is missing.
-   Then Newton's method goes on from further starts, repelled by what is known.
+6. the fixed points of the n-period map are counted. If all motions end in a bounded set, none is one of a family and
+   the map is continuous (no slider is let go with its torque), the sum of the signs of det(I - M) over them is 1
+   (Brouwer's degree): a sum that differs says that one is missing. Then Newton's method goes on from further starts,
+   repelled by what is known.
 
 Takes a Model; gives Orbits.
 """
@@ -104,11 +105,6 @@ class _Search:
         self.taken, self.left = 0, 0
         self._model, self._progress, self._points = model, progress, 0
 
-    @property
-    def is_free(self) -> bool:
-        """Whether a motion has neighbours that repeat as well."""
-        return any(free_directions(self.known.period_map, motion) for motion in self.known.passes)
-
     def take(self, earlier: _Search) -> None:
         """Keep the motions of a search for a divisor of the number of periods."""
         period_map = self.known.period_map
@@ -154,7 +150,7 @@ class _Search:
     def deflate(self) -> None:
         """Search from further states, repelled by what is known, while the count says that a motion is missing."""
         known = self.known
-        for i, state in enumerate(() if self.is_free else starts_of(known.period_map, _FURTHER, seed=1)):
+        for i, state in enumerate(() if known.not_counted else starts_of(known.period_map, _FURTHER, seed=1)):
             if known.index() == 1:
                 break
             count = len(known.passes)
@@ -166,7 +162,7 @@ class _Search:
 
     def notes(self, left: int) -> tuple[str, ...]:
         """What the user must know; how many branches all searches left."""
-        notes = _notes(self.known, self.is_free)
+        notes = _notes(self.known)
         if self._points >= _ALL_POINTS:
             stopped = f"Branches over the speed were left after {_ALL_POINTS} points"
             notes += (f"{stopped}; they may lead to further motions.",)
@@ -196,10 +192,10 @@ class _Search:
             self.left += 1
 
 
-def _notes(known: Known, is_free: bool) -> tuple[str, ...]:
+def _notes(known: Known) -> tuple[str, ...]:
     """What the count of fixed points says."""
-    if is_free:
-        return ("Whether all motions were found cannot be counted: the driveline has a free direction.",)
+    if known.not_counted:
+        return (f"Whether all motions were found cannot be counted: {known.not_counted}.",)
     index = known.index()
     if index == 1:
         return ()

@@ -66,26 +66,26 @@ class Cell(NamedTuple):
         how many motions are stable and quiet, stable and rattle, unstable.
     signs
         sum of the signs of det(I - M) over all fixed points of the map over n periods.
-    is_countable
-        whether no motion is one of a family, so that the sum must be 1.
+    not_counted
+        why the sum need not be 1; empty where it is 1 if no motion is missing.
     """
 
     quiet: int
     rattling: int
     unstable: int
     signs: int
-    is_countable: bool
+    not_counted: str
 
     @property
     def code(self) -> int:
         """What the motions say, one of the keys of ``WORDS``."""
         if self.quiet and self.rattling:
             return BESIDE
-        if self.is_countable and self.signs != 1:
+        if not self.not_counted and self.signs != 1:
             return MISSING
         if self.rattling:
             return MUST
-        if not self.is_countable:
+        if self.not_counted:
             return NOT_COUNTED
         return QUIET if self.quiet else NOTHING_STABLE
 
@@ -232,8 +232,8 @@ def map_of(
         notes.append(
             f"Motions of {longer} are known only where they leave a branch of {shorter}; isolated=True seeks others."
         )
-    if any(not cell.is_countable for row in cells for cell in row):
-        notes.append("Where a motion is one of a family the signs cannot be counted: others may be missing.")
+    for reason in sorted({cell.not_counted for row in cells for cell in row} - {""}):
+        notes.append(f"Where {reason} the signs cannot be counted: others may be missing.")
     return MotionMap(
         branch.model,
         branch.path,
@@ -306,8 +306,7 @@ class _JudgedRow:
                     stable_rattling += 1
                 else:
                     stable_quiet += 1
-        is_countable = not any(free.shape[1] for free in known.free)
-        return Cell(stable_quiet, stable_rattling, unstable, known.index(), is_countable)
+        return Cell(stable_quiet, stable_rattling, unstable, known.index(), known.not_counted)
 
 
 class _JudgedCurve:

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.release import lets_go
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.freedom import off_edge, within_family
@@ -95,6 +96,13 @@ class Known:
             for known, free in zip(self.shifts, self.free, strict=True)
             for other in known
         )
+
+    @property
+    def not_counted(self) -> str:
+        """Why the sum of the signs need not be 1; empty where it is 1 if no motion is missing."""
+        if lets_go(self.period_map.system):
+            return "a slider may be let go with its torque"
+        return "a motion is one of a family" if any(free.shape[1] for free in self.free) else ""
 
     def index(self) -> int:
         """Return the sum of the signs of det(I - M) over all fixed points."""

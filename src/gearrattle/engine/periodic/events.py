@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic import patterns
 from gearrattle.engine.periodic.breaking import breaking_between
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.grazing import JUMP, RIGID, VERTICAL, Grazing, grazing_of
+from gearrattle.engine.periodic.grazing import JUMP, RELEASE, RIGID, VERTICAL, Grazing, grazing_of
 from gearrattle.engine.periodic.period_map import Approach
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.touch import Touch, with_corner
@@ -189,11 +189,11 @@ def _beside_grazing(curve: Continuation, grazing: Event, touching: Point) -> Ite
 
 
 def _root_of(grazing: Event) -> float:
-    """How strong the root of a grazing is; infinite where it is rigid or vertical, NaN where there is none."""
+    """How strong the root of a grazing is; infinite where it is rigid, a release or vertical, NaN where it has none."""
     if grazing.grazing is None:
         return np.nan
     is_vertical = abs(_fold(grazing.point)) < VERTICAL
-    return np.inf if grazing.grazing.kind == RIGID or is_vertical else abs(grazing.grazing.root)
+    return np.inf if grazing.grazing.kind in (RELEASE, RIGID) or is_vertical else abs(grazing.grazing.root)
 
 
 def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]:

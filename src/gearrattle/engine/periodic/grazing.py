@@ -6,6 +6,7 @@ A distance s beyond a grazing a bound is crossed there and back; what is entered
                within tau, so M = M(0) + C √s + ...: continuous, with a square-root cusp. Clipped damping is no
                exception: its force is continuous, and M differs only while the regions differ.
     jump       A slider begins to slip. What its spring held is forgotten, however short the slip is: M jumps.
+    release    A slider is let go with the torque that its spring holds: the motion itself jumps (``release``).
     rigid      The law of a compliant corner, too stiff or too damped to be resolved. A touch of the depth d, at which
                the deflection has the acceleration a, lasts sqrt(8 d / a). Where that is longer than the contact's own
                time 1 / w, it is an impact that reverses the velocity, and M falls like 1 / √s. If a depth of 1e-8
@@ -37,6 +38,7 @@ from scipy.linalg import expm
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Approach, PeriodMap
 from gearrattle.engine.periodic.point import Point
+from gearrattle.engine.periodic.release import is_release
 from gearrattle.engine.periodic.touch import Touch, before_touch, depth, pieces_before, without_touch
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
@@ -46,7 +48,7 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-COMPLIANT, JUMP, RIGID = "compliant", "jump", "rigid"
+COMPLIANT, JUMP, RELEASE, RIGID = "compliant", "jump", "release", "rigid"
 RESOLVED = 1e-8
 """Depth to which a touch is resolved, in units of a T^2."""
 VERTICAL = 1e-9
@@ -63,12 +65,12 @@ class Grazing:
     Attributes
     ----------
     kind
-        COMPLIANT, JUMP or RIGID.
+        COMPLIANT, JUMP, RELEASE or RIGID.
     root
-        (tr M at s - tr M(0+)) / √s in the limit s -> 0, s > 0 the distance in the parameter; NaN where M jumps or is
-        not bounded, and where the parameter does not change along the branch: the grazing lies in a fold, or at the end
-        of a vertical part. What M gains has hardly more than one eigenvalue that is not zero, its trace: where that is
-        positive multipliers move towards a fold, where it is negative towards a period doubling.
+        (tr M at s - tr M(0+)) / √s in the limit s -> 0, s > 0 the distance in the parameter; NaN where M or the motion
+        jumps or M is not bounded, and where the parameter does not change along the branch: the grazing lies in a fold,
+        or at the end of a vertical part. What M gains has hardly more than one eigenvalue that is not zero, its trace:
+        where that is positive multipliers move towards a fold, where it is negative towards a period doubling.
     """
 
     kind: str
@@ -97,6 +99,9 @@ def grazing_of(curve: Continuation, point: Point, touch: Touch, nearby: Approach
         system = family.map_at(point.parameter).system
         is_slider = system.auxiliaries[touch.watch - len(system.clearances)].kind == "slider"
         return Grazing(JUMP if is_slider else COMPLIANT)
+    with suppress(ConvergenceError):
+        if family.memories and is_release(family.map_at(point.parameter), point, touch):
+            return Grazing(RELEASE)
     if approach is None or np.isnan(approach.rate):
         slope, part = (None, 0) if approach is None else (approach.slope, approach.part)
         apart = _apart(curve, point, touch)

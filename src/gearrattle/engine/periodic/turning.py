@@ -154,7 +154,7 @@ def agreeing_step(before: Point, after: Point) -> float:
     counts &= ~depths.bends
     mean = 0.5 * (depths.slope_before + depths.slope_after)
     defect = (np.abs(depths.after - depths.before - mean)[counts] / (_DEFECT * steepest[counts])).max(initial=0.0)
-    single = (depths.nearing / (_COUNTS * depths.single)).max(initial=0.0)
+    single = (depths.nearing / np.maximum(_COUNTS * depths.single, _FLAT)).max(initial=0.0)
     return float(1.0 / max(np.sqrt(defect), single, 1e-9))
 
 

@@ -94,6 +94,12 @@ class Auxiliary:
         """Whether it has a state e."""
         return bool(np.any(self.moves != 0.0))
 
+    @cached_property
+    def is_let_go(self) -> bool:
+        """Whether it is a slider that its element lets go in some pieces of its law, whatever torque it holds."""
+        off = self.follow == OFF
+        return self.remembers and bool(off.any()) and not off.all()
+
     def start(self, piece: int, deflection: float, rate: float) -> int:
         """The piece it starts in while its element is in ``piece``, e = 0: the first whose bounds hold g."""
         allowed = [p for p in range(self.pieces) if self.follow[piece, p] == p]

@@ -172,7 +172,7 @@ def variation(
             change = changes[pieces, watch, upward]
             reset[i] = change.reset
             if change.element >= 0:
-                let_go = _let_go(flow, change.element, pieces, change.after, path.memory[which]) if s else 0.0
+                let_go = torque_let_go(flow, change.element, pieces, change.after, path.memory[which]) if s else 0.0
                 jump = change.damping - let_go / path.velocity[which] if let_go != 0.0 else change.damping
                 steps[i, 1] = watch
                 kicks[i] = -push[watch] * jump
@@ -250,8 +250,8 @@ def _damping(flow: Flow, element: int, pieces: Pieces) -> float:
     return own + sum(float(c.damping[p]) for c, p, _ in flow.beside(pieces) if c.element == element)
 
 
-def _let_go(flow: Flow, element: int, before: Pieces, after: Pieces, memory: Array) -> float:
-    """Torque of an element's sliders that vanishes where its piece changes."""
+def torque_let_go(flow: Flow, element: int, before: Pieces, after: Pieces, memory: Array) -> float:
+    """Return the torque of an element's sliders that vanishes where its piece changes [SI]."""
     total, auxiliaries = 0.0, flow.system.auxiliaries
     held = dict(zip(flow.system.memories, memory, strict=True))
     for c, (auxiliary, old, _) in enumerate(flow.beside(before)):

@@ -1,0 +1,108 @@
+"""Releases: a slider is let go while its spring holds a torque.
+
+The friction of a later stage of a clutch, or of a contact, ends at a corner. Where a motion crosses that corner, the
+torque that the spring holds is gone at once. Where it only touches the corner from the side on which the slider is
+engaged, the same happens: however short the visit beyond, the torque is gone. So the motion itself jumps there, not
+only its gradient, and a branch ends: from the one side in the motion that grazes, from the other side in motions whose
+visit beyond the corner vanishes, the corner crossed at a speed v -> 0. The gradient of these grows like 1 / v. Over the
+branch v falls in proportion to the distance from its end.
+
+Takes points of a branch; gives torques, and where a branch ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import expm
+
+from gearrattle.engine.periodic.period_map import PeriodMap
+from gearrattle.engine.periodic.point import Point
+from gearrattle.engine.periodic.touch import Touch, before_touch, depth
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.variation import torque_let_go
+
+_ROUNDING = 1e-9  # of the torque at which a slider slips: one that holds less is let go without a jump
+_SHORT = 1e-3  # periods: a visit that vanishes where the branch ends lasts less
+_NEAR = 1e-5  # arclength: the end of a branch is no farther from its last point
+_FASTER = 0.9  # times the speed of the visit at the point before: that of one that vanishes is less
+
+
+def lets_go(system: PiecewiseSystem) -> bool:
+    """Return whether a driveline has sliders that are let go: its period map jumps where they hold a torque."""
+    return any(auxiliary.is_let_go for auxiliary in system.auxiliaries)
+
+
+def is_release(period_map: PeriodMap, point: Point, touch: Touch) -> bool:
+    """Return whether a motion that grazes a corner loses the torque of a slider as soon as it touches it.
+
+    Raises
+    ------
+    ConvergenceError
+        the touch is lost.
+    """
+    flow, system = period_map.flow, period_map.system
+    if not lets_go(system):
+        return False
+    located = depth(period_map, point.motion.start, touch)[1]
+    z, pieces, since = before_touch(period_map, point.motion.start, located)
+    memories = flow.states - flow.memory.size
+    z = expm(flow.generator(pieces) * (located.time - since)) @ z
+    memory = z[memories : flow.states] / flow.memory
+    beyond = system.beyond(pieces, touch.watch, touch.upward)
+    return _is_torque(system, torque_let_go(flow, system.clearances[touch.watch], pieces, beyond, memory))
+
+
+def end_in_release(period_map: PeriodMap, before: Point, last: Point) -> tuple[Point, Touch] | None:
+    """Return where a branch ends because a visit that lets a slider go vanishes, and the touch; None if none does.
+
+    Parameters
+    ----------
+    period_map
+        of the last point.
+    before, last
+        the last points of the branch.
+
+    Returns
+    -------
+    tuple[Point, Touch] | None
+        The last point moved along the branch by as much as its visit is still fast.
+    """
+    visits, earlier = _visits(period_map, last), _visits(period_map, before)
+    if not visits or not earlier:
+        return None
+    (touch, speed), (earlier_touch, earlier_speed) = (
+        min(known, key=lambda visit: visit[1]) for known in (visits, earlier)
+    )
+    if touch.watch != earlier_touch.watch or speed > _FASTER * earlier_speed:
+        return None
+    share = speed / (earlier_speed - speed)
+    change, way = share * (last.w - before.w), share * (last.parameter - before.parameter)
+    distance = float(np.linalg.norm(change))
+    if distance > _NEAR:
+        return None
+    return replace(last, w=last.w + change, parameter=last.parameter + way, length=last.length + distance), touch
+
+
+def _visits(period_map: PeriodMap, point: Point) -> list[tuple[Touch, float]]:
+    """The short visits of a motion beyond corners that let a slider go with its torque, and their speeds [SI]."""
+    flow, system, crossings = period_map.flow, period_map.system, point.motion.crossings
+    pieces, visits = period_map.along(point.motion)[0], list[tuple[Touch, float]]()
+    times = crossings.time / point.motion.period
+    for i, (watch, upward) in enumerate(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True)):
+        after = system.beyond(pieces, watch, upward)
+        if watch < len(system.clearances):
+            torque = torque_let_go(flow, system.clearances[watch], pieces, after, crossings.memory[i])
+            back = np.flatnonzero((crossings.watch == watch) & (times > times[i]))
+            if _is_torque(system, torque) and back.size and times[back[0]] - times[i] < _SHORT:
+                middle = 0.5 * float(times[i] + times[back[0]])
+                visits.append((Touch(watch, upward, middle), abs(float(crossings.velocity[i]))))
+        pieces = after
+    return visits
+
+
+def _is_torque(system: PiecewiseSystem, torque: float) -> bool:
+    """Whether a torque is more than rounding of those at which sliders slip."""
+    limits = [float(np.abs(a.offset).max()) for a in system.auxiliaries if a.is_let_go]
+    return abs(torque) > _ROUNDING * max(limits, default=np.inf)
