@@ -16,6 +16,7 @@ from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, Event
 from gearrattle.engine.periodic.point import Point
 from gearrattle.orbits.branch import Branch
 from gearrattle.orbits.curve import Curve
+from gearrattle.orbits.stable_ranges import losses_of, ranges_of
 
 CIRCLE = 1e-5  # multipliers nearer to the circle than this are on it
 ROUNDING = 1e-10  # of the value
@@ -131,6 +132,34 @@ def test_a_narrow_range_has_the_branches_of_a_wider_one() -> None:
     values = np.array([event.point.parameter for event in wide.curves[0].events])
     for event in narrow.curves[0].events:
         assert np.abs(values - event.point.parameter).min() < 1e-8
+
+
+@pytest.mark.slow
+def test_where_motions_jump_does_not_depend_on_the_steps() -> None:
+    """In steps of the length that the branch allows, the last one of a doubled branch holds another doubling."""
+    losses = []
+    for limit in (None, 0.003):
+        branch = gr.continuation(gr.example("case1"), SPEED, (181.0, 180.2), step_limit=limit)
+        losses.append([(loss.kind, loss.upward, loss.jumps, loss.value) for loss in losses_of(branch)])
+    coarse, fine = ([loss[:-1] for loss in some] for some in losses)
+    assert coarse == fine
+    assert (DOUBLING, True, False) in coarse
+    folds = branch.events["value"][branch.events["kind"] == FOLD]
+    unstable = sorted(set(folds) - {loss[-1] for loss in losses[-1]})
+    assert unstable == pytest.approx([180.34024797], abs=1e-8)  # where unstable motions turn back nothing jumps
+    np.testing.assert_allclose(*([loss[-1] for loss in some] for some in losses), rtol=0, atol=1e-8)
+
+
+def test_two_doublings_within_a_step_lose_and_gain_stability() -> None:
+    """Between them, from 0.638917 to 0.639410, the stable motions have twice the period."""
+    model = gr.example("backlash_oscillator").with_({"torque.0.mean": 0.03228244})
+    branch = gr.continuation(model, SPEED, (0.6, 0.66), start="linear")
+    first, second = (float(value) for value in branch.events["value"][branch.events["kind"] == DOUBLING][:2])
+    losses = [(loss.value, loss.upward, loss.jumps) for loss in losses_of(branch) if loss.kind == DOUBLING]
+    assert losses == [(first, True, False), (second, False, False)]
+    middle = model.with_({SPEED: 0.5 * (first + second)})
+    assert not gr.periodic(middle, start="linear").stable
+    assert not [one for one in ranges_of(branch) if one.branch == 0 and one.stable and one.begin < 0.6392 < one.end]
 
 
 def drawn(seed: int) -> tuple[gr.Model, str, tuple[float, float]]:

@@ -308,7 +308,7 @@ class Branch(Result):
         check_index("event", event, (0, len(self.events)))
         located = zip(self.curves, self.events_of_curves, strict=True)
         chosen, own = [(one, curve) for curve, events in located for one in events][event]
-        return chosen, self._follower(own)
+        return chosen, self.follower(own)
 
     def scatter(self, event: int, tolerances: Mapping[str, float | str]) -> float:
         """Return the standard deviation of an event under tolerances: independent numbers, to first order [SI].
@@ -362,7 +362,7 @@ class Branch(Result):
         """(E, 3, K) lowest, highest and mean deflection of the K clearances at the E events of ``events``."""
         clearances = len(assemble(self.model).layout.clearance_names)
         levels = [
-            self._levels_of(self._follower(curve).family, event.point)
+            self._levels_of(self.follower(curve).family, event.point)
             for curve, events in zip(self.curves, self.events_of_curves, strict=True)
             for event in events
         ]
@@ -371,7 +371,7 @@ class Branch(Result):
     @cached_property
     def _levels(self) -> tuple[tuple[Array, ...], ...]:
         """For every branch and each of its points: (3, K) lowest, highest and mean deflection of the K clearances."""
-        followers = [(curve, self._follower(curve).family) for curve in self.curves]
+        followers = [(curve, self.follower(curve).family) for curve in self.curves]
         return tuple(tuple(self._levels_of(family, point) for point in curve.points) for curve, family in followers)
 
     def _levels_of(self, family: Family, point: Point) -> Array:
@@ -386,12 +386,12 @@ class Branch(Result):
         corners = assemble(self.model).layout.corners
         merged = []
         for curve, levels in zip(self.curves, self._levels, strict=True):
-            means = mean_events(self._follower(curve), curve, levels, corners)
+            means = mean_events(self.follower(curve), curve, levels, corners)
             merged.append(tuple(sorted([*curve.events, *means], key=lambda event: event.point.length)))
         return tuple(merged)
 
-    def _follower(self, curve: Curve) -> Continuation:
-        """The Continuation of a branch, in the units of its points."""
+    def follower(self, curve: Curve) -> Continuation:
+        """Return the Continuation of a branch, in the units of its points."""
         first = curve.points[0]
         family = family_of(self.model, self.path, first.parameter, curve.cycles, unit_of(self.range))
         return Continuation(family, units=(first.scale, first.size))

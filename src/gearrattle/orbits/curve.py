@@ -96,11 +96,15 @@ class Curve:
     def stable(self) -> tuple[bool, ...]:
         """Of every point whether its motion is; where the branch leaves or joins another one that of its neighbour."""
         stable = [is_stable(point.multipliers, point.free) for point in self.points]
-        if len(stable) > 1 and (self.origin or self.happens_at(0)):
+        if len(stable) > 1 and self.is_joint(0):
             stable[0] = stable[1]
-        if len(stable) > 1 and self.happens_at(-1):
+        if len(stable) > 1 and self.is_joint(-1):
             stable[-1] = stable[-2]
         return tuple(stable)
+
+    def is_joint(self, end: int) -> bool:
+        """Return whether the branch leaves or joins another one at its first (0) or its last (-1) point."""
+        return bool(self.origin and end == 0) or self.happens_at(end)
 
     def happens_at(self, end: int) -> bool:
         """Return whether the first (0) or the last (-1) event is at that end."""

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.point import Point
 from gearrattle.model import Model
 from gearrattle.orbits.curve import Curve
@@ -58,11 +60,18 @@ class Followed(Protocol):
         """The events."""
 
     @property
+    def events_of_curves(self) -> tuple[tuple[Event, ...], ...]:
+        """The events of every branch."""
+
+    @property
     def event_levels(self) -> Array:
         """(E, 3, K) lowest, highest and mean deflection at the events."""
 
     def boundary(self, event: int, second: str, range: tuple[float | str, float | str]) -> xr.Dataset:
         """Return an event over a second value."""
+
+    def follower(self, curve: Curve) -> Continuation:
+        """Return what follows a branch."""
 
     def orbit(self, i: int) -> Orbit:
         """Return the motion at a point."""

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby, pairwise
+from itertools import groupby
 from math import lcm
 
 import numpy as np
@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble, period_of
 from gearrattle.engine.periodic.events import FOLD
 from gearrattle.orbits.followed import Followed
-from gearrattle.orbits.stable_ranges import nodes_of, stability_of_steps
+from gearrattle.orbits.stable_ranges import courses_of
 
 Array = NDArray[np.float64]
 
@@ -212,26 +212,19 @@ def speed_of(branch: Followed, value: float) -> float:
 
 def branch_parts(branch: Followed) -> Sequence[BranchPart]:
     """The parts of all branches of one stability, ends at events included."""
-    values, swings = branch.data["value"].values, branch.data["peak_to_peak"].values
-    event_values, kinds = branch.events["value"].to_numpy(np.float64), branch.events["kind"].tolist()
-    event_swings = branch.event_levels[:, 1] - branch.event_levels[:, 0]
-
-    def value_of(node: tuple[int, int]) -> float:
-        return float(values[node[0]] if node[1] < 0 else event_values[node[1]])
-
+    swings, event_swings = branch.data["peak_to_peak"].values, branch.event_levels[:, 1] - branch.event_levels[:, 0]
     motions, first_line = list[BranchPart](), 0
-    for number, curve in enumerate(branch.curves):
-        nodes = list(nodes_of(branch, number))
-        steps = list(zip(stability_of_steps(branch, nodes), pairwise(nodes), strict=True))
-        lines = first_line + _turns(np.array([value_of(node) for node in nodes]))
-        first_line = int(lines[-1]) + 1 if steps else first_line
-        for (is_stable, line), group in groupby(zip(steps, lines, strict=True), key=lambda s: (s[0][0], int(s[1]))):
-            pairs = [pair for (_, pair), _ in group]
-            passed = [pairs[0][0], *(after for _, after in pairs)]
-            value = np.array([value_of(node) for node in passed])
-            swing = np.array([swings[i] if e < 0 else event_swings[e] for i, e in passed])
+    for course, curve in zip(courses_of(branch), branch.curves, strict=True):
+        lines = first_line + _turns(course.value)
+        first_line = int(lines[-1]) + 1 if course.stable else first_line
+        steps = enumerate(zip(course.stable, lines.tolist(), strict=True))
+        for (is_stable, line), group in groupby(steps, key=lambda step: step[1]):
+            numbers = [number for number, _ in group]
+            part = slice(numbers[0], numbers[-1] + 2)
+            value, nodes = course.value[part], course.nodes[part]
+            swing = np.array([swings[i] if e < 0 else event_swings[e] for i, e in nodes])
             order = np.argsort(value, kind="stable")
-            folds = tuple(float(event_values[e]) for _, e in (passed[0], passed[-1]) if e >= 0 and kinds[e] == FOLD)
+            folds = tuple(float(value[i]) for i in (0, -1) if course.kinds[part][i] == FOLD)
             motions.append(BranchPart(is_stable, line, curve.cycles, value[order], swing[order], folds))
     return motions
 

@@ -1,31 +1,37 @@
 """Along branches of periodic motions: ranges of one stability, and where a motion jumps.
 
-The stability changes at an event: a fold, a period doubling, a symmetry breaking, a Neimark-Sacker bifurcation. A range
-ends at the located event; where none was located, halfway between two points. At a fold the parameter turns back, so a
-range ends at every fold: over each range the parameter only grows, or only falls. A range without width, such as that
-of a vertical branch, is none.
+A branch is walked from node to node: its points, and the events between them. The stability changes at an event: a
+fold, a period doubling, a symmetry breaking, a Neimark-Sacker bifurcation. Between a point and the nearest such event
+it is that of the point, between two of them that of the motion halfway. Where no event was located a range ends halfway
+between two points. At a fold the parameter turns back, so a range ends at every fold: over each range the parameter
+only grows, or only falls. A range without width, such as that of a vertical branch, is none.
 
 Where the parameter runs over a fold the motion jumps. Where it runs over a period doubling or a symmetry breaking, the
 motion goes on along what leaves there, if that is stable just beyond (a *soft* loss of stability); if it is unstable,
 leads backwards or is vertical, the motion jumps (a *hard* loss). Of a Neimark-Sacker bifurcation nothing is known.
 
-Takes a Branch; gives ranges and jumps.
+Takes a Branch; gives ranges and losses of stability.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, NEIMARK_SACKER
+from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
+from gearrattle.engine.periodic.point import Point
+from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.followed import Followed
+from gearrattle.orbits.orbit import is_stable
 
 CHANGES = frozenset({FOLD, DOUBLING, BREAKING, NEIMARK_SACKER})
 """Events at which the stability may change."""
-_NO_WIDTH = 1e-9  # of the range: values that differ by less are one, as along a vertical branch
+_NO_WIDTH = 1e-9  # of the range, and arclength: what differs by less is one, as along a vertical branch
 _SAME = 1e-6  # of swings: motions that differ by less are one
 
 
@@ -56,25 +62,57 @@ class Range:
 
 
 @dataclass(frozen=True)
-class Jump:
-    """An event that a slowly changed value of the model runs over, and beyond which a motion does not go on.
+class Loss:
+    """An event at which stable motions end, or become unstable, as the value slowly goes one way.
 
     Attributes
     ----------
-    value
-        of the parameter [SI].
-    upward
-        whether it is met with a growing value.
+    event
+        its row in ``Branch.events``.
     branch
         number of the branch.
     kind
         of the event.
+    value
+        of the parameter [SI].
+    upward
+        whether it is met with a growing value.
+    jumps
+        whether the motion jumps there; None: that is not known.
     """
 
+    event: int
+    branch: int
+    kind: str
     value: float
     upward: bool
-    branch: int
-    kind: str = FOLD
+    jumps: bool | None = True
+
+
+@dataclass(frozen=True)
+class Course:
+    """A branch from node to node.
+
+    Attributes
+    ----------
+    nodes
+        its N points and events: a point and -1, or the point before an event and the event.
+    value
+        (N,) of the parameter [SI].
+    kinds
+        N kinds of events; empty for points.
+    stable
+        (N - 1,) whether motions are, between every node and the next.
+    """
+
+    nodes: tuple[tuple[int, int], ...]
+    value: NDArray[np.float64]
+    kinds: tuple[str, ...]
+    stable: tuple[bool, ...]
+
+    def points_of(self, first: int, end: int) -> int:
+        """How many of the nodes from ``first`` up to ``end`` are points."""
+        return sum(not kind for kind in self.kinds[first:end])
 
 
 def slices_of(branch: Followed) -> list[slice]:
@@ -83,21 +121,68 @@ def slices_of(branch: Followed) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
+def courses_of(branch: Followed) -> list[Course]:
+    """Return every branch from node to node."""
+    values, events = branch.data["value"].values, branch.events
+    kinds, event_values = events["kind"].tolist(), events["value"].to_numpy(np.float64)
+    of_steps: dict[int, list[int]] = {}
+    for event, point in enumerate(events["point"].tolist()):
+        of_steps.setdefault(point, []).append(event)
+    courses = []
+    for number, part in enumerate(slices_of(branch)):
+        nodes, steps = list[tuple[int, int]](), list[bool]()
+        for i in range(part.start, part.stop):
+            own = of_steps.get(i, [])
+            nodes += [(i, -1), *((i, e) for e in own)]
+            steps += _stability_of_step(branch, number, i, own) if i + 1 < part.stop else []
+        steps += steps[-1:] * (len(nodes) - 1 - len(steps))  # what happens at the very end
+        value = np.array([values[i] if e < 0 else event_values[e] for i, e in nodes])
+        courses.append(Course(tuple(nodes), value, tuple(kinds[e] if e >= 0 else "" for _, e in nodes), tuple(steps)))
+    return courses
+
+
+def _stability_of_step(branch: Followed, number: int, point: int, events: Sequence[int]) -> list[bool]:
+    """Whether motions are stable before, between and after the events of a step."""
+    stable, part, curve = branch.data["stable"].values, slices_of(branch)[number], branch.curves[number]
+    kinds = branch.events["kind"].iloc[list(events)].tolist()
+    changes = [k for k, kind in enumerate(kinds) if kind in CHANGES]
+    changes = changes or [k for k, kind in enumerate(kinds) if kind == GRAZING][:1]
+    parts = [bool(stable[point + (k > 0)]) for k in range(len(changes) + 1)]
+    is_joint = point == part.start and curve.is_joint(0), point + 2 == part.stop and curve.is_joint(-1)
+    if len(changes) > 1 or (changes and any(is_joint)):
+        first, last = curve.points[point - part.start : point - part.start + 2]
+        located = [event.point for events in branch.events_of_curves for event in events]
+        passed = [first, *(located[events[k]] for k in changes), last]
+        unknown = slice(0 if is_joint[0] else 1, None if is_joint[1] else -1)
+        for k, pair in list(enumerate(pairwise(passed)))[unknown]:
+            parts[k] = _is_stable_between(branch.follower(curve), *pair, otherwise=parts[k])
+    return [parts[k] for k in (0, *np.searchsorted(changes, np.arange(len(events)), side="right"))]
+
+
+def _is_stable_between(curve: Continuation, first: Point, last: Point, otherwise: bool) -> bool:
+    """Whether the motion halfway between two is stable; ``otherwise`` where nothing lies between them."""
+    if last.length - first.length <= _NO_WIDTH:
+        return otherwise
+    try:
+        point = curve.between(first, last, 0.5)
+    except ConvergenceError:
+        return otherwise
+    return is_stable(point.multipliers, point.free)
+
+
 def ranges_of(branch: Followed) -> list[Range]:
     """Return ranges of one stability that end at folds, branch by branch, in the order of each."""
-    stable, values = branch.data["stable"].values, branch.data["value"].values
-    folds = branch.events.loc[branch.events["kind"] == FOLD, "point"].value_counts()
-    turning = set(folds.index[folds % 2 == 1])
-    ranges = list[Range]()
-    for number, part in enumerate(slices_of(branch)):
-        first, begin, own = part.start, float(values[part.start]), list[Range]()
-        for i in range(part.start, part.stop - 1):
-            if stable[i] != stable[i + 1] or i in turning:
-                at, cause = _change(branch, i)
-                own.append(Range(number, begin, at, bool(stable[i]), i + 1 - first, cause))
-                first, begin = i + 1, at
-        last = float(values[part.stop - 1])
-        own.append(Range(number, begin, last, bool(stable[first]), part.stop - first, _end(branch, number, last)))
+    ranges, stable = list[Range](), branch.data["stable"].values
+    for number, course in enumerate(courses_of(branch)):
+        own, first, begin = list[Range](), 0, float(course.value[0])
+        for i in range(1, len(course.nodes) - 1):
+            if course.stable[i - 1] != course.stable[i] or course.kinds[i] == FOLD:
+                at, cause = _change(course, i)
+                own.append(Range(number, begin, at, course.stable[first], course.points_of(first, i), cause))
+                first, begin = i, at
+        last, is_stable = float(course.value[-1]), bool(stable[course.nodes[-1][0]])
+        points = course.points_of(first, len(course.nodes))
+        own.append(Range(number, begin, last, is_stable, points, _end(branch, number, last)))
         wide = [one for one in own if abs(one.end - one.begin) > _no_width(branch)]
         ranges += wide or own[:1]
     return ranges
@@ -107,17 +192,11 @@ def _no_width(branch: Followed) -> float:
     return _NO_WIDTH * abs(branch.range[1] - branch.range[0])
 
 
-def _change(branch: Followed, before: int) -> tuple[float, str]:
-    """Where the stability changes or the branch turns back after a point, and by what."""
-    events = branch.events
-    here = events[(events["point"] == before) & events["kind"].isin(CHANGES)]
-    if len(here):
-        return float(here["value"].iloc[0]), str(here["kind"].iloc[0])
-    values = branch.data["value"].values
-    grazing = events[(events["point"] == before) & (events["kind"] == "grazing")]
-    if len(grazing):
-        return float(grazing["value"].iloc[0]), "grazing"
-    return float(0.5 * (values[before] + values[before + 1])), "not located"
+def _change(course: Course, i: int) -> tuple[float, str]:
+    """Where the stability changes or the branch turns back at a node, and by what."""
+    if course.kinds[i] in CHANGES or course.kinds[i] == GRAZING:
+        return float(course.value[i]), course.kinds[i]
+    return float(0.5 * (course.value[i - 1] + course.value[i])), "not located"
 
 
 def _end(branch: Followed, number: int, value: float) -> str:
@@ -128,101 +207,48 @@ def _end(branch: Followed, number: int, value: float) -> str:
     return curve.events[-1].kind if curve.happens_at(-1) else "end of the branch"
 
 
-def jumping_folds_of(branch: Followed) -> list[int]:
-    """Return which events are folds at which stable motions end."""
-    stable, events = branch.data["stable"].values, branch.events
-    is_fold = (events["kind"] == FOLD).to_numpy() & (events["point"] + 1 < len(stable)).to_numpy()
-    points = events["point"].to_numpy()
-    return [int(e) for e in np.flatnonzero(is_fold) if stable[points[e]] or stable[points[e] + 1]]
+def losses_of(branch: Followed) -> list[Loss]:
+    """Return the events at which stable motions end or lose their stability, by their values."""
+    losses, courses = list[Loss](), courses_of(branch)
+    for number, course in enumerate(courses):
+        for i in range(1, len(course.nodes) - 1):
+            before, after, is_fold = course.stable[i - 1], course.stable[i], course.kinds[i] == FOLD
+            if course.kinds[i] not in CHANGES or not (before or after) or (before and after and not is_fold):
+                continue
+            stable, other = (i - 1, i + 1) if before else (i + 1, i - 1)
+            change = float(course.value[i if is_fold else other] - course.value[stable])
+            if is_fold or abs(change) > _no_width(branch):
+                event, value = course.nodes[i][1], float(course.value[i])
+                loss = Loss(event, number, course.kinds[i], value, change >= 0.0)
+                losses.append(replace(loss, jumps=_jumps(branch, courses, loss)))
+    return sorted(losses, key=lambda loss: loss.value)
 
 
-def jumps_of(branch: Followed) -> list[Jump]:
-    """Return the folds at which stable motions end and the hard losses of their stability, by their values."""
-    values, jumps = branch.data["value"].values, []
-    folds = branch.events.iloc[jumping_folds_of(branch)]
-    for number, value, point in folds[["branch", "value", "point"]].itertuples(index=False):
-        jumps.append(Jump(float(value), bool(value >= max(values[point], values[point + 1])), int(number)))
-    jumps += [
-        Jump(loss.value, loss.upward, loss.branch, loss.kind)
-        for loss in _losses(branch)
-        if (beyond := _stable_beyond(branch, loss)) and not any(beyond)
-    ]
-    return sorted(jumps, key=lambda jump: jump.value)
+def _jumps(branch: Followed, courses: Sequence[Course], loss: Loss) -> bool | None:
+    """Whether the motion jumps at an event; None: not known."""
+    if loss.kind == FOLD:
+        return True
+    beyond = [] if loss.kind == NEIMARK_SACKER else _stable_beyond(branch, courses, loss)
+    return not any(beyond) if beyond else None
 
 
-def not_known_of(branch: Followed) -> list[tuple[str, float]]:
-    """Return kinds and values of the events at which motions lose their stability, and of what leaves nothing is known.
-
-    At each of them the motion may jump, or not.
-    """
-    lost = [loss for loss in _losses(branch) if not _stable_beyond(branch, loss)]
-    return sorted({(loss.kind, loss.value) for loss in lost}, key=lambda pair: pair[1])
-
-
-@dataclass(frozen=True)
-class _Loss:
-    """An event other than a fold at which motions lose their stability, if the value goes one way."""
-
-    event: int
-    branch: int
-    kind: str
-    value: float
-    upward: bool
-
-
-def _losses(branch: Followed) -> list[_Loss]:
-    stable, values = branch.data["stable"].values, branch.data["value"].values
-    losses, parts = list[_Loss](), slices_of(branch)
-    columns = branch.events[["branch", "kind", "value", "point"]]
-    for event, (number, kind, value, point) in enumerate(columns.itertuples(index=False)):
-        if kind not in CHANGES - {FOLD} or point + 1 >= parts[number].stop or stable[point] == stable[point + 1]:
-            continue
-        before, after = (point, point + 1) if stable[point] else (point + 1, point)
-        if abs(values[after] - values[before]) > _no_width(branch):
-            losses.append(_Loss(event, int(number), str(kind), float(value), bool(values[after] > values[before])))
-    return losses
-
-
-def _stable_beyond(branch: Followed, loss: _Loss) -> list[bool]:
-    """Of every branch that leaves or ends at an event whether its motions are stable just beyond that; empty: none."""
-    if loss.kind == NEIMARK_SACKER:
-        return []
-    stable, values = branch.data["stable"].values, branch.data["value"].values
+def _stable_beyond(branch: Followed, courses: Sequence[Course], loss: Loss) -> list[bool]:
+    """Of every branch that leaves or ends at an event whether its motions are stable just beyond that."""
     swings, least = branch.data["peak_to_peak"].values, _no_width(branch)
     apart = _SAME * float(swings.max(initial=0.0))
     own = branch.event_levels[loss.event, 1] - branch.event_levels[loss.event, 0]
     cycles = branch.curves[loss.branch].cycles * (2 if loss.kind == DOUBLING else 1)
     beyond = []
-    for number, (part, curve) in enumerate(zip(slices_of(branch), branch.curves, strict=True)):
+    for number, (course, curve) in enumerate(zip(courses, branch.curves, strict=True)):
         if number == loss.branch or curve.cycles != cycles:
             continue
-        inwards = np.arange(part.start, part.stop)
-        for points in (inwards, inwards[::-1]):
-            away = values[points] - loss.value
-            if abs(away[0]) > least or np.abs(swings[points[0]] - own).max() > apart:
+        for inwards in (slice(None), slice(None, None, -1)):
+            nodes, away, stable = course.nodes[inwards], course.value[inwards] - loss.value, course.stable[inwards]
+            if abs(away[0]) > least or np.abs(swings[nodes[0][0]] - own).max() > apart:
                 continue
-            is_next = len(points) > 1 and abs(away[1]) > least  # else it is vertical
-            beyond.append(bool(is_next and stable[points[1]] and (away[1] > 0.0) == loss.upward))
+            next_node = int(
+                np.argmax(np.append(away != away[0], True))
+            )  # what happens at the end itself lies before it
+            is_next = next_node < len(nodes) and abs(away[next_node]) > least  # else it is vertical
+            beyond.append(bool(is_next and stable[next_node - 1] and (away[next_node] > 0.0) == loss.upward))
     return beyond
-
-
-def nodes_of(branch: Followed, number: int) -> Iterator[tuple[int, int]]:
-    """Yield the points and events of one branch in its order: (point, -1) or (point before it, event)."""
-    part, points = slices_of(branch)[number], branch.events["point"].to_numpy()
-    of_branch = np.flatnonzero(branch.events["branch"].to_numpy() == number)
-    for i in range(part.start, part.stop):
-        yield i, -1
-        yield from ((i, int(e)) for e in of_branch if points[e] == i)
-
-
-def stability_of_steps(branch: Followed, nodes: Sequence[tuple[int, int]]) -> list[bool]:
-    """Return whether motions are stable between each node and the next."""
-    stable, kinds = branch.data["stable"].values, branch.events["kind"].tolist()
-    steps = []
-    has_changed = False
-    for (point, event), following in pairwise(nodes):
-        has_changed = event >= 0 and (has_changed or kinds[event] in CHANGES)
-        after = point if event < 0 else min(point + 1, len(stable) - 1)
-        is_last = following[1] < 0 and event >= 0
-        steps.append(bool(stable[after if has_changed or is_last else point]))
-    return steps

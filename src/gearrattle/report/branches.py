@@ -15,7 +15,7 @@ import numpy as np
 
 from gearrattle.json_types import json_value
 from gearrattle.orbits import Branch, Orbit
-from gearrattle.orbits.stable_ranges import CHANGES, Jump, Range, jumps_of, not_known_of, ranges_of, slices_of
+from gearrattle.orbits.stable_ranges import CHANGES, Loss, Range, losses_of, ranges_of, slices_of
 from gearrattle.report.motion_at_point import motion_at_point
 from gearrattle.report.moving_table import moving_table
 from gearrattle.report.numbers import write_csv
@@ -49,8 +49,8 @@ class BranchesPage(ModelPresentation[Branch]):
         return ranges_of(self.result)
 
     @cached_property
-    def _jumps(self) -> list[Jump]:
-        return jumps_of(self.result)
+    def _losses(self) -> list[Loss]:
+        return losses_of(self.result)
 
     @cached_property
     def sentence(self) -> str:
@@ -59,10 +59,11 @@ class BranchesPage(ModelPresentation[Branch]):
         number = counted(len(branch.curves), "branch", "branches")
         parts = [f"{number} over {shown.words} {self._span(*ends)}: {self._stable_words()}."]
         for upward, way in ((True, "Going up"), (False, "Going down")):
-            values = [shown.with_unit(jump.value, 5) for jump in self._jumps if jump.upward == upward]
+            values = [shown.with_unit(loss.value, 5) for loss in self._losses if loss.jumps and loss.upward == upward]
             if values:  # those of copies of a motion once
                 parts.append(f"{way} the motion jumps at {_some(list(dict.fromkeys(values)))}.")
-        if unknown := [f"{shown.with_unit(value, 5)} ({kind})" for kind, value in not_known_of(branch)]:
+        unknown = [f"{shown.with_unit(loss.value, 5)} ({loss.kind})" for loss in self._losses if loss.jumps is None]
+        if unknown:
             parts.append(f"Whether the motion jumps is not known at {_some(list(dict.fromkeys(unknown)))}.")
         if gaps := [self._span(*gap) for gap in _gaps(branch)]:
             parts.append(f"No branch leads through the range {_some(gaps)}.")
@@ -128,7 +129,8 @@ class BranchesPage(ModelPresentation[Branch]):
             ],
             "jumps": [
                 {"branch": j.branch, "value": j.value, "going": "up" if j.upward else "down", "event": j.kind}
-                for j in self._jumps
+                for j in self._losses
+                if j.jumps
             ],
             "events": [json_value(dict(zip(events, row, strict=True))) for row in zip(*events.values(), strict=True)],
         }

@@ -8,11 +8,12 @@ Takes a Branch; gives a Table.
 from __future__ import annotations
 
 from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.events import FOLD
 from gearrattle.errors import GearRattleError
 from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Branch
 from gearrattle.orbits.family import is_compiled
-from gearrattle.orbits.stable_ranges import jumping_folds_of
+from gearrattle.orbits.stable_ranges import losses_of
 from gearrattle.report.plots.branches import measure
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
@@ -34,12 +35,12 @@ def moving_table(branch: Branch) -> Table:
     head = ("fold at" + unit, "10 % more of", "moves it by" + unit)
     system = assemble(branch.model).system
     events = branch.events
-    jumping = events.iloc[jumping_folds_of(branch)]
-    folds = jumping.index[(jumping["branch"] == 0) & ~jumping["collision"]]
+    folds = sorted({loss.event for loss in losses_of(branch) if loss.kind == FOLD and loss.branch == 0})
+    folds = [event for event in folds if not events["collision"][event]]
     rows: list[tuple[str, ...]] = []
     for fold in folds[:_MOST_FOLDS] if is_compiled(system) and system.size <= _MOST_BODIES else ():
         try:
-            table = branch.gradients(int(fold)).dropna()
+            table = branch.gradients(fold).dropna()
         except GearRattleError:  # a fold in a corner of the branch
             continue
         largest = table["per_10_percent"].abs().max()

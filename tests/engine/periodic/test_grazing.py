@@ -70,7 +70,7 @@ def branch_with_slider() -> Branch:
 
 def first_grazing(branch: Branch, watch: int = 0) -> tuple[Event, Continuation]:
     chosen = next(event for event in branch.curves[0].events if event.kind == GRAZING and event.watch == watch)
-    return chosen, branch._follower(branch.curves[0])
+    return chosen, branch.follower(branch.curves[0])
 
 
 def amplitude_of_grazing() -> float:
@@ -178,7 +178,7 @@ def test_the_doubled_branch_ends_where_it_joins_the_other_in_the_jump() -> None:
     assert curve.cycles == 2
     assert curve.points[-1] is curve.events[-1].point
     assert branch.notes == ()
-    single_map = branch._follower(branch.curves[0]).family.map_at
+    single_map = branch.follower(branch.curves[0]).family.map_at
     distances = np.array([abs(p.parameter - curve.points[-1].parameter) for p in curve.points])
     gaps = np.array([np.abs(single_map(p.parameter).later(p.motion.start).y - p.state).max() for p in curve.points])
     assert gaps[-1] < 1e-9

@@ -20,7 +20,7 @@ from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Branch
 from gearrattle.orbits.edges import EDGE
-from gearrattle.orbits.stable_ranges import CHANGES, nodes_of, slices_of, stability_of_steps
+from gearrattle.orbits.stable_ranges import CHANGES, Course, courses_of, slices_of
 from gearrattle.report.plots.axis_names import Measure
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.corners import units_of
@@ -70,14 +70,9 @@ class _Drawing:
     branch: Branch
 
     @cached_property
-    def nodes(self) -> list[list[tuple[int, int]]]:
-        """Of every branch its points and events in order."""
-        return [list(nodes_of(self.branch, number)) for number in range(len(self.branch.curves))]
-
-    @cached_property
-    def steps(self) -> list[list[bool]]:
-        """Of every branch whether motions are stable from node to node."""
-        return [stability_of_steps(self.branch, nodes) for nodes in self.nodes]
+    def courses(self) -> list[Course]:
+        """Every branch from node to node."""
+        return courses_of(self.branch)
 
     @cached_property
     def values(self) -> tuple[Array, Array]:
@@ -88,11 +83,11 @@ class _Drawing:
     def lines(self, at_points: Array, at_events: Array) -> list[Line]:
         """Draw a quantity along all branches: stable parts solid, the others dashed."""
         lines = []
-        for number, (nodes, steps) in enumerate(zip(self.nodes, self.steps, strict=True)):
-            x = np.array([self.values[0][i] if e < 0 else self.values[1][e] for i, e in nodes])
-            y = np.array([at_points[i] if e < 0 else at_events[e] for i, e in nodes])
+        for number, course in enumerate(self.courses):
+            x = course.value * measure(self.branch).factor
+            y = np.array([at_points[i] if e < 0 else at_events[e] for i, e in course.nodes])
             for is_stable in (True, False):
-                chosen = np.array([step == is_stable for step in steps], dtype=np.bool_)
+                chosen = np.array([stable == is_stable for stable in course.stable], dtype=np.bool_)
                 if chosen.any():
                     word = "stable" if is_stable else "unstable"
                     dash = _STABLE.dash if is_stable else _UNSTABLE.dash
