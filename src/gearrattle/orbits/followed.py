@@ -73,5 +73,8 @@ class Followed(Protocol):
     def follower(self, curve: Curve) -> Continuation:
         """Return what follows a branch."""
 
+    def orbit_at(self, point: Point, cycles: int) -> Orbit:
+        """Return the motion of a point of the engine."""
+
     def orbit(self, i: int) -> Orbit:
         """Return the motion at a point."""

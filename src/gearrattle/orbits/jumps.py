@@ -1,10 +1,16 @@
-"""Where a run leaves a motion that has ended in a fold.
+"""Where a run leaves a motion that has ended, or has become unstable.
 
-A run was on the motion that ends at a fold if over the last periods before it the distance between both is at most half
-of that from this motion to any other one. The distance is that of peak-to-peak deflections, each over the largest of
-the motions that are stable at the fold, the root of the sum of squares over the clearances. The jump is where the run
-becomes nearer to a stable motion that goes on, at the speed of the run, than to the motion which has ended, at its
-fold; with one clearance, where it passes the middle between both.
+Events at which motions end are the losses of stability of ``stable_ranges``; those from which a stable motion leads on
+are left out. A run was on the motion that ends if, at the speed of one of the motions before that, its state at the
+start of a period is nearer to that motion than to any other one, stable or not, and would settle there, held at this
+speed. So it does not matter how far the run lags behind the motion, or how it is sampled. Beside a fold a run that lags
+may have passed the unstable motion already, so motions ever farther before it are tried.
+
+The distance of two motions is that of peak-to-peak deflections, each over the largest of the motions that are stable at
+the event, the root of the sum of squares over the clearances. The jump is where the run becomes nearer to a stable
+motion that goes on, at the speed of the run, than to the motion which has ended: to what is left of it, unstable, or
+else to its end. With one clearance that is where it passes the middle between both. Beyond that it must be on the other
+one, as it was on the first: what leaves a doubling has nearly the same swing, to which a run that lags may be nearer.
 
 Windows as long as the motions slide over the parts of a run. Where the swing grows by the jump a window notices it with
 its last part; where the swing shrinks, when the last large part leaves it at its begin. The middle of that part is the
@@ -15,7 +21,7 @@ Takes a Branch and a run in parts of a period; gives Jumps.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from math import lcm
@@ -25,33 +31,39 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, period_of
-from gearrattle.engine.periodic.events import FOLD
+from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.point import Point
+from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.followed import Followed
-from gearrattle.orbits.stable_ranges import courses_of
+from gearrattle.orbits.settled import Attractor, passes_to_settle
+from gearrattle.orbits.stable_ranges import Loss, courses_of, halfway, losses_of
 
 Array = NDArray[np.float64]
 
-_SAME = 1e-6  # of a fold's value and of the swings there: motions that differ by less are copies
+_SAME = 1e-6  # of an event's value and of the swings there: motions that differ by less are copies
 _ROUNDING = 1e-13  # of a value: a smaller step does not turn back
-_WINDOWS = 2  # so many in a row before a fold must lie near the motion that ends there
-_NEAR = 0.5  # of the distance to another motion: a run that is farther away is not on a motion
+_SAME_STATE = 1e-4  # of the units of a motion: states that differ by less are one
+_MOST_PASSES = 2000  # of a motion in which a run is held, where another motion of the branch needs no more
+_NEAR = 0.5  # of the distance of two motions: a run is near to one of them, or has left it
 _TINY = 1e-9  # of the largest scale: a swing below it is rounding
-_NONE_KNOWN = "no other stable motion is known at the fold"
-_NOT_ON = "the run was not clearly on the motion that ends there"
+_NONE_KNOWN = "no other stable motion is known there"
+_NOT_ON = "the run was not on the motion that ends there"
 _NOT_YET = "the run ends before it jumps"
 _ELSEWHERE = "the run leaves for no stable motion that is known"
 
 
 @dataclass(frozen=True)
 class Jump:
-    """A fold that a run passes.
+    """An event at which a motion ends, or becomes unstable, and that a run passes.
 
     Attributes
     ----------
     upward
         whether the speed grows.
-    fold
-        value at the fold [SI].
+    kind
+        of the event.
+    end
+        value at the event [SI].
     value
         value at which the run jumps [SI]; NaN where it does not.
     delay
@@ -65,7 +77,8 @@ class Jump:
     """
 
     upward: bool
-    fold: float
+    kind: str
+    end: float
     value: float
     delay: float
     periods: float
@@ -75,7 +88,7 @@ class Jump:
 
 @dataclass(frozen=True)
 class BranchPart:
-    """A part of a branch of one stability over which its value grows.
+    """A part of a branch of one stability over which its value only grows, or only falls.
 
     Attributes
     ----------
@@ -89,8 +102,12 @@ class BranchPart:
         (N,) growing [SI].
     peak_to_peak
         (N, K) deflections of the K clearances [rad or m].
-    folds
-        its ends that are folds.
+    branch
+        number of the branch.
+    points
+        its motions between both ends, by their values.
+    events
+        those at its two ends: rows of ``Branch.events``, or -1.
     """
 
     is_stable: bool
@@ -98,7 +115,9 @@ class BranchPart:
     cycles: int
     value: Array
     peak_to_peak: Array
-    folds: tuple[float, ...]
+    branch: int
+    points: tuple[Point, ...]
+    events: tuple[int, int]
 
     def at(self, value: float | Array) -> Array:
         """(..., K) peak-to-peak deflections at values; those of the end beyond it."""
@@ -119,23 +138,22 @@ class RunParts:
     ----------
     upward
         whether the speed grows.
-    first_value, first_swing
-        of the motion on which it begins: value [SI], (K,) peak-to-peak deflections [rad or m].
     per_period
         parts of a period T.
     value
         (Q,) in the middle of every part [SI].
     highest, lowest
         (Q, K) deflections in every part [rad or m].
+    state_before
+        gives, for a value and a period map, the state at the start of the period in which the value is reached.
     """
 
     upward: bool
-    first_value: float
-    first_swing: Array
     per_period: int
     value: Array
     highest: Array
     lowest: Array
+    state_before: Callable[[float, PeriodMap], State]
 
     def width(self, periods: int) -> int:
         """Parts in a window of so many periods; all of them where the run is shorter."""
@@ -152,43 +170,45 @@ class RunParts:
         largest: Array = np.max(sliding_window_view(levels, self.width(periods), axis=0), axis=-1)
         return largest
 
-    def passed(self, fold: float) -> NDArray[np.bool_]:
-        """(Q,) whether the middle of a part lies beyond a fold."""
-        return self.value > fold if self.upward else self.value < fold
+    def passed(self, value: float) -> NDArray[np.bool_]:
+        """(Q,) whether the middle of a part lies beyond a value."""
+        return self.value > value if self.upward else self.value < value
 
 
 @dataclass(frozen=True)
 class _Ending:
-    """A fold at which a motion ends, and the other motions.
+    """A loss of stability, and the other motions.
 
     Attributes
     ----------
-    fold
-        its value [SI].
+    loss
+        where the motion ends.
     own, whole
         the motion that ends, and its line, unstable parts included.
-    rivals, others
-        motions with other swings, stable or not; the stable ones of them.
+    copies
+        the motion that ends and those with the same swings that end there, such as its mirror image.
+    others
+        stable motions with other swings.
     scale
         (K,) by which swings of the clearances compare [rad or m].
     """
 
-    fold: float
+    loss: Loss
     own: BranchPart
     whole: BranchPart
-    rivals: tuple[BranchPart, ...]
+    copies: tuple[BranchPart, ...]
     others: tuple[BranchPart, ...]
     scale: Array
 
     @property
     def swing(self) -> Array:
-        """(K,) peak-to-peak deflections of the motion at its fold."""
-        return self.own.at(self.fold)
+        """(K,) peak-to-peak deflections of the motion at its end."""
+        return self.own.at(self.loss.value)
 
     @property
-    def at_fold(self) -> tuple[BranchPart, ...]:
-        """The other stable motions that are known at the fold."""
-        return tuple(one for one in self.others if one.reaches(self.fold))
+    def at_end(self) -> tuple[BranchPart, ...]:
+        """The other stable motions that are known there."""
+        return tuple(one for one in self.others if one.reaches(self.loss.value))
 
     def distance(self, one: Array, other: Array) -> Array:
         """Distance between (..., K) swings."""
@@ -201,8 +221,8 @@ class _Ending:
         return int(np.argmax(np.abs(other - self.swing) / larger))
 
     def nearest(self) -> BranchPart:
-        """The other stable motion that is nearest to the ended one, at the fold."""
-        return min(self.at_fold, key=lambda one: float(self.distance(one.at(self.fold), self.swing)))
+        """The other stable motion that is nearest to the ended one, at its end."""
+        return min(self.at_end, key=lambda one: float(self.distance(one.at(self.loss.value), self.swing)))
 
 
 def speed_of(branch: Followed, value: float) -> float:
@@ -214,18 +234,19 @@ def branch_parts(branch: Followed) -> Sequence[BranchPart]:
     """The parts of all branches of one stability, ends at events included."""
     swings, event_swings = branch.data["peak_to_peak"].values, branch.event_levels[:, 1] - branch.event_levels[:, 0]
     motions, first_line = list[BranchPart](), 0
-    for course, curve in zip(courses_of(branch), branch.curves, strict=True):
+    for number, (course, curve) in enumerate(zip(courses_of(branch), branch.curves, strict=True)):
         lines = first_line + _turns(course.value)
         first_line = int(lines[-1]) + 1 if course.stable else first_line
         steps = enumerate(zip(course.stable, lines.tolist(), strict=True))
         for (is_stable, line), group in groupby(steps, key=lambda step: step[1]):
-            numbers = [number for number, _ in group]
-            part = slice(numbers[0], numbers[-1] + 2)
+            own = [step for step, _ in group]
+            part = slice(own[0], own[-1] + 2)
             value, nodes = course.value[part], course.nodes[part]
             swing = np.array([swings[i] if e < 0 else event_swings[e] for i, e in nodes])
             order = np.argsort(value, kind="stable")
-            folds = tuple(float(value[i]) for i in (0, -1) if course.kinds[part][i] == FOLD)
-            motions.append(BranchPart(is_stable, line, curve.cycles, value[order], swing[order], folds))
+            points = tuple(branch.points[nodes[k][0]] for k in order if nodes[k][1] < 0)
+            ends = nodes[0][1], nodes[-1][1]
+            motions.append(BranchPart(is_stable, line, curve.cycles, value[order], swing[order], number, points, ends))
     return motions
 
 
@@ -239,106 +260,125 @@ def _turns(value: Array) -> NDArray[np.int64]:
 
 
 def jumps_of(branch: Followed, run: RunParts, motions: Sequence[BranchPart], rate: float) -> list[Jump]:
-    """The folds that a run passes, in its order; folds of copies of a motion once."""
-    ended = [
-        (fold, own)
-        for own in motions
-        if own.is_stable
-        for fold in own.folds
-        if fold == (own.value[-1] if run.upward else own.value[0])
-    ]
-    endings: list[_Ending] = []
-    for fold, own in sorted(ended, key=lambda pair: pair[0], reverse=not run.upward):
-        if not any(_is_copy(own, ending.own, ending.fold) for ending in endings):
-            endings.append(_ending(fold, own, motions))
-    return [_jump(branch, run, ending, rate) for ending in endings]
+    """The losses of stability that a run passes, in its order; those of copies of a motion once."""
+    ended = list[tuple[Loss, list[BranchPart]]]()
+    losses = [loss for loss in losses_of(branch) if loss.upward == run.upward and loss.jumps is not False]
+    for loss in losses if run.upward else losses[::-1]:
+        for own in [one for one in motions if one.is_stable and loss.event in one.events][:1]:
+            known = next((owns for other, owns in ended if _is_copy(own, owns[0], other.value)), None)
+            if known is None:
+                ended.append((loss, [own]))
+            else:
+                known.append(own)
+    return [_jump(branch, run, _ending(loss, owns, motions), rate) for loss, owns in ended]
 
 
-def _is_copy(one: BranchPart, own: BranchPart, fold: float) -> bool:
-    """Whether motions have the same swings at the fold of one of them."""
-    swing = own.at(fold)
-    return one.reaches(fold) and bool(np.allclose(one.at(fold), swing, rtol=_SAME, atol=_TINY * float(swing.max())))
+def _is_copy(one: BranchPart, own: BranchPart, end: float) -> bool:
+    """Whether motions have the same swings at the end of one of them."""
+    swing = own.at(end)
+    return one.reaches(end) and bool(np.allclose(one.at(end), swing, rtol=_SAME, atol=_TINY * float(swing.max())))
 
 
-def _ending(fold: float, own: BranchPart, motions: Sequence[BranchPart]) -> _Ending:
-    """A fold with the other motions; copies of the ended one, and the unstable one that ends with it, are left out."""
+def _ending(loss: Loss, copies: Sequence[BranchPart], motions: Sequence[BranchPart]) -> _Ending:
+    """A loss with the other stable motions; copies of the ended one, and what leaves it there, are left out."""
+    own = copies[0]
     line = sorted((one for one in motions if one.line == own.line), key=lambda one: float(one.value[0]))
     value = np.concatenate([one.value for one in line])
     whole = replace(own, value=value, peak_to_peak=np.concatenate([one.peak_to_peak for one in line]))
-    rivals = tuple(one for one in motions if one.line != own.line and not _is_copy(one, own, fold))
-    others = tuple(one for one in rivals if one.is_stable)
-    swings = [own.at(fold), *(one.at(fold) for one in others if one.reaches(fold))]
-    scale = np.max(swings, axis=0)
-    return _Ending(
-        fold, own, whole, rivals, others, np.maximum(scale, max(_TINY * float(scale.max()), np.finfo(float).tiny))
+    others = tuple(
+        one for one in motions if one.is_stable and one.line != own.line and not _is_copy(one, own, loss.value)
     )
+    swings = [own.at(loss.value), *(one.at(loss.value) for one in others if one.reaches(loss.value))]
+    scale = np.max(swings, axis=0)
+    least = max(_TINY * float(scale.max()), np.finfo(float).tiny)
+    return _Ending(loss, own, whole, tuple(copies), others, np.maximum(scale, least))
 
 
 def _jump(branch: Followed, run: RunParts, ending: _Ending, rate: float) -> Jump:
-    """Where a run jumps after a fold."""
-    fold, names = ending.fold, assemble(branch.model).layout.clearance_names
+    """Where a run jumps after a motion has ended."""
+    loss, names = ending.loss, assemble(branch.model).layout.clearance_names
 
     def without(words: str, clearance: str = "") -> Jump:
-        return Jump(run.upward, fold, np.nan, np.nan, np.nan, clearance, words)
+        return Jump(run.upward, loss.kind, loss.value, np.nan, np.nan, np.nan, clearance, words)
 
-    if not ending.at_fold:
+    if not ending.at_end:
         return without(_NONE_KNOWN)
     neighbour = ending.nearest()
-    apart_most = names[ending.decisive(neighbour.at(fold))]
-    if not _was_on(run, ending):
+    apart_most = names[ending.decisive(neighbour.at(loss.value))]
+    if not any(_was_on(branch, run, one) for one in ending.copies):
         return without(_NOT_ON, apart_most)
-    crossings = [(value, other) for other in ending.others if (value := _crossing(run, ending, other)) is not None]
+    crossings = [
+        (value, other)
+        for other in ending.others
+        if (value := _crossing(run, ending, other)) is not None and _was_on(branch, run, other, beyond=value)
+    ]
     if not crossings:
         return without(_ELSEWHERE if _has_left(run, ending, neighbour) else _NOT_YET, apart_most)
     value, other = (min if run.upward else max)(crossings, key=lambda pair: pair[0])
-    speeds = speed_of(branch, value), speed_of(branch, fold)
+    speeds = speed_of(branch, value), speed_of(branch, loss.value)
     delay = speeds[0] - speeds[1] if run.upward else speeds[1] - speeds[0]
     turns = period_of(branch.model).period * branch.model.excitation.omega
     periods = delay / rate * 0.5 * (speeds[0] + speeds[1]) / turns
-    return Jump(run.upward, fold, value, delay, periods, names[ending.decisive(other.at(value))])
+    decided_by = names[ending.decisive(other.at(value))]
+    return Jump(run.upward, loss.kind, loss.value, value, delay, periods, decided_by)
 
 
-def _was_on(run: RunParts, ending: _Ending) -> bool:
-    """Whether before a fold a run was on the motion that ends there."""
-    before = int(np.argmax(np.append(run.passed(ending.fold), True)))
-    approach = replace(run, value=run.value[:before], highest=run.highest[:before], lowest=run.lowest[:before])
-    value = float(approach.value[-1]) if before else run.first_value
-    known = [one for one in ending.rivals if one.reaches(value) or one.reaches(ending.fold)]
-    return all(_is_nearer(approach, ending, rival) for rival in known)
+def _was_on(branch: Followed, run: RunParts, part: BranchPart, beyond: float | None = None) -> bool:
+    """Whether a run was on a motion of a part, beyond a value: on the one that it passes last, or the one before, ...
+
+    Every next one tried has twice as many behind it. Those that settle too slowly are left out, unless all of them do.
+    """
+    motions = [
+        motion
+        for motion in _motions_of(branch, part)[:: -1 if run.upward else 1]
+        if beyond is None or (motion.parameter > beyond) == run.upward
+    ]
+    passes = [passes_to_settle(motion.multipliers, motion.free) for motion in motions]
+    soon = [k for k, needed in enumerate(passes) if needed <= _MOST_PASSES] or np.argsort(passes)[:1].tolist()
+    tried = [soon[2**n - 1] for n in range(len(soon).bit_length())]
+    return any(_is_on(branch, run, (motions[k], part.cycles), passes[k]) for k in tried)
 
 
-def _is_nearer(approach: RunParts, ending: _Ending, rival: BranchPart) -> bool:
-    """Whether a run, at its end, is far nearer to the motion that ends than that is to another one."""
-    if not len(approach.value):
-        value = np.array([approach.first_value])
-        run, own, other = approach.first_swing, ending.whole.at(value), rival.at(value)
-    else:
-        periods = lcm(ending.own.cycles, rival.cycles)
-        value, run, own, other = (
-            levels[:: -approach.width(periods)][:_WINDOWS]
-            for levels in (
-                approach.value,
-                approach.swings(periods),
-                approach.largest(ending.whole.at(approach.value), periods),
-                approach.largest(rival.at(approach.value), periods),
-            )
-        )
-        value = value[: len(run)]
-    is_near = ending.distance(run, own) <= _NEAR * ending.distance(own, other)
-    is_before_own = (value < ending.own.value[0]) | (value > ending.own.value[-1])
-    return bool(is_near[0] and np.all(is_near | is_before_own))
+def _is_on(branch: Followed, run: RunParts, of: tuple[Point, int], passes: int) -> bool:
+    """Whether a run is nearest to a motion, of so many periods, and settles there within some passes."""
+    value = of[0].parameter
+    motion = Attractor(branch.orbit_at(*of))
+    state = run.state_before(value, motion.orbit.period_map)
+    try:
+        if not motion.attracts(state, passes):
+            return False
+    except ConvergenceError:
+        return False
+    others = [
+        branch.orbit_at(point, curve.cycles)
+        for curve in branch.curves
+        for _, point in curve.motions_at(branch.follower(curve), value)
+    ]
+    rivals = [Attractor(other) for other in others if not motion.is_near(other.motion.start, _SAME_STATE)]
+    return all(motion.distance(state) < rival.distance(state) for rival in rivals)
+
+
+def _motions_of(branch: Followed, part: BranchPart) -> Sequence[Point]:
+    """The motions between the ends of a part, by their values; without a point among them the one halfway."""
+    if part.points or min(part.events) < 0:
+        return part.points
+    located = [event.point for events in branch.events_of_curves for event in events]
+    middle = halfway(branch.follower(branch.curves[part.branch]), *(located[event] for event in part.events))
+    return () if middle is None else (middle,)
 
 
 def _crossing(run: RunParts, ending: _Ending, other: BranchPart) -> float | None:
-    """Value at which, beyond the fold, a run becomes nearer to another motion than to the ended one; None: nowhere."""
+    """Value at which, beyond the end of a motion, a run becomes nearer to another one than to it; None: nowhere."""
     swings = run.swings(lcm(ending.own.cycles, other.cycles))
-    following = other.at(ending.fold)
+    end = ending.loss.value
+    following = other.at(end)
     clearance = ending.decisive(following)
     grows = following[clearance] > ending.swing[clearance]
     part = slice(len(run.value) - len(swings), None) if grows else slice(0, len(swings))
-    value, passed = run.value[part], run.passed(ending.fold)[part]
-    nearer = ending.distance(swings, ending.swing) ** 2 - ending.distance(swings, other.at(value)) ** 2
-    nearer /= np.maximum(ending.distance(other.at(value), ending.swing), _TINY)
+    value, passed = run.value[part], run.passed(end)[part]
+    left, there = ending.whole.at(value), other.at(value)
+    nearer = ending.distance(swings, left) ** 2 - ending.distance(swings, there) ** 2
+    nearer /= np.maximum(ending.distance(there, left), _TINY)
     goes_on = (other.value[0] <= value) & (value <= other.value[-1])
     crossed = np.flatnonzero(passed & goes_on & (nearer > 0.0))
     if not crossed.size:
@@ -346,10 +386,10 @@ def _crossing(run: RunParts, ending: _Ending, other: BranchPart) -> float | None
     k = int(crossed[0])
     share = nearer[k - 1] / (nearer[k - 1] - nearer[k]) if k and nearer[k - 1] < 0.0 else 1.0
     crossing = float(value[k] + (share - 1.0) * (value[k] - value[max(k - 1, 0)]))
-    return max(crossing, ending.fold) if run.upward else min(crossing, ending.fold)
+    return max(crossing, end) if run.upward else min(crossing, end)
 
 
 def _has_left(run: RunParts, ending: _Ending, neighbour: BranchPart) -> bool:
     """Whether at its end a run is no longer near the ended motion."""
-    away = ending.distance(run.swings(ending.own.cycles)[-1:], ending.swing)
-    return bool(np.any(away > _NEAR * ending.distance(neighbour.at(ending.fold), ending.swing)))
+    away = ending.distance(run.swings(ending.own.cycles)[-1:], ending.whole.at(run.value[-1]))
+    return bool(np.any(away > _NEAR * ending.distance(neighbour.at(ending.loss.value), ending.swing)))

@@ -1,8 +1,8 @@
-"""A run-up and a run-down at a rate beside the branches: where the motion jumps, and how far behind the fold.
+"""A run-up and a run-down at a rate beside the branches: where the motion jumps, and how far behind its end.
 
-A slowly changed speed takes a stable motion past the fold in which it ends. It does not jump there at once: near a
-smooth fold it moves away so slowly that the jump comes late, by a delay that grows with the rate r as r^(2/3) while r
-is small.
+A slowly changed speed takes a stable motion past the event in which it ends, or loses its stability. It does not jump
+there at once: near a smooth fold it moves away so slowly that the jump comes late, by a delay that grows with the rate
+r as r^(2/3) while r is small; from a motion that only has become unstable it moves away as what it is off it grows.
 
 Where a run leaves the motion that has ended is told by its swings (``jumps``). A period T may hold many load cycles, so
 its extrema are taken in parts, as many as the fastest input has cycles in T.
@@ -22,7 +22,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, period_of
+from gearrattle.assembly import assemble, free_of, period_of
+from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
 from gearrattle.model.path_labels import path_label
@@ -31,7 +32,7 @@ from gearrattle.model.table import shown
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.jumps import Jump, RunParts, branch_parts, jumps_of, speed_of
 from gearrattle.orbits.orbit import Orbit
-from gearrattle.orbits.state import followed_from
+from gearrattle.orbits.state import followed_from, state_at
 from gearrattle.result import Result
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ PATHS = ("excitation.speed", "excitation.frequency")
 """What a run-up changes."""
 _SAMPLES = 64  # of the shortest period of the inputs
 _MOST_SAMPLES = 20_000_000  # of a run; a longer one takes fewer, down to _SAMPLES a period T
+_ROUNDING = 1e-9  # of a period
 _MOST_PARTS = 64  # of a period T in which extrema are taken
 
 
@@ -67,7 +69,7 @@ class Envelope:
 
 @dataclass(frozen=True)
 class RunUpJumps(Result):
-    """Jumps of a run-up and of a run-down beside the folds of a branch.
+    """Jumps of a run-up and of a run-down beside those of a branch.
 
     Attributes
     ----------
@@ -78,7 +80,7 @@ class RunUpJumps(Result):
     envelopes
         of the run-up and the run-down.
     jumps
-        every fold that they pass.
+        every event that they pass at which a motion ends or loses its stability, but where a stable one leads on.
     notes
         what the user must know.
 
@@ -86,7 +88,7 @@ class RunUpJumps(Result):
     --------
     >>> model = gr.example("backlash_oscillator")
     >>> up, down = gr.continuation(model, "excitation.speed", (0.6, 0.9)).run_up(1e-3).jumps
-    >>> up.value > up.fold > down.fold > down.value
+    >>> up.value > up.end > down.end > down.value
     True
     """
 
@@ -104,22 +106,23 @@ class RunUpJumps(Result):
 
     @property
     def data(self) -> xr.Dataset:
-        """A Dataset: fold, value, delay and periods over "jump"; speed and peak-to-peak over the periods of a run."""
+        """A Dataset: end, value, delay and periods over "jump"; speed and peak-to-peak over the periods of a run."""
         import xarray as xr
 
         unit = {"units": path_label(self.branch.path, self.model).unit or "1"}
         speed_unit = {"units": "rad/s" if self.model.units == "SI" else "1"}
-        attributes = {"fold": unit, "value": unit, "delay": speed_unit}
+        attributes = {"end": unit, "value": unit, "delay": speed_unit}
         variables = {
             name: (
                 "jump",
                 np.array([getattr(jump, name) for jump in self.jumps], dtype=np.float64),
                 attributes.get(name, {}),
             )
-            for name in ("fold", "value", "delay", "periods")
+            for name in ("end", "value", "delay", "periods")
         }
         words = {
             "direction": ["up" if jump.upward else "down" for jump in self.jumps],
+            "kind": [jump.kind for jump in self.jumps],
             "decided_by": [jump.clearance for jump in self.jumps],
         }
         texts = {name: ("jump", np.array(column, dtype=np.str_)) for name, column in words.items()}
@@ -175,24 +178,21 @@ def _rate(model: Model, rate: float | str) -> float:
     return float(checked(Plain("positive", "the run goes up and down by itself"), rate, "rate"))
 
 
-def _start(branch: Followed, value: float) -> tuple[Orbit, Array] | None:
-    """The stable motion at an end of the range, and its (K,) swings: of the first branch that has one."""
+def _start(branch: Followed, value: float) -> Orbit | None:
+    """The stable motion at an end of the range: of the first branch that has one."""
     data = branch.data
     chosen = np.flatnonzero((data["value"].values == value) & data["stable"].values)
-    if not chosen.size:
-        return None
-    return branch.orbit(int(chosen[0])), data["peak_to_peak"].values[chosen[0]]
+    return branch.orbit(int(chosen[0])) if chosen.size else None
 
 
 def _run(
     branch: Followed,
-    start: tuple[Orbit, Array],
+    orbit: Orbit,
     ends: tuple[float, float],
     rate: float,
     progress: Callable[[float], None] | None,
 ) -> RunParts:
     """Simulate the run, and reduce every part of a period to its extrema."""
-    orbit, swing = start
     first, last = (speed_of(branch, value) for value in ends)
     over = abs(last - first) / rate
     common = period_of(orbit.model)
@@ -217,7 +217,15 @@ def _run(
     low = -np.maximum.reduceat(with_peaks(-deflection), begins[:-1], axis=0)
     middle = 0.5 * (time[begins[:-1]] + time[begins[1:]])
     to_value = ends[0] / first
-    return RunParts(last > first, ends[0], swing, per_period, (first + signed * middle) * to_value, high, low)
+
+    def state_before(value: float, period_map: PeriodMap) -> State:
+        seconds = (value / to_value - first) / signed
+        whole = np.floor((first * seconds + 0.5 * signed * seconds**2) / (2.0 * np.pi * turns) + _ROUNDING)
+        angle = 2.0 * np.pi * turns * whole
+        start = 2.0 * angle / (first + np.sqrt(first**2 + 2.0 * signed * angle))
+        return state_at(period_map, trajectory, free_of(model), start)
+
+    return RunParts(last > first, per_period, (first + signed * middle) * to_value, high, low, state_before)
 
 
 def with_peaks(sampled: Array) -> Array:

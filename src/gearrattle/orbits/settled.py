@@ -48,6 +48,8 @@ _ABOUT_REPEATS = 1e-2  # the same at the last look: a train with little drag set
 _NEAR = 0.02  # of the units of a motion: one that has settled is as near as this
 _NEAR_SLOWLY = 0.1  # the same of one that settles slowly: Newton's method tells it from others
 _SAME = 1e-4  # of the units of a motion: those that Newton's method gives are the same
+_CHUNK = 8  # passes between two looks at whether a motion has settled
+_SETTLING = 2.0  # times as long as small disturbances need, where the motion is about linear
 _SAMPLES = 32  # of a period in which swings are taken
 _STILL = 1e-6  # of the largest part of a free direction: a deflection that moves by less stays
 
@@ -76,7 +78,7 @@ def motion_names(kinds: Sequence[tuple[str, int]], families: Sequence[bool] = ()
 
 
 class Attractor:
-    """A stable periodic motion that states are compared with.
+    """A periodic motion that states are compared with.
 
     Parameters
     ----------
@@ -104,6 +106,27 @@ class Attractor:
         """Return whether a state is as near as ``tolerance``."""
         return self.distance(state) < tolerance
 
+    def attracts(self, state: State, passes: int) -> bool:
+        """Return whether the motion from a state at the start of a period settles in this one.
+
+        Parameters
+        ----------
+        state
+            where it begins.
+        passes
+            of this motion that it is followed for at most.
+
+        Raises
+        ------
+        ConvergenceError
+            it could not be followed.
+        """
+        for _ in range(-(-passes // _CHUNK)):
+            if self.is_near(state, _SAME):
+                return True
+            state = self.orbit.period_map.later(state, _CHUNK)
+        return self.is_near(state, _SAME)
+
     @property
     def moves_deflections(self) -> bool:
         """Whether it is one of a family of motions that differ in their deflections: a body floats in its gap."""
@@ -111,6 +134,21 @@ class Attractor:
         free = shooting.newton_step(period_map, self.orbit.motion)[1] * self._scale[:, None]
         deflections = np.abs(free[: len(period_map.flow.coordinates.elements)])
         return bool(np.any(deflections > _STILL * np.abs(free).max(initial=0.0)))
+
+
+def passes_to_settle(multipliers: NDArray[np.complex128], free: int) -> int:
+    """Return after how many passes of a stable motion others have settled in it.
+
+    Parameters
+    ----------
+    multipliers
+        of the motion.
+    free
+        number of its free directions, which do not settle.
+    """
+    others = np.abs(np.delete(multipliers, np.argsort(np.abs(multipliers - 1.0))[:free]))
+    largest = float(np.clip(others.max(initial=0.0), _SAME, 1.0 - 1e-12))
+    return int(np.ceil(_SETTLING * np.log(_SAME) / np.log(largest))) + _CHUNK
 
 
 def units_of(period_map: PeriodMap, state: State) -> Array:

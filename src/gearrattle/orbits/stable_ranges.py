@@ -155,19 +155,19 @@ def _stability_of_step(branch: Followed, number: int, point: int, events: Sequen
         passed = [first, *(located[events[k]] for k in changes), last]
         unknown = slice(0 if is_joint[0] else 1, None if is_joint[1] else -1)
         for k, pair in list(enumerate(pairwise(passed)))[unknown]:
-            parts[k] = _is_stable_between(branch.follower(curve), *pair, otherwise=parts[k])
+            middle = halfway(branch.follower(curve), *pair)
+            parts[k] = parts[k] if middle is None else is_stable(middle.multipliers, middle.free)
     return [parts[k] for k in (0, *np.searchsorted(changes, np.arange(len(events)), side="right"))]
 
 
-def _is_stable_between(curve: Continuation, first: Point, last: Point, otherwise: bool) -> bool:
-    """Whether the motion halfway between two is stable; ``otherwise`` where nothing lies between them."""
+def halfway(curve: Continuation, first: Point, last: Point) -> Point | None:
+    """Return the motion halfway between two of a branch; None where nothing lies between them, or it is not found."""
     if last.length - first.length <= _NO_WIDTH:
-        return otherwise
+        return None
     try:
-        point = curve.between(first, last, 0.5)
+        return curve.between(first, last, 0.5)
     except ConvergenceError:
-        return otherwise
-    return is_stable(point.multipliers, point.free)
+        return None
 
 
 def ranges_of(branch: Followed) -> list[Range]:

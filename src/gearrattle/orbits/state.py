@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 
 from gearrattle.assembly import assemble, free_of, moved, period_of, refuse_unsteady, whole
 from gearrattle.engine.periodic.period_map import PeriodMap, State
@@ -102,13 +103,40 @@ def _end_of(model: Model, period_map: PeriodMap, run: Run) -> State:
     """The state in which a run ends."""
     trajectory, free = run.trajectory, free_of(model)
     check_inertias(model, run.model, repr(run))
-    state = period_map.state_of(trajectory.angle[-1, free], trajectory.velocity[-1, free])
-    auxiliaries = trajectory.auxiliaries
+    return state_at(period_map, trajectory, free, trajectory.end)
+
+
+def state_at(period_map: PeriodMap, trajectory: Trajectory, free: NDArray[np.int64], time: float) -> State:
+    """Return the state of a simulated motion at an instant, between samples by cubic polynomials.
+
+    Parameters
+    ----------
+    period_map
+        of the driveline; the instant is the start of a period.
+    trajectory
+        the motion.
+    free
+        indices of the inertias whose motion is not prescribed.
+    time
+        the instant [s].
+    """
+    i = int(np.clip(np.searchsorted(trajectory.time, time, side="right") - 1, 0, len(trajectory.time) - 2))
+    rows = slice(i, i + 2)
+    angle, velocity, acceleration = (
+        values[rows][:, free] for values in (trajectory.angle, trajectory.velocity, trajectory.acceleration)
+    )
+    angle_then, velocity_then = (
+        CubicHermiteSpline(trajectory.time[rows], values, slopes)(time)
+        for values, slopes in ((angle, velocity), (velocity, acceleration))
+    )
+    state, auxiliaries = period_map.state_of(angle_then, velocity_then), trajectory.auxiliaries
     if auxiliaries is None:
         return state
-    memory = auxiliaries.memory[-1, list(period_map.system.memories)]
+    share = (time - trajectory.time[i]) / (trajectory.time[i + 1] - trajectory.time[i])
+    memories = auxiliaries.memory[rows][:, list(period_map.system.memories)]
+    memory = memories[0] + share * (memories[1] - memories[0])
     y = np.concatenate([state.y[: state.y.size - memory.size], memory])
-    return State(y, period_map.kept_pieces(np.asarray(auxiliaries.piece[-1], dtype=np.int64)))
+    return State(y, period_map.kept_pieces(np.asarray(auxiliaries.piece[i + round(share)], dtype=np.int64)))
 
 
 def initial_of(model: Model, period_map: PeriodMap, state: State) -> dict[str, list[float]]:

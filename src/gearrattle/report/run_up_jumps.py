@@ -1,4 +1,4 @@
-"""Jumps of a run-up and a run-down beside the folds of the branches, as a result.
+"""Jumps of a run-up and a run-down beside those of the branches, as a result.
 
 Takes RunUpJumps; gives their presentation.
 """
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _NOTE = (
     "A run jumps where its peak-to-peak deflection becomes nearer to that of a stable motion that goes on than to that "
-    "of the motion that has ended, at its fold. The slower the run, the nearer to the fold it "
+    "of the motion that has ended, or is unstable. The slower the run, the nearer to the event it "
     "jumps: at a smooth fold the delay falls with the rate to the power 2/3."
 )
 
@@ -40,10 +40,10 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
         rate = quantity(self.result.rate, self._unit("rad/s²"))
         seen = [jump for jump in self.result.jumps if not jump.words]
         if not seen:
-            return f"No run at the rate {rate} jumps over a fold of the branches."
+            return f"No run at the rate {rate} jumps where a motion of the branches ends."
         parts = [
             f"{'up' if jump.upward else 'down'} at {self._shown.with_unit(jump.value, 6)}, "
-            f"{quantity(jump.delay, self._unit('rad/s'), 3)} or {numeral(jump.periods, 3)} T behind the fold"
+            f"{quantity(jump.delay, self._unit('rad/s'), 3)} or {numeral(jump.periods, 3)} T behind the {jump.kind}"
             for jump in seen
         ]
         return f"At the rate {rate} the motion jumps {listed(parts)}."
@@ -63,7 +63,8 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
         unit = f" [{shown.unit}]" if shown.unit else ""
         head = (
             "going",
-            f"fold at{unit}",
+            "event",
+            f"at{unit}",
             f"jumps at{unit}",
             f"delay{f' [{speed}]' if speed else ''}",
             "delay [T]",
@@ -71,13 +72,14 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
             "",
         )
         rows = tuple(self._row(jump) for jump in self.result.jumps)
-        return (Table(head, rows, frozenset({0, 5, 6}), "Jumps beside folds", _NOTE),)
+        return (Table(head, rows, frozenset({0, 1, 6, 7}), "Jumps beside those of the branches", _NOTE),)
 
     def _row(self, jump: Jump) -> tuple[str, ...]:
         factor = self._shown.factor
         return (
             "up" if jump.upward else "down",
-            numeral(jump.fold * factor, 8),
+            jump.kind,
+            numeral(jump.end * factor, 8),
             numeral(jump.value * factor, 6),
             numeral(jump.delay, 4),
             numeral(jump.periods, 4),
@@ -87,7 +89,14 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
 
     def content(self) -> dict[str, Any]:
         jumps = self.result
-        keys = {"fold": "fold", "value": "jump", "delay": "delay", "periods": "periods", "clearance": "clearance"}
+        keys = {
+            "kind": "event",
+            "end": "end",
+            "value": "jump",
+            "delay": "delay",
+            "periods": "periods",
+            "clearance": "clearance",
+        }
         return {
             "model": jumps.model.name,
             "path": jumps.branch.path,
