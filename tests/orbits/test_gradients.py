@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
+from gearrattle.orbits.stable_ranges import losses_of
 from tests.orbits.test_branch import OSCILLATOR, over_amplitude, over_frequency
 from tests.orbits.test_friction import oscillator as with_friction
+from tests.orbits.test_run_ups import oscillator as with_gap
 
 PATHS = ("torque.0.mean", "coupling.gap.kinematic_error.0.amplitude", "coupling.gap.damping", "inertia.body.J")
 
@@ -172,3 +174,16 @@ def test_a_change_of_the_pattern_has_no_gradient() -> None:
 def test_numbers_that_cannot_move_an_event_are_refused(path: str, words: str) -> None:
     with pytest.raises(gr.ModelError, match=words):
         over_frequency().gradients(1, [path])
+
+
+def test_a_doubling_beside_a_grazing_moves_as_those_of_changed_models_do() -> None:
+    """The grazing lies 1.1e-5 of arclength beside it: steps as long as that gave 0.6819."""
+    branches = [
+        gr.continuation(with_gap(0.098, 0.19, 0.144 * factor), "excitation.speed", (0.45, 0.9))
+        for factor in (1.0 - 1e-5, 1.0, 1.0 + 1e-5)
+    ]
+    less, own, more = (
+        next(loss for loss in losses_of(branch) if loss.jumps and loss.kind == "period doubling") for branch in branches
+    )
+    (row,) = branches[1].gradients(own.event, ["torque.0.mean"]).itertuples()
+    assert row.gradient == pytest.approx((more.value - less.value) / (2e-5 * 0.144), rel=1e-4)

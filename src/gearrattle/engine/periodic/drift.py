@@ -8,9 +8,10 @@ s_q = - tau_q / tau_s, and
     dp / dq = p_q + T_p s_q,      T_p: the tangent's part along the parameter.
 
 At a fold T_p is zero, and this is - psi P_q / psi P_p, psi the left null vector of I - M. Differences are central;
-the quantities differenced (motions, determinants, the depth of a touch) are exact. On the touching side of a grazing
-the motions vary with the square root of the depth. So the gradient is taken on the other side, at three distances, and
-extrapolated to distance zero by a parabola.
+the quantities differenced (motions, determinants, the depth of a touch) are exact. Beside a grazing, where determinants
+have a root, they are taken over shorter steps. On the touching side of a grazing the motions vary with the square root
+of the depth. So the gradient is taken on the other side, at three distances, and extrapolated to distance zero by a
+parabola.
 
 Takes an event and the families on both sides of q; gives a derivative.
 """
@@ -18,6 +19,8 @@ Takes an event and the families on both sides of q; gives a derivative.
 from __future__ import annotations
 
 from collections.abc import Callable
+
+import numpy as np
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, TESTS, Event
@@ -30,6 +33,8 @@ KINDS = (FOLD, DOUBLING, NEIMARK_SACKER, GRAZING)
 """Kinds of events that have a gradient."""
 _ALONG = 1e-5  # arclength from an event to the points of the central difference along the branch
 _CHANGE = 1e-5  # of q: half the difference
+_SHARES = (1.0, 0.1, 0.01, 0.001)  # of both, the first over which the test function is straight
+_BENT = 0.01  # a test function that bends less is straight
 _APART, _CHANGE_APART = 1e-4, 1e-6
 """Arclength from a grazing to where its gradient is taken, and half the difference of q there: no motion may touch."""
 
@@ -60,23 +65,39 @@ def gradient_of(event: Event, curve: Continuation, families_of: FamiliesOf, valu
     if event.kind not in KINDS or event.is_collision:
         raise ValueError(f"the gradient of an event of the kind {event.kind} is not known")
     if event.kind != GRAZING:
-        change = _CHANGE * abs(value)
-        return _gradient_at(event, event.point, curve, families_of(change), change)
+        for share in _SHARES:
+            slope, bend = _slope_along(event, event.point, curve, share * _ALONG)
+            if bend <= _BENT:
+                change = share * _CHANGE * abs(value)
+                return _gradient_at(event, event.point, curve, families_of(change), (slope, change))
+        raise ConvergenceError("a grazing lies too near to the event")
     change, side = _CHANGE_APART * abs(value), _apart(event, curve)
     families = families_of(change)
+    points = [curve.moved_along(event.point, times * side) for times in (1, 2, 3)]
     one, two, three = (
-        _gradient_at(event, curve.moved_along(event.point, times * side), curve, families, change)
-        for times in (1, 2, 3)
+        _gradient_at(event, point, curve, families, (_slope_along(event, point, curve, _ALONG)[0], change))
+        for point in points
     )
     return 3.0 * one - 3.0 * two + three
 
 
+def _slope_along(event: Event, point: Point, curve: Continuation, along: float) -> tuple[float, float]:
+    """The slope of the test function along the branch, and how much it bends at an event, where it is zero.
+
+    That is the difference of the slopes on both sides over their sum: large beside a grazing, where there is a root.
+    """
+    behind, ahead = (test_of(event, curve.family, curve.moved_along(point, side * along)) for side in (-1.0, 1.0))
+    return (ahead - behind) / (2.0 * along), abs(ahead + behind) / max(abs(ahead - behind), np.finfo(float).tiny)
+
+
 def _gradient_at(
-    event: Event, point: Point, curve: Continuation, families: tuple[Family, Family], change: float
+    event: Event, point: Point, curve: Continuation, families: tuple[Family, Family], of: tuple[float, float]
 ) -> float:
-    """The derivative of the parameter at which the test function has the value that it has at a point."""
-    behind, ahead = (curve.moved_along(point, side * _ALONG) for side in (-1.0, 1.0))
-    slope = (test_of(event, curve.family, ahead) - test_of(event, curve.family, behind)) / (2.0 * _ALONG)
+    """The derivative of the parameter at which the test function has the value that it has at a point.
+
+    ``of``: the slope of the test function along the branch, and half the difference of q.
+    """
+    slope, change = of
     shifted = [curve.of(family).in_plane(point) for family in families]
     tests = [test_of(event, family, other) for family, other in zip(families, shifted, strict=True)]
     test_slope = (tests[1] - tests[0]) / (2.0 * change)
