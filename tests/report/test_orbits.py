@@ -23,6 +23,7 @@ from gearrattle.report.kinds import presentation_of
 from gearrattle.report.moving_table import moving_table
 from gearrattle.report.orbit_tables import impacts_of, lasting
 from gearrattle.report.plots.branches import EVENTS
+from tests.orbits.test_run_ups import oscillator as run_up_oscillator
 from tests.report.examples import result
 
 LIMIT = 6.053190
@@ -257,7 +258,7 @@ def test_a_table_says_what_moves_the_jumps(branch: Branch) -> None:
     folds = events.index[(events["kind"] == "fold") & (events["branch"] == 0)]
     gradients = branch.gradients(int(folds[0]))
     assert float(table.rows[0][0]) == pytest.approx(float(events["value"][folds[0]]), rel=1e-5)
-    assert float(table.rows[0][2]) == pytest.approx(float(gradients["per_10_percent"][0]), rel=1e-2)
+    assert float(table.rows[0][3]) == pytest.approx(float(gradients["per_10_percent"][0]), rel=1e-2)
     quiet = gr.continuation(gr.example("rattle_oscillator"), branch.path, (3.0, 3.1), start="linear")
     assert moving_table(quiet).rows == ()
 
@@ -280,4 +281,11 @@ def test_a_fold_with_a_doubling_in_its_step_is_a_jump() -> None:
     assert folds["value"].to_numpy() == pytest.approx([0.695013, 0.525033], abs=1e-6)
     jumps = {(round(loss.value, 6), loss.upward) for loss in losses_of(branch) if loss.event in folds.index}
     assert jumps == {(0.695013, True), (0.525033, False)}
-    assert {float(row[0]) for row in moving_table(branch).rows} == {0.695013, 0.525033}
+    assert {float(row[0]) for row in moving_table(branch).rows} == {0.695013, 0.525033, 0.525339}
+
+
+def test_a_hard_doubling_is_among_what_is_moved() -> None:
+    branch = gr.continuation(run_up_oscillator(0.098, 0.19, 0.144), "excitation.speed", (0.45, 0.9))
+    rows = moving_table(branch).rows
+    assert [row[1] for row in rows] == sorted((row[1] for row in rows), key=["fold", "period doubling"].index)
+    assert {float(row[0]) for row in rows if row[1] == "period doubling"} == {0.569333}

@@ -1,6 +1,7 @@
-"""What moves the jumps of a branch: by how much 10 % more of every number of the model shifts their folds.
+"""What moves the jumps of a branch: by how much 10 % more of every number of the model shifts them.
 
-A fold at which unstable motions turn back is none of them.
+A jump is a fold at which stable motions end, or a hard loss of stability. One in a corner of the branch, where the
+gradient of the motion jumps, and one at which the symmetry breaks have no gradient, and are left out.
 
 Takes a Branch; gives a Table.
 """
@@ -8,7 +9,6 @@ Takes a Branch; gives a Table.
 from __future__ import annotations
 
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.events import FOLD
 from gearrattle.errors import GearRattleError
 from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Branch
@@ -18,7 +18,7 @@ from gearrattle.report.plots.branches import measure
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
 
-_MOST_FOLDS, _MOST_NUMBERS, _MOST_BODIES = 2, 6, 8
+_MOST_JUMPS, _MOST_NUMBERS, _MOST_BODIES = 3, 6, 8
 _LEAST = 1e-4  # of what the most effective number does: less is left out
 
 
@@ -32,21 +32,20 @@ def moving_table(branch: Branch) -> Table:
     """
     shown = measure(branch)
     unit = f" [{shown.unit}]" if shown.unit else ""
-    head = ("fold at" + unit, "10 % more of", "moves it by" + unit)
+    head = ("jump at" + unit, "event", "10 % more of", "moves it by" + unit)
     system = assemble(branch.model).system
-    events = branch.events
-    folds = sorted({loss.event for loss in losses_of(branch) if loss.kind == FOLD and loss.branch == 0})
-    folds = [event for event in folds if not events["collision"][event]]
+    jumps = {loss.event: loss for loss in losses_of(branch) if loss.jumps and loss.branch == 0}
+    chosen = sorted(event for event in jumps if not branch.events["collision"][event])[:_MOST_JUMPS]
     rows: list[tuple[str, ...]] = []
-    for fold in folds[:_MOST_FOLDS] if is_compiled(system) and system.size <= _MOST_BODIES else ():
+    for event in chosen if is_compiled(system) and system.size <= _MOST_BODIES else ():
         try:
-            table = branch.gradients(fold).dropna()
-        except GearRattleError:  # a fold in a corner of the branch
+            table = branch.gradients(event).dropna()
+        except GearRattleError:
             continue
         largest = table["per_10_percent"].abs().max()
         kept = table[table["per_10_percent"].abs() > _LEAST * largest][:_MOST_NUMBERS]
-        value = numeral(float(events["value"][fold]) * shown.factor, 6)
+        value, kind = numeral(jumps[event].value * shown.factor, 6), jumps[event].kind
         for path, change in zip(kept["path"], kept["per_10_percent"], strict=True):
-            rows.append((value, path_label(path, branch.model).words, f"{change * shown.factor:+.3g}"))
+            rows.append((value, kind, path_label(path, branch.model).words, f"{change * shown.factor:+.3g}"))
     note = "To first order, all other numbers unchanged. Python: branch.gradients(event), branch.scatter(event, ...)."
-    return Table(head, tuple(rows), frozenset({1}), "What moves the jumps", note)
+    return Table(head, tuple(rows), frozenset({1, 2}), "What moves the jumps", note)
