@@ -129,3 +129,28 @@ def test_crossings_of_a_branch_are_those_of_corners() -> None:
     first = data["branch"].values == 0
     assert set(data["crossings"].values[first].tolist()) == {0}
     assert data["crossings"].values[~first].max() > 0
+
+
+def test_a_sweep_needs_no_harmonic_beside_the_alternation() -> None:
+    """A run without one is that with a negligible one."""
+    sweep = {"excitation.sweep": {"from": 1.55, "to": 1.6, "over": 400.0}}
+    start = {"angle": [0.75, -0.75], "velocity": [0.05, -0.05]}
+    alone = pair().with_(sweep)
+    tables = alone.to_tables()
+    tables["torque"][0]["harmonics"] = [{"order": 1, "amplitude": 1e-13}]
+    loaded = gr.Model.from_tables(tables)
+    one, other = (
+        gr.simulate(model, "exact", cycles=100, discard=0, samples_per_cycle=32, initial=start).trajectory
+        for model in (alone, loaded)
+    )
+    np.testing.assert_allclose(one.deflection, other.deflection, rtol=0, atol=1e-10)
+    assert np.ptp(one.deflection[-100:]) > 0.1
+
+
+def test_a_run_up_follows_the_alternation() -> None:
+    """A Runge-Kutta run with steps of 2.5e-4: its swing passes 1.1, the middle, between 1.6710 and 1.6722."""
+    runs = gr.continuation(pair(), "excitation.speed", (1.56, 1.75), isolated=True).run_up(3e-4)
+    (jump,) = [one for one in runs.jumps if one.upward]
+    assert (jump.kind, jump.words) == ("period doubling", "")
+    assert jump.end == pytest.approx(LOST, abs=1e-9)
+    assert jump.value == pytest.approx(1.671, abs=3e-3)

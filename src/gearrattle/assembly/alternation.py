@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly.friction import WORDS, Named
 from gearrattle.assembly.period import CommonPeriod, period_of
-from gearrattle.assembly.signals import signals_of
+from gearrattle.assembly.signals import end_of_sweep
 from gearrattle.assembly.sines import ramp_of
 from gearrattle.engine.system.auxiliary import alternation
 from gearrattle.engine.system.clock import Clock
@@ -67,14 +67,11 @@ def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Cl
     """
     if not of:
         return None
-    ramp, signals = ramp_of(model), signals_of(model)
+    ramp = ramp_of(model)
     times, which = [], []
     for auxiliary, mesh, table in of:
         if ramp is not None:
-            if signals is None:
-                rule = "a stiffness that alternates along a sweep also needs a harmonic or a record"
-                raise ModelError(Problem("excitation.sweep", "", rule, "it says how long the run may be"))
-            instants = _along(ramp, mesh, table, float(signals.knots[-1]))
+            instants = _along(ramp, mesh, table, end_of_sweep(model))
         else:
             instants = _repeating(period_of(model), mesh, table, model.excitation.omega)
         times.append(instants)

@@ -44,6 +44,12 @@ def default_cycles(model: Model) -> int:
     return DEFAULTS.cycles if ramp is None else max(1, ceil(ramp.over / period_of(model).period * (1.0 - 1e-12)))
 
 
+def end_of_sweep(model: Model) -> float:
+    """Up to when inputs along a sweep must be known: the end of the run [s]."""
+    cycles = model.simulation.cycles or default_cycles(model)
+    return cycles * period_of(model).period * (1.0 + 1e-9)
+
+
 class _Part(NamedTuple):
     """A channel, what it stands for, and what a unit of it is: torques (n,) on inertias, errors (m,) of elements."""
 
@@ -144,8 +150,6 @@ def _swept(model: Model) -> Iterator[_Part]:
     ramp = ramp_of(model)
     if ramp is None:
         return
-    cycles = model.simulation.cycles or default_cycles(model)
-    until = cycles * period_of(model).period * (1.0 + 1e-9)
     range_ = speeds_of(ramp)
     bodies, count = len(model.inertias), len(model.elements)
     driven: list[tuple[Array, Array]] = []
@@ -167,7 +171,7 @@ def _swept(model: Model) -> Iterator[_Part]:
     if not sounds:
         return
     try:
-        made = channels(ramp, sounds, until, period_of(model).period)
+        made = channels(ramp, sounds, end_of_sweep(model), period_of(model).period)
     except TooLong as error:
         raise _too_long(str(error)) from None
     for channel, sound, (torque_on, error_of) in zip(made, sounds, driven, strict=True):
