@@ -7,7 +7,9 @@ import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 
 import gearrattle as gr
 from gearrattle.cli import main
@@ -15,6 +17,8 @@ from gearrattle.cli.continuation import _ends
 from tests.architecture.places import EXAMPLES
 
 AMPLITUDE = "torque.0.harmonics.0.amplitude"
+SPEED = ["continue", "backlash.toml", "--path", "excitation.speed", "--range"]
+SECOND = ["--second", "torque.0.mean", "--second-range"]
 
 
 @pytest.fixture(autouse=True)
@@ -80,6 +84,46 @@ def test_a_map_over_two_values(capsys: pytest.CaptureFixture[str]) -> None:
     assert "Map of motions" in Path("map/report.html").read_text(encoding="utf-8")
 
 
+def test_pulses_that_tip_a_motion_over(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["periodic", "backlash.toml", "--start", "linear", "--tipping", "gear", "--instants", "2"]
+    assert main([*words, "-o", "out"]) == 0
+    assert capsys.readouterr().out.startswith("The smallest pulses on gear that tip the motion over are 0.1673 forward")
+    assert "Pulses that tip the motion over" in Path("out/report.html").read_text(encoding="utf-8")
+    assert main([*words, "--json", "-o", "pulses.csv"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    table = gr.periodic(gr.load("backlash.toml"), start="linear").tipping("gear", 2)
+    assert content["pulses"] == table.to_dict("records")
+    assert len(Path("pulses.csv").read_text(encoding="utf-8").splitlines()) == 1 + len(table)
+
+
+@pytest.mark.slow
+def test_an_event_over_a_second_value(capsys: pytest.CaptureFixture[str]) -> None:
+    words = [*SPEED, "0.6:0.9", "--start", "linear", "--second", "torque.0.mean", "--second-range", "0.09:0.11"]
+    assert main([*words, "--boundary", "1", "--json", "-o", "out"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    branch = gr.continuation(gr.load("backlash.toml"), "excitation.speed", (0.6, 0.9), start="linear")
+    curve = branch.boundary(1, "torque.0.mean", (0.09, 0.11))
+    assert (content["result"], content["kind"]) == ("event boundary", "fold")
+    assert content["curve"]["value"] == curve["value"].values.tolist()
+    assert "Event over two values" in Path("out/report.html").read_text(encoding="utf-8")
+    assert main([*words, "--boundary", "99"]) == 2
+    assert "event: found 99; must be a whole number from 0 to" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_events_scatter_under_tolerances(capsys: pytest.CaptureFixture[str]) -> None:
+    tolerances = {"coupling.mesh.stiffness": 0.02, "torque.0.mean": 0.01}
+    words = [*SPEED, "0.6:0.9", *(word for path, one in tolerances.items() for word in ("--scatter", f"{path}={one}"))]
+    assert main([*words, "-o", "branch.nc"]) == 0
+    assert "standard deviation" in capsys.readouterr().out
+    branch = gr.continuation(gr.load("backlash.toml"), "excitation.speed", (0.6, 0.9))
+    smooth = branch.events.index[branch.events["kind"].isin(["fold", "grazing"])].tolist()
+    with xr.open_dataset("branch.nc") as data:
+        deviation = data["event_deviation"].values
+    assert deviation[smooth].tolist() == [branch.scatter(row, tolerances) for row in smooth]
+    assert np.isnan(np.delete(deviation, smooth)).all()
+
+
 @pytest.mark.parametrize(
     ("text", "ends"),
     [
@@ -118,6 +162,38 @@ def test_bad_usage_is_told_and_writes_nothing(
     assert re.search("^error: ", err, re.MULTILINE)
     assert message in err
     assert sorted(Path().iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["periodic", "gear.toml", "--tipping", "gera"], 'did you mean "gear"?'),
+        (["periodic", "gear.toml", "--tipping", "gear", "--instants", "0"], "--instants: found 0"),
+        (["periodic", "gear.toml", "--tipping", "gear", "--every"], "--every: plays no part with --tipping"),
+        (["periodic", "gear.toml", "--instants", "3", "--best"], "--instants, --best: plays no part without --tipping"),
+        ([*SPEED, "0.6:0.9", "--boundary", "1"], "--boundary: plays no part without --second"),
+        ([*SPEED, "0.6:0.9", "--across", "9"], "--across: plays no part without --second"),
+        ([*SPEED, "0.6:0.9", *SECOND, "0.05:0.5", "--up", "9", "--boundary", "1"], "--up: plays no part with --bound"),
+        ([*SPEED, "0.6:0.9", *SECOND, "0.05:0.5", "--up", "0"], "--up: found 0"),
+        ([*SPEED, "0.6:0.9", *SECOND, "0.05:0.5", "--boundary", "-1"], "--boundary: found -1"),
+        ([*SPEED, "0.6:0.9", *SECOND, "0.05:0.5", "--rate", "1e-3"], "--rate: plays no part with --second"),
+        ([*SPEED, "0.6:0.9", *SECOND, "0.2:0.5"], "must contain the model's own torque.0.mean, 0.1"),
+        ([*SPEED, "0.6:0.9", *SECOND, "nan:0.5"], "torque.0.mean: found nan; must be a finite number"),
+        ([*SPEED, "0.6:0.9", "--scatter", "torque.0.mean"], '--scatter: found "torque.0.mean"; must be NAME=VALUE'),
+        ([*SPEED, "0.6:0.9", "--scatter", "torque.0.mean=-1"], "must not be negative"),
+        ([*SPEED, "0.6:0.9", "--scatter", "torque.0.mea=1"], 'did you mean "torque.0.mean"?'),
+        ([*SPEED, "0.6:0.9", "--scatter", "torque.0.mean=1", "--rate", "1e-3"], "--scatter: plays no part with --rate"),
+        ([*SPEED, "0.6:0.9", "--rate", "fast"], "rate: found"),
+    ],
+    ids=" ".join,
+)
+def test_options_are_refused_before_a_motion_is_sought(
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("periodic", "continuation"):
+        monkeypatch.setattr(gr, name, None)
+    assert main(words) == 2
+    assert message in capsys.readouterr().err
 
 
 def test_no_motion_is_a_failure_that_says_what_to_try(capsys: pytest.CaptureFixture[str]) -> None:

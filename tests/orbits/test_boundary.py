@@ -214,7 +214,7 @@ def test_on_the_way_it_meets_the_events_of_changed_models() -> None:
 
 
 def test_a_range_without_the_models_own_value_is_refused() -> None:
-    with pytest.raises(gr.ModelError, match=r"must contain the model's own value, 0\.1"):
+    with pytest.raises(gr.ModelError, match=r"must contain the model's own torque.0.mean, 0\.1"):
         over_frequency().boundary(1, "torque.0.mean", (0.2, 0.3))
     with pytest.raises(gr.ModelError, match="must be a fold"):
         over_frequency().boundary(2, "torque.0.mean", (0.05, 0.3))

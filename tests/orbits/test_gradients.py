@@ -134,11 +134,6 @@ def test_a_slider_that_begins_to_slip_has_no_gradient_and_no_border() -> None:
         branch.boundary(int(row), "coupling.joint.stiffness", (0.9, 1.1))
 
 
-def test_a_deviation_is_not_less_than_zero() -> None:
-    with pytest.raises(gr.ModelError, match=r"torque.0.mean: found -0.1; must be a standard deviation"):
-        over_frequency().scatter(1, {"torque.0.mean": -0.1})
-
-
 def test_scatter_adds_variances() -> None:
     branch = over_frequency()
     deviations = {"torque.0.mean": 0.01, "coupling.gap.damping": 0.02}

@@ -181,7 +181,7 @@ def test_progress_grows_to_one_and_can_end_the_work() -> None:
     [
         ("torque.3.mean", (0.1, 0.2), {}, "torque.3"),
         ("excitation.speed", (0.1, 0.2), {}, "is what the branch is followed over"),
-        (MEAN, (0.2, 0.3), {}, "must contain the model's own value"),
+        (MEAN, (0.2, 0.3), {}, "must contain the model's own torque.0.mean"),
         (MEAN, (0.1, 0.1), {}, "two different values"),
         (MEAN, (0.05, 0.3), {"across": 0}, "across"),
     ],

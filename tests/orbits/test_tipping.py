@@ -72,7 +72,7 @@ def test_at_the_best_instant_a_smaller_pulse_is_enough_than_at_any_other() -> No
 
 
 def test_what_is_not_stable_or_not_there_is_refused() -> None:
-    with pytest.raises(gr.ModelError, match="no such inertia"):
+    with pytest.raises(gr.ModelError, match="must be a free inertia: body"):
         quiet().tipping("bodi")
     saddle = next(orbit for orbit in gr.periodic(quiet().model, every=True) if not orbit.stable)
     with pytest.raises(gr.ModelError, match="for a stable motion"):

@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
 import gearrattle
+from gearrattle.cli.assignments import words
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Whole, number_or_text
+from gearrattle.cli.options import Json, Whole, number_or_text, refuse_beside, refuse_unless
 from gearrattle.errors import ModelError, Problem
+from gearrattle.model.quantity import Count, argument_problems
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from gearrattle.cli.background import Watch
     from gearrattle.model import Model
     from gearrattle.orbits import Branch, MotionMap, RunUpJumps
+    from gearrattle.report.branches import BranchesPage
+
+Ends = tuple[float | str, float | str]
+"""Of a range, as they are typed."""
+
+_ACROSS, _UP = 32, 20
 
 
 def continue_(
@@ -30,8 +42,10 @@ def continue_(
     isolated: Annotated[bool, Parameter(negative="")] = False,
     second: str | None = None,
     second_range: str | None = None,
-    across: Whole = 32,
-    up: Whole = 20,
+    across: Whole | None = None,
+    up: Whole | None = None,
+    boundary: Whole | None = None,
+    scatter: Annotated[Sequence[str], Parameter(negative="")] = (),
     rate: str | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     json: Json = False,
@@ -62,46 +76,132 @@ def continue_(
     second_range
         Its two ends, e.g. "0:20 N*m"; the model's own value lies between them.
     across
-        Number of cells of the map over the first value.
+        Number of cells of the map over the first value. Default: 32.
     up
-        Number of cells of the map over the second value.
+        Number of cells of the map over the second value. Default: 20.
+    boundary
+        Row of an event in the table of events, from 0: in place of the map the curve of this event over both values.
+    scatter
+        PATH=DEVIATION, a standard deviation of a value of the model, e.g. torque.0.mean="0.5 N*m": every event gets the
+        standard deviation that all of them give it. May be repeated.
     rate
         Of a run-up and a run-down over a range of the speed, e.g. "100 rpm/s": they are simulated, and their jumps are
         listed beside the folds of the branch.
     output
         Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the tables on the terminal only.
     """
-    from gearrattle.orbits.ends import ends_of
-
     driveline = gearrattle.load(model)
     ends = _ends(over)
-    if (second is None) != (second_range is None):
-        raise ModelError(Problem("--second", "", "--second and --second-range belong together", "give both or none"))
-    if second is not None and rate is not None:
-        raise ModelError(Problem("--rate", f'"{rate}"', "is no part of a map", "leave out --second or --rate"))
+    _check_combination(
+        second=(second, second_range), cells=(across, up), boundary=boundary, scatter=scatter or None, rate=rate
+    )
     second_ends = None if second_range is None else _ends(second_range, "--second-range")
-    ends_of(driveline, path, ends)  # before a limit of the same kind
+    deviations = {name: number_or_text(text) or 0.0 for name, text in words("--scatter", scatter).items()}
+    speed_rate = None if rate is None else number_or_text(rate) or 0.0
+    _check_values(driveline, (path, ends), (second, second_ends), deviations, speed_rate)
     limit = None if step_limit is None else _limit(step_limit, path, driveline)
 
-    def work(watch: Watch) -> Branch | MotionMap | RunUpJumps:
+    def work(watch: Watch) -> Branch | MotionMap | RunUpJumps | xr.Dataset | BranchesPage:
         watch.enter("following motions")
         branch = gearrattle.continuation(
             driveline, path, ends, start=start, cycles=cycles, step_limit=limit, isolated=isolated, progress=watch
         )
         if second is not None and second_ends is not None:
             watch.enter("following motions over both values")
-            return branch.map(second, second_ends, across=across, up=up, isolated=isolated, progress=watch)
-        if rate is not None:
+            if boundary is not None:
+                return branch.boundary(boundary, second, second_ends, progress=watch)
+            cells = {"across": _ACROSS if across is None else across, "up": _UP if up is None else up}
+            return branch.map(second, second_ends, **cells, isolated=isolated, progress=watch)
+        if speed_rate is not None:
             watch.enter("simulating a run-up and a run-down")
-            return branch.run_up(number_or_text(rate) or 0.0, progress=watch)
+            return branch.run_up(speed_rate, progress=watch)
+        if deviations:
+            return _scattered(branch, deviations, watch)
         watch.enter("measuring motions")
         return branch
 
-    kind = "map of motions" if second is not None else "branches" if rate is None else "jumps of run-ups"
+    kind = "branches" if rate is None else "jumps of run-ups"
+    if second is not None:
+        kind = "map of motions" if boundary is None else "event boundary"
     emit(kind, work, output, json=json, inputs=[model])
 
 
-def _ends(text: str, option: str = "--range") -> tuple[float | str, float | str]:
+def _check_combination(
+    *,
+    second: tuple[str | None, str | None],
+    cells: tuple[int | None, int | None],
+    boundary: int | None,
+    scatter: Sequence[str] | None,
+    rate: str | None,
+) -> None:
+    """Refuse options that do not go together: a command has one answer.
+
+    Raises
+    ------
+    ModelError
+        such options.
+    """
+    if (second[0] is None) != (second[1] is None):
+        raise ModelError(Problem("--second", "", "--second and --second-range belong together", "give both or none"))
+    from gearrattle.orbits.motion_map import CELLS
+
+    of_map = {"--across": cells[0], "--up": cells[1]}
+    typed = {name: (CELLS, value) for name, value in of_map.items() if value is not None}
+    if problems := argument_problems({**typed, "--boundary": (Count(), boundary or 0)}):
+        raise ModelError(problems)
+    if second[0] is None:
+        refuse_unless("--second", {**of_map, "--boundary": boundary})
+    else:
+        refuse_beside("--second", {"--rate": rate, "--scatter": scatter})
+    if boundary is not None:
+        refuse_beside("--boundary", of_map)
+    if rate is not None:
+        refuse_beside("--rate", {"--scatter": scatter})
+
+
+def _check_values(
+    driveline: Model,
+    first: tuple[str, Ends],
+    second: tuple[str | None, Ends | None],
+    deviations: Mapping[str, float | str],
+    rate: float | str | None,
+) -> None:
+    """Refuse values of options before any motion is followed.
+
+    Raises
+    ------
+    ModelError
+        such a value.
+    """
+    from gearrattle.orbits.ends import ends_of
+    from gearrattle.orbits.gradients import second_of, tolerances_of
+    from gearrattle.orbits.run_ups import rate_of
+
+    path, ends = first
+    ends_of(driveline, path, ends)
+    if second[0] is not None and second[1] is not None:
+        second_of(driveline, path, second[0], second[1])
+    if rate is not None:
+        rate_of(driveline, path, rate)
+    tolerances_of(driveline, path, deviations)
+
+
+def _scattered(branch: Branch, deviations: Mapping[str, float | str], watch: Watch) -> BranchesPage:
+    """Return branches with the standard deviations of their events; NaN for those without a gradient."""
+    from gearrattle.report.branches import BranchesPage
+
+    watch.enter("moving events")
+    of_events = []
+    for event in range(len(branch.events)):
+        watch(event / len(branch.events))
+        try:
+            of_events.append(branch.scatter(event, deviations))
+        except ModelError:  # of a kind that no number moves smoothly
+            of_events.append(math.nan)
+    return BranchesPage(branch, of_events)
+
+
+def _ends(text: str, option: str = "--range") -> Ends:
     """Return the two ends of a range; a unit behind the second is that of the first, too."""
     first, colon, second = (part.strip() for part in text.partition(":"))
     if not (first and colon and second):
@@ -116,13 +216,6 @@ def _ends(text: str, option: str = "--range") -> tuple[float | str, float | str]
 
 def _limit(text: str, path: str, model: Model) -> float:
     """Return the largest change [SI]."""
-    from gearrattle.model.path_values import in_si
+    from gearrattle.model.path_values import change_in_si
 
-    try:
-        value = in_si(path, number_or_text(text), model)
-    except ModelError:
-        value = None
-    if not isinstance(value, int | float) or not value > 0.0:
-        rule = f"must be a change of {path} greater than zero"
-        raise ModelError(Problem("--step-limit", f'"{text}"', rule, "a number in SI, or one with a unit"))
-    return float(value)
+    return change_in_si(path, number_or_text(text), model, "positive", "--step-limit")

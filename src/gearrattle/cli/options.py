@@ -6,12 +6,14 @@ Takes nothing; gives annotated types to the commands.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter, Token
+
+from gearrattle.errors import ModelError, Problem
 
 
 def _whole(_type: Any, tokens: Sequence[Token]) -> int:
@@ -61,6 +63,32 @@ class Settings:
     def arguments(self) -> dict[str, Any]:
         """Return the settings as keyword arguments of ``simulate``."""
         return {**asdict(self), "step": number_or_text(self.step)}
+
+
+def refuse_unless(option: str, others: Mapping[str, object]) -> None:
+    """Refuse options that play no part without another one; those that are not None were typed.
+
+    Raises
+    ------
+    ModelError
+        one of them was typed.
+    """
+    if typed := [name for name, value in others.items() if value is not None]:
+        raise ModelError(
+            Problem(", ".join(typed), "", f"plays no part without {option}", f"add {option}, or leave it out")
+        )
+
+
+def refuse_beside(option: str, others: Mapping[str, object]) -> None:
+    """Refuse options that another one leaves no part to play; those that are not None were typed.
+
+    Raises
+    ------
+    ModelError
+        one of them was typed.
+    """
+    if typed := [name for name, value in others.items() if value is not None]:
+        raise ModelError(Problem(", ".join(typed), "", f"plays no part with {option}", "leave one of them out"))
 
 
 def number_or_text(text: str | None) -> float | str | None:

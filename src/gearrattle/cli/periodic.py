@@ -9,11 +9,17 @@ from cyclopts import Parameter
 
 import gearrattle
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Whole
+from gearrattle.cli.options import Json, Whole, refuse_beside, refuse_unless
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model.quantity import argument_problems
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from gearrattle.cli.background import Watch
     from gearrattle.orbits import Orbit, PeriodicMotions
+
+_INSTANTS = 8
 
 
 def periodic(
@@ -23,6 +29,9 @@ def periodic(
     cycles: Whole = 1,
     start: Literal["static", "zero", "linear"] | None = None,
     every: Annotated[bool, Parameter(negative="")] = False,
+    tipping: str | None = None,
+    instants: Whole | None = None,
+    best: Annotated[bool, Parameter(negative="")] = False,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     json: Json = False,
 ) -> None:
@@ -41,22 +50,42 @@ def periodic(
         where a simulation has settled.
     every
         Look for all motions that repeat after so many periods, unstable ones too, and list them.
+    tipping
+        An inertia: the smallest pulses of torque on it, forward and backward, that tip the motion over into another.
+    instants
+        Of --tipping: number of instants of the motion at which pulses act. Default: 8.
+    best
+        Of --tipping: also seek the instants at which the smallest pulses are smallest.
     output
         Folder for the page; or a file for the numbers, ending in .nc or .csv, or, of one motion, for the model with its
         simulation beginning on it, ending in .toml. Default: the tables on the terminal only.
     """
     driveline = gearrattle.load(model)
     if every and start is not None:
-        from gearrattle.errors import ModelError, Problem
-
         raise ModelError(Problem("--start", f'"{start}"', "plays no part with --every", "leave one of them out"))
+    if tipping is None:
+        refuse_unless("--tipping", {"--instants": instants, "--best": best or None})
+    else:
+        from gearrattle.orbits.orbit import INSTANTS
+        from gearrattle.orbits.tipping import check_pulses
 
-    def work(watch: Watch) -> Orbit | PeriodicMotions:
+        refuse_beside("--tipping", {"--every": every or None})
+        check_pulses(driveline, tipping)
+        if problems := argument_problems({"--instants": (INSTANTS, _INSTANTS if instants is None else instants)}):
+            raise ModelError(problems)
+
+    def work(watch: Watch) -> Orbit | PeriodicMotions | pd.DataFrame:
         watch.enter("looking for motions that repeat" if every else "looking for a motion that repeats")
         if not every:
-            return gearrattle.periodic(driveline, cycles, start)
+            orbit = gearrattle.periodic(driveline, cycles, start)
+            if tipping is None:
+                return orbit
+            watch.enter("seeking pulses that tip the motion over")
+            count = _INSTANTS if instants is None else instants
+            return orbit.tipping(tipping, count, best=best, progress=watch)
         from gearrattle.orbits import PeriodicMotions
 
         return PeriodicMotions(driveline, tuple(gearrattle.periodic(driveline, cycles, every=True, progress=watch)))
 
-    emit("periodic motions" if every else "periodic motion", work, output, json=json, inputs=[model])
+    kind = "periodic motions" if every else "periodic motion" if tipping is None else "tipping pulses"
+    emit(kind, work, output, json=json, inputs=[model])

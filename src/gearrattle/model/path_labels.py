@@ -18,7 +18,7 @@ from gearrattle.model.model import Model
 from gearrattle.model.quantity import Quantity
 from gearrattle.model.signal import OverTime
 from gearrattle.model.table import Table
-from gearrattle.model.units import ANGULAR_VELOCITY
+from gearrattle.model.units import ANGULAR_VELOCITY, Dimension
 
 INITIAL = "initial."
 """Before the name of a quantity: its value at the start, not that of the settled motion."""
@@ -217,6 +217,18 @@ def si_unit(path: str) -> str:
     >>> si_unit("mesh.gear.backlash"), si_unit("simulation.cycles")
     ('m', '')
     """
+    dimension = dimension_at(path)
+    return "" if dimension is None else printed_unit(dimension.si)
+
+
+def dimension_at(path: str) -> Dimension | None:
+    """Return the dimension of numbers at a path, from the annotations of the classes that read it; None for plain ones.
+
+    Examples
+    --------
+    >>> dimension_at("mesh.gear.backlash").si
+    'm'
+    """
     annotations: list[Any] = [Model]
     last = ""  # the key of a table over speed or time, if the path ends in one
     for part in path.split("."):
@@ -226,10 +238,10 @@ def si_unit(path: str) -> str:
     quantity = next((reader for reader in readers if isinstance(reader, Quantity)), None)
     record = next((reader for reader in readers if isinstance(reader, OverTime)), None)
     if quantity is not None:
-        return printed_unit((ANGULAR_VELOCITY if last == "speed" else quantity.dimension).si)
+        return ANGULAR_VELOCITY if last == "speed" else quantity.dimension
     if record is not None and last in ("value", record.key):
-        return printed_unit((record.dimension if last == "value" else record.along).si)
-    return ""
+        return record.dimension if last == "value" else record.along
+    return None
 
 
 def _below(annotation: Any, key: str) -> list[Any]:

@@ -172,6 +172,34 @@ SEED = Count(0, 2**63 - 1)
 """Of random numbers."""
 
 
+class Flag(Reader):
+    """Yes or no."""
+
+    def read(self, value: Any, _dimensionless: bool, /) -> bool:
+        """Return it; of numpy included."""
+        is_numpy = str(getattr(value, "dtype", "")) == "bool" and not getattr(value, "shape", ())
+        if not isinstance(value, bool) and not is_numpy:
+            raise breach("must be true or false")
+        return bool(value)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema."""
+        return {"type": "boolean"}
+
+
+class Callback(Reader):
+    """A function that a call calls as it works, or None; no value of a file."""
+
+    def read(self, value: Any, _dimensionless: bool, /) -> Any:
+        """Return it."""
+        if value is not None and not callable(value):
+            raise breach("must be a function, or None", "such as print")
+        return value
+
+
+FLAG, CALLBACK = Flag(), Callback()
+
+
 class SchemaVersion(Reader):
     """Reads ``schema``: the version of the format of a TOML file."""
 
@@ -278,35 +306,49 @@ class AnyTable(Reader):
         return {"type": "object"}
 
 
-def argument_problems(arguments: Mapping[str, tuple[Reader, Any]]) -> list[Problem]:
-    """Return the problems of a call's arguments; plain numbers only, without units.
+def argument_problems(arguments: Mapping[str, tuple[Reader, Any]], *, dimensionless: bool = True) -> list[Problem]:
+    """Return the problems of a call's arguments.
 
     Parameters
     ----------
     arguments
         rule and value by name.
+    dimensionless
+        whether quantities are plain numbers only, without units.
     """
     problems = []
     for name, (reader, value) in arguments.items():
         try:
-            reader.read(value, True)
+            reader.read(value, dimensionless)
         except PydanticCustomError as error:
             context = error.context or {}
             problems.append(Problem(name, shown(value), context["rule"], context["remedy"]))
     return problems
 
 
-def checked(reader: Reader, value: Any, name: str) -> Any:
-    """Return a value that obeys a rule; plain numbers only, without units.
+def check_arguments(**arguments: tuple[Reader, Any]) -> None:
+    """Refuse arguments of a call; see ``argument_problems``.
+
+    Raises
+    ------
+    ModelError
+        they break their rules.
+    """
+    if problems := argument_problems(arguments):
+        raise ModelError(problems)
+
+
+def checked(reader: Reader, value: Any, name: str, *, dimensionless: bool = True) -> Any:
+    """Return a value that obeys a rule; see ``argument_problems``.
 
     Raises
     ------
     ModelError
         it breaks the rule.
     """
-    if problems := argument_problems({name: (reader, value)}):
+    if problems := argument_problems({name: (reader, value)}, dimensionless=dimensionless):
         raise ModelError(problems)
-    return reader.read(value, True)
+    return reader.read(value, dimensionless)
 
 
 def two(rule: str) -> BeforeValidator:

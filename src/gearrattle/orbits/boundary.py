@@ -14,7 +14,7 @@ Takes a Branch and an event; gives a Dataset.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise
@@ -35,12 +35,13 @@ from gearrattle.engine.periodic.special import (
     meeting_of_grazing,
     meeting_of_two,
 )
-from gearrattle.errors import ConvergenceError, ModelError, Problem
-from gearrattle.model import Model
+from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model.path_labels import path_label
-from gearrattle.model.table import shown
-from gearrattle.orbits.family import family_of
-from gearrattle.orbits.gradients import number_at
+from gearrattle.model.quantity import CALLBACK, checked
+from gearrattle.orbits.family import family_of, watched_names
+from gearrattle.orbits.followed import Followed
+from gearrattle.orbits.gradients import check_kind, second_of
+from gearrattle.orbits.progress import Progress, part_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,25 +84,38 @@ class _Row:
 
 
 def boundary_of(
-    model: Model, path: str, curve: Continuation, event: Event, *, second: str, ends: tuple[float, float]
+    branch: Followed,
+    event: tuple[Event, Continuation],
+    second: str,
+    range: Sequence[float | str],
+    progress: Progress | None,
 ) -> xr.Dataset:
     """Follow an event from the model's own second value to both ends of its range; see ``Branch.boundary``.
 
-    Raises
-    ------
-    ModelError
-        the model's own value lies outside the ends.
+    Parameters
+    ----------
+    branch
+        that the event lies on.
+    event
+        the event, and the Continuation of its curve.
+    second
+        path of the other value.
+    range
+        its ends.
+    progress
+        called with the finished share; an exception from it ends the work.
     """
     import xarray as xr
 
-    own = number_at(model, path, second)
-    if not ends[0] <= own <= ends[1]:
-        rule = f"must contain the model's own value, {own:.6g}"
-        raise ModelError(Problem("range", shown(list(ends)), rule))
+    checked(CALLBACK, progress, "progress")
+    model, path = branch.model, branch.path
+    own, ends = second_of(model, path, second, range)
+    chosen, curve = event
+    check_kind(chosen, curve.family.clearances)
 
     def follower(value: float) -> Continuation:
         changed = model.with_({second: value})
-        family = family_of(changed, path, event.point.parameter, curve.family.cycles, curve.family.unit)
+        family = family_of(changed, path, chosen.point.parameter, curve.family.cycles, curve.family.unit)
         if family.clearances != curve.family.clearances:
             raise ConvergenceError("a clearance closes or opens there")
         return curve.of(family)
@@ -110,15 +124,26 @@ def boundary_of(
         family = family_of(model.with_({path: value}), second, near, curve.family.cycles, abs(own) or 1.0)
         return curve.of(family)
 
-    low, high = (_one_way(follower, event, own, end) for end in ends)
+    parts = part_of(progress, 0, 2), part_of(progress, 1, 2)
+    low, high = (_one_way(follower, chosen, (own, end), part) for end, part in zip(ends, parts, strict=True))
     sides = [_ended((follower, across), side, end) for side, end in ((low, ends[0]), (high, ends[1]))]
     rows = [*reversed(sides[0][1:]), *sides[1]]
     notes = [_note(second, side) for side, end in zip(sides, ends, strict=True) if side[-1].second != end]
-    attributes = {"path": path, "second": second, "kind": event.kind, "notes": notes, "title": model.name}
-    units = {name: {"units": path_label(name, model).unit or "1"} for name in (path, second)}
+    attributes = {
+        "result": "event boundary",
+        "path": path,
+        "second": second,
+        "own": own,
+        "kind": chosen.kind,
+        "clearance": watched_names(model)[chosen.watch] if chosen.watch >= 0 else "",
+        "notes": notes,
+        "title": model.name,
+    }
+    labels = {name: path_label(name, model) for name in (path, second)}
+    about = {name: {"long_name": label.words, "units": label.unit or "1"} for name, label in labels.items()}
     variables = {
-        "second": ("point", np.array([row.second for row in rows]), units[second]),
-        "value": ("point", np.array([row.event.point.parameter for row in rows]), units[path]),
+        "second": ("point", np.array([row.second for row in rows]), about[second]),
+        "value": ("point", np.array([row.event.point.parameter for row in rows]), about[path]),
         "special": ("point", np.array([row.special for row in rows], dtype=np.str_)),
         "error": ("point", np.array([row.event.point.error for row in rows])),
     }
@@ -245,14 +270,17 @@ def _meeting(follower: Follower, rows: list[_Row], step: float) -> _Row | None:
     return None
 
 
-def _one_way(follower: Follower, event: Event, start: float, end: float) -> list[_Row]:
+def _one_way(follower: Follower, event: Event, ends: tuple[float, float], progress: Progress | None) -> list[_Row]:
     """The event from a start value to an end value, as far as it exists."""
+    start, end = ends
     located = [_Row(start, event)]
     even = (end - start) / _STEPS
     missed = missed_sooner(follower(start).family, event.point)
     keeps_cycles = missed > _REPEATS
     step = _FIRST * even
     while located[-1].second != end and abs(step) >= _SHORTEST * abs(even) and len(located) < _MOST:
+        if progress is not None:
+            progress((located[-1].second - start) / (end - start))
         following = located[-1].second + step
         if (end - following) * (end - start) <= 0.0:
             following = end

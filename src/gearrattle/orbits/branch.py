@@ -1,6 +1,6 @@
-"""``continuation``: periodic motions followed over a value of the model, stable or not, with every change named.
+"""Branches of periodic motions over a value of a model: their points, their events, and what is asked about them.
 
-Takes a Model, a path and a range; gives a Branch.
+Takes what ``continuation`` has followed; gives numbers, motions, curves and maps.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,29 +17,19 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.system.coordinates import relative_coordinates
-from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Model, check_model
+from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
-from gearrattle.model.path_values import in_si
-from gearrattle.model.quantity import Plain, Reader, argument_problems
-from gearrattle.model.table import shown
 from gearrattle.orbits.boundary import boundary_of
-from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.ends import check_index, ends_of, unit_of
-from gearrattle.orbits.family import family_of, follower_over
-from gearrattle.orbits.find import periodic
-from gearrattle.orbits.further import doublings_left, followers_of, further_curves
-from gearrattle.orbits.gradients import check_kind, gradients_of, scatter_of
+from gearrattle.orbits.curve import Curve
+from gearrattle.orbits.ends import check_index, unit_of
+from gearrattle.orbits.family import family_of, watched_names
+from gearrattle.orbits.gradients import check_kind, gradients_of, scatter_of, tolerances_of
 from gearrattle.orbits.means import mean_events
 from gearrattle.orbits.motion_map import MotionMap, map_of
-from gearrattle.orbits.orbit import CYCLES, Orbit
-from gearrattle.orbits.progress import never_falling, part_of, stretch_of
+from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.run_ups import RunUpJumps, run_up_of
-from gearrattle.orbits.search import states_of_periods
-from gearrattle.orbits.state import Start, check_repeats
 from gearrattle.result import Result
 from gearrattle.wording import counted
 
@@ -188,7 +178,14 @@ class Branch(Result):
         check_kind(chosen, curve.family.clearances)
         return gradients_of(self.model, self.path, curve, chosen, paths)
 
-    def boundary(self, event: int, second: str, range: tuple[float | str, float | str]) -> xr.Dataset:
+    def boundary(
+        self,
+        event: int,
+        second: str,
+        range: tuple[float | str, float | str],
+        *,
+        progress: Callable[[float], None] | None = None,
+    ) -> xr.Dataset:
         """Follow an event over a second value of the model: a border curve in the plane of both values.
 
         Parameters
@@ -199,6 +196,8 @@ class Branch(Result):
             path of the other value.
         range
             its ends, numbers in SI or strings with a unit; the model's own value lies between them.
+        progress
+            called with the finished share; an exception from it ends the work.
 
         Returns
         -------
@@ -221,10 +220,7 @@ class Branch(Result):
         >>> bool(np.ptp(curve["value"] / curve["second"]) < 1e-9)
         True
         """
-        chosen, curve = self._located(event)
-        low, high = sorted(ends_of(self.model, second, range))
-        check_kind(chosen, curve.family.clearances)
-        return boundary_of(self.model, self.path, curve, chosen, second=second, ends=(low, high))
+        return boundary_of(self, self._located(event), second, range, progress)
 
     def map(
         self,
@@ -270,8 +266,7 @@ class Branch(Result):
         >>> branch.map("torque.0.mean", (7.5, 7.6), across=4, up=1).data["signs"].values.tolist()
         [[1, 1, 1, 1]]
         """
-        low, high = sorted(ends_of(self.model, second, range))
-        return map_of(self, second, (low, high), (across, up), isolated=isolated, progress=progress)
+        return map_of(self, second, range, (across, up), isolated=isolated, progress=progress)
 
     def run_up(self, rate: float | str, *, progress: Callable[[float], None] | None = None) -> RunUpJumps:
         """Simulate a run-up and a run-down over the range of a branch over the speed, and say where they jump.
@@ -325,10 +320,7 @@ class Branch(Result):
         ModelError
             no such event, a path that leads nowhere, a deviation below zero.
         """
-        read = {path: float(in_si(path, deviation, self.model)) for path, deviation in tolerances.items()}
-        rule = "must be a standard deviation, not less than zero"
-        if problems := [Problem(path, shown(tolerances[path]), rule) for path, one in read.items() if not one >= 0.0]:
-            raise ModelError(problems)
+        read = tolerances_of(self.model, self.path, tolerances)
         table = self.gradients(event, list(read)).set_index("path")
         return scatter_of(table["gradient"].to_dict(), read)
 
@@ -395,107 +387,3 @@ class Branch(Result):
         first = curve.points[0]
         family = family_of(self.model, self.path, first.parameter, curve.cycles, unit_of(self.range))
         return Continuation(family, units=(first.scale, first.size))
-
-
-def watched_names(model: Model) -> tuple[str, ...]:
-    """Return the names that ``Event.watch`` counts: clearances, then auxiliary elements."""
-    layout = assemble(model).layout
-    return (*layout.clearance_names, *layout.auxiliary_names)
-
-
-def continuation(
-    model: Model,
-    path: str,
-    range: tuple[float | str, float | str],
-    *,
-    start: Start | Orbit | None = None,
-    cycles: int = 1,
-    step_limit: float | None = None,
-    isolated: bool = False,
-    progress: Callable[[float], None] | None = None,
-    so_far: Callable[[Branch], None] | None = None,
-) -> Branch:
-    """Follow periodic motions over a value of the model.
-
-    Parameters
-    ----------
-    model
-        the driveline.
-    path
-        of the value, such as "excitation.speed" or "mesh.gear.backlash".
-    range
-        its ends, numbers in SI or strings with a unit; the branch begins at the first, which may be the larger. What
-        happens exactly at an end is not among the events.
-    start
-        of the search for the motion at the first end, as of ``periodic``.
-    cycles
-        periods T after which the motions repeat. Where the motion at the first end repeats sooner, so do those of its
-        branch, and ``cycles`` of the result is less.
-    step_limit
-        largest change of the value between points [SI]; None: as the branch allows.
-    isolated
-        whether branches of n and of 2 n periods are sought that are not connected to the first.
-    progress
-        called with the finished share of the work, which never falls; an exception from it ends the work. The first
-        branch, the two searches for isolated ones, and the branches that leave count as equal parts.
-    so_far
-        called with what is followed so far, after every step of every branch. What is looked for beyond a branch's
-        points, such as branches that leave it, is not in it yet.
-
-    Returns
-    -------
-    Branch
-        Its points, what happens between them, and the motions.
-
-    Raises
-    ------
-    ModelError
-        inputs that do not repeat, a path that leads nowhere, a range without sense.
-    ConvergenceError
-        no motion was found at the first end.
-
-    Examples
-    --------
-    >>> branch = gr.continuation(gr.example("rattle_oscillator"), "torque.0.harmonics.0.amplitude", (4.0, 7.0))
-    >>> branch.events["kind"].tolist()
-    ['grazing', 'fold']
-    """
-    check_model(model)
-    rules: dict[str, tuple[Reader, Any]] = {"cycles": (CYCLES, cycles)}
-    if step_limit is not None:
-        rules["step_limit"] = Plain("positive"), step_limit
-    if problems := argument_problems(rules):
-        raise ModelError(problems)
-    first, last = ends_of(model, path, range)
-    base = model.with_({path: first})
-    check_repeats(base)
-    first_orbit = periodic(base, cycles, start)
-    fewest = len(states_of_periods(PeriodMap(assemble(base).system, cycles), first_orbit.motion))
-    notes = []
-    if fewest < cycles:
-        notes.append(f"The motion at the first end repeats after {counted(fewest, 'period')}: cycles is {fewest}.")
-        cycles = fewest
-    followers = followers_of(
-        cycles, lambda n: follower_over(model, path, (first, last), n, first=first, step_limit=step_limit)
-    )
-    curve = followers.of[cycles]
-    start_point = curve.begin(first_orbit.motion.start, first, upward=last > first)
-    ascending = min(first, last), max(first, last)
-    work = None if progress is None else never_falling(progress)
-    parts = 2 + 2 * isolated
-
-    def tell(curves: Sequence[Curve]) -> None:
-        if so_far is not None:
-            so_far(Branch(model, path, (first, last), cycles, tuple(curves)))
-
-    own = part_of(work, 0, parts)
-    curves = [followed(curve, start_point, ascending, progress=own, so_far=lambda one: tell([one]))]
-    rest, known = stretch_of(work, 1.0 / parts, 1.0), tuple(curves)
-    curves += further_curves(
-        followers, known, ascending, isolated=isolated, progress=rest, so_far=lambda more: tell([*known, *more])
-    )
-    tell(curves)
-    if work is not None:
-        work(1.0)
-    notes += dict.fromkeys([*(note for c in curves for note in c.notes), *doublings_left(curves, cycles)])
-    return Branch(model, path, (first, last), cycles, tuple(curves), tuple(notes))

@@ -126,3 +126,9 @@ def is_compiled(system: PiecewiseSystem) -> bool:
     if is_large_for_periods(system) or system.size > MANY_INERTIAS:
         return False
     return is_supported(system) and bool(system.clearances)
+
+
+def watched_names(model: Model) -> tuple[str, ...]:
+    """Return the names that ``Event.watch`` counts: clearances, then auxiliary elements."""
+    layout = assemble(model).layout
+    return (*layout.clearance_names, *layout.auxiliary_names)

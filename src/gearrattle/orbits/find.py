@@ -14,7 +14,7 @@ from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import argument_problems
+from gearrattle.model.quantity import CALLBACK, FLAG, argument_problems
 from gearrattle.model.table import shown
 from gearrattle.orbits.every import every_orbit
 from gearrattle.orbits.family import is_compiled
@@ -94,7 +94,8 @@ def periodic(
     'double-sided'
     """
     check_model(model)
-    if problems := argument_problems({"cycles": (CYCLES, cycles)}):
+    rules = {"cycles": (CYCLES, cycles), "every": (FLAG, every), "progress": (CALLBACK, progress)}
+    if problems := argument_problems(rules):
         raise ModelError(problems)
     check_repeats(model)
     if every and start is not None:

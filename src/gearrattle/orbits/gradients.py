@@ -5,7 +5,7 @@ Takes a Branch and an event; gives tables.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +16,10 @@ from gearrattle.engine.periodic.events import GRAZING, Event
 from gearrattle.engine.periodic.family import Family
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.model.path_values import change_in_si
 from gearrattle.model.paths import path_names, value_at
+from gearrattle.model.table import did_you_mean, shown
+from gearrattle.orbits.ends import ends_of
 from gearrattle.orbits.family import family_of
 
 if TYPE_CHECKING:
@@ -26,20 +29,56 @@ _SAME = {"excitation.speed", "excitation.frequency"}
 _LEFT_OUT = ("simulation", "schema", "name", "units")
 
 
+def _moves_nothing(other: str) -> str:
+    """Why no motion moves smoothly with the number at a path; empty where it may."""
+    if other.rpartition(".")[2] == "order":
+        return "cannot be changed a little: between two orders there are others without a common period"
+    if other.partition(".")[0] in _LEFT_OUT:
+        return "is no number of the driveline, and motions do not depend on it"
+    return ""
+
+
 def numbers_of(model: Model, path: str) -> Iterator[str]:
     """Yield the paths of all numbers of a model that are not zero, without ``path`` and simulation settings."""
     tables = model.to_tables()
     for other in path_names(tables):
         value = value_at(tables, other)
         is_number = isinstance(value, int | float) and not isinstance(value, bool) and value != 0.0
-        is_order = other.endswith(".order")
         same = {other, path} <= _SAME
-        if is_number and not is_order and not same and other != path and other.split(".")[0] not in _LEFT_OUT:
+        if is_number and not same and other != path and not _moves_nothing(other):
             yield other
 
 
-def number_at(model: Model, path: str, other: str) -> float:
+def paths_of(paths: Iterable[str]) -> list[str]:
+    """Return paths of numbers as a list.
+
+    Raises
+    ------
+    ModelError
+        one text, or what is no text.
+    """
+    remedy = 'such as ["torque.0.mean"]; None: all of them'
+    if isinstance(paths, str) or not isinstance(paths, Iterable):
+        raise ModelError(Problem("paths", shown(paths), "must be a list of paths", remedy))
+    chosen = list(paths)
+    if problems := [Problem("paths", shown(one), "must be text", remedy) for one in chosen if not isinstance(one, str)]:
+        raise ModelError(problems)
+    return chosen
+
+
+def number_at(model: Model, path: str, other: str, argument: str = "paths") -> float:
     """Return the number at a path by which an event may be moved.
+
+    Parameters
+    ----------
+    model
+        the driveline.
+    path
+        of the value that the branch is followed over.
+    other
+        path of the number.
+    argument
+        by which it is named, for messages.
 
     Raises
     ------
@@ -47,13 +86,33 @@ def number_at(model: Model, path: str, other: str) -> float:
         the path leads to no number, to zero, or to what the branch is followed over.
     """
     value = value_at(model.to_tables(), other)
+    if rule := _moves_nothing(other):
+        raise ModelError(Problem(argument, other, rule, "name another number"))
     if other == path or {other, path} <= _SAME:
-        raise ModelError(Problem("paths", other, "is what the branch is followed over", "name another number"))
+        raise ModelError(Problem(argument, other, "is what the branch is followed over", "name another number"))
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ModelError(Problem("paths", other, "must lead to a number of the model"))
+        remedy = did_you_mean(other, list(path_names(model.to_tables())))
+        raise ModelError(Problem(argument, other, "must lead to a number of the model", remedy))
     if value == 0.0:
-        raise ModelError(Problem("paths", other, "is zero, and is changed in proportion", "give it a small value"))
+        raise ModelError(Problem(argument, other, "is zero, and is changed in proportion", "give it a small value"))
     return float(value)
+
+
+def second_of(model: Model, path: str, second: str, ends: Sequence[float | str]) -> tuple[float, tuple[float, float]]:
+    """Return the model's own value at the path of a second value, and the ascending ends of its range [SI].
+
+    Raises
+    ------
+    ModelError
+        the path leads to no number, to zero, or to what the branch is followed over; a range without sense, or one
+        without the model's own value.
+    """
+    low, high = sorted(ends_of(model, second, ends))
+    own = number_at(model, path, second, "second")
+    if not low <= own <= high:
+        rule = f"must contain the model's own {second}, {own:.6g}"
+        raise ModelError(Problem("range", shown([low, high]), rule))
+    return own, (low, high)
 
 
 def check_kind(event: Event, clearances: int) -> None:
@@ -105,7 +164,7 @@ def gradients_of(
     import pandas as pd
 
     rows = []
-    for other in numbers_of(model, path) if paths is None else paths:
+    for other in numbers_of(model, path) if paths is None else paths_of(paths):
         value = number_at(model, path, other)
         try:
             slope = gradient_of(event, curve, _families(model, path, curve, event, (other, value)), value)
@@ -129,6 +188,25 @@ def _families(model: Model, path: str, curve: Continuation, event: Event, number
         return low, high
 
     return families_of
+
+
+def tolerances_of(model: Model, path: str, tolerances: Mapping[str, float | str]) -> dict[str, float]:
+    """Return standard deviations by path [SI].
+
+    Raises
+    ------
+    ModelError
+        a path by which no event is moved, or a deviation below zero.
+    """
+    if not isinstance(tolerances, Mapping):
+        rule, remedy = "must be standard deviations by path", 'such as {"torque.0.mean": 0.1}'
+        raise ModelError(Problem("tolerances", shown(tolerances), rule, remedy))
+    for other in paths_of(tolerances):
+        number_at(model, path, other, "tolerances")
+    return {
+        other: change_in_si(other, deviation, model, "non-negative", f"tolerances: {other}")
+        for other, deviation in tolerances.items()
+    }
 
 
 def scatter_of(gradients: Mapping[Any, Any], tolerances: Mapping[str, float]) -> float:

@@ -20,16 +20,15 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Pass
 from gearrattle.engine.periodic.point import Point
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ModelError
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
-from gearrattle.model.quantity import Count, argument_problems
-from gearrattle.model.table import shown
+from gearrattle.model.quantity import CALLBACK, FLAG, Count, Reader, argument_problems
 from gearrattle.orbits.borders import Border, SpecialPoint, borders_of
 from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.further import doublings_left
-from gearrattle.orbits.gradients import number_at
+from gearrattle.orbits.gradients import second_of
 from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
 from gearrattle.orbits.progress import stretch_of
 from gearrattle.orbits.rows import Plane, Row, own_row, rows_of
@@ -191,7 +190,7 @@ class MotionMap(Result):
 def map_of(
     branch: Followed,
     second: str,
-    ends: tuple[float, float],
+    range: Sequence[float | str],
     counts: tuple[int, int],
     *,
     isolated: bool,
@@ -202,16 +201,15 @@ def map_of(
     Raises
     ------
     ModelError
-        the model's own second value lies outside the ends; too few or too many cells.
+        a path that leads nowhere, a range without sense; too few or too many cells.
     """
     across, up = counts
-    if problems := argument_problems({"across": (CELLS, across), "up": (CELLS, up)}):
+    rules: dict[str, tuple[Reader, Any]] = {"across": (CELLS, across), "up": (CELLS, up), "isolated": (FLAG, isolated)}
+    if problems := argument_problems({**rules, "progress": (CALLBACK, progress)}):
         raise ModelError(problems)
-    own, (low, high) = number_at(branch.model, branch.path, second), ends
-    if not low <= own <= high:
-        raise ModelError(Problem("range", shown(list(ends)), f"must contain the model's own value, {own:.6g}"))
+    own, ends = second_of(branch.model, branch.path, second, range)
     first, last = sorted(branch.range)
-    plane = Plane(branch.model, branch.path, second, (first, last), (low, high), branch.cycles)
+    plane = Plane(branch.model, branch.path, second, (first, last), ends, branch.cycles)
     values, seconds = middles(plane.ends, across), middles(plane.second_ends, up)
     first_row = own_row(plane, own, branch.curves, branch.range[1])
     rows = rows_of(plane, first_row, seconds.tolist(), isolated=isolated, progress=stretch_of(progress, 0.0, 0.5))

@@ -9,7 +9,7 @@ Takes a Model and what the engine found; gives an Orbit.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble
+from gearrattle.assembly import assemble, free_names
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
@@ -27,12 +27,12 @@ from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.quantity import Count, argument_problems
+from gearrattle.model.quantity import CALLBACK, FLAG, Count, argument_problems
 from gearrattle.orbits.family import family_of_excitation
 from gearrattle.orbits.freedom import Interval, intervals_of, off_edge
 from gearrattle.orbits.orbit_gradients import orbit_gradients
 from gearrattle.orbits.state import initial_of, plan_of, state_of
-from gearrattle.orbits.tipping import tipping_table
+from gearrattle.orbits.tipping import check_pulses, tipping_table
 from gearrattle.quantities.criteria import criteria
 from gearrattle.result import Result
 from gearrattle.simulation.integrate import integrate
@@ -56,6 +56,8 @@ _LOST = 1e10  # growth of disturbances over a motion, from which rounding shows 
 _MIRRORED = 1e-6  # of the size of the state: a motion that differs by less from its mirror image is symmetric
 CYCLES = Count(1, 64)
 """Periods after which a motion may repeat."""
+INSTANTS = Count(1, 512)
+"""Of a motion at which pulses act."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,14 @@ class Orbit(Result):
         """
         return intervals_of(self.model, self.period_map, self.motion)
 
-    def tipping(self, on: str, instants: int = 8, *, best: bool = False) -> pd.DataFrame:
+    def tipping(
+        self,
+        on: str,
+        instants: int = 8,
+        *,
+        best: bool = False,
+        progress: Callable[[float], None] | None = None,
+    ) -> pd.DataFrame:
         """Return the smallest pulses of torque that tip the motion over into another one.
 
         Parameters
@@ -167,6 +176,8 @@ class Orbit(Result):
         best
             whether the instants at which a pulse forward, and one backward, needs to be smallest are sought too, from
             the best of the others on: at most two more rows, to a thousandth of the n T.
+        progress
+            called with the finished share; an exception from it ends the work.
 
         Returns
         -------
@@ -187,12 +198,18 @@ class Orbit(Result):
         >>> bool(pulses["forward"][0] > 0.0 > pulses["backward"][0])
         True
         """
-        if problems := argument_problems({"instants": (Count(1, 512), instants)}):
+        rules = {"instants": (INSTANTS, instants), "best": (FLAG, best), "progress": (CALLBACK, progress)}
+        if problems := argument_problems(rules):
             raise ModelError(problems)
+        check_pulses(self.model, on)
         if not self.stable or self.free:
             rule = "pulses are for a stable motion that is isolated"
             raise ModelError(Problem("orbit", repr(self), rule, "take another motion, of gr.periodic(..., every=True)"))
-        return tipping_table(self.model, self.period_map, self.motion, on, instants=instants, best=best)
+        inertia = free_names(self.model).index(on)
+        table = tipping_table(self.period_map, self.motion, inertia, instants=instants, best=best, progress=progress)
+        table.attrs = {"result": "tipping pulses", "title": self.model.name, "on": on, "cycles": self.cycles}
+        table.attrs["units"] = self.model.units
+        return table
 
     def gradients(self, paths: Sequence[str] | None = None) -> pd.DataFrame:
         """Return how the response of the motion, and its multipliers, move with the numbers of the model.

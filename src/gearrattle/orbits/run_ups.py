@@ -27,7 +27,7 @@ from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
 from gearrattle.model.path_labels import path_label
-from gearrattle.model.quantity import Plain, checked
+from gearrattle.model.quantity import CALLBACK, Plain, checked
 from gearrattle.model.table import shown
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.jumps import Jump, RunParts, branch_parts, jumps_of, speed_of
@@ -144,9 +144,8 @@ def run_up_of(branch: Followed, rate: float | str, progress: Callable[[float], N
     ModelError
         a branch over something else than the speed, a rate without sense.
     """
-    if branch.path not in PATHS:
-        raise ModelError(Problem("path", branch.path, f"a run-up changes {' or '.join(PATHS)}", "follow that"))
-    speed_rate = _rate(branch.model, rate)
+    checked(CALLBACK, progress, "progress")
+    speed_rate = rate_of(branch.model, branch.path, rate)
     low, high = sorted(branch.range)
     motions = list(branch_parts(branch))
     envelopes, jumps, notes = list[Envelope](), list[Jump](), list[str]()
@@ -168,8 +167,16 @@ def _half(progress: Callable[[float], None], upward: bool) -> Callable[[float], 
     return lambda share: progress(0.5 * share + (0.0 if upward else 0.5))
 
 
-def _rate(model: Model, rate: float | str) -> float:
-    """The rate [rad/s^2]."""
+def rate_of(model: Model, path: str, rate: float | str) -> float:
+    """Return the rate of a run-up over the value of a branch [rad/s^2].
+
+    Raises
+    ------
+    ModelError
+        the value is not the speed, or a rate without sense.
+    """
+    if path not in PATHS:
+        raise ModelError(Problem("path", path, f"a run-up changes {' or '.join(PATHS)}", "follow that"))
     if isinstance(rate, str) and model.units == "SI":
         try:
             rate = units.convert(rate, units.ANGULAR_ACCELERATION)

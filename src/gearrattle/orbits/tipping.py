@@ -21,12 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from gearrattle.assembly import free_names
+from gearrattle.assembly import assemble, free_names
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.periodic.shooting import multipliers_of
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
+from gearrattle.orbits.progress import Progress
+from gearrattle.wording import listed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -44,20 +46,51 @@ _MOST_INSTANTS = 40  # that are tried for the best one
 _SIGNS = (1.0, -1.0)
 
 
-def tipping_table(
-    model: Model, period_map: PeriodMap, motion: Pass, on: str, *, instants: int, best: bool
-) -> pd.DataFrame:
-    """Return the smallest pulses that tip a stable, isolated motion over; see ``Orbit.tipping``."""
-    import pandas as pd
+def check_pulses(model: Model, on: str) -> None:
+    """Refuse pulses on what is no free inertia of a model, and on a model for which they are not known.
 
+    Raises
+    ------
+    ModelError
+        no such inertia, or stiffness that alternates by the clock.
+    """
     names = free_names(model)
     if on not in names:
-        rule = f"there is no such inertia that is free; there are {', '.join(names)}"
+        rule = f"must be a free inertia: {listed(names, 'or')}"
         raise ModelError(Problem("on", shown(on), rule, did_you_mean(on, names)))
-    if period_map.system.clock is not None:
+    if assemble(model).system.clock is not None:
         rule = "pulses are not known where the stiffness of a mesh alternates"
         raise ModelError(Problem("model", model.name, rule))
-    borders = _Borders(period_map, motion, names.index(on), -(-_SAMPLES // instants) * instants)
+
+
+def tipping_table(
+    period_map: PeriodMap,
+    motion: Pass,
+    inertia: int,
+    *,
+    instants: int,
+    best: bool,
+    progress: Progress | None,
+) -> pd.DataFrame:
+    """Return the smallest pulses that tip a stable, isolated motion over; see ``Orbit.tipping``.
+
+    Parameters
+    ----------
+    period_map
+        that the motion is a fixed point of.
+    motion
+        the motion.
+    inertia
+        on which the pulses act, by its number among the free ones.
+    instants, best
+        see ``Orbit.tipping``.
+    progress
+        called with the finished share; an exception from it ends the work.
+    """
+    import pandas as pd
+
+    count = len(_SIGNS) * (instants + (1 + _MOST_INSTANTS if best else 0))
+    borders = _Borders(period_map, motion, inertia, -(-_SAMPLES // instants) * instants, _Count(count, progress))
     spacing = borders.samples // instants
     samples = {spacing * k for k in range(instants)}
     if best:
@@ -66,6 +99,8 @@ def tipping_table(
     for sample in sorted(samples):
         share = sample / borders.samples
         rows.append((share, share * period_map.length, *(borders.smallest(sample, sign) for sign in _SIGNS)))
+    if progress is not None:
+        progress(1.0)
     return pd.DataFrame(rows, columns=["share", "time", "forward", "backward"])
 
 
@@ -85,11 +120,24 @@ def _passes_until_back(motion: Pass) -> int:
     return max(4 * _CHUNK, int(passes))
 
 
+class _Count:
+    """Counts borders, of at most so many, and says what share of them is known."""
+
+    def __init__(self, most: int, progress: Progress | None) -> None:
+        self._most, self._known, self._progress = most, 0, progress
+
+    def one_more(self) -> None:
+        """Take note of one more."""
+        self._known += 1
+        if self._progress is not None:
+            self._progress(min(1.0, self._known / self._most))
+
+
 class _Borders:
     """The border of a motion's basin along pulses on one inertia, at every sample of the motion."""
 
-    def __init__(self, period_map: PeriodMap, motion: Pass, inertia: int, samples: int) -> None:
-        self.samples = samples
+    def __init__(self, period_map: PeriodMap, motion: Pass, inertia: int, samples: int, count: _Count) -> None:
+        self.samples, self._count = samples, count
         self._map, self._motion, self._inertia = period_map, motion, inertia
         self._march = period_map.marched(motion.start, samples_per_cycle=samples)
         self._passes = _passes_until_back(motion)
@@ -121,7 +169,9 @@ class _Borders:
         start = self._map.sampled(self._march, sample * cycles) if sample else self._motion.start
         inputs = system.inputs.later(sample / self.samples * cycles)
         ahead = PeriodMap(replace(system, inputs=inputs), cycles)
-        return _Border(ahead, start, self._inertia, self._passes).smallest(sign)
+        border = _Border(ahead, start, self._inertia, self._passes).smallest(sign)
+        self._count.one_more()
+        return border
 
 
 class _Border:

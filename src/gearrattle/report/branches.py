@@ -44,6 +44,11 @@ class BranchesPage(ModelPresentation[Branch]):
     kind = "branches"
     is_interactive = True
 
+    def __init__(self, result: Branch, deviations: Sequence[float] | None = None) -> None:
+        """Present branches; with the standard deviations of their events [SI], if tolerances were named."""
+        super().__init__(result)
+        self._deviations = deviations
+
     @cached_property
     def _ranges(self) -> list[Range]:
         return ranges_of(self.result)
@@ -115,7 +120,10 @@ class BranchesPage(ModelPresentation[Branch]):
 
     def content(self) -> dict[str, Any]:
         branch = self.result
-        events = branch.events.to_dict(orient="list")
+        table = branch.events
+        events = (table if self._deviations is None else table.assign(deviation=self._deviations)).to_dict(
+            orient="list"
+        )
         return {
             "model": branch.model.name,
             "path": branch.path,
@@ -153,6 +161,8 @@ class BranchesPage(ModelPresentation[Branch]):
             if name in ("kind", "clearance", "grazing"):
                 values = np.array([str(value) for value in values], dtype=np.str_)
             added[f"event_{name}"] = ("event", values, unit if name == "value" else {})
+        if self._deviations is not None:
+            added["event_deviation"] = ("event", np.array(self._deviations), unit)
         return data.drop_vars(_MULTIPLIER).assign(added)
 
     def write(self, path: Path) -> None:
@@ -203,18 +213,19 @@ class BranchesPage(ModelPresentation[Branch]):
         return Table(head, rows, frozenset({4, 5}), "Ranges of one stability", note)
 
     def _event_table(self) -> Table:
-        shown, rows = measure(self.result), []
-        for number, kind, value, _, name, collision, grazing, _ in self.result.events.itertuples(index=False):
+        shown, rows = measure(self.result), list[tuple[str, ...]]()
+        for row, number, kind, value, _, name, collision, grazing, _ in self.result.events.itertuples():
             how = "gradient jumps" if collision else grazing
-            rows.append((f"{number}", kind, numeral(value * shown.factor, 8), name, how))
-        head = (
-            "branch",
-            "event",
-            f"{shown.words} [{shown.unit}]" if shown.unit else shown.words,
-            "clearance",
-            "at the corner",
-        )
-        return Table(head, tuple(rows), frozenset({1, 3, 4}), "Events")
+            rows.append((f"{row}", f"{number}", kind, numeral(value * shown.factor, 8), name, how))
+        head: tuple[str, ...] = ("row", "branch", "event", shown.title, "clearance", "at the corner")
+        words, note = frozenset({2, 4, 5}), ""
+        if self._deviations is not None:
+            unit = f" [{shown.unit}]" if shown.unit else ""
+            head = (*head, f"standard deviation{unit}")
+            deviations = (numeral(deviation * shown.factor, 4) for deviation in self._deviations)
+            rows = [(*row, deviation) for row, deviation in zip(rows, deviations, strict=True)]
+            note = "Standard deviation under the tolerances, to first order; a dash: the event has none."
+        return Table(head, tuple(rows), words, "Events", note)
 
     def _orbit_charts(self) -> list[Chart]:
         return selected_charts(self._selected())

@@ -54,6 +54,8 @@ PRESENTATIONS: Mapping[str, str] = {
     "periodic motions": "gearrattle.report.orbits:PeriodicMotionsPage",
     "branches": "gearrattle.report.branches:BranchesPage",
     "map of motions": "gearrattle.report.motion_map:MotionMapPage",
+    "event boundary": "gearrattle.report.event_boundary:EventBoundaryPage",
+    "tipping pulses": "gearrattle.report.tipping:TippingPage",
     "jumps of run-ups": "gearrattle.report.run_up_jumps:RunUpJumpsPage",
     "contact ratio": "gearrattle.report.contact_ratio:ContactRatioPage",
 }

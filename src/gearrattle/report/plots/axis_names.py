@@ -68,10 +68,15 @@ def measure_of(data: xr.Dataset, name: str) -> Measure:
     words, unit = str(attributes.get("long_name", name)), str(attributes.get("units", ""))
     if values.dtype.kind not in "iuf" or unit in ("", "1"):
         return Measure(words, "", 1.0)
-    if unit == "rad/s" and name.startswith("excitation."):
-        return Measure(words, "rpm", 30.0 / np.pi)
     finite = np.abs(values[np.isfinite(values)])
-    factor, shown = prefixed(float(finite.max(initial=0.0)), unit)
+    return measure_at(name, words, unit, float(finite.max(initial=0.0)))
+
+
+def measure_at(path: str, words: str, unit: str, largest: float) -> Measure:
+    """Return the measure of numbers up to a size, in an SI unit, at a path: the reference speed is in rpm."""
+    if unit == "rad/s" and path.startswith("excitation."):
+        return Measure(words, "rpm", 30.0 / np.pi)
+    factor, shown = prefixed(largest, unit)
     return Measure(words, shown, factor)
 
 

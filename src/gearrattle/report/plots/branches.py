@@ -21,10 +21,9 @@ from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Branch
 from gearrattle.orbits.edges import EDGE
 from gearrattle.orbits.stable_ranges import CHANGES, Course, courses_of, slices_of
-from gearrattle.report.plots.axis_names import Measure
+from gearrattle.report.plots.axis_names import Measure, measure_at
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.corners import units_of
-from gearrattle.report.plots.numerals import prefixed
 from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.report.plots.unit_circle import outside_words, unit_circle
 from gearrattle.report.plots.view import Scale, scale
@@ -57,10 +56,7 @@ def measure(branch: Branch) -> Measure:
 def measure_over(model: Model, path: str, ends: tuple[float, float]) -> Measure:
     """Return what the value at a path is called, and the unit in which a range of it is shown."""
     label = path_label(path, model)
-    if label.unit == "rad/s" and path.startswith("excitation."):
-        return Measure(label.words, "rpm", 30.0 / np.pi)
-    factor, unit = prefixed(max(map(abs, ends)), label.unit)
-    return Measure(label.words, unit, factor)
+    return measure_at(path, label.words, label.unit, max(map(abs, ends)))
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,13 @@ Takes a MotionMap; gives a Chart.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from gearrattle.engine.periodic.events import FOLD
+from gearrattle.orbits.borders import SpecialPoint
 from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, WORDS, MotionMap
 from gearrattle.report.plots.axis_names import Measure
 from gearrattle.report.plots.branches import measure_over
@@ -41,6 +43,22 @@ def measures_of(motions: MotionMap) -> tuple[Measure, Measure]:
     return first, measure_over(motions.model, motions.second, motions.second_range)
 
 
+def special_lines(points: Sequence[SpecialPoint], across: Measure, up: Measure) -> list[Line]:
+    """Draw the special points of curves."""
+    lines = []
+    for kind, key in SPECIAL.items():
+        at = [point for point in points if point.kind == kind]
+        x, y = (np.array([getattr(point, name) for point in at]) for name in ("value", "second"))
+        if at:
+            lines.append(Line(x * across.factor, y * up.factor, kind, key.colour, "points", 11.0, shape=key.shape))
+    return lines
+
+
+def special_keys(points: Sequence[SpecialPoint]) -> list[Key]:
+    """Return what the legend says of the special points of curves."""
+    return [key for kind, key in SPECIAL.items() if any(point.kind == kind for point in points)]
+
+
 def map_chart(motions: MotionMap) -> Chart:
     """Draw the cells, and the curves over them."""
     across, up = measures_of(motions)
@@ -60,11 +78,7 @@ def map_chart(motions: MotionMap) -> Chart:
         )
         for border in motions.borders
     ]
-    for kind, key in SPECIAL.items():
-        at = [point for point in motions.special_points if point.kind == kind]
-        x, y = (np.array([getattr(point, name) for point in at]) for name in ("value", "second"))
-        if at:
-            lines.append(Line(x * across.factor, y * up.factor, kind, key.colour, "points", 11.0, shape=key.shape))
+    lines += special_lines(motions.special_points, across, up)
     panel = Panel(
         up.words,
         up.unit,
@@ -78,8 +92,7 @@ def map_chart(motions: MotionMap) -> Chart:
     curves = [
         Key(kind, INK, dash=_DASHES.get(kind, "dashed")) for kind in dict.fromkeys(b.kind for b in motions.borders)
     ]
-    points = [key for kind, key in SPECIAL.items() if any(point.kind == kind for point in motions.special_points)]
-    legend = (*(key for key in keys if key.name in present), *curves, *points)
+    legend = (*(key for key in keys if key.name in present), *curves, *special_keys(motions.special_points))
     rows, columns = codes.shape
     caption = (
         f"{across.words.capitalize()} across, {up.words} up, {columns} x {rows} cells. In the middle of every cell all "

@@ -1,0 +1,125 @@
+"""``continuation``: periodic motions followed over a value of the model, stable or not, with every change named.
+
+Takes a Model, a path and a range; gives a Branch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.period_map import PeriodMap
+from gearrattle.errors import ModelError
+from gearrattle.model import Model, check_model
+from gearrattle.model.quantity import CALLBACK, FLAG, Plain, Reader, argument_problems
+from gearrattle.orbits.branch import Branch
+from gearrattle.orbits.curve import Curve, followed
+from gearrattle.orbits.ends import ends_of
+from gearrattle.orbits.family import follower_over
+from gearrattle.orbits.find import periodic
+from gearrattle.orbits.further import doublings_left, followers_of, further_curves
+from gearrattle.orbits.orbit import CYCLES, Orbit
+from gearrattle.orbits.progress import never_falling, part_of, stretch_of
+from gearrattle.orbits.search import states_of_periods
+from gearrattle.orbits.state import Start, check_repeats
+from gearrattle.wording import counted
+
+
+def continuation(
+    model: Model,
+    path: str,
+    range: tuple[float | str, float | str],
+    *,
+    start: Start | Orbit | None = None,
+    cycles: int = 1,
+    step_limit: float | None = None,
+    isolated: bool = False,
+    progress: Callable[[float], None] | None = None,
+    so_far: Callable[[Branch], None] | None = None,
+) -> Branch:
+    """Follow periodic motions over a value of the model.
+
+    Parameters
+    ----------
+    model
+        the driveline.
+    path
+        of the value, such as "excitation.speed" or "mesh.gear.backlash".
+    range
+        its ends, numbers in SI or strings with a unit; the branch begins at the first, which may be the larger. What
+        happens exactly at an end is not among the events.
+    start
+        of the search for the motion at the first end, as of ``periodic``.
+    cycles
+        periods T after which the motions repeat. Where the motion at the first end repeats sooner, so do those of its
+        branch, and ``cycles`` of the result is less.
+    step_limit
+        largest change of the value between points [SI]; None: as the branch allows.
+    isolated
+        whether branches of n and of 2 n periods are sought that are not connected to the first.
+    progress
+        called with the finished share of the work, which never falls; an exception from it ends the work. The first
+        branch, the two searches for isolated ones, and the branches that leave count as equal parts.
+    so_far
+        called with what is followed so far, after every step of every branch. What is looked for beyond a branch's
+        points, such as branches that leave it, is not in it yet.
+
+    Returns
+    -------
+    Branch
+        Its points, what happens between them, and the motions.
+
+    Raises
+    ------
+    ModelError
+        inputs that do not repeat, a path that leads nowhere, a range without sense.
+    ConvergenceError
+        no motion was found at the first end.
+
+    Examples
+    --------
+    >>> branch = gr.continuation(gr.example("rattle_oscillator"), "torque.0.harmonics.0.amplitude", (4.0, 7.0))
+    >>> branch.events["kind"].tolist()
+    ['grazing', 'fold']
+    """
+    check_model(model)
+    rules: dict[str, tuple[Reader, Any]] = {"cycles": (CYCLES, cycles), "isolated": (FLAG, isolated)}
+    rules |= {"progress": (CALLBACK, progress), "so_far": (CALLBACK, so_far)}
+    if step_limit is not None:
+        rules["step_limit"] = Plain("positive"), step_limit
+    if problems := argument_problems(rules):
+        raise ModelError(problems)
+    first, last = ends_of(model, path, range)
+    base = model.with_({path: first})
+    check_repeats(base)
+    first_orbit = periodic(base, cycles, start)
+    fewest = len(states_of_periods(PeriodMap(assemble(base).system, cycles), first_orbit.motion))
+    notes = []
+    if fewest < cycles:
+        notes.append(f"The motion at the first end repeats after {counted(fewest, 'period')}: cycles is {fewest}.")
+        cycles = fewest
+    followers = followers_of(
+        cycles, lambda n: follower_over(model, path, (first, last), n, first=first, step_limit=step_limit)
+    )
+    curve = followers.of[cycles]
+    start_point = curve.begin(first_orbit.motion.start, first, upward=last > first)
+    ascending = min(first, last), max(first, last)
+    work = None if progress is None else never_falling(progress)
+    parts = 2 + 2 * isolated
+
+    def tell(curves: Sequence[Curve]) -> None:
+        if so_far is not None:
+            so_far(Branch(model, path, (first, last), cycles, tuple(curves)))
+
+    own = part_of(work, 0, parts)
+    curves = [followed(curve, start_point, ascending, progress=own, so_far=lambda one: tell([one]))]
+    rest, known = stretch_of(work, 1.0 / parts, 1.0), tuple(curves)
+    curves += further_curves(
+        followers, known, ascending, isolated=isolated, progress=rest, so_far=lambda more: tell([*known, *more])
+    )
+    tell(curves)
+    if work is not None:
+        work(1.0)
+    notes += dict.fromkeys([*(note for c in curves for note in c.notes), *doublings_left(curves, cycles)])
+    return Branch(model, path, (first, last), cycles, tuple(curves), tuple(notes))
