@@ -25,6 +25,7 @@ from gearrattle.advice.advise import advice_on
 from gearrattle.analysis.statics import equilibrium, modes
 from gearrattle.assembly import unsteady
 from gearrattle.errors import ConvergenceError
+from gearrattle.model.quantity import CALLBACK, check_arguments
 from gearrattle.quantities import rows_of
 from gearrattle.quantities.criteria import criteria
 from gearrattle.quantities.metrics import inputs_of
@@ -137,6 +138,7 @@ def run(
     'double-sided'
     >>> page = findings.save("case3-results")
     """
+    check_arguments(progress=(CALLBACK, progress), phase=(CALLBACK, phase))
     if phase is not None:
         phase("static rest and modes")
     linear = _linear(model)

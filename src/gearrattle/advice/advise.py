@@ -33,6 +33,7 @@ from gearrattle.analysis.statics import named_equilibrium
 from gearrattle.assembly import assemble, left_out, unsteady_problems
 from gearrattle.errors import ModelError
 from gearrattle.model import Model, check_model
+from gearrattle.model.quantity import CALLBACK, check_arguments
 from gearrattle.reductions.reduce import band_end
 from gearrattle.simulation.settings import settled
 
@@ -82,6 +83,7 @@ def advise(
     >>> print(gr.advise(gr.example("case3"), cycles=20).line("algorithm").words)
     Use exact: it has no step to choose; the alternative is rkv-events, which restarts at every corner.
     """
+    check_arguments(progress=(CALLBACK, progress))
     settings = {
         "algorithm": algorithm,
         "cycles": cycles,

@@ -15,7 +15,7 @@ from gearrattle.assembly import Driveline, assemble, free_names, left_out, place
 from gearrattle.engine.system import equilibrium as statics
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import Count, argument_problems
+from gearrattle.model.quantity import FLAG, Count, argument_problems, check_arguments
 from gearrattle.result import Result
 
 Array = NDArray[np.float64]
@@ -262,6 +262,7 @@ def modes(
     [0.0, 338.8, 6148.4, 37035.3]
     """
     check_model(model)
+    check_arguments(with_damping=(FLAG, with_damping))
     driveline = assemble(model)
     stiffness, damping = slopes(driveline, contact_ratio, region, with_damping=with_damping)
     data = modal.modes(driveline.system, stiffness, damping)

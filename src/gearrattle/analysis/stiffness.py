@@ -20,6 +20,7 @@ from gearrattle.engine.solvers.stability import most_regions
 from gearrattle.engine.system.characteristic import characteristic
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.model import Model, check_model
+from gearrattle.model.quantity import FLAG, check_arguments
 from gearrattle.result import Result
 from gearrattle.results import Run
 from gearrattle.signals import dwell_of_regions
@@ -100,6 +101,7 @@ def stiffness(
     ('mild', 109)
     """
     check_model(model)
+    check_arguments(with_damping=(FLAG, with_damping))
     driveline = assemble(model)
     slope, damping = slopes(driveline, contact_ratio, region, with_damping=with_damping)
     eigenvalues = eigenvalues_of(driveline.system, slope, damping)

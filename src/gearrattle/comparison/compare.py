@@ -31,6 +31,7 @@ from gearrattle.comparison.transmissibility import compare_transmissibility
 from gearrattle.engine.system.variation import GROWTH
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model, check_model
+from gearrattle.model.quantity import CALLBACK, check_arguments
 from gearrattle.result import KIND
 from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
@@ -99,6 +100,7 @@ def compare(
     ['exact', 'rk2', 'rk4', 'exact, 1e-12 away']
     """
     check_model(model)
+    check_arguments(progress=(CALLBACK, progress))
     comparison = side_by_side(
         model,
         algorithms,

@@ -24,6 +24,7 @@ from gearrattle.assembly import (
 from gearrattle.engine.solvers import Task
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Initial, Model, check_model
+from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
 from gearrattle.results import Run
 from gearrattle.simulation.integrate import integrate
 from gearrattle.simulation.limits import check_memory, check_rates, check_tables
@@ -88,6 +89,7 @@ def simulate(
     (10241, True)
     """
     check_model(model)
+    check_arguments(audit=(FLAG, audit), progress=(CALLBACK, progress))
 
     arguments = {
         "algorithm": algorithm,

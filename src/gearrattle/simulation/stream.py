@@ -18,7 +18,7 @@ from typing import Self
 from gearrattle.engine.solvers import SOLVERS, Extensible
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import Count, argument_problems
+from gearrattle.model.quantity import CALLBACK, FLAG, Count, argument_problems, check_arguments
 from gearrattle.quantities import Sums, Verdict, add, verdict_of
 from gearrattle.results import Run
 from gearrattle.simulation.integrate import finish
@@ -99,6 +99,7 @@ def stream(
     [True, True]
     """
     check_model(model)
+    check_arguments(audit=(FLAG, audit), resume=(FLAG, resume), progress=(CALLBACK, progress))
     arguments = {
         "algorithm": algorithm,
         "cycles": cycles,

@@ -21,7 +21,7 @@ from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import INITIAL
-from gearrattle.model.quantity import SEED, Reader, argument_problems
+from gearrattle.model.quantity import CALLBACK, FLAG, SEED, Reader, argument_problems, check_arguments
 from gearrattle.model.table import shown
 from gearrattle.orbits.settled import Attractor, settled_orbit
 from gearrattle.orbits.state import check_repeats, state_of
@@ -241,6 +241,7 @@ def basins(
     (4,)
     """
     check_model(model)
+    check_arguments(resume=(FLAG, resume), retry_failed=(FLAG, retry_failed), progress=(CALLBACK, progress))
     begin = partial(
         prepare,
         model,

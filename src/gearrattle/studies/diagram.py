@@ -31,7 +31,7 @@ from gearrattle.assembly import assemble, refuse_unsteady
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import Choice, argument_problems
+from gearrattle.model.quantity import CALLBACK, FLAG, Choice, argument_problems, check_arguments
 from gearrattle.model.table import shown
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
@@ -251,6 +251,7 @@ def bifurcation(
     [1.0, 1.0]
     """
     check_model(model)
+    check_arguments(resume=(FLAG, resume), retry_failed=(FLAG, retry_failed), progress=(CALLBACK, progress))
     begin = partial(
         prepare,
         model,

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.formats import format_name, version_of
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import SEED, AnyTable, Count, argument_problems, checked
+from gearrattle.model.quantity import CALLBACK, FLAG, SEED, AnyTable, Count, argument_problems, check_arguments, checked
 from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
@@ -358,6 +358,7 @@ def optimize(
     (4, ['min'])
     """
     check_model(model)
+    check_arguments(resume=(FLAG, resume), progress=(CALLBACK, progress))
     begin = partial(
         prepare,
         model,

@@ -31,6 +31,7 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import path_label
+from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
 from gearrattle.quantities.chunks import orders_of
 from gearrattle.result import KIND
 from gearrattle.signals import LooseGear, loose_gears, torque_ratio
@@ -101,6 +102,7 @@ def screen(
     {'speed': 2, 'load': 1, 'gear': 2}
     """
     check_model(model)
+    check_arguments(simulate=(FLAG, simulate), progress=(CALLBACK, progress))
     import xarray as xr
 
     refuse_recorded_motions(model, "a screening")

@@ -19,7 +19,7 @@ import numpy as np
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.paths import value_at
-from gearrattle.model.quantity import SEED, Count, argument_problems
+from gearrattle.model.quantity import CALLBACK, FLAG, SEED, Count, argument_problems, check_arguments
 from gearrattle.model.table import shown
 from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
@@ -184,6 +184,7 @@ def study(
     ('mesh.gear.backlash', 'part')
     """
     check_model(model)
+    check_arguments(resume=(FLAG, resume), retry_failed=(FLAG, retry_failed), progress=(CALLBACK, progress))
     begin = partial(
         prepare,
         model,

@@ -23,6 +23,7 @@ from gearrattle.measured.read import read
 from gearrattle.model import Model, check_model
 from gearrattle.model.file import check_reachable, read_tables, read_text
 from gearrattle.model.problems import Positions, model_error
+from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
 from gearrattle.recording import Recording
 
 KIND = "data file"
@@ -114,6 +115,7 @@ def fit(
     0.1
     """
     check_model(model)
+    check_arguments(profile=(FLAG, profile), progress=(CALLBACK, progress))
     recorded = recording_of(data)
     arguments: dict[str, Any] = {"bounds": bounds, "factor": factor, "starts": starts, "seed": seed, "prior": prior}
     arguments |= {"profile": profile, "progress": progress}

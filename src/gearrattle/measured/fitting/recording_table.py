@@ -13,7 +13,7 @@ from pydantic import Field
 from gearrattle.measured.identification.data_tables import Numbers
 from gearrattle.measured.validation.wanted import TRENDS, Wanted
 from gearrattle.model import units
-from gearrattle.model.quantity import AnyTable, Choice, Quantity, Reader, SchemaVersion
+from gearrattle.model.quantity import FLAG, AnyTable, Choice, Quantity, Reader, SchemaVersion
 from gearrattle.model.table import Breach, Table, breach, did_you_mean, listed
 from gearrattle.recording import Recording
 
@@ -65,20 +65,6 @@ class _Clock(Reader):
         return {"type": ["string", "number"]}
 
 
-class _Truth(Reader):
-    """Yes or no."""
-
-    def read(self, value: Any, _dimensionless: bool, /) -> bool:
-        """Return it."""
-        if not isinstance(value, bool):
-            raise breach("must be true or false")
-        return value
-
-    def describe(self) -> dict[str, Any]:
-        """Return the JSON Schema."""
-        return {"type": "boolean"}
-
-
 class _Percent(Reader):
     """A number, or a table of channels and numbers."""
 
@@ -112,7 +98,7 @@ class RecordingTable(Table):
     """What is taken away from both."""
     clock: Annotated[Any, _Clock()] = "cycle"
     """"cycle": the delay of the clocks is fitted; "none", or a delay that is known [s]."""
-    phases: Annotated[bool, _Truth()] = True
+    phases: Annotated[bool, FLAG] = True
     """Whether phases of the orders are compared, or amplitudes alone."""
     noise: Annotated[dict[str, float], Numbers()] = Field(default_factory=dict)
     """Rms of the measuring noise by measured channel [SI]; the rms of these channels is compared as well."""

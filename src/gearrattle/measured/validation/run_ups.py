@@ -29,6 +29,7 @@ from gearrattle.measured.validation.scatter import CONFIDENCE
 from gearrattle.measured.validation.simulated import recorded
 from gearrattle.measured.validation.validate import run_of
 from gearrattle.model import Model
+from gearrattle.model.quantity import CALLBACK, check_arguments
 from gearrattle.model.table import listed
 from gearrattle.recording import Channel, Recording
 from gearrattle.results import Run
@@ -95,6 +96,7 @@ def validate_run_up(
     >>> round(answer.tracks[0].sigma, 1)
     9.1
     """
+    check_arguments(progress=(CALLBACK, progress))
     several = not isinstance(measurement, str | os.PathLike | Mapping | Recording)
     measurements: list[Measured] = list(measurement) if several else [measurement]  # type: ignore[arg-type, list-item]
     if not measurements:

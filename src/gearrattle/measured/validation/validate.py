@@ -17,6 +17,7 @@ from gearrattle.measured.validation.comparing import check_asked, compared
 from gearrattle.measured.validation.record import Validation
 from gearrattle.measured.validation.wanted import Wanted, problems_of
 from gearrattle.model import Model, load
+from gearrattle.model.quantity import CALLBACK, check_arguments
 from gearrattle.model.table import listed
 from gearrattle.recording import Recording
 from gearrattle.results import Run, open_run
@@ -99,6 +100,7 @@ def validate(
     >>> [(level.measure, round(level.sigma, 1)) for level in gr.validate(run, rig).pairs[0].levels]
     [('peak-to-peak', 2.0), ('rms', 2.0)]
     """
+    check_arguments(progress=(CALLBACK, progress))
     wanted = Wanted(
         match or {},
         start,

@@ -1,4 +1,4 @@
-"""Arguments that count: 2.5 is refused everywhere, and so is 3.0, as in a model file and on the command line."""
+"""Arguments of public calls: what counts is a whole number, a switch true or false, and what is called a function."""
 
 from __future__ import annotations
 
@@ -39,11 +39,14 @@ CALLS: dict[str, Callable[..., Any]] = {
     "spectral.order_map": lambda **settings: gr.spectral.order_map(_run(), "velocity.hub", **settings),
     "periodic": lambda **settings: gr.periodic(MODEL, **settings),
     "run": lambda **settings: gr.run(MODEL, **settings),
-    "screen": lambda **settings: gr.screen(MODEL, [100.0, 120.0], simulate=True, **settings),
+    "screen": lambda **settings: gr.screen(MODEL, [100.0, 120.0], **{"simulate": True, **settings}),
     "simulate": lambda **settings: gr.simulate(MODEL, **settings),
     "stream": lambda **settings: gr.stream(MODEL, **settings),
     "study": lambda **settings: gr.study(MODEL, BACKLASH, **settings),
     "validate": lambda **settings: gr.validate(MODEL, rig(), **settings),
+    "validate_run_up": lambda **settings: gr.validate_run_up(MODEL, rig(), **settings),
+    "modes": lambda **settings: gr.modes(MODEL, **settings),
+    "stiffness": lambda **settings: gr.stiffness(MODEL, **settings),
 }
 
 
@@ -67,6 +70,31 @@ def test_a_number_that_is_not_whole_is_refused(name: str, argument: str, value: 
     with pytest.raises(gr.ModelError) as caught:
         CALLS[name](**{argument: value})
     assert any(argument in problem.place and "whole number" in problem.rule for problem in caught.value.problems)
+
+
+def switches_and_functions() -> list[tuple[str, str, str]]:
+    """Every argument of a public function that is true or false, or called, with the rule that it obeys."""
+    rules = {"bool": "must be true or false", "Callable": "must be a function", "Progress": "must be a function"}
+    return [
+        (name, argument.name, rules[kind[0]])
+        for name, function in sorted(FUNCTIONS.items())
+        for argument in inspect.signature(function).parameters.values()
+        if (kind := re.findall("^(bool|Callable|Progress)", str(argument.annotation))) and argument.name != "function"
+    ]
+
+
+@pytest.mark.parametrize(("name", "argument", "rule"), switches_and_functions())
+@pytest.mark.parametrize("value", ["no", 3])
+def test_a_switch_and_a_function_are_nothing_else(name: str, argument: str, rule: str, value: object) -> None:
+    with pytest.raises(gr.ModelError) as caught:
+        CALLS[name](**{argument: value})
+    assert [(problem.place, problem.rule.split(",")[0]) for problem in caught.value.problems] == [(argument, rule)]
+
+
+def test_the_switches_and_functions_are_known() -> None:
+    assert {("periodic", "every"), ("study", "progress"), ("run", "phase")} <= {
+        (name, argument) for name, argument, _ in switches_and_functions()
+    }
 
 
 @pytest.mark.parametrize("call", [gr.modes, gr.stiffness])
