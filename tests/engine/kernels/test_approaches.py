@@ -66,7 +66,7 @@ def tables(crossed: tuple[float, ...]) -> dict[str, Any]:
         np.zeros(events),
         np.empty((2, 1), np.int64),
     )
-    turning_points.write_outside(crossings)
+    turning_points.write_outside(crossings.clearance, crossings.upward, np.zeros(2, np.int64), crossings.outside)
     return {
         "rates": approaches.Rates(
             GENERATOR[None],

@@ -11,10 +11,12 @@ from gearrattle.engine.periodic import point as points
 from gearrattle.engine.periodic.corrector import Corrector
 from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING
 from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.general_turns import outside_of
 from gearrattle.engine.periodic.parts import PartedFamily
 from gearrattle.engine.periodic.period_map import Pass, Turns
 from gearrattle.engine.periodic.point import Guess
 from gearrattle.engine.periodic.touch import Touch
+from gearrattle.engine.system.passages import Passages
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.family import family_of, follower_over
 from tests.engine.periodic.test_family import both
@@ -155,3 +157,18 @@ def test_stiffness_that_alternates_by_the_clock_leaves_whole_periods() -> None:
     model = gr.example("alternating_mesh")
     families = [family_of(model, SPEED, model.excitation.omega, cycles, 1.0) for cycles in (1, 3)]
     assert [family.parts for family in families] == [1, 3]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_what_clearances_cross_before_and_after_a_part(seed: int) -> None:
+    rng, clearances = np.random.default_rng(seed), 4
+    count = int(rng.integers(0, 9))
+    watch, upward = rng.integers(0, clearances + 2, count), rng.integers(0, 2, count)  # two of them are auxiliaries
+    crossings = Passages(np.arange(count) + 0.5, watch, upward, np.zeros(count), np.zeros((count, 0)))
+    begins = tuple(int(one) for one in np.sort(rng.integers(0, count + 1, 2)))
+    outside = outside_of(crossings, begins, clearances)
+    endless = [(period * count + i, watch[i], upward[i]) for period in (-2, -1, 0, 1, 2) for i in range(count)]
+    for k in range(clearances):
+        before = [way for index, crossed, way in endless if crossed == k and index < begins[0]]
+        after = [way for index, crossed, way in endless if crossed == k and index >= begins[1]]
+        assert outside[:, k].tolist() == [before[-1] if before else -1, after[0] if after else -1]

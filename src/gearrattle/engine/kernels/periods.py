@@ -378,7 +378,7 @@ def _write_turns(common, laws, regions, rates, steps, course, crossings, columns
     direction = Direction(np.empty((states + 1, states + 1)), np.empty(states + 1, np.int64), np.empty(states + 1))
     change = direction.change
     if out.turning[0] == ALONG_ROW:
-        write_outside(crossings)
+        write_outside(crossings.clearance, crossings.upward, np.zeros(2, np.int64), crossings.outside)
         if not write_direction(columns, scale, out.row, direction):
             out.turning[0] = NO_TURNS
             return

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearrattle.engine.kernels._jit import kernel, strict
+from gearrattle.engine.kernels._jit import kernel, strict, strict_entry
 from gearrattle.engine.kernels.approaches import add_turned, dot, write_products
 from gearrattle.engine.kernels.arrays import Array3, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.dense import factorise, substitute
@@ -94,15 +94,30 @@ def _way_across(crossings, i, k, step):
     return crossings.outside[1 if step > 0 else 0, k]
 
 
-@strict
-def write_outside(crossings):
-    """Write which way clearances cross before the start and after the end of a motion that repeats."""
-    for k in range(crossings.outside.shape[1]):
-        crossings.outside[0, k] = crossings.outside[1, k] = -1
-    for i in range(crossings.clearance.size - 1, -1, -1):
-        crossings.outside[1, crossings.clearance[i]] = crossings.upward[i]
-    for i in range(crossings.clearance.size):
-        crossings.outside[0, crossings.clearance[i]] = crossings.upward[i]
+@strict_entry
+def write_outside(watch, upward, begins, outside):
+    """Write which way clearances cross last before a part of a motion that repeats, and first after it.
+
+    Parameters
+    ----------
+    watch
+        (E,) what crosses; numbers that are none of the K clearances are passed over.
+    upward
+        (E,) 1 upwards, 0 downwards.
+    begins
+        (2,) crossings before the start and before the end of the part; 0 and 0 for the whole motion.
+    outside
+        (2, K) written; -1: it crosses nothing.
+    """
+    count, clearances = watch.size, outside.shape[1]
+    for k in range(clearances):
+        outside[0, k] = outside[1, k] = -1
+    for i in range(count):
+        before, after = (begins[0] + i) % count, (begins[1] - 1 - i) % count
+        if watch[before] < clearances:
+            outside[0, watch[before]] = upward[before]
+        if watch[after] < clearances:
+            outside[1, watch[after]] = upward[after]
 
 
 @strict

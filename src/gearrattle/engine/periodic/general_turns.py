@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels.turning_points import FALLING, RISING
+from gearrattle.engine.kernels.turning_points import FALLING, RISING, write_outside
 from gearrattle.engine.periodic.course import ORDER, Course, Setting, course_of
 from gearrattle.engine.periodic.period_map import Along, Approach, Dips, Pass, PeriodMap, Turns
 from gearrattle.engine.periodic.touch import Touch, crossings_before, reaches
@@ -103,25 +103,24 @@ def direction_of(
         return None
     if not np.all(np.isfinite(change)):
         return None
-    outside = outside_of(motion.crossings, motion.crossings, counts[0])
+    outside = outside_of(motion.crossings, (0, 0), counts[0])
     return Along(change[:-1] / scale, float(change[-1] * unit), outside)
 
 
-def outside_of(before: Passages, after: Passages, clearances: int) -> IntArray:
-    """Return (2, K) which way clearances cross last before the start of a motion, and first after its end, as in Along.
+def outside_of(crossings: Passages, begins: tuple[int, int], clearances: int) -> IntArray:
+    """Return (2, K) which way clearances cross before and after a part of a motion that repeats, as in Along.
 
     Parameters
     ----------
-    before, after
-        crossings, in order of time.
+    crossings
+        of the motion, in order of time.
+    begins
+        how many of them lie before the start and before the end of the part; 0 and 0 for the whole motion.
     clearances
         K.
     """
-    outside = np.full((2, clearances), -1)
-    for row, path, step in zip(outside, (before, after), (1, -1), strict=True):
-        for watch, upward in zip(path.watch[::step].tolist(), path.upward[::step].tolist(), strict=True):
-            if watch < clearances:
-                row[watch] = upward
+    outside = np.empty((2, clearances), np.int64)
+    write_outside(crossings.watch.astype(np.int64), crossings.upward.astype(np.int64), np.array(begins), outside)
     return outside
 
 

@@ -20,7 +20,6 @@ from gearrattle.engine.periodic.general_turns import outside_of
 from gearrattle.engine.periodic.multiple import joined
 from gearrattle.engine.periodic.period_map import Along, Approach, Dips, Parts, Pass, State, Turns
 from gearrattle.engine.periodic.touch import Touch
-from gearrattle.engine.system.passages import Passages
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -114,8 +113,9 @@ class PartedFamily:
         assert motion.parts is not None
         pieces, turns = motion.start.auxiliary_pieces, list[Turns]()
         for i, (part, start, change) in enumerate(zip(self._parts, motion.parts.start, changes, strict=True)):
-            before, after = (_from(motion, index * self._length) for index in (i, i + 1))
-            along = Along(change[:-1], float(change[-1]), outside_of(before, after, self._clearances))
+            begins = _before(motion, i * self._length), _before(motion, (i + 1) * self._length)
+            outside = outside_of(motion.crossings, begins, self._clearances)
+            along = Along(change[:-1], float(change[-1]), outside)
             own, _ = part.follow(State(start, pieces), parameter, None, along)
             pieces = own.end.auxiliary_pieces
             if own.turns is None:
@@ -153,7 +153,6 @@ class PartedFamily:
         return turns._replace(time=length * (index + turns.time), time_slope=length * turns.time_slope, dips=dips)
 
 
-def _from(motion: Pass, time: float) -> Passages:
-    """The crossings of a motion that repeats, from an instant [periods] on."""
-    first = int(np.searchsorted(motion.crossings.time, time * motion.period))
-    return motion.crossings.where(np.roll(np.arange(len(motion.crossings.time)), -first))
+def _before(motion: Pass, time: float) -> int:
+    """How many crossings of a motion lie before an instant [periods]."""
+    return int(np.searchsorted(motion.crossings.time, time * motion.period))
