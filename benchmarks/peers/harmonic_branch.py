@@ -1,7 +1,7 @@
 """The backlash oscillator's branch by pyHarm, in an interpreter that has it: prints one line of JSON.
 
 ``python harmonic_branch.py HARMONICS``: alone, because pyHarm asks for other versions of packages than gearrattle. The
-first of two runs compiles; the second one is timed.
+first run compiles; of the others the least time counts.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import numpy as np
 LOWEST, HIGHEST = 0.3, 1.6
 STEP = 0.02
 SAMPLES = 50  # of a period, for each harmonic
+REPEATS = 5
 
 
 def branch(harmonics: int) -> tuple[list[list[float]], float]:
@@ -66,7 +67,7 @@ def main() -> None:
     logging.disable(logging.CRITICAL)
     harmonics = int(sys.argv[1])
     branch(harmonics)
-    points, spent = branch(harmonics)
+    points, spent = min((branch(harmonics) for _ in range(REPEATS)), key=lambda one: one[1])
     print(json.dumps({"version": version("pyHarm-os"), "points": points, "time": spent}))
 
 
