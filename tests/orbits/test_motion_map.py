@@ -13,7 +13,7 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.errors import Cancelled
 from gearrattle.orbits import MotionMap
-from gearrattle.orbits.borders import special_points_of
+from gearrattle.orbits.borders import borders_of, special_points_of
 from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, Cell, cells_of
 from gearrattle.orbits.rows import Plane, Row
 from gearrattle.report.kinds import presentation_of
@@ -205,3 +205,23 @@ def test_it_is_a_result_with_a_page_a_table_and_numbers(tmp_path: Path) -> None:
     assert area == pytest.approx((motions.range[1] - motions.range[0]) * 0.4)
     content = presentation_of(motions).content()
     assert sum(content["counts"].values()) == motions.data["code"].size
+
+
+def test_why_a_curve_ends_inside_the_plane() -> None:
+    rows = [("fold", 0.5, "cusp", 0.6), ("fold", 0.5, "", 0.6), ("grazing", 0.5, "", 30.0), ("grazing", 1.0, "", 30.0)]
+    kinds = [kind for kind, *_ in rows]
+    events = pd.DataFrame({"kind": kinds, "clearance": "gap", "collision": False, "value": 0.4})
+
+    def boundary(event: int) -> xr.Dataset:
+        _, end, special, value = rows[event]
+        columns = {"second": [0.0, end], "value": [0.4, value], "special": ["", special]}
+        return xr.Dataset({name: ("point", np.array(column)) for name, column in columns.items()})
+
+    borders, _, _ = borders_of(events, boundary, ((0.3, 1.6), (0.0, 1.0)), None)
+    assert [border.ends_below for border in borders] == [""] * 4
+    assert [border.ends_above for border in borders] == [
+        "cusp",
+        "not found further",
+        "beyond the range of the first value",
+        "",
+    ]

@@ -178,7 +178,7 @@ def test_the_slider_moves_along_the_branch(_marks: tuple[()], tmp_path: Path) ->
     done = alive(_with_script(tmp_path, act), tmp_path, 'data-acted="yes"')
     said = re.search(r'id="at-point-words"[^>]*>([^<]*)<', done.stdout)
     assert said is not None
-    assert said[1].startswith("frequency 1.6: stable")
+    assert said[1].startswith("frequency = 1.6: stable")
     assert re.search(r'<path d="M[^"]*" class="loop">', done.stdout)
     assert len(re.findall(r'class="inside"', done.stdout)) == 2
 
@@ -199,7 +199,7 @@ def test_the_pointer_shows_the_nearest_motion(_marks: tuple[()], tmp_path: Path)
         "live.querySelector('.nsewdrag').dispatchEvent(move); document.body.dataset.acted = 'yes';"
     )
     done = alive(_with_script(tmp_path, act), tmp_path, 'class="loop unstable"')
-    said = re.search(r'id="at-point-words"[^>]*>frequency ([\d.]+): unstable', done.stdout)
+    said = re.search(r'id="at-point-words"[^>]*>frequency = ([\d.]+): unstable', done.stdout)
     assert said is not None
     assert float(said[1]) == pytest.approx(value, abs=0.02)
     assert len(re.findall(r'class="outside"', done.stdout)) == 1

@@ -25,6 +25,7 @@ DRAWN = (FOLD, GRAZING)
 """Kinds of events whose curves are followed."""
 _SAME = 1e-5  # of both ranges: special points of two curves that lie nearer are the same
 _LOST = "not found further"
+_BEYOND = "beyond the range of the first value"
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,8 @@ class Border:
     second, value
         (N,) the second value, ascending, and the first one at the event [SI].
     ends_below, ends_above
-        why it ends inside the range there: a special point, or "not found further"; empty where it does not.
+        why it ends inside the range there: a special point, "beyond the range of the first value", where it is not
+        followed to the end, or "not found further"; empty where it does not.
     """
 
     event: int
@@ -108,7 +110,11 @@ def borders_of(
         curves.append(curve)
         second, special = curve["second"].values, [str(kind) for kind in curve["special"].values]
         is_inside = second[0] > ranges[1][0] + _SAME * spans[1], second[-1] < ranges[1][1] - _SAME * spans[1]
-        reasons = [(special[i] or _LOST) if inside else "" for i, inside in zip((0, -1), is_inside, strict=True)]
+        in_range = [ranges[0][0] <= curve["value"].values[i] <= ranges[0][1] for i in (0, -1)]
+        reasons = [
+            (special[i] or (_LOST if in_plane else _BEYOND)) if inside else ""
+            for i, inside, in_plane in zip((0, -1), is_inside, in_range, strict=True)
+        ]
         borders.append(Border(int(row), kind, clearance, second, curve["value"].values, reasons[0], reasons[1]))
         if progress is not None:
             progress(done / len(chosen))

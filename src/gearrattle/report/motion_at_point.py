@@ -116,7 +116,7 @@ def _words(branch: Branch, i: int, modulus: float, orbit: Orbit) -> str:
     number, cycles = int(data["branch"]), int(data["cycles"])
     which = f"branch {number}, " if len(branch.curves) > 1 else ""
     stability = "stable" if bool(data["stable"]) else "unstable"
-    where = f"{shown.words} {shown.with_unit(float(data['value']), 6)}"
+    where = f"{shown.words} = {shown.with_unit(float(data['value']), 6)}"
     return (
         f"{where}: {which}{stability}, repeats after {cycles} T, largest multiplier {numeral(modulus, 4)}. "
         f"{_pattern_words(orbit)}"

@@ -43,6 +43,6 @@ def unit_circle(marks: Sequence[Line], title: str) -> Panel:
 
 
 def outside_words(marks: Sequence[Line]) -> str:
-    """Say how many multipliers lie beyond the figure; empty for none."""
+    """Say how many multipliers may lie beyond the figure, which is wider than high; empty for none."""
     beyond = sum(int(np.count_nonzero(np.hypot(mark.x, mark.y) > _MOST_SHOWN)) for mark in marks)
-    return f" {beyond} with a modulus above {_MOST_SHOWN:g} lie outside the figure." if beyond else ""
+    return f" {beyond} with a modulus above {_MOST_SHOWN:g} may lie outside the figure." if beyond else ""
