@@ -170,3 +170,21 @@ def test_a_change_need_not_be_a_value_that_the_model_takes() -> None:
     with pytest.raises(gr.ModelError):
         in_si(path, 0.01, model)  # below the end of the stage before
     assert change_in_si(path, 0.01, model, "non-negative", "change") == 0.01
+
+
+def test_progress_of_a_boundary_and_of_pulses_reaches_the_end_and_stops_the_work(branch: Branch, orbit: Orbit) -> None:
+    for work in (
+        lambda tell: branch.boundary(0, MEAN, (7.5, 7.6), progress=tell),
+        lambda tell: orbit.tipping("gear", instants=1, best=True, progress=tell),
+    ):
+        shares: list[float] = []
+        work(shares.append)
+        assert shares == sorted(shares)
+        assert shares[0] < 1.0
+        assert shares[-1] == 1.0
+
+        def stop(share: float) -> None:
+            raise gr.Cancelled(f"{share}")
+
+        with pytest.raises(gr.Cancelled):
+            work(stop)

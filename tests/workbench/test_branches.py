@@ -172,7 +172,7 @@ def test_motions_are_followed_over_a_value(_marks: tuple[()], server: Server) ->
             tab.get_by_label(label, exact=True).press("Enter")
         tab.get_by_role("button", name="Follow periodic motions").click()
         words = tab.locator(".gr-motion-words")
-        playwright.expect(words).to_contain_text("frequency 0.4: stable", timeout=120_000)
+        playwright.expect(words).to_contain_text("frequency = 0.4: stable", timeout=120_000)
         job = tab.url.rpartition("/runs/")[2].partition("/")[0]
     state = server.state(job)
     assert (state["task"], state["options"]["path"]) == ("continuation", "excitation.frequency")

@@ -128,6 +128,8 @@ def boundary_of(
     low, high = (_one_way(follower, chosen, (own, end), part) for end, part in zip(ends, parts, strict=True))
     sides = [_ended((follower, across), side, end) for side, end in ((low, ends[0]), (high, ends[1]))]
     rows = [*reversed(sides[0][1:]), *sides[1]]
+    if progress is not None:
+        progress(1.0)
     notes = [_note(second, side) for side, end in zip(sides, ends, strict=True) if side[-1].second != end]
     attributes = {
         "result": "event boundary",
