@@ -136,6 +136,7 @@ def test_a_branch_ends_where_a_slider_is_let_go_with_its_torque() -> None:
         f"A branch ends inside the range at {end['value']:.9g}: a slider is let go with its torque, "
         "and the motion jumps.",
     )
+    assert f"Going up the motion jumps at {end['value']:.5g}." in branch.sentence
     last = branch.points[-1].motion.start
     below, above = (lowest_later(last, end["value"] + side) for side in (-1e-6, 1e-6))
     assert below == pytest.approx(0.5, abs=1e-5)

@@ -6,9 +6,10 @@ it is that of the point, between two of them that of the motion halfway. Where n
 between two points. At a fold the parameter turns back, so a range ends at every fold: over each range the parameter
 only grows, or only falls. A range without width, such as that of a vertical branch, is none.
 
-Where the parameter runs over a fold the motion jumps. Where it runs over a period doubling or a symmetry breaking, the
-motion goes on along what leaves there, if that is stable just beyond (a *soft* loss of stability); if it is unstable,
-leads backwards or is vertical, the motion jumps (a *hard* loss). Of a Neimark-Sacker bifurcation nothing is known.
+Where the parameter runs over a fold the motion jumps, and so it does where a slider is let go with its torque
+(``release``). Where it runs over a period doubling or a symmetry breaking, the motion goes on along what leaves there,
+if that is stable just beyond (a *soft* loss of stability); if it is unstable, leads backwards or is vertical, the
+motion jumps (a *hard* loss). Of a Neimark-Sacker bifurcation nothing is known.
 
 Takes a Branch; gives ranges and losses of stability.
 """
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
+from gearrattle.engine.periodic.grazing import RELEASE
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.followed import Followed
@@ -221,7 +223,17 @@ def losses_of(branch: Followed) -> list[Loss]:
                 event, value = course.nodes[i][1], float(course.value[i])
                 loss = Loss(event, number, course.kinds[i], value, change >= 0.0)
                 losses.append(replace(loss, jumps=_jumps(branch, courses, loss)))
+        losses += _ends_in_release(branch, number, course)
     return sorted(losses, key=lambda loss: loss.value)
+
+
+def _ends_in_release(branch: Followed, number: int, course: Course) -> list[Loss]:
+    """The end of a branch whose stable motions let a slider go with its torque there."""
+    event = course.nodes[-1][1]
+    if event < 0 or branch.events["grazing"].iloc[event] != RELEASE or not course.stable[-1]:
+        return []
+    before, end = course.value[-2:].tolist()
+    return [Loss(event, number, GRAZING, end, end >= before)]
 
 
 def _jumps(branch: Followed, courses: Sequence[Course], loss: Loss) -> bool | None:
