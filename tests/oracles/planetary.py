@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 Array = np.ndarray
@@ -146,6 +147,7 @@ def integrate(case: Set, state: Array, end: float) -> tuple[Array, int]:
     time, crossings, step = 0.0, 0, 2.0 * np.pi / case.omega / 8000.0
     delta = case.deflections(0.0, state[: case.planets + 3])
     sides = np.where(np.abs(delta) < half, 0, np.sign(delta)).astype(int)
+    last = np.zeros(half.size, np.bool_)  # what has just crossed stands on its corner, on either side of it by rounding
     while time < end:
         span = solve_ivp(
             lambda t, y: case.slope(t, y, sides),
@@ -155,13 +157,14 @@ def integrate(case: Set, state: Array, end: float) -> tuple[Array, int]:
             max_step=step,
             rtol=1e-13,
             atol=1e-18,
-            events=_event(case, sides, half),
+            events=[_event(case, sides, half, watched) for watched in (~last, last) if watched.any()],
         )
         state, time = span.y[:, -1], float(span.t[-1])
         if span.status == 1:
             delta = case.deflections(time, state[: case.planets + 3])
             k = int(np.argmin(_room(delta, sides, half)))
             sides[k] = 0 if sides[k] else int(np.sign(delta[k]))
+            last = np.arange(half.size) == k
             crossings += 1
     return state, crossings
 
@@ -171,11 +174,11 @@ def _room(delta: Array, sides: Array, half: Array) -> Array:
     return np.where(sides == 0, half - np.abs(delta), sides * delta - half)
 
 
-def _event(case: Set, sides: Array, half: Array) -> Any:
-    """What SciPy watches: the first mesh to leave its side."""
+def _event(case: Set, sides: Array, half: Array, watched: NDArray[np.bool_]) -> Any:
+    """What SciPy watches: the first of some meshes to leave its side."""
 
     def room(time: float, state: Array) -> float:
-        return float(np.min(_room(case.deflections(time, state[: case.planets + 3]), sides, half)))
+        return float(np.min(_room(case.deflections(time, state[: case.planets + 3]), sides, half)[watched]))
 
     room.terminal, room.direction = True, -1.0  # type: ignore[attr-defined]
     return room
