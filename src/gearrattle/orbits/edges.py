@@ -21,7 +21,7 @@ from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.periodic.point import Point, appended
 from gearrattle.engine.periodic.shooting import shoot
-from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
+from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.freedom import moving_directions_of, room_of
 
@@ -148,11 +148,11 @@ def _begun(curve: Continuation, state: State, parameter: float, *, upward: bool 
     The symmetric motion is in the middle of its family and goes on beyond. Where the family ends I - M is nearly
     singular in more than its free direction, and I - DH is regular.
     """
-    period_map = curve.family.map_at(parameter)
-    if curve.cycles % 2 == 1 and is_symmetric(period_map.system):
+    half = half_period_map(curve.family.map_at(parameter).system, curve.cycles)
+    if half is not None:
         with suppress(ConvergenceError):
-            symmetric = shoot(HalfPeriodMap(period_map.system, curve.cycles), state).motion.start
-            if np.linalg.norm((symmetric.y - state.y) * period_map.scale) < _SYMMETRIC * period_map.size:
+            symmetric = shoot(half, state).motion.start
+            if np.linalg.norm((symmetric.y - state.y) * half.scale) < _SYMMETRIC * half.size:
                 state = symmetric
     return curve.begin(state, parameter, upward=upward)
 

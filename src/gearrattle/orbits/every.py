@@ -30,7 +30,7 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap
-from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
+from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.orbits.edges import followed_through_families
@@ -100,8 +100,7 @@ class _Search:
 
     def __init__(self, model: Model, cycles: int, progress: Progress) -> None:
         system = assemble(model).system
-        mirror = HalfPeriodMap(system) if is_symmetric(system) else None
-        self.known = Known(PeriodMap(system, cycles), mirror=mirror)
+        self.known = Known(PeriodMap(system, cycles), mirror=half_period_map(system))
         self.taken, self.left = 0, 0
         self._model, self._progress, self._points = model, progress, 0
 
@@ -131,8 +130,9 @@ class _Search:
                 for orbit in orbits_of_returns(period_map, states[0]):
                     known.add(orbit.motion)
                     self._progress(_SETTLED)
-        if known.mirror is not None and period_map.cycles % 2 == 1:
-            search_symmetric(known, HalfPeriodMap(period_map.system, period_map.cycles), states[1 : 1 + _STARTS])
+        half = half_period_map(period_map.system, period_map.cycles)
+        if half is not None:
+            search_symmetric(known, half, states[1 : 1 + _STARTS])
 
     def follow_from(self, first: int) -> None:
         """Follow the motions from an index on over the speed; keep what their branches give at the model's speed."""

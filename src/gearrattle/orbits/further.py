@@ -18,7 +18,7 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import BREAKING, DOUBLING, Event
 from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.engine.periodic.point import Point, turned_around
-from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
+from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.joints import Home, shared_with
@@ -161,8 +161,7 @@ def _isolated_curves(
         if part is not None:
             part(0.0)
         period_map = curve.family.map_at(float(value))
-        mirror = HalfPeriodMap(period_map.system) if is_symmetric(period_map.system) else None
-        known, on_branches = Known(period_map, mirror=mirror), Known(period_map)
+        known, on_branches = Known(period_map, mirror=half_period_map(period_map.system)), Known(period_map)
         alike = [one for one in [*curves, *further] if curve.cycles % one.cycles == 0]
         for point in followers.points_at(alike, float(value)):
             on_branches.add(point.motion)

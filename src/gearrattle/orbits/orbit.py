@@ -23,7 +23,7 @@ from gearrattle.assembly import assemble, free_names
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
-from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
+from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
@@ -130,10 +130,10 @@ class Orbit(Result):
         folds; at -1 it loses its symmetry, and two motions leave that are mirror images of each other.
         """
         none = np.zeros(0, np.complex128)
-        system = self.period_map.system
-        if self.cycles % 2 == 0 or not is_symmetric(system):
+        half_map = half_period_map(self.period_map.system, self.cycles)
+        if half_map is None:
             return none
-        half = HalfPeriodMap(system, self.cycles)(self.motion.start)
+        half = half_map(self.motion.start)
         size = max(self.period_map.size, float(np.linalg.norm(self.motion.start.y * self.period_map.scale)))
         is_mirrored = float(np.linalg.norm(half.gap * self.period_map.scale)) < _MIRRORED * size
         return shooting.multipliers_of(half.gradient) if is_mirrored else none

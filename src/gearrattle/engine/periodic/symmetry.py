@@ -56,6 +56,11 @@ def is_odd(law: PiecewiseLaw) -> bool:
     return all(bool(np.all(np.abs(a - b) <= _ODD * np.abs(a).max(initial=0.0))) for a, b in pairs)
 
 
+def half_period_map(system: PiecewiseSystem, cycles: int = 1) -> HalfPeriodMap | None:
+    """Return the half-period map of n periods; None where there is none: no symmetry, or n is even."""
+    return HalfPeriodMap(system, cycles) if cycles % 2 == 1 and is_symmetric(system) else None
+
+
 class HalfPeriodMap(PeriodMap):
     """The map over half of n periods, mirrored; its fixed points are the symmetric motions.
 
