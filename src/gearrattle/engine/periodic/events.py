@@ -384,8 +384,7 @@ def _doubling(point: Point) -> float:
 
 def _breaking(point: Point) -> float:
     """det(I - M) without the eigenvalues nearest to zero that belong to free directions."""
-    values = 1.0 - point.multipliers
-    return float(np.prod(values[np.argsort(np.abs(values))[point.free :]]).real)
+    return float(np.prod(1.0 - _not_free(point)).real)
 
 
 def _pair_size(point: Point) -> float:
@@ -399,10 +398,14 @@ def _has_pair_on_circle(point: Point) -> bool:
     return min(_nearest_pair(point)[1], _NEAR) < float(np.abs(1.0 + real).min(initial=np.inf))
 
 
+def _not_free(point: Point) -> NDArray[np.complex128]:
+    """The multipliers without those nearest to 1 that belong to free directions."""
+    return np.asarray(point.multipliers[np.argsort(np.abs(point.multipliers - 1.0))[point.free :]])
+
+
 def _outside(point: Point) -> tuple[int, int, int]:
     """Numbers of multipliers outside the unit circle: real ones above 1, real ones below -1, complex pairs."""
-    values = point.multipliers
-    values = values[np.argsort(np.abs(values - 1.0))[point.free :]]
+    values = _not_free(point)
     is_real = np.abs(values.imag) <= REAL
     above, below = is_real & (values.real > 1.0), is_real & (values.real < -1.0)
     return int(above.sum()), int(below.sum()), int((~is_real & (np.abs(values) > 1.0)).sum()) // 2
@@ -411,10 +414,25 @@ def _outside(point: Point) -> tuple[int, int, int]:
 def _pairs_crossed(before: Point, after: Point) -> int:
     """How many complex pairs leave the unit circle from one point to the next; negative: enter it.
 
-    Two real multipliers outside that meet become a pair without crossing the circle.
+    Two real multipliers outside that meet become a pair without crossing the circle. One of them may have come from
+    inside shortly before, at a fold for example: then the product of both has not passed 1.
     """
     above, below, pairs = np.subtract(_outside(after), _outside(before))
-    return int(pairs + np.trunc(above / 2.0) + np.trunc(below / 2.0))
+    crossed = int(pairs + np.trunc(above / 2.0) + np.trunc(below / 2.0))
+    is_odd = _sign_of_products(before) != _sign_of_products(after)
+    if _is_ambiguous(before, after) and is_odd != bool(crossed % 2):
+        crossed -= int(np.sign(pairs))
+    return crossed
+
+
+def _sign_of_products(point: Point) -> float:
+    """The sign of the product of m n - 1 over all pairs m, n of multipliers.
+
+    It changes where a complex pair crosses the circle, and where two real ones are inverse.
+    """
+    values = _not_free(point)
+    one, other = np.triu_indices(len(values), 1)
+    return float(np.sign(np.prod(values[one] * values[other] - 1.0).real))
 
 
 def _is_ambiguous(before: Point, after: Point) -> bool:
