@@ -205,6 +205,7 @@ def test_a_range_may_end_where_the_model_does() -> None:
 
 
 AMPLITUDE = "torque.0.harmonics.0.amplitude"
+BREAKING = 0.393962524286  # of the symmetric oscillator: 12 figures from three ranges
 
 
 def symmetric(ratio: float) -> gr.Model:
@@ -248,6 +249,38 @@ def test_a_branch_begun_without_symmetry_joins_the_symmetric_one() -> None:
     shown = [orbit.run.data["deflection"].values for orbit in (first, image)]
     half = (len(shown[0]) - 1) // 2
     np.testing.assert_allclose(shown[0][half:], -shown[1][: half + 1], rtol=0, atol=1e-9)
+
+
+def shown_by(span: tuple[float, float]) -> tuple[list[list[float]], list[float]]:
+    """Of the branches over the range both ends, of their events the values, all from the breaking on."""
+    branch = gr.continuation(symmetric(0.0), AMPLITUDE, span)
+    assert branch.notes == ()
+    assert set(branch.events["kind"]) <= {"symmetry breaking"}
+    ends = [sorted(curve.points[end].parameter - BREAKING for end in (0, -1)) for curve in branch.curves]
+    return ends, (branch.events["value"] - BREAKING).tolist()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("off", [0.0, 1e-13, -1e-13, 1e-11, -1e-11, 1e-9, -1e-9, 1e-8, -1e-8])
+def test_a_range_may_end_at_a_breaking_of_symmetry(off: float) -> None:
+    """Three branches lie above it, one below. Nearer than 1e-8 their motions cannot be told apart."""
+    (upward, at_first), (downward, _) = shown_by((BREAKING + off, 0.45)), shown_by((BREAKING + off, 0.35))
+    np.testing.assert_allclose(upward, [[0.0, 0.45 - BREAKING]] * 3, rtol=0, atol=2e-8)
+    np.testing.assert_allclose(at_first, [0.0], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(downward, [[0.35 - BREAKING, 0.0]], rtol=0, atol=2e-8)
+    (from_below, _), (from_above, joints) = shown_by((0.35, BREAKING + off)), shown_by((0.45, BREAKING + off))
+    np.testing.assert_allclose(from_below, [[0.35 - BREAKING, 0.0]], rtol=0, atol=2e-8)
+    np.testing.assert_allclose(from_above, [[0.0, 0.45 - BREAKING]] * len(from_above), rtol=0, atol=2e-8)
+    assert len(from_above) in ({2} if off > 1e-12 else {3} if off < -1e-12 else {2, 3})  # the third leaves at the end
+    np.testing.assert_allclose(joints, 0.0, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("off", [1e-7, 1e-6, 1e-5])
+def test_a_short_branch_from_a_breaking_of_symmetry_is_listed_once(off: float) -> None:
+    """At a value next to the breaking Newton's method finds the symmetric motion, wherever it begins."""
+    ends, breakings = shown_by((BREAKING + off, 0.35))
+    np.testing.assert_allclose(ends, [[0.0, off], [0.35 - BREAKING, off], [0.0, off]], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(breakings, [0.0] * 2, rtol=0, atol=1e-11)
 
 
 @pytest.mark.slow

@@ -14,8 +14,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.periodic.breaking import as_fixed_point, breaking_near
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import FOLD, GRAZING, Event, changes_between, events_between
+from gearrattle.engine.periodic.events import BREAKING, FOLD, GRAZING, Event, changes_between, events_between
 from gearrattle.engine.periodic.grazing import RELEASE, Grazing
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.release import end_in_release, is_release
@@ -32,6 +33,7 @@ _MOST_POINTS = 20_000
 _CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they must pass
 _ROUNDING = 1e-12  # of the parameter
 _GROWN = 1e4  # multiplier: from it on motions may end where a visit beyond a corner vanishes
+_AT_BREAKING = 1e-7  # arclength to a breaking from a motion that cannot be told from it
 _LARGE = 1000.0  # times the first motion, and the largest corner: motions that are larger have left all clearances
 
 
@@ -124,12 +126,13 @@ class Curve:
             if point.parameter == value:
                 yield i, point
         folds = [event.point for event in self.events if event.kind == FOLD]
+        is_joint = {0: bool(self.origin) or self.happens_at(0), len(self.points) - 2: self.happens_at(-1)}
         for i, (first, last) in enumerate(self.steps()):
             turns = [fold for fold in folds if first.length < fold.length < last.length]
             for before, after in pairwise([first, *turns, last]):
                 if (before.parameter - value) * (after.parameter - value) < 0.0:
                     with suppress(ConvergenceError):  # a fold very near
-                        yield i, _motion_between(follower, before, after, value)
+                        yield i, _motion_between(follower, before, after, value, is_joint.get(i, False))
 
     def steps(self) -> Iterator[tuple[Point, Point]]:
         """Yield the pairs of consecutive points."""
@@ -166,7 +169,8 @@ def followed(
     so_far
         called with the branch as far as it is followed, after every step.
     """
-    points, events, note = [begin], [], ""
+    begin, at_begin = (begin, []) if origin is not None else _at_breaking(curve, begin)
+    points, events, note = [begin], [*at_begin], ""
     unlocated: list[Unlocated] = []
     release: Event | None = None
     home = unknown_home(curve, begin) if home is None else home
@@ -174,7 +178,7 @@ def followed(
         begin = replace(begin, length=float(np.linalg.norm(begin.w - origin.point.w)))
         points, events = [origin.point, begin], events_beside_joint(curve, origin.point, begin)
     try:
-        for point, known in followed_through_families(curve, begin, ends):
+        for point, known in _followed(curve, begin, ends):
             if bool(point.free) != bool(points[-1].free) and (home is None or not home.events):
                 home = unknown_home(curve, point)
             last = None if home is None else home.arrival(points[-1], point)
@@ -183,7 +187,7 @@ def followed(
                 points.append(last[-1].point)
                 break
             passed, ahead, left = _located(curve, points[-1], point) if known is None else ([point], [*known], [])
-            events += ahead
+            events += _without(at_begin, ahead)
             points += passed
             unlocated += left
             if progress is not None:
@@ -223,12 +227,36 @@ def _release(curve: Continuation, points: Sequence[Point]) -> Event | None:
     return None if end is None else Event(GRAZING, end[0], end[1].watch, touch=end[1], grazing=Grazing(RELEASE))
 
 
-def _motion_between(follower: Continuation, before: Point, after: Point, value: float) -> Point:
-    """The motion of a step at a parameter value; along the branch where it leaves another one like a root."""
-    try:
-        return follower.at_parameter(before, after, value)
-    except ConvergenceError:
-        return zero_between(follower, before, after, lambda point: point.parameter - value)[0]
+def _at_breaking(curve: Continuation, begin: Point) -> tuple[Point, list[Event]]:
+    """The first point of a branch and, where it cannot be told from a breaking of symmetry, that."""
+    fixed = as_fixed_point(curve, begin, upward=bool(begin.tangent[-1] > 0.0))
+    breaking = None if fixed is begin else breaking_near(curve, fixed, _AT_BREAKING)
+    return fixed, [] if breaking is None else [Event(BREAKING, replace(breaking, length=0.0))]
+
+
+def _without(at_begin: Sequence[Event], events: Sequence[Event]) -> list[Event]:
+    """The events of a step but for a breaking that has been named at the begin of the branch."""
+    return [e for e in events if not at_begin or e.kind != BREAKING or e.point.length > _AT_BREAKING]
+
+
+def _followed(
+    curve: Continuation, begin: Point, ends: tuple[float, float]
+) -> Iterator[tuple[Point, Sequence[Event] | None]]:
+    """Yield the points of a branch and what is known before them; a symmetric one at an end of the range is exact."""
+    for point, known in followed_through_families(curve, begin, ends):
+        is_last = point.parameter in ends
+        yield as_fixed_point(curve, point, upward=point.parameter == ends[1]) if is_last else point, known
+
+
+def _motion_between(follower: Continuation, before: Point, after: Point, value: float, is_beside_joint: bool) -> Point:
+    """The motion of a step at a parameter value; along the branch where it leaves another one like a root.
+
+    At a given parameter Newton's method may find a motion of the other branch there.
+    """
+    if not is_beside_joint:
+        with suppress(ConvergenceError):
+            return follower.at_parameter(before, after, value)
+    return zero_between(follower, before, after, lambda point: point.parameter - value)[0]
 
 
 def _kind(origin: Event | None) -> str:

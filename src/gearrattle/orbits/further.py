@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.breaking import half_curve
+from gearrattle.engine.periodic.breaking import SAME, half_curve
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import BREAKING, DOUBLING, Event
 from gearrattle.engine.periodic.period_map import PeriodMap, State
@@ -371,7 +371,11 @@ def _leaving(
         for distance in _DISTANCES:
             direction = sign * vector / np.linalg.norm(vector)
             point, nearer = (_motion_beside(curve, event, direction, share * distance) for share in (1.0, 0.5))
-            if point is None or nearer is None or not ends[0] <= point.parameter <= ends[1]:
+            if point is None or nearer is None:
+                continue
+            if not ends[0] <= point.parameter <= ends[1]:
+                if distance <= SAME:  # in the range they cannot be told from those of the event
+                    break
                 continue
             if _is_one_curve(event, direction, distance, nearer, point):
                 points.append(point)

@@ -27,7 +27,9 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-_SAME = 1e-4  # of w: motions of the branch nearer than this to a fixed point of H are one
+SAME = 1e-4
+"""Of w, the cube root of the residual: motions of the branch nearer than this to a fixed point of H are one."""
+_ALONG = 0.999999  # cosine between the tangents of a motion and of the fixed point of H: both are known
 
 
 class HalfPeriodFamily(Family):
@@ -93,6 +95,36 @@ def half_curve(curve: Continuation, parameter: float) -> Continuation | None:
     return curve.of(half_of(family))
 
 
+def as_fixed_point(curve: Continuation, point: Point, *, upward: bool) -> Point:
+    """Return the symmetric motion that one of an odd number of periods is but for rounding; any other as it is.
+
+    Beside a breaking P tells the motion to the cube root of its residual, and its tangent may have any direction.
+
+    Parameters
+    ----------
+    curve
+        the Continuation of the branch.
+    point
+        a motion of it.
+    upward
+        whether the branch goes on to larger parameters there.
+    """
+    is_odd = curve.cycles % 2 == 1
+    halves = half_curve(curve, point.parameter) if is_odd and not point.free else None
+    if halves is None:
+        return point
+    at_parameter = np.append(np.zeros(len(point.state)), 1.0 if upward else -1.0)
+    try:
+        own = halves.near(point.w, at_parameter, replace(point, tangent=at_parameter, later=None))
+        is_known = float(own.tangent @ point.tangent) > _ALONG
+        if is_known or float(np.linalg.norm(own.w - point.w)) > SAME:
+            return point
+        motion, slope = curve.family.follow(own.motion.start, point.parameter)
+    except ConvergenceError:
+        return point
+    return replace(own, motion=motion, slope=slope, parameter=point.parameter, length=point.length, orientation=0.0)
+
+
 def breaking_between(curve: Continuation, before: Point, after: Point) -> Point | None:
     """Return the fixed point of H between two others at which one of its multipliers is -1; None where none is.
 
@@ -109,7 +141,7 @@ def breaking_between(curve: Continuation, before: Point, after: Point) -> Point 
     try:
         first, last = _among(halves, before), _among(halves, after)
         away = max(float(np.linalg.norm(own.w - whole.w)) for own, whole in ((first, before), (last, after)))
-        if away > _SAME or _doubling(first) * _doubling(last) >= 0.0:
+        if away > SAME or _doubling(first) * _doubling(last) >= 0.0:
             return None
         breaking, _ = zero_between(halves, first, last, _doubling)
         motion, slope = curve.family.follow(breaking.motion.start, breaking.parameter)
