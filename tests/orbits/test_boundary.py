@@ -218,3 +218,35 @@ def test_a_range_without_the_models_own_value_is_refused() -> None:
         over_frequency().boundary(1, "torque.0.mean", (0.2, 0.3))
     with pytest.raises(gr.ModelError, match="must be a fold"):
         over_frequency().boundary(2, "torque.0.mean", (0.05, 0.3))
+
+
+def clipped(mean: float) -> Branch:
+    """A branch on which clipped damping is limited once more than before: an instant in contact without force."""
+    contact = {"stiffness": 10.0, "damping": 0.5, "clearance": 1.0, "contact_damping": "clipped"}
+    torque = {"on": "body", "mean": mean, "harmonics": [{"order": 1, "amplitude": 0.35}]}
+    tables = {
+        "inertia": [{"name": "body", "J": 1.0, "drag": 0.05}],
+        "coupling": [{"name": "gap", "between": ["body", "ground"], **contact}],
+        "excitation": {"speed": 1.4},
+        "torque": [torque],
+    }
+    model = gr.Model.from_tables({"schema": 1, "name": "clipped", "units": "dimensionless", **tables})
+    return gr.continuation(model, "excitation.speed", (1.34, 1.29))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["gap.pull", "gap.push"])
+def test_the_touch_of_a_limiter_is_followed(name: str) -> None:
+    """The gradient is continuous there: its trace, by matrix exponentials, changes by -5.74 times the root beyond.
+
+    The touches of both limiters lie 2e-4 from each other: how they move is told by motions nearer than that.
+    """
+    means = 0.379, 0.38, 0.381
+    branches = [clipped(mean) for mean in means]
+    rows = [branch.events[branch.events["clearance"] == name] for branch in branches]
+    (event,), values = rows[1].index, [float(row["value"].iloc[0]) for row in rows]
+    assert rows[1]["grazing"].tolist() == ["compliant"]
+    curve = branches[1].boundary(int(event), "torque.0.mean", (means[0], means[2]))
+    assert curve["value"].values[[0, -1]] == pytest.approx([values[0], values[2]], abs=1e-11)
+    moved = branches[1].gradients(int(event), ["torque.0.mean"])["gradient"].iloc[0]
+    assert moved == pytest.approx((values[2] - values[0]) / 2e-3, abs=2e-4)

@@ -111,7 +111,7 @@ def boundary_of(
     model, path = branch.model, branch.path
     own, ends = second_of(model, path, second, range)
     chosen, curve = event
-    check_kind(chosen, curve.family.clearances)
+    check_kind(chosen)
 
     def follower(value: float) -> Continuation:
         changed = model.with_({second: value})

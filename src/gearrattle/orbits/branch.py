@@ -127,8 +127,8 @@ class Branch(Result):
         branch, kind, value [SI], point (the last one before it), clearance (what grazes or crosses; empty for none),
         collision (whether the gradient jumps there), grazing (its kind: "compliant", "jump", "release" or "rigid";
         empty for other events), root (of a grazing: change of the gradient's trace beyond it over the square root of
-        that of the value, in the limit; NaN where the gradient jumps, where the branch is vertical, and for other
-        events).
+        that of the value, in the limit; NaN where the gradient jumps, at a limiter's bound, in a vertical branch, and
+        for other events).
         """
         import pandas as pd
 
@@ -175,7 +175,7 @@ class Branch(Result):
         0.1
         """
         chosen, curve = self._located(event)
-        check_kind(chosen, curve.family.clearances)
+        check_kind(chosen)
         return gradients_of(self.model, self.path, curve, chosen, paths)
 
     def boundary(

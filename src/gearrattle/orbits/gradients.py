@@ -12,8 +12,9 @@ import numpy as np
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import KINDS, FamiliesOf, gradient_of
-from gearrattle.engine.periodic.events import GRAZING, Event
+from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.grazing import JUMP, RELEASE
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_values import change_in_si
@@ -115,26 +116,19 @@ def second_of(model: Model, path: str, second: str, ends: Sequence[float | str])
     return own, (low, high)
 
 
-def check_kind(event: Event, clearances: int) -> None:
-    """Refuse an event without a test function that is smooth along the branch.
-
-    Parameters
-    ----------
-    event
-        of a branch.
-    clearances
-        number of them: a bound of a slider or of a limiter has no depth.
+def check_kind(event: Event) -> None:
+    """Refuse an event of a branch without a test function that is smooth along the branch.
 
     Raises
     ------
     ModelError
         it has none.
     """
-    has_depth = event.kind != GRAZING or event.watch < clearances
-    if event.kind in KINDS and not event.is_collision and has_depth:
+    jumps = event.is_collision or (event.grazing is not None and event.grazing.kind in (JUMP, RELEASE))
+    if event.kind in KINDS and not jumps:
         return
     kind = event.kind if event.kind not in KINDS else f"{event.kind} at which the gradient of the motion jumps"
-    rule = f"must be a {', '.join(KINDS[:-1])} or {KINDS[-1]} of a clearance, at which that gradient is continuous"
+    rule = f"must be a {', '.join(KINDS[:-1])} or {KINDS[-1]} at which that gradient is continuous"
     raise ModelError(Problem("event", kind, rule))
 
 

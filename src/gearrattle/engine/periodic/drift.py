@@ -35,8 +35,8 @@ _ALONG = 1e-5  # arclength from an event to the points of the central difference
 _CHANGE = 1e-5  # of q: half the difference
 _SHARES = (1.0, 0.1, 0.01, 0.001)  # of both, the first over which the test function is straight
 _BENT = 0.01  # a test function that bends less is straight
-_APART, _CHANGE_APART = 1e-4, 1e-6
-"""Arclength from a grazing to where its gradient is taken, and half the difference of q there: no motion may touch."""
+_APART, _CHANGE_APART = (1e-4, 3e-5), 1e-6
+"""Arclengths from a grazing to where its gradient is taken, and half the difference of q there: no motion may touch."""
 
 FamiliesOf = Callable[[float], tuple[Family, Family]]
 
@@ -71,9 +71,8 @@ def gradient_of(event: Event, curve: Continuation, families_of: FamiliesOf, valu
                 change = share * _CHANGE * abs(value)
                 return _gradient_at(event, event.point, curve, families_of(change), (slope, change))
         raise ConvergenceError("a grazing lies too near to the event")
-    change, side = _CHANGE_APART * abs(value), _apart(event, curve)
+    change, points = _CHANGE_APART * abs(value), _apart(event, curve)
     families = families_of(change)
-    points = [curve.moved_along(event.point, times * side) for times in (1, 2, 3)]
     one, two, three = (
         _gradient_at(event, point, curve, families, (_slope_along(event, point, curve, _ALONG)[0], change))
         for point in points
@@ -105,12 +104,13 @@ def _gradient_at(
     return float(shift - point.tangent[-1] * curve.family.unit * test_slope / slope)
 
 
-def _apart(event: Event, curve: Continuation) -> float:
-    """A step along the branch [arclength, with sign] to the side without contact."""
-    for step in (_APART, -_APART):
-        if test_of(event, curve.family, curve.moved_along(event.point, step)) < 0.0:
-            return step
-    raise ConvergenceError("the motions on both sides of the grazing touch")
+def _apart(event: Event, curve: Continuation) -> list[Point]:
+    """Three points on the side of a grazing without contact, at even distances, with no other event between them."""
+    for step in (side * distance for distance in _APART for side in (1.0, -1.0)):
+        points = [curve.moved_along(event.point, times * step) for times in (1, 2, 3)]
+        if test_of(event, curve.family, points[0]) < 0.0 and len({point.word for point in points}) == 1:
+            return points
+    raise ConvergenceError("the motions on both sides of the grazing touch, or touch something else")
 
 
 def test_of(event: Event, family: Family, point: Point) -> float:

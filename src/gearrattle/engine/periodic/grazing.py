@@ -68,9 +68,10 @@ class Grazing:
         COMPLIANT, JUMP, RELEASE or RIGID.
     root
         (tr M at s - tr M(0+)) / √s in the limit s -> 0, s > 0 the distance in the parameter; NaN where M or the motion
-        jumps or M is not bounded, and where the parameter does not change along the branch: the grazing lies in a fold,
-        or at the end of a vertical part. What M gains has hardly more than one eigenvalue that is not zero, its trace:
-        where that is positive multipliers move towards a fold, where it is negative towards a period doubling.
+        jumps or M is not bounded, at the bound of a limiter, and where the parameter does not change along the branch:
+        the grazing lies in a fold, or at the end of a vertical part. What M gains has hardly more than one eigenvalue
+        that is not zero, its trace: where that is positive multipliers move towards a fold, where it is negative
+        towards a period doubling.
     """
 
     kind: str

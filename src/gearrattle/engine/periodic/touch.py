@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
-from gearrattle.engine.system.flow import Pieces
+from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError
@@ -38,9 +38,9 @@ class Touch:
     Attributes
     ----------
     watch
-        the clearance.
+        the clearance; behind all of them, the auxiliary.
     upward
-        1: its deflection grows towards the corner.
+        1: its deflection, or what it watches, grows towards the corner.
     time
         of the extremum, in periods from the start of the motion.
     corner
@@ -71,21 +71,40 @@ def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Tou
     ConvergenceError
         there is no extremum nearby.
     """
-    flow, system = period_map.flow, period_map.system
     z, pieces, start = before_touch(period_map, state, touch)
-    generator = flow.generator(pieces)
-    element = system.clearances[touch.watch]
-    rate, time = flow.rate[element], touch.time
+    generator, time = period_map.flow.generator(pieces), touch.time
+    row, bound = _approached(period_map.flow, pieces, touch)
+    rate = row @ generator
     for _ in range(_ITERATIONS):
         now = expm(generator * (time - start)) @ z
         change = -float(rate @ now) / float(rate @ generator @ now)
         time += float(np.clip(change, -_NEAR, _NEAR))
         if abs(change) < _SETTLED * max(1.0, time):
-            corners, nearest = system.laws[element].corners, pieces[element] - 1 + touch.upward
-            if not 0 <= nearest < len(corners) or touch.corner not in (None, nearest):
-                break
-            beyond = float(flow.deflection[element] @ now) - float(corners[nearest])
+            beyond = float(row @ now) - bound
             return beyond * (1.0 if touch.upward else -1.0), replace(touch, time=time)
+    raise ConvergenceError("the extremum at a corner is lost")
+
+
+def _approached(flow: Flow, pieces: Pieces, touch: Touch) -> tuple[Array, float]:
+    """What comes to a bound, as a row times z [SI], and that bound: a corner, or that of a limiter.
+
+    Raises
+    ------
+    ConvergenceError
+        there is no such bound.
+    """
+    system = flow.system
+    if touch.watch >= len(system.clearances):
+        index = touch.watch - len(system.clearances)
+        auxiliary, piece = system.auxiliaries[index], pieces[len(system.laws) + index]
+        bound = float((auxiliary.upper if touch.upward else auxiliary.lower)[piece])
+        if np.isfinite(bound):
+            return flow.limit_rows(pieces)[index] * flow.corner_scale[touch.watch], bound
+    else:
+        element = system.clearances[touch.watch]
+        corners, nearest = system.laws[element].corners, pieces[element] - 1 + touch.upward
+        if 0 <= nearest < len(corners) and touch.corner in (None, nearest):
+            return flow.deflection[element], float(corners[nearest])
     raise ConvergenceError("the extremum at a corner is lost")
 
 
