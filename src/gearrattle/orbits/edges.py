@@ -35,7 +35,9 @@ _BEYOND = (1e-4, 1e-3, 1e-5, 1e-6, 1e-7)  # of the unit of the parameter: from t
 _BACK = 1e-3  # of the unit of the parameter: back into a family, to see how fast its length falls
 _FARTHEST = 0.1  # of the unit of the parameter: the end of a family from the last motion of it
 _SYMMETRIC = 0.1  # of the largest corner: a symmetric motion farther away is of another branch
-_NEARER, _TIMES = 0.1, 5  # share of the way to its end that is left, each time
+_NEARER = 0.1  # share of the way to its end that is left, each time
+_LOCATED = 1e-11  # of the unit of the parameter: a motion of the family so near to its end is the last one
+_APART = 1e-6  # of the unit of the parameter: two motions so far apart at least tell where the next one is
 
 
 def followed_through_families(
@@ -121,15 +123,18 @@ def _end_of(curve: Continuation, point: Point) -> tuple[Point, Point]:
     near, length = _in_middle(curve, State(point.state, point.motion.end.auxiliary_pieces), point.parameter)
     back = point.parameter - way * _BACK * curve.family.unit
     far, far_length = _in_middle(curve, _extrapolated(point, near, back), back)
-    for _ in range(_TIMES):
-        if length <= 0.0 or length >= far_length:
+    earlier = far
+    while length < far_length:
+        left = (near.parameter - far.parameter) * length / (far_length - length)
+        if abs(left) < _LOCATED * curve.family.unit:
             break
-        end = near.parameter + (near.parameter - far.parameter) * length / (far_length - length)
-        following = end - _NEARER * (end - near.parameter)
-        before = far
-        far, far_length = near, length
-        near, length = _in_middle(curve, _extrapolated(before, near, following), following)
-    return appended(point, near), far
+        parameter = near.parameter + (1.0 - _NEARER) * left
+        following, shorter = _in_middle(curve, _extrapolated(earlier, near, parameter), parameter)
+        if not 0.0 < shorter < length:
+            break
+        earlier = near if abs(left) > _APART * curve.family.unit else earlier
+        far, far_length, near, length = near, length, following, shorter
+    return appended(point, near), earlier
 
 
 def _in_middle(curve: Continuation, state: State, parameter: float) -> tuple[Point, float]:
