@@ -154,3 +154,19 @@ def test_a_run_up_follows_the_alternation() -> None:
     assert (jump.kind, jump.words) == ("period doubling", "")
     assert jump.end == pytest.approx(LOST, abs=1e-9)
     assert jump.value == pytest.approx(1.671, abs=3e-3)
+
+
+@pytest.mark.slow
+def test_isolated_branches_that_only_an_end_of_the_range_meets_are_seen() -> None:
+    """Two motions of 2 T swing by 5.79 and 5.86 at the speed 1.2781: ``every`` gives them. They meet at 1.27664."""
+    tables = pair().to_tables()
+    for inertia in tables["inertia"]:
+        inertia["drag"] = 0.08
+    tables["mesh"][0].update(damping=0.12, alternation={"order": 1.0, "share": 0.6, "fewer": 0.5})
+    tables["torque"] = [{"on": "pinion", "mean": 0.12}, {"on": "wheel", "mean": -0.12}]
+    branch = gr.continuation(gr.Model.from_tables(tables), "excitation.speed", (1.0, 1.3), isolated=True)
+    (large,) = (curve for curve in branch.curves if abs(min(p.parameter for p in curve.points) - 1.27664) < 1e-4)
+    follower = branch.follower(large)
+    motions = [point.motion for _, point in large.motions_at(follower, 1.2781)]
+    levels = [follower.family.map_at(1.2781).levels(motion) for motion in motions]
+    assert sorted(float(high[0] - low[0]) for low, high, _ in levels) == pytest.approx([5.7926, 5.8615], abs=1e-4)

@@ -29,8 +29,8 @@ from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 SoFar = Callable[[Sequence[Curve]], None]
-_VALUES = 7
-"""Number of parameter values inside the range at which isolated branches are sought."""
+_VALUES = 9
+"""Number of parameter values, the ends of the range included, at which isolated branches are sought."""
 _STARTS = 24
 _SAME = 1e-6  # of the size of the state: motions nearer than this are the same
 _SAME_BESIDE = 0.1  # of the distance from the motion of an event: those nearer than this are the same as well
@@ -156,7 +156,7 @@ def _isolated_curves(
 ) -> list[Curve]:
     """Branches that are connected to none of the known ones; ``curve`` follows them."""
     further: list[Curve] = []
-    for i, value in enumerate(np.linspace(*ends, _VALUES + 2)[1:-1]):
+    for i, value in enumerate(np.linspace(*ends, _VALUES)):
         part = part_of(progress, i, _VALUES)
         if part is not None:
             part(0.0)
