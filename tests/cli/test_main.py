@@ -197,6 +197,19 @@ def test_every_argument_of_a_command_has_words(command: str) -> None:
     assert silent == []
 
 
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_shows_the_words_of_every_argument_and_fills_its_lines(
+    command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No mark of the docstring is taken for markup, and none of its line ends breaks a line on a wide terminal."""
+    monkeypatch.setenv("COLUMNS", "600")
+    assert main([command, "--help"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    for argument in app()[command].assemble_argument_collection(parse_docstring=True):
+        words = " ".join((argument.parameter.help or "").split())
+        assert any(words in line for line in lines), (argument.name, words)
+
+
 def whole_options() -> list[tuple[str, str]]:
     """Every option of every command that takes a whole number."""
     return [

@@ -73,7 +73,7 @@ def app() -> App:
             "--root DIR: files under DIR may be named by input files, beside those under an input file's own folder."
         ),
         version=gearrattle.__version__,
-        help_format="plaintext",
+        help_format="rst",
         suppress_keyboard_interrupt=False,
         result_action="return_value",
     )

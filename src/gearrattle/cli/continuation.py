@@ -86,7 +86,7 @@ def continue_(
         standard deviation that all of them give it. May be repeated.
     rate
         Of a run-up and a run-down over a range of the speed, e.g. "100 rpm/s": they are simulated, and their jumps are
-        listed beside the folds of the branch.
+        listed beside those of the branch.
     output
         Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the tables on the terminal only.
     """
