@@ -48,6 +48,7 @@ CALLS: dict[str, Call] = {
     "order_map": lambda model, run: gr.spectral.order_map(run, _channel(model)),
     "figures": lambda _, run: gr.figures(run),
     "advise": lambda model, _: gr.advise(model),
+    "periodic": lambda model, _: gr.periodic(model),
     "the whole procedure, with its report": _reported,
 }
 """By name; each gets a fresh model, so that nothing is kept from the call before, and a fresh run of it."""
