@@ -29,9 +29,37 @@ FRICTION = {
 }
 
 
+STAGES = [
+    {"stiffness": 80.0, "damping": 0.2, "until": "0.3 rad", "hysteresis": 0.6},
+    {"stiffness": 500.0, "damping": 0.4, "hysteresis": 3.0},
+]
+STAGED = FRICTION | {
+    "coupling": [{"name": "clutch", "between": ["hub", "wheel"], "stages": STAGES}, FRICTION["coupling"][1]]
+}
+
+
 def system_of(tables: object) -> PiecewiseSystem:
     model = tables if isinstance(tables, gr.Model) else gr.Model.from_tables(tables)
     return assemble(model).system
+
+
+@pytest.mark.parametrize("tables", [FRICTION, STAGED])
+def test_twice_the_half_map_is_the_period_map_with_sliders(tables: dict[str, object]) -> None:
+    """The sliders of the drive side and of the coast side are each other's mirror images."""
+    system = system_of(tables)
+    period_map, half = PeriodMap(system), HalfPeriodMap(system)
+    start = period_map.later(period_map.state_of(np.array([0.35, -0.01]), np.array([2.0, -3.0])), 3)
+    whole, first = period_map(start), half(start)
+    second = half(first.end)
+    sliders = {watch for watch in whole.crossings.watch.tolist() if watch >= len(system.clearances)}
+    assert len(sliders) >= min(2, len(system.auxiliaries))
+    assert second.end.y == pytest.approx(whole.end.y, rel=1e-11, abs=1e-12)
+    assert whole.end.auxiliary_pieces is not None
+    assert second.end.auxiliary_pieces is not None
+    assert second.end.auxiliary_pieces.tolist() == whole.end.auxiliary_pieces.tolist()
+    scale = period_map.scale
+    product = scale[:, None] * (second.gradient @ first.gradient) / scale
+    assert product == pytest.approx(scale[:, None] * whole.gradient / scale, abs=1e-11)
 
 
 @pytest.mark.parametrize("n", [4, 32])

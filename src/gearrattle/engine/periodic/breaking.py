@@ -63,9 +63,12 @@ class HalfPeriodFamily(Family):
         if touch is not None or turns_along is not None:
             raise NotImplementedError
         motion, slope = self._half.follow(state, parameter)
-        has_pieces = motion.end.auxiliary_pieces is not None
-        end = self.map_at(parameter).mirrored(motion.end) if has_pieces else State(-motion.end.y)
-        return replace(motion, end=end, gradient=-motion.gradient, turned=-motion.turned), -slope
+        if motion.end.auxiliary_pieces is None:
+            end, gradient, slope = State(-motion.end.y), -motion.gradient, -slope
+        else:
+            mirror = self.map_at(parameter).mirror
+            end, gradient, slope = mirror.state(motion.end), mirror.rows(motion.gradient), mirror.rows(slope)
+        return replace(motion, end=end, gradient=gradient, turned=-motion.turned), slope
 
 
 def half_of(family: Family) -> Family:

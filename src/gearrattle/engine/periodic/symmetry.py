@@ -16,33 +16,97 @@ J. W. Swift, K. Wiesenfeld, Physical Review Letters 52 (1984), 705-708.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.system.auxiliary import BACKWARD, FORWARD, OFF, STICK, Auxiliary
+from gearrattle.engine.system.flow import flow_of
 from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 _ODD = 1e-12  # largest relative difference between a law and its mirror image
 
 
-def is_symmetric(system: PiecewiseSystem) -> bool:
-    """Return whether the mirror image of a driveline is the same driveline half a period later."""
-    inputs = system.inputs
+@dataclass(frozen=True)
+class Mirror:
+    """The mirror image of a symmetric driveline's states: all reversed, and what is drive for what is coast.
+
+    Attributes
+    ----------
+    auxiliary
+        (C,) the image of every auxiliary element: a slider that acts in the pieces on the other side, often itself.
+    entry
+        (N,) of which entry of a state every entry of its image is the negative.
+    remembers
+        (C,) whether an auxiliary element has a memory.
+    """
+
+    auxiliary: IntArray
+    entry: IntArray
+    remembers: NDArray[np.bool_]
+
+    def state(self, state: State) -> State:
+        """Return the image of a state."""
+        pieces = state.auxiliary_pieces
+        if pieces is not None:
+            reversed_pieces = np.where(pieces == FORWARD, BACKWARD, np.where(pieces == BACKWARD, FORWARD, pieces))
+            pieces = np.where(self.remembers, reversed_pieces[self.auxiliary], pieces)
+        return State(self.rows(state.y), pieces)
+
+    def rows(self, matrix: Array) -> Array:
+        """Return the images of columns (N, ...)."""
+        return np.asarray(-matrix[self.entry])
+
+
+def mirror_of(system: PiecewiseSystem) -> Mirror | None:
+    """Return the mirror under which a driveline is the same half a period later; None where there is none."""
+    inputs, flow = system.inputs, flow_of(system)
     if system.signals is not None or system.clock is not None:
-        return False
+        return None
     is_used = np.any(inputs.torque_sine, axis=0) | np.any(inputs.torque_cosine, axis=0)
     is_used |= np.any(inputs.error_sine, axis=0) | np.any(inputs.error_cosine, axis=0)
     are_odd = np.round(inputs.cycles[is_used]).astype(int) % 2 == 1
-    acts_evenly = all(np.array_equal(*_acting(auxiliary)) for auxiliary in system.auxiliaries if auxiliary.remembers)
-    return bool(not np.any(inputs.mean) and are_odd.all() and acts_evenly and all(is_odd(law) for law in system.laws))
+    images = _images(system.auxiliaries)
+    if np.any(inputs.mean) or not are_odd.all() or images is None or not all(is_odd(law) for law in system.laws):
+        return None
+    first = flow.states - len(system.memories)
+    memories = [first + system.memories.index(images[c]) for c in system.memories]
+    entry = np.array([*range(first), *memories], dtype=np.int64)
+    remembers = np.array([auxiliary.remembers for auxiliary in system.auxiliaries], dtype=np.bool_)
+    return Mirror(np.array(images, dtype=np.int64), entry, remembers)
 
 
-def _acting(slider: Auxiliary) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """In which pieces of its element's law a slider acts, from the lowest and from the highest piece on."""
-    acts = slider.follow[:, STICK] != OFF
-    return acts, acts[::-1]
+def is_symmetric(system: PiecewiseSystem) -> bool:
+    """Return whether the mirror image of a driveline is the same driveline half a period later."""
+    return mirror_of(system) is not None
+
+
+def _images(auxiliaries: Sequence[Auxiliary]) -> list[int] | None:
+    """The mirror image of every auxiliary element; None where a slider has none."""
+    images = list(range(len(auxiliaries)))
+    for c, slider in enumerate(auxiliaries):
+        if slider.remembers:
+            alike = [d for d, other in enumerate(auxiliaries) if _is_image(slider, other)]
+            if not alike:
+                return None
+            images[c] = c if c in alike else alike[0]
+    return images if sorted(images) == list(range(len(auxiliaries))) else None
+
+
+def _is_image(slider: Auxiliary, other: Auxiliary) -> bool:
+    """Whether another slider of the element is as strong, and acts in the pieces of its law on the other side."""
+    if slider.element != other.element or not other.remembers:
+        return False
+    acts, other_acts = (one.follow[:, STICK] != OFF for one in (slider, other))
+    is_as_strong = np.array_equal(slider.memory, other.memory) and np.array_equal(slider.offset, other.offset)
+    return is_as_strong and np.array_equal(acts, other_acts[::-1])
 
 
 def is_odd(law: PiecewiseLaw) -> bool:
@@ -71,6 +135,11 @@ class HalfPeriodMap(PeriodMap):
     cycles
         n, odd.
 
+    Attributes
+    ----------
+    mirror
+        of its states.
+
     Raises
     ------
     ValueError
@@ -78,9 +147,11 @@ class HalfPeriodMap(PeriodMap):
     """
 
     def __init__(self, system: PiecewiseSystem, cycles: int = 1) -> None:
-        if cycles % 2 == 0 or not is_symmetric(system):
+        mirror = mirror_of(system)
+        if cycles % 2 == 0 or mirror is None:
             raise ValueError("a half-period map is for symmetric drivelines and an odd number of periods")
         super().__init__(system, cycles)
+        self.mirror = mirror
 
     @property
     def length(self) -> float:
@@ -104,21 +175,12 @@ class HalfPeriodMap(PeriodMap):
         crossings = self.passages(march)
         crossings = crossings.where(crossings.time < self.length)
         turned = self.turned(march, self.cycles)
-        end = self.mirrored(self.sampled(march, self.cycles))
-        gradient = -self.gradient_along(march, crossings)
+        end = self.mirror.state(self.sampled(march, self.cycles))
+        gradient = self.mirror.rows(self.gradient_along(march, crossings))
         return Pass(state, end, gradient, -turned, crossings, self.system.inputs.period, self.cycles)
 
     def later(self, state: State, passes: int = 1) -> State:
         """Return the state after some passes, without the gradient. Errors as in a call."""
         march = self.marched(state, -(-passes // 2), samples_per_cycle=2)
         end = self.sampled(march, passes * self.cycles)
-        return end if passes % 2 == 0 else self.mirrored(end)
-
-    def mirrored(self, state: State) -> State:
-        """Return the mirror image of a state."""
-        pieces = state.auxiliary_pieces
-        if pieces is not None:
-            exchanged = np.where(pieces == FORWARD, BACKWARD, np.where(pieces == BACKWARD, FORWARD, pieces))
-            remembers = np.array([auxiliary.remembers for auxiliary in self.system.auxiliaries], dtype=np.bool_)
-            pieces = np.where(remembers, exchanged, pieces)
-        return State(-state.y, pieces)
+        return end if passes % 2 == 0 else self.mirror.state(end)
