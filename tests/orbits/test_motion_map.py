@@ -119,17 +119,17 @@ def test_a_special_point_of_two_curves_is_one() -> None:
 @pytest.mark.parametrize(
     ("cell", "code"),
     [
-        (Cell(1, 0, 0, 1, True), QUIET),
-        (Cell(1, 1, 1, 1, True), BESIDE),
-        (Cell(1, 1, 0, 2, True), BESIDE),
-        (Cell(0, 1, 0, 1, True), MUST),
-        (Cell(0, 0, 1, 1, True), NOTHING_STABLE),
-        (Cell(0, 0, 0, 0, True), MISSING),
-        (Cell(0, 1, 0, 2, True), MISSING),
-        (Cell(1, 0, 0, 2, True), MISSING),
-        (Cell(1, 0, 0, 1, False), NOT_COUNTED),
-        (Cell(0, 0, 1, 1, False), NOT_COUNTED),
-        (Cell(0, 1, 0, 0, False), MUST),
+        (Cell(1, 0, 0, 1, ""), QUIET),
+        (Cell(1, 1, 1, 1, ""), BESIDE),
+        (Cell(1, 1, 0, 2, ""), BESIDE),
+        (Cell(0, 1, 0, 1, ""), MUST),
+        (Cell(0, 0, 1, 1, ""), NOTHING_STABLE),
+        (Cell(0, 0, 0, 0, ""), MISSING),
+        (Cell(0, 1, 0, 2, ""), MISSING),
+        (Cell(1, 0, 0, 2, ""), MISSING),
+        (Cell(1, 0, 0, 1, "a motion is one of a family"), NOT_COUNTED),
+        (Cell(0, 0, 1, 1, "a motion is one of a family"), NOT_COUNTED),
+        (Cell(0, 1, 0, 0, "a motion is one of a family"), MUST),
     ],
 )
 def test_what_a_cell_says(cell: Cell, code: int) -> None:
