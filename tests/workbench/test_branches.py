@@ -129,7 +129,7 @@ def test_the_motion_under_the_pointer_is_shown_kept_and_run(
         (low, _) = motions["levels"]["extremes"][0]
         tab.mouse.move(*_pixel(tab, chart, value[chosen], low[chosen]))
         playwright.expect(words).to_contain_text(": unstable")
-        shown = re.match(r"frequency ([\d.]+): unstable", words.inner_text())
+        shown = re.match(r"frequency = ([\d.]+): unstable", words.inner_text())
         assert shown is not None
         assert float(shown[1]) == pytest.approx(value[chosen], abs=0.02)
         tab.mouse.move(5, 5)
