@@ -167,3 +167,37 @@ def test_no_motion_is_said_to_be_missing_where_the_map_jumps() -> None:
     assert motions[0].notes[0] == (
         "Whether all motions were found cannot be counted: a slider may be let go with its torque."
     )
+
+
+def three_stages(speed: float) -> gr.Model:
+    """Two bodies and a clutch in three stages, those with friction on the drive side."""
+    stages = [
+        {"stiffness": 0.74, "damping": 0.07, "until": 0.44},
+        {"stiffness": 2.0, "damping": 0.05, "until": 0.713, "hysteresis": 0.112, "stick_stiffness": 7.616},
+        {"stiffness": 5.0, "damping": 0.19, "hysteresis": 0.392, "stick_stiffness": 5.44},
+    ]
+    tables = {
+        "inertia": [{"name": "a", "J": 1.14, "drag": 0.09}, {"name": "b", "J": 2.82, "drag": 0.15}],
+        "coupling": [{"name": "clutch", "between": ["a", "b"], "stages": stages}],
+        "excitation": {"speed": speed},
+        "torque": [
+            {"on": "a", "mean": 1.06, "harmonics": [{"order": 1, "amplitude": 0.94}]},
+            {"on": "b", "mean": -1.06},
+        ],
+    }
+    return gr.Model.from_tables({"schema": 1, "name": "three stages", "units": "dimensionless", **tables})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ends", [(1.49, 1.5), (1.5, 1.49)])
+def test_a_crossing_that_lets_a_slider_go_may_pass_the_begin_of_the_period(ends: tuple[float, float]) -> None:
+    """At 1.494737. The slider holds its torque at the begin on one side only; the motion settles alike."""
+    branch = gr.continuation(three_stages(ends[0]), SPEED, ends)
+    assert branch.notes == ()
+    assert branch.events.empty
+    assert [curve.points[-1].parameter for curve in branch.curves] == [ends[1]]
+    assert bool(branch.data["stable"].values.all())
+    last = PeriodMap(assemble(three_stages(ends[1])).system)
+    settled = last(last.later(branch.points[0].motion.start, 400))
+    assert branch.points[-1].state == pytest.approx(settled.start.y, abs=1e-9)
+    assert np.ptp(branch.data["peak_to_peak"].values) == pytest.approx(5.05e-2, rel=2e-2)

@@ -20,6 +20,7 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.periodic.point import Point, appended
+from gearrattle.engine.periodic.release import passed_begin
 from gearrattle.engine.periodic.shooting import shoot
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
@@ -35,6 +36,8 @@ _BEYOND = (1e-4, 1e-3, 1e-5, 1e-6, 1e-7)  # of the unit of the parameter: from t
 _BACK = 1e-3  # of the unit of the parameter: back into a family, to see how fast its length falls
 _FARTHEST = 0.1  # of the unit of the parameter: the end of a family from the last motion of it
 _SYMMETRIC = 0.1  # of the largest corner: a symmetric motion farther away is of another branch
+_AHEAD = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4)  # of the unit of the parameter: past the begin of the period
+_STRAIGHT = 100.0  # times that: the state changes by less
 _NEARER = 0.1  # share of the way to its end that is left, each time
 _LOCATED = 1e-11  # of the unit of the parameter: a motion of the family so near to its end is the last one
 _APART = 1e-6  # of the unit of the parameter: two motions so far apart at least tell where the next one is
@@ -61,16 +64,46 @@ def followed_through_families(
     """
     start = last = begin
     while True:
-        for point in _followed(curve, start, ends):
-            moved = _off_edge(curve, last) if last.free and not point.free else None
-            if moved is not None:
-                yield moved
-                start = last = moved[0]
-                break
-            yield point, None
-            last = point
-        else:
-            return
+        try:
+            for point in _followed(curve, start, ends):
+                moved = _off_edge(curve, last) if last.free and not point.free else None
+                if moved is not None:
+                    yield moved
+                    start = last = moved[0]
+                    break
+                yield point, None
+                last = point
+            else:
+                return
+        except ConvergenceError:
+            beyond = None if last is start else _past_begin(curve, last, ends)
+            if beyond is None:
+                raise
+            yield beyond, ()
+            start = last = beyond
+
+
+def _past_begin(curve: Continuation, last: Point, ends: tuple[float, float]) -> Point | None:
+    """The next motion of a branch, where a crossing that lets a slider go has passed the begin of the period; or None.
+
+    But for what that slider holds it is near to the last one.
+    """
+    if not curve.family.memories:
+        return None
+    state = passed_begin(curve.family.map_at(last.parameter), last.motion)
+    if state is None:
+        return None
+    way, is_kept = (1.0 if last.tangent[-1] > 0.0 else -1.0), state.y == last.state
+    for ahead in _AHEAD:
+        parameter = last.parameter + way * ahead * curve.family.unit
+        if not ends[0] < parameter < ends[1]:
+            break
+        with suppress(ConvergenceError):
+            beyond = curve.begin(state, parameter, upward=way > 0.0)
+            change = (beyond.w - last.w)[:-1][is_kept]
+            if beyond.word == last.word and float(np.linalg.norm(change)) < _STRAIGHT * ahead:
+                return appended(last, beyond)
+    return None
 
 
 def _followed(curve: Continuation, start: Point, ends: tuple[float, float]) -> Iterator[Point]:

@@ -17,15 +17,17 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import expm
 
-from gearrattle.engine.periodic.period_map import PeriodMap
+from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.touch import Touch, before_touch, depth
+from gearrattle.engine.system.auxiliary import OFF
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.variation import torque_let_go
 
 _ROUNDING = 1e-9  # of the torque at which a slider slips: one that holds less is let go without a jump
 _SHORT = 1e-3  # periods: a visit that vanishes where the branch ends lasts less
 _NEAR = 1e-5  # arclength: the end of a branch is no farther from its last point
+_AT_BEGIN = 1e-3  # periods: a crossing so near to the begin of a period may pass it
 _FASTER = 0.9  # times the speed of the visit at the point before: that of one that vanishes is less
 
 
@@ -83,6 +85,45 @@ def end_in_release(period_map: PeriodMap, before: Point, last: Point) -> tuple[P
     if distance > _NEAR:
         return None
     return replace(last, w=last.w + change, parameter=last.parameter + way, length=last.length + distance), touch
+
+
+def passed_begin(period_map: PeriodMap, motion: Pass) -> State | None:
+    """Return the start of a motion as it is once a crossing that lets a slider go has passed the begin of the period.
+
+    Just before that crossing the slider holds its torque, just behind it it holds none: where the crossing passes from
+    the end of the period to its begin or back the motion stays as it is, but its start does not.
+
+    Parameters
+    ----------
+    period_map
+        of the driveline.
+    motion
+        with a crossing near its begin or its end.
+
+    Returns
+    -------
+    State | None
+        None if no such crossing is near.
+    """
+    system, crossings = period_map.system, motion.crossings
+    pieces, length = period_map.along(motion)[0], motion.cycles * motion.period
+    nearest, passed = _AT_BEGIN * motion.period, None
+    for i, (watch, upward) in enumerate(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True)):
+        before, pieces = pieces, system.beyond(pieces, watch, upward)
+        first = len(system.laws)
+        let_go = [c for c in system.memories if before[first + c] != OFF == pieces[first + c]]
+        away = min(crossings.time[i], length - crossings.time[i])
+        if let_go and away < nearest:
+            is_at_end, nearest = bool(crossings.time[i] > 0.5 * length), away
+            kept = [before[first + c] if is_at_end else OFF for c in let_go]
+            memory = [crossings.memory[i, system.memories.index(c)] if is_at_end else 0.0 for c in let_go]
+            passed = let_go, kept, memory
+    if passed is None or motion.start.auxiliary_pieces is None:
+        return None
+    y, own = motion.start.y.copy(), motion.start.auxiliary_pieces.copy()
+    own[passed[0]] = passed[1]
+    y[[len(y) - len(system.memories) + system.memories.index(c) for c in passed[0]]] = passed[2]
+    return State(y, own)
 
 
 def _visits(period_map: PeriodMap, point: Point) -> list[tuple[Touch, float]]:
