@@ -8,6 +8,8 @@ import pytest
 import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.orbits.curve import followed
+from gearrattle.orbits.family import follower_over
 
 SPEED = "excitation.speed"
 
@@ -201,3 +203,24 @@ def test_a_crossing_that_lets_a_slider_go_may_pass_the_begin_of_the_period(ends:
     settled = last(last.later(branch.points[0].motion.start, 400))
     assert branch.points[-1].state == pytest.approx(settled.start.y, abs=1e-9)
     assert np.ptp(branch.data["peak_to_peak"].values) == pytest.approx(5.05e-2, rel=2e-2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("last", [0.75, pytest.param(1.4, marks=pytest.mark.long)])
+def test_the_end_of_a_branch_does_not_depend_on_its_steps(last: float) -> None:
+    """A long step leads over the end to another branch; shorter ones go on from where it began."""
+    friction = {"hysteresis": 0.15, "stick_stiffness": 5.5}
+    stages = [{"stiffness": 0.64, "damping": 0.07, "until": 0.44}, {"stiffness": 6.5, "damping": 0.07, **friction}]
+    tables = {
+        "inertia": [{"name": "a", "J": 1.04, "drag": 0.22}],
+        "coupling": [{"name": "clutch", "between": ["a", "ground"], "stages": stages}],
+        "excitation": {"speed": 0.715},
+        "torque": [{"on": "a", "harmonics": [{"order": 1, "amplitude": 1.48}]}],
+    }
+    model = gr.Model.from_tables({"schema": 1, "name": "clutch", "units": "dimensionless", **tables})
+    follower = follower_over(model, SPEED, (0.715, last), 1, first=0.715)
+    begin = follower.begin(gr.periodic(model).motion.start, 0.715)
+    end = followed(follower, begin, (0.715, last)).events[-1]
+    assert end.grazing is not None
+    assert end.grazing.kind == "release"
+    assert end.point.parameter == pytest.approx(0.735754853, abs=1e-8)

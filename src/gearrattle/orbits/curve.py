@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.breaking import as_fixed_point, breaking_near
-from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.continuation import Continuation, WrongBranch
 from gearrattle.engine.periodic.events import BREAKING, FOLD, GRAZING, Event, changes_between, events_between
 from gearrattle.engine.periodic.grazing import RELEASE, Grazing
 from gearrattle.engine.periodic.point import Point
@@ -34,6 +34,7 @@ _CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they m
 _ROUNDING = 1e-12  # of the parameter
 _GROWN = 1e4  # multiplier: from it on motions may end where a visit beyond a corner vanishes
 _AT_BREAKING = 1e-7  # arclength to a breaking from a motion that cannot be told from it
+_NEARER = 0.05  # of a step that has gone to another branch: the next one
 _LARGE = 1000.0  # times the first motion, and the largest corner: motions that are larger have left all clearances
 
 
@@ -169,49 +170,101 @@ def followed(
     so_far
         called with the branch as far as it is followed, after every step.
     """
-    begin, at_begin = (begin, []) if origin is not None else _at_breaking(curve, begin)
-    points, events, note = [begin], [*at_begin], ""
-    unlocated: list[Unlocated] = []
-    release: Event | None = None
-    home = unknown_home(curve, begin) if home is None else home
-    if origin is not None:
-        begin = replace(begin, length=float(np.linalg.norm(begin.w - origin.point.w)))
-        points, events = [origin.point, begin], events_beside_joint(curve, origin.point, begin)
-    try:
-        for point, known in _followed(curve, begin, ends):
-            if bool(point.free) != bool(points[-1].free) and (home is None or not home.events):
-                home = unknown_home(curve, point)
-            last = None if home is None else home.arrival(points[-1], point)
-            if last is not None:
-                events = [*told_apart(events, last[-1].point), *last]
-                points.append(last[-1].point)
-                break
-            passed, ahead, left = _located(curve, points[-1], point) if known is None else ([point], [*known], [])
-            events += _without(at_begin, ahead)
-            points += passed
-            unlocated += left
-            if progress is not None:
-                progress(min(1.0, abs(point.parameter - begin.parameter) / (ends[1] - ends[0])))
-            if so_far is not None:
-                so_far(Curve(curve.family.cycles, tuple(points), tuple(events), "", _kind(origin), tuple(unlocated)))
-            release = _release(curve, points) if abs(point.multipliers[0]) > _GROWN else None
-            note = _why_left(points)
-            if note or release is not None:
-                break
-    except ConvergenceError as error:
-        last = None if home is None else home.arrival_in_jump(points[-1])
-        release = None if last is not None else _release(curve, points)
-        if last is not None:
-            events += last
-            points.append(last[-1].point)
-        elif release is None:
-            note = f"A branch ends inside the range: {error.message}."
-    if release is not None:
-        events.append(release)
-        points[-1] = release.point
-        why = "a slider is let go with its torque, and the motion jumps"
-        note = f"A branch ends inside the range at {release.point.parameter:.9g}: {why}."
-    return Curve(curve.family.cycles, tuple(points), tuple(events), note, _kind(origin), tuple(unlocated))
+    walk = _Walk(curve, begin, home, origin)
+    steps = curve
+    for is_last in (False, False, True):
+        try:
+            for point, known in _followed(steps, walk.points[-1], ends):
+                walk.take(point, known)
+                if walk.is_done:
+                    break
+                if progress is not None:
+                    progress(min(1.0, abs(point.parameter - begin.parameter) / (ends[1] - ends[0])))
+                if so_far is not None:
+                    so_far(walk.curve)
+        except ConvergenceError as error:
+            walk.stop()
+            if isinstance(error, WrongBranch) and not (walk.is_done or is_last):
+                steps = curve.beginning_with(_NEARER * error.distance)
+                continue
+            if not walk.is_done:
+                walk.note = f"A branch ends inside the range: {error.message}."
+        break
+    return walk.curve
+
+
+class _Walk:
+    """A branch while it is followed.
+
+    Attributes
+    ----------
+    points, events, unlocated, note
+        as of a Curve, so far.
+    is_done
+        whether it is not followed any further.
+    """
+
+    def __init__(self, follower: Continuation, begin: Point, home: Home | None, origin: Event | None) -> None:
+        self._follower, self._origin = follower, origin
+        begin, self._at_begin = (begin, []) if origin is not None else _at_breaking(follower, begin)
+        self.points, self.events, self.unlocated = [begin], [*self._at_begin], list[Unlocated]()
+        self.note, self.is_done = "", False
+        self._home = unknown_home(follower, begin) if home is None else home
+        if origin is not None:
+            begin = replace(begin, length=float(np.linalg.norm(begin.w - origin.point.w)))
+            self.points, self.events = [origin.point, begin], events_beside_joint(follower, origin.point, begin)
+
+    @property
+    def curve(self) -> Curve:
+        """The branch so far."""
+        parts = tuple(self.points), tuple(self.events), self.note
+        return Curve(self._follower.family.cycles, *parts, _kind(self._origin), tuple(self.unlocated))
+
+    def take(self, point: Point, known: Sequence[Event] | None) -> None:
+        """Go on to a point, with the events before it; None: they are to be located.
+
+        Raises
+        ------
+        ConvergenceError
+            the branch does not lead there.
+        """
+        if bool(point.free) != bool(self.points[-1].free) and (self._home is None or not self._home.events):
+            self._home = unknown_home(self._follower, point)
+        joint = None if self._home is None else self._home.arrival(self.points[-1], point)
+        if joint is not None:
+            self.events = [*told_apart(self.events, joint[-1].point), *joint]
+            self.points.append(joint[-1].point)
+            self.is_done = True
+            return
+        located = _located(self._follower, self.points[-1], point) if known is None else ([point], [*known], [])
+        self.points += located[0]
+        self.events += _without(self._at_begin, located[1])
+        self.unlocated += located[2]
+        if abs(point.multipliers[0]) > _GROWN:
+            self._end_in_release()
+        if not self.is_done:
+            self.note = _why_left(self.points)
+            self.is_done = bool(self.note)
+
+    def stop(self) -> None:
+        """End where the branch cannot be followed any further, if it is known why."""
+        joint = None if self._home is None else self._home.arrival_in_jump(self.points[-1])
+        if joint is None:
+            self._end_in_release()
+            return
+        self.events += joint
+        self.points.append(joint[-1].point)
+        self.is_done = True
+
+    def _end_in_release(self) -> None:
+        """End where a slider is let go with its torque, if one is."""
+        release = _release(self._follower, self.points)
+        if release is not None:
+            self.events.append(release)
+            self.points[-1] = release.point
+            why = "a slider is let go with its torque, and the motion jumps"
+            self.note = f"A branch ends inside the range at {release.point.parameter:.9g}: {why}."
+            self.is_done = True
 
 
 def _release(curve: Continuation, points: Sequence[Point]) -> Event | None:

@@ -22,6 +22,7 @@ H. B. Keller, in Applications of Bifurcation Theory, ed. P. H. Rabinowitz, Acade
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -70,6 +71,20 @@ _SHORTER, _MOST_SHORTER, _DETOUR = 0.2, 100, 3.0  # steps to be sure of a step: 
 _SAME = 1e-2  # of a step: shorter steps that pass its end nearer than this lead there
 
 
+class WrongBranch(ConvergenceError):
+    """A step has gone from one branch to another.
+
+    Attributes
+    ----------
+    distance
+        length of the step.
+    """
+
+    def __init__(self, message: str, distance: float) -> None:
+        super().__init__(message, remedy="another start, or another range")
+        self.distance = distance
+
+
 class Continuation:
     """Follows branches of periodic motions.
 
@@ -97,6 +112,7 @@ class Continuation:
         self._step_limit = np.inf if step_limit is None else step_limit / family.unit
         self._units = (family.scale, family.size) if units is None else units
         self._corrector = Corrector(family, self._units)
+        self._first = _FIRST * longest
         self._refused: Point | None = None  # a grazing ahead, too far for one step
 
     @property
@@ -130,7 +146,7 @@ class Continuation:
         ConvergenceError
             the branch cannot be followed any further.
         """
-        earlier, point, step = begin, begin, _FIRST * self._longest
+        earlier, point, step = begin, begin, self._first
         if begin.length > 0.0:
             step = min(step, begin.length)
         self._refused = None
@@ -163,8 +179,8 @@ class Continuation:
 
         Raises
         ------
-        ConvergenceError
-            they do not lead there: the step may have gone from one branch to another.
+        WrongBranch
+            they do not lead there.
         """
         distance = after.length - before.length
         if _SHORTER * distance <= _SHORTEST:
@@ -183,7 +199,7 @@ class Continuation:
             points.append(following)
             earlier, point = point, following
         message = f"shorter steps do not lead from the parameter {before.parameter:.9g} to {after.parameter:.9g}"
-        raise ConvergenceError(message, remedy="another start, or another range")
+        raise WrongBranch(message, distance)
 
     def between(self, before: Point, after: Point, share: float) -> Point:
         """Return the point at a share of the way between two points that follow one another.
@@ -226,6 +242,12 @@ class Continuation:
     def of(self, family: Family) -> Continuation:
         """Return a Continuation of another family, in the units of this one."""
         return Continuation(family, longest=self._longest, units=self._units)
+
+    def beginning_with(self, step: float) -> Continuation:
+        """Return the same with another length of the first step."""
+        other = copy(self)
+        other._first = step
+        return other
 
     def in_plane(self, point: Point) -> Point:
         """Return the motion in the plane through a point (also of another driveline) at right angles to its tangent.
