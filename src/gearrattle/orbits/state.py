@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from gearrattle.assembly import assemble, free_of, moved, period_of, refuse_unsteady, whole
 from gearrattle.engine.periodic.period_map import PeriodMap, State
@@ -120,6 +119,8 @@ def state_at(period_map: PeriodMap, trajectory: Trajectory, free: NDArray[np.int
     time
         the instant [s].
     """
+    from scipy.interpolate import CubicHermiteSpline
+
     i = int(np.clip(np.searchsorted(trajectory.time, time, side="right") - 1, 0, len(trajectory.time) - 2))
     rows = slice(i, i + 2)
     angle, velocity, acceleration = (
