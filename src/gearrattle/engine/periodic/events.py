@@ -419,9 +419,9 @@ def _pairs_crossed(before: Point, after: Point) -> int:
     """
     above, below, pairs = np.subtract(_outside(after), _outside(before))
     crossed = int(pairs + np.trunc(above / 2.0) + np.trunc(below / 2.0))
-    is_odd = _sign_of_products(before) != _sign_of_products(after)
-    if _is_ambiguous(before, after) and is_odd != bool(crossed % 2):
-        crossed -= int(np.sign(pairs))
+    if _is_ambiguous(before, after):
+        is_odd = _sign_of_products(before) != _sign_of_products(after)
+        crossed -= int(np.sign(pairs)) if is_odd != bool(crossed % 2) else 0
     return crossed
 
 
