@@ -127,7 +127,7 @@ def check_kind(event: Event) -> None:
     jumps = event.is_collision or (event.grazing is not None and event.grazing.kind in (JUMP, RELEASE))
     if event.kind in KINDS and not jumps:
         return
-    kind = event.kind if event.kind not in KINDS else f"{event.kind} at which the gradient of the motion jumps"
+    kind = event.kind if event.kind not in KINDS else f"{event.kind} at which the motion or its gradient jumps"
     rule = f"must be a {', '.join(KINDS[:-1])} or {KINDS[-1]} at which that gradient is continuous"
     raise ModelError(Problem("event", kind, rule))
 

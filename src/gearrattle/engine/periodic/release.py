@@ -1,13 +1,15 @@
 """Releases: a slider is let go while its spring holds a torque.
 
-The friction of a later stage of a clutch, or of a contact, ends at a corner. Where a motion crosses that corner, the
-torque that the spring holds is gone at once. Where it only touches the corner from the side on which the slider is
-engaged, the same happens: however short the visit beyond, the torque is gone. So the motion itself jumps there, not
-only its gradient, and a branch ends: from the one side in the motion that grazes, from the other side in motions whose
-visit beyond the corner vanishes, the corner crossed at a speed v -> 0. The gradient of these grows like 1 / v. Over the
-branch v falls in proportion to the distance from its end.
+The friction of a later stage of a clutch ends at a corner. Where a motion crosses that corner, the torque that the
+spring holds is gone at once. Where it only touches the corner from the side on which the slider is engaged, the same
+happens: however short the visit beyond, the torque is gone. So the motion itself jumps there, not only its gradient,
+and a branch ends: from the one side in the motion that grazes, from the other side in motions whose visit beyond the
+corner vanishes, the corner crossed at a speed v -> 0. The gradient of these grows like 1 / v. Over the branch v falls
+in proportion to the distance from its end.
 
-Takes points of a branch; gives torques, and where a branch ends.
+Where a crossing that lets a slider go passes the begin of the period, only the state there jumps, not the motion.
+
+Takes points of a branch; gives torques, where a branch ends, and the other state at the begin.
 """
 
 from __future__ import annotations
