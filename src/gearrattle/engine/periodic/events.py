@@ -6,7 +6,8 @@ gradient of the period map):
     fold               T_p
     period doubling    det(I + M)
     symmetry breaking  det(I - M), where T_p keeps its sign: another branch crosses; of symmetric motions det(I + DH)
-    Neimark-Sacker     modulus of the complex pair nearest to the unit circle, less 1
+    Neimark-Sacker     modulus of the complex pair nearest to the unit circle, less 1; without damping pairs lie on the
+                       circle all along, and leave it where two of them meet
     grazing            two crossings of one corner appear or vanish; they meet at velocity zero, so the square of
                        their velocity is a test function on the side where they exist
     pattern            the same crossings in another order; the time between two of them is the test function
@@ -57,8 +58,11 @@ REAL = 1e-9
 """A multiplier with a smaller imaginary part is real but for rounding."""
 _DEEPEST = 12  # halvings of a step that holds more than one change of the pattern
 _NEAR = 0.02  # a multiplier whose distances from the circle add up to less may have been there in between
+_CONSERVED = 1e-9  # the product of all multipliers is one but for so much where nothing is lost
+_LEAVES = 1e-6  # a pair that leaves the circle there goes with the root of the distance, and rounding moves it less
 _FARTHER = 2.0  # times the way between both ends that a multiplier may go in between
 _PARABOLAS = 12  # to the minimum of a test function
+_SAME = 1e-9  # of a step: a minimum is not known better
 _DEEP = 0.5  # of its least value so far: a minimum above that is no sign of two zeros
 _TOWARDS = 0.1  # of the way from a motion that touches to a grazing is left by the next one
 _APART = 1e-9  # arclength by which two events are told from one
@@ -210,7 +214,9 @@ def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]
             yield _located(curve, before, after, kind, TESTS[kind])
             continue
         event = _located(curve, before, after, kind, _neimark_sacker(before))
-        if _has_pair_on_circle(event.point):  # else two real ones have left through -1
+        if _is_conservative(event.point):
+            yield replace(event, is_collision=False)
+        elif _has_pair_on_circle(event.point):  # else two real ones have left through -1
             yield event
 
 
@@ -290,7 +296,7 @@ def _beyond_zero(curve: Continuation, before: Point, after: Point, test: Callabl
         if bend <= 0.0 or level - slope**2 / (4.0 * bend) > _DEEP * values[nodes[0]]:
             return None
         share = float(-slope / (2.0 * bend))
-        if not 0.0 < share < 1.0 or share in values:
+        if not 0.0 < share < 1.0 or min(abs(share - node) for node in values) < _SAME:
             return None
     return None
 
@@ -388,8 +394,17 @@ def _breaking(point: Point) -> float:
 
 
 def _pair_size(point: Point) -> float:
-    """Modulus of the complex pair nearest to the unit circle, less 1; -1 without one."""
-    return abs(_nearest_pair(point)[0]) - 1.0
+    """Modulus of the complex pair nearest to the unit circle, less 1; -1 without one.
+
+    Where nothing is lost the moduli have a root at the event. Two pairs m, n meet on the circle and leave it: there
+    m + 1/m and n + 1/n, real so far, become conjugate, and the square of their difference is smooth.
+    """
+    if not _is_conservative(point):
+        return abs(_nearest_pair(point)[0]) - 1.0
+    upper = point.multipliers[point.multipliers.imag > REAL]
+    one, other = np.triu_indices(len(upper), 1)
+    squares = ((upper + 1.0 / upper)[one] - (upper + 1.0 / upper)[other]) ** 2
+    return -float(squares[np.argmin(np.abs(squares))].real) if squares.size else -1.0
 
 
 def _has_pair_on_circle(point: Point) -> bool:
@@ -408,7 +423,13 @@ def _outside(point: Point) -> tuple[int, int, int]:
     values = _not_free(point)
     is_real = np.abs(values.imag) <= REAL
     above, below = is_real & (values.real > 1.0), is_real & (values.real < -1.0)
-    return int(above.sum()), int(below.sum()), int((~is_real & (np.abs(values) > 1.0)).sum()) // 2
+    circle = 1.0 + _LEAVES if _is_conservative(point) else 1.0
+    return int(above.sum()), int(below.sum()), int((~is_real & (np.abs(values) > circle)).sum()) // 2
+
+
+def _is_conservative(point: Point) -> bool:
+    """Whether nothing is lost over a period: then pairs lie on the circle all along, and leave it where two meet."""
+    return bool(abs(np.prod(point.multipliers) - 1.0) < _CONSERVED)
 
 
 def _pairs_crossed(before: Point, after: Point) -> int:
@@ -466,9 +487,12 @@ def _nearest_to_minus_one(point: Point) -> tuple[complex, float]:
 
 
 def _nearest_pair(point: Point) -> tuple[complex, float]:
-    """One of the complex pair nearest to the unit circle, the upper one, and how near it is; infinity without one."""
+    """One of the complex pair nearest to the unit circle, the upper one, and how near it is; infinity without one.
+
+    Pairs that lie on it all along are not counted.
+    """
     pairs = point.multipliers[point.multipliers.imag > REAL]
-    if not pairs.size:
+    if not pairs.size or _is_conservative(point):
         return 0j, np.inf
     away = np.abs(np.abs(pairs) - 1.0)
     nearest = int(np.argmin(away))
