@@ -19,7 +19,7 @@ from gearrattle.engine.periodic.continuation import Continuation, WrongBranch
 from gearrattle.engine.periodic.events import BREAKING, FOLD, GRAZING, Event, changes_between, events_between
 from gearrattle.engine.periodic.grazing import RELEASE, Grazing
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.release import end_in_release, is_release
+from gearrattle.engine.periodic.release import end_in_release, is_release, passes_begin
 from gearrattle.engine.periodic.zero import zero_between
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.edges import followed_through_families
@@ -321,7 +321,8 @@ def _located(
 ) -> tuple[Sequence[Point], list[Event], Sequence[Unlocated]]:
     """The points of a step after its first one, its events, and where they could not be located.
 
-    Where they cannot, shorter steps must lead to the same point; each of them is tried by itself.
+    Where they cannot, shorter steps must lead to the same point; each of them is tried by itself. Where the state at
+    the begin of the period jumps nothing can be located in between, and both ends must tell of no change.
     """
     with suppress(ConvergenceError):
         return [after], events_between(curve, before, after), []
@@ -329,6 +330,8 @@ def _located(
     events: list[Event] = []
     unlocated = []
     for one, other in pairwise([before, *points]):
+        if passes_begin(curve.family.map_at(one.parameter), one, other) and not changes_between(one, other):
+            continue
         try:
             events += events_between(curve, one, other)
         except ConvergenceError as error:

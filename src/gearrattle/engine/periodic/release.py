@@ -89,6 +89,25 @@ def end_in_release(period_map: PeriodMap, before: Point, last: Point) -> tuple[P
     return replace(last, w=last.w + change, parameter=last.parameter + way, length=last.length + distance), touch
 
 
+def passes_begin(period_map: PeriodMap, before: Point, after: Point) -> bool:
+    """Return whether a crossing that lets a slider go passes the begin of the period between two points of a branch."""
+    starts = before.motion.start.auxiliary_pieces, after.motion.start.auxiliary_pieces
+    if starts[0] is None or starts[1] is None:
+        return False
+    is_let_go = np.array([auxiliary.is_let_go for auxiliary in period_map.system.auxiliaries], dtype=np.bool_)
+    is_off = [pieces == OFF for pieces in starts]
+    return bool(np.any(is_let_go & (is_off[0] != is_off[1]))) and all(
+        _is_at_begin(point.motion) for point in (before, after)
+    )
+
+
+def _is_at_begin(motion: Pass) -> bool:
+    """Whether a crossing lies so near to the begin of the period that it may pass it."""
+    length = motion.cycles * motion.period
+    away = np.minimum(motion.crossings.time, length - motion.crossings.time)
+    return bool(away.min(initial=np.inf) < _AT_BEGIN * motion.period)
+
+
 def passed_begin(period_map: PeriodMap, motion: Pass) -> State | None:
     """Return the start of a motion as it is once a crossing that lets a slider go has passed the begin of the period.
 
