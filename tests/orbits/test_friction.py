@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -224,3 +226,79 @@ def test_the_end_of_a_branch_does_not_depend_on_its_steps(last: float) -> None:
     assert end.grazing is not None
     assert end.grazing.kind == "release"
     assert end.point.parameter == pytest.approx(0.735754853, abs=1e-8)
+
+
+def clutch_between(
+    inertias: tuple[float, float], drags: tuple[float, float], shaft: float, **torque: float
+) -> dict[str, Any]:
+    """Two bodies, a shaft behind the second one."""
+    bodies = [{"name": name, "J": J, "drag": drag} for name, J, drag in zip("ab", inertias, drags, strict=True)]
+    harmonics = [{"order": 1, "amplitude": torque["amplitude"]}]
+    return {
+        "schema": 1,
+        "name": "staged clutch",
+        "units": "dimensionless",
+        "inertia": bodies,
+        "coupling": [{"name": "shaft", "between": ["b", "ground"], "stiffness": shaft, "damping": 0.05}],
+        "torque": [{"on": "a", "mean": torque["mean"], "harmonics": harmonics}],
+    }
+
+
+@pytest.mark.slow
+def test_a_slider_that_is_let_go_sooner_than_it_slips_changes_the_pattern() -> None:
+    """At 1.115218 the corner and the slip of the outermost stage exchange; the gradient is continuous."""
+    stages = [
+        {"stiffness": 0.6, "damping": 0.03, "until": 0.215, "hysteresis": 0.064, "stick_stiffness": 3.22},
+        {"stiffness": 4.0, "damping": 0.09, "until": 0.516, "hysteresis": 0.192, "stick_stiffness": 4.508},
+        {"stiffness": 10.0, "damping": 0.18, "hysteresis": 0.32, "stick_stiffness": 6.44},
+    ]
+    tables = clutch_between((0.73, 0.99), (0.075, 0.12), 1.0, mean=0.29, amplitude=3.65)
+    tables["coupling"].append({"name": "clutch", "between": ["a", "b"], "stages": stages})
+    ends = (1.1150, 1.1155)
+    branch = gr.continuation(gr.Model.from_tables({**tables, "excitation": {"speed": ends[0]}}), SPEED, ends)
+    assert branch.notes == ()
+    assert list(branch.events["kind"]) == ["pattern"]
+    event, curve = branch.curves[0].events[0], branch.curves[0]
+    follower = branch.follower(curve)
+    neighbours = [follower.moved_along(event.point, side * 1e-8).motion for side in (-1.0, 1.0)]
+    few, more = sorted((motion.crossings for motion in neighbours), key=lambda crossings: len(crossings.time))
+    assert len(more.time) == len(few.time) + 1
+    assert np.abs(neighbours[0].gradient - neighbours[1].gradient).max() < 1e-5 * np.abs(neighbours[0].gradient).max()
+
+
+@pytest.mark.slow
+def test_a_begin_that_lets_a_slider_go_is_passed_without_a_note() -> None:
+    """A step that leads over it by itself: at 1.6601857 the memory at the begin jumps, the motion does not."""
+    stages = [
+        {"stiffness": 0.354, "damping": 0.03, "until": 0.4, "hysteresis": 0.062, "stick_stiffness": 6.46},
+        {"stiffness": 5.9, "damping": 0.18, "hysteresis": 0.31, "stick_stiffness": 12.92},
+    ]
+    tables = clutch_between((1.25, 1.11), (0.039, 0.084), 1.69, mean=0.0, amplitude=1.07)
+    tables["coupling"].append({"name": "clutch", "between": ["a", "b"], "stages": stages})
+    ends = (1.6595, 1.661)
+    branch = gr.continuation(gr.Model.from_tables({**tables, "excitation": {"speed": ends[0]}}), SPEED, ends)
+    assert branch.notes == ()
+    assert branch.events.empty
+    pieces = [tuple(point.motion.start.auxiliary_pieces) for point in branch.points]
+    assert len(set(pieces)) == 2
+    assert branch.points[-1].parameter == ends[1]
+
+
+@pytest.mark.slow
+def test_sliders_that_stick_at_one_instant_do_so_in_any_order() -> None:
+    """From 1.178751 on the outer stage slips as well; then both sliders stick where the rate turns."""
+    stages = [
+        {"stiffness": 0.666, "damping": 0.03, "until": 0.335, "hysteresis": 0.064, "stick_stiffness": 4.65},
+        {"stiffness": 11.1, "damping": 0.12, "hysteresis": 0.32, "stick_stiffness": 9.3},
+    ]
+    tables = clutch_between((1.01, 1.35), (0.085, 0.128), 2.49, mean=0.62, amplitude=1.178)
+    tables["torque"][0]["harmonics"].append({"order": 2, "amplitude": 0.3, "phase": 3.9})
+    tables["coupling"].insert(0, {"name": "clutch", "between": ["a", "b"], "stages": stages})
+    model = gr.Model.from_tables({**tables, "excitation": {"speed": 1.29}})
+    branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", (1.178, 1.182))
+    assert branch.notes == ()
+    assert list(branch.events["kind"]) == ["grazing"]
+    assert branch.events["value"][0] == pytest.approx(1.178751, abs=1e-6)
+    orders = {tuple(point.motion.crossings.watch.tolist()) for point in branch.points[-20:]}
+    assert len(orders) > 1  # otherwise rounding has not exchanged them here
+    assert len({point.word for point in branch.points[-20:]}) == 1

@@ -334,6 +334,12 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: 
     if known is not None:
         yield _event_of_grazing(curve, *known)
         return
+    fewer, more = sorted((one, other), key=len)
+    lone = patterns.lone(fewer, more)
+    if lone:
+        event = _located(curve, before, after, PATTERN, lambda point: _sign(view(point) == one))
+        yield replace(event, watch=patterns.watch_of(lone[0]), is_collision=False)
+        return
     if len(one) != len(other):  # by more than two crossings: several touch at once
         yield _grazing(curve, before, after, view)
         return

@@ -8,14 +8,19 @@ Takes watches and directions; gives words, and how two of them differ.
 
 from __future__ import annotations
 
+from collections import Counter
+from itertools import product
+
 from gearrattle.engine.system.passages import Passages
 
 Pattern = tuple[tuple[int, int], ...]
 """Crossings in order, as pairs (watch, 1 for the upper bound)."""
+_AT_ONCE = 2  # crossings that come or go by themselves: of both halves of a symmetric motion
 
 
 def word_of(crossings: Passages) -> str:
-    """Return the word of some crossings."""
+    """Return the word of some crossings, those at one instant in the order of watches."""
+    crossings = crossings.in_order()
     letters = (2 * crossings.watch + crossings.upward).tolist()
     return "".join(map(chr, letters))
 
@@ -80,6 +85,32 @@ def swaps(one: str, other: str) -> list[int]:
     return [i for i in neighbours if is_rotation(exchanged(one, i), other)]
 
 
+def lone(fewer: str, more: str) -> str:
+    """Return the letters that a word has more of than another one, and not of the way back.
+
+    They are of sliders: one that is let go sooner than it slips has one crossing less.
+    """
+    letters = "".join((Counter(more) - Counter(fewer)).elements())
+    return "".join(letter for letter in letters if chr(ord(letter) ^ 1) not in letters)
+
+
+def is_lone_change(fewer: str, more: str) -> bool:
+    """Return whether a word without its lone letters, one or two, has the pattern of another one.
+
+    In a symmetric motion two sliders are let go at once.
+    """
+    letters = lone(fewer, more)
+    if not 0 < len(letters) <= _AT_ONCE or len(more) != len(fewer) + len(letters):
+        return False
+    kept = (
+        "".join(letter for i, letter in enumerate(more) if i not in left_out)
+        for left_out in product(*([i for i, other in enumerate(more) if other == letter] for letter in letters))
+    )
+    return any(is_rotation(word, fewer) for word in kept)
+
+
 def is_one_change(one: str, other: str) -> bool:
-    """Return whether two patterns are the same, or differ by one touch or by one exchange."""
-    return is_rotation(one, other) or bool(touches(one, other) or touches(other, one) or swaps(one, other))
+    """Return whether two patterns are the same, or differ by one touch, one exchange or one lone crossing."""
+    if is_rotation(one, other) or touches(one, other) or touches(other, one) or swaps(one, other):
+        return True
+    return is_lone_change(one, other) or is_lone_change(other, one)

@@ -155,7 +155,7 @@ def halves_apart(motion: Pass) -> float:
 
     Infinite where the halves do not cross the same bounds in the same order, or cross none.
     """
-    crossings = motion.crossings
+    crossings = motion.crossings.in_order()
     half, odd = divmod(len(crossings.time), 2)
     first, second = slice(None, half), slice(half, None)
     if odd or not half or not all(np.array_equal(p[first], p[second]) for p in (crossings.watch, crossings.upward)):

@@ -33,8 +33,8 @@ class View:
         return point.word if self.watches is None else patterns.rotated(patterns.word_of(self.crossings(point)))
 
     def crossings(self, point: Point) -> Passages:
-        """Return the crossings of a motion."""
-        crossings = point.motion.crossings
+        """Return the crossings of a motion, those at one instant in the order of watches, as in its pattern."""
+        crossings = point.motion.crossings.in_order()
         return crossings if self.watches is None else crossings.where(crossings.watch < self.watches)
 
 
@@ -64,8 +64,7 @@ def touch_between(apart: Point, touching: Point, view: View) -> tuple[float, Tou
     for i, j in pairs:
         lasts = (crossings.time[j] - crossings.time[i]) % length
         middle = float((crossings.time[i] + 0.5 * lasts) / motion.period)
-        speed = 0.5 * abs(crossings.velocity[i] - crossings.velocity[j])
-        touches.append((speed, Touch(patterns.watch_of(word[i]), patterns.is_upward(word[i]), middle)))
+        touches.append((float(lasts), Touch(patterns.watch_of(word[i]), patterns.is_upward(word[i]), middle)))
     if not touches:
         raise ConvergenceError("the pattern of crossings changes more than once")
     return min(touches, key=lambda touch: touch[0])

@@ -5,13 +5,15 @@ Made by ``exact``; read by the flow's gradient, by statistics between samples, b
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+_TOGETHER = 1e-12  # of the time: what crosses closer together crosses at once
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,21 @@ class Passages:
     def where(self, kept: NDArray[np.bool_] | IntArray) -> Passages:
         """Return the crossings that are to be kept, by (E,) truth values or by their indices."""
         return Passages(self.time[kept], self.watch[kept], self.upward[kept], self.velocity[kept], self.memory[kept])
+
+    def in_order(self) -> Passages:
+        """Return the same, with what crosses at one instant but for rounding in the order of watches.
+
+        Two sliders of one element stick at the same instant, and equal clearances touch at once: rounding decides in
+        what order these are known.
+        """
+        within = _TOGETHER * float(self.time.max(initial=0.0))
+        are_apart = np.diff(self.time) > within
+        if are_apart.all():
+            return self
+        group = np.append(0, np.cumsum(are_apart))
+        order = np.lexsort((self.upward, self.watch, group))
+        first = self.time[np.searchsorted(group, group)]
+        return replace(self.where(order), time=first)
 
     def and_later(self, time: float, watches: IntArray) -> Passages:
         """Return the same and changes by the clock at a later time [s], none of which changes a memory."""
