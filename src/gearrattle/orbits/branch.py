@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import Event
-from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.model import Model
@@ -26,7 +25,7 @@ from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.ends import check_index, unit_of
 from gearrattle.orbits.family import family_of, watched_names
 from gearrattle.orbits.gradients import check_kind, gradients_of, scatter_of, tolerances_of
-from gearrattle.orbits.means import mean_events
+from gearrattle.orbits.means import Levels, corners_of, levels_of, mean_events
 from gearrattle.orbits.motion_map import MotionMap, map_of
 from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.run_ups import RunUpJumps, run_up_of
@@ -97,7 +96,7 @@ class Branch(Result):
         multipliers = np.array([np.append(point.multipliers, np.ones(turning)) for point in points])
         order = np.argsort(-np.round(np.abs(multipliers), 12), axis=1, kind="stable")
         multipliers = np.take_along_axis(multipliers, order, axis=1)
-        low, high, mean = np.stack([one for levels in self._levels for one in levels], axis=1)
+        low, high, mean = np.stack([one.deflections for levels in self._levels for one in levels], axis=1)
         unit = {"units": "1" if self.model.units != "SI" else "rad, or m for a mesh"}
         clearances = ("point", "clearance")
         variables = {
@@ -353,32 +352,42 @@ class Branch(Result):
     def event_levels(self) -> Array:
         """(E, 3, K) lowest, highest and mean deflection of the K clearances at the E events of ``events``."""
         clearances = len(assemble(self.model).layout.clearance_names)
-        levels = [
-            self._levels_of(self.follower(curve).family, event.point)
-            for curve, events in zip(self.curves, self.events_of_curves, strict=True)
-            for event in events
-        ]
+        levels = [one.deflections for one in self._levels_of_events]
         return np.array(levels).reshape(len(levels), 3, clearances)
 
     @cached_property
-    def _levels(self) -> tuple[tuple[Array, ...], ...]:
-        """For every branch and each of its points: (3, K) lowest, highest and mean deflection of the K clearances."""
-        followers = [(curve, self.follower(curve).family) for curve in self.curves]
-        return tuple(tuple(self._levels_of(family, point) for point in curve.points) for curve, family in followers)
+    def corners(self) -> tuple[Array, ...]:
+        """(P, corners) of every clearance, its corners at the points [rad or m]: the value may move them."""
+        return corners_of([one for levels in self._levels for one in levels])
 
-    def _levels_of(self, family: Family, point: Point) -> Array:
-        """(3, K) levels of a motion; NaN where a clearance has closed, so that there is none of that name."""
-        levels = family.map_at(point.parameter).levels(point.motion)
-        count = len(assemble(self.model).layout.clearance_names)
-        return levels if levels.shape[1] == count else np.full((3, count), np.nan)
+    @cached_property
+    def event_corners(self) -> tuple[Array, ...]:
+        """(E, corners) of every clearance, its corners at the events [rad or m]."""
+        return corners_of(self._levels_of_events)
+
+    @cached_property
+    def _levels(self) -> tuple[tuple[Levels, ...], ...]:
+        """For every branch and each of its points: deflections and corners of the clearances."""
+        like = assemble(self.model).layout.corners
+        followers = [(curve, self.follower(curve).family) for curve in self.curves]
+        return tuple(tuple(levels_of(family, point, like) for point in curve.points) for curve, family in followers)
+
+    @cached_property
+    def _levels_of_events(self) -> list[Levels]:
+        """For every event: deflections and corners of the clearances."""
+        like = assemble(self.model).layout.corners
+        return [
+            levels_of(self.follower(curve).family, event.point, like)
+            for curve, events in zip(self.curves, self.events_of_curves, strict=True)
+            for event in events
+        ]
 
     @cached_property
     def events_of_curves(self) -> tuple[tuple[Event, ...], ...]:
         """The events of every branch in order, those of the means included."""
-        corners = assemble(self.model).layout.corners
         merged = []
         for curve, levels in zip(self.curves, self._levels, strict=True):
-            means = mean_events(self.follower(curve), curve, levels, corners)
+            means = mean_events(self.follower(curve), curve, levels)
             merged.append(tuple(sorted([*curve.events, *means], key=lambda event: event.point.length)))
         return tuple(merged)
 

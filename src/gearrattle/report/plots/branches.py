@@ -24,7 +24,7 @@ from gearrattle.orbits.stable_ranges import CHANGES, Course, courses_of, slices_
 from gearrattle.report.plots.axis_names import Measure, measure_at
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.corners import units_of
-from gearrattle.report.plots.palette import COLOURS, INK
+from gearrattle.report.plots.palette import CENTRE, COLOURS, INK
 from gearrattle.report.plots.unit_circle import outside_words, unit_circle
 from gearrattle.report.plots.view import Scale, scale
 from gearrattle.trajectory import Array
@@ -91,6 +91,11 @@ class _Drawing:
                     lines.append(Line(*part, f"{self.name(number)}, {word}", self.colour(number), width=1.7, dash=dash))
         return lines
 
+    def moved(self, corner: Array) -> Line:
+        """Draw a corner that moves with the parameter."""
+        order = np.argsort(self.values[0])
+        return Line(self.values[0][order], corner[order], "corner", CENTRE, width=1.0, dash="dotted")
+
     def marks(self, at_events: Array, clearance: str = "") -> list[Line]:
         """Draw the events, every kind in its shape; of a clearance without those of other ones."""
         kinds, names = self.branch.events["kind"].to_numpy(), self.branch.events["clearance"].to_numpy()
@@ -144,7 +149,6 @@ def branch_charts(branch: Branch) -> list[Chart]:
     """Return the highest and lowest deflection over the parameter, and the peak-to-peak deflection."""
     drawing, data, levels = _Drawing(branch), branch.data, branch.event_levels
     layout = assemble(branch.model).layout
-    corners = [layout.corners[k] for k in range(len(layout.clearance_names))]
 
     def extremes(k: int) -> Panel:
         low, high = data["lowest"].values[:, k], data["highest"].values[:, k]
@@ -152,10 +156,12 @@ def branch_charts(branch: Branch) -> list[Chart]:
         drawn: list[Line] = []
         for values, at_events in ((low, levels[:, 0, k]), (high, levels[:, 1, k])):
             drawn += drawing.lines(values * in_unit.factor, at_events * in_unit.factor)
-        drawn += drawing.marks(_touched(branch, levels, k, corners[k]) * in_unit.factor, layout.clearance_names[k])
-        reach = (float(low.min()), float(high.max()))
-        near = [c for c in corners[k].tolist() if reach[0] - np.ptp(reach) <= c <= reach[1] + np.ptp(reach)]
-        rules = [Rule(c * in_unit.factor) for c in near]
+        drawn += drawing.marks(_touched(branch, levels, k) * in_unit.factor, layout.clearance_names[k])
+        reach = (float(np.nanmin(low)), float(np.nanmax(high)))
+        lowest, highest = reach[0] - np.ptp(reach), reach[1] + np.ptp(reach)
+        near = [own for own in branch.corners[k].T if np.any((lowest <= own) & (own <= highest))]
+        rules = [Rule(own[0] * in_unit.factor) for own in near if not np.ptp(own)]
+        drawn += [drawing.moved(own * in_unit.factor) for own in near if np.ptp(own)]
         return drawing.frame(layout.clearance_names[k], in_unit.unit, drawn, rules)
 
     def swings(k: int) -> Panel:
@@ -234,12 +240,12 @@ def _over(branch: Branch, key: str, what: str, words: str, panel: Callable[[int]
     )
 
 
-def _touched(branch: Branch, levels: Array, k: int, corners: Array) -> Array:
+def _touched(branch: Branch, levels: Array, k: int) -> Array:
     """(E,) where an event is marked: a grazing at the end of the motion that is nearer to a corner, others above."""
     low, high = levels[:, 0, k], levels[:, 1, k]
-    if not corners.size:
+    if not low.size or not branch.event_corners[k].size:
         return high
-    away = [np.abs(values[:, None] - corners).min(axis=1) for values in (low, high)]
+    away = [np.abs(values[:, None] - branch.event_corners[k]).min(axis=1) for values in (low, high)]
     is_grazing = branch.events["kind"].to_numpy() == GRAZING
     return np.where(is_grazing & (away[0] < away[1]), low, high)
 

@@ -17,7 +17,7 @@ from gearrattle.trajectory import Array
 
 Mark = Literal["line", "points"]
 Shape = Literal["", "circle", "square", "diamond", "triangle", "inverted triangle", "cross", "plus", "star"]
-Dash = Literal["", "solid", "dashed"]
+Dash = Literal["", "solid", "dashed", "dotted"]
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ import numpy as np
 from gearrattle.report.plots.chart import Bars, Cells, Chart, Heat, Label, Line, Panel, Rule
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.palette import ACCENT, CENTRE, FAINT, INK, MUTED, NO_VALUE, PAPER, SHADES, tint
-from gearrattle.report.plots.shapes import SHAPES
+from gearrattle.report.plots.shapes import DASHES, SHAPES
 from gearrattle.trajectory import Array
 
 _HATCHED = {
@@ -222,8 +222,8 @@ def _line(line: Line, index: int) -> dict[str, Any]:
     }
     if line.mark == "line":
         trace["line"] = {"color": line.colour, "width": line.width, "simplify": False}
-        if line.dash == "dashed":
-            trace["line"]["dash"] = "5px,3px"
+        if line.dash in DASHES:
+            trace["line"]["dash"] = ",".join(f"{part}px" for part in DASHES[line.dash].split())
     elif line.shape:
         drawn = SHAPES[line.shape]
         rim = {"color": line.colour, "width": 1.6} if drawn.is_open else {"color": PAPER, "width": 0.8}

@@ -49,7 +49,7 @@ SHAPES = {
     ),
 }
 """Every shape."""
-DASHES = {"dashed": "5 3"}
+DASHES = {"dashed": "5 3", "dotted": "2 2"}
 """On and off [px]."""
 
 
@@ -64,4 +64,4 @@ def swatch(key: Key) -> str:
     """Return the letters that stand for an entry of a legend: its shape or dash; empty for a swatch of its colour."""
     if key.shape:
         return SHAPES[key.shape].letter
-    return {"": "", "solid": "──", "dashed": "╌╌"}[key.dash]
+    return {"": "", "solid": "──", "dashed": "╌╌", "dotted": "┈┈"}[key.dash]

@@ -82,7 +82,7 @@ class Looks:
     def dash(self, colour: str, dash: Dash) -> Dashes:
         """Return the dashes of a line: those that mean something, or those of its colour."""
         if dash:
-            return (0.0, _DASHES[1] if dash == "dashed" else None)
+            return (0.0, {"dashed": _DASHES[1], "dotted": _DASHES[2]}.get(dash))
         return self.dashes.get(colour, (0.0, None))
 
     def marker(self, colour: str, shape: Shape) -> str:
