@@ -136,15 +136,21 @@ def test_two_grazings_of_a_doubled_branch_end_in_one_turning_point() -> None:
 
 
 @pytest.mark.slow
-def test_two_folds_of_a_doubled_branch_end_in_one_cusp() -> None:
-    """Near the cusp the folds are 1e-6 of w apart; one goes on to the other end of the range, past grazings."""
+def test_a_fold_ends_in_its_own_cusp_though_another_fold_lies_beyond() -> None:
+    """A swallowtail: of four folds within 1e-4 of frequency two vanish, and another one goes on as the first began."""
     branch = gr.continuation(oscillator().with_({"torque.0.mean": 0.005}), "excitation.frequency", (0.3, 1.6))
     events = branch.events
     chosen = events.index[(events["kind"] == "fold") & (events["branch"] == 1)]
     curves = [branch.boundary(int(row), "torque.0.mean", (0.001, 0.05)) for row in chosen]
     assert [curve["special"].values[-1] for curve in curves] == ["cusp", "cusp"]
-    ends = [(float(curve["second"][-1]), float(curve["value"][-1])) for curve in curves]
-    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-9)
+    load, frequency = float(curves[0]["second"][-1]), float(curves[0]["value"][-1])
+    assert load == pytest.approx(0.0053035, abs=2e-8)
+    counts = []
+    for near in (load - 1e-7, load + 1e-7):
+        beside_it = gr.continuation(oscillator().with_({"torque.0.mean": near}), "excitation.frequency", (0.3, 0.4))
+        folds = beside_it.events["value"][beside_it.events["kind"] == "fold"]
+        counts.append(int((np.abs(folds - frequency) < 2e-5).sum()))
+    assert counts == [3, 1]
     assert curves[0]["special"].values[0] == "cusp"
     assert float(curves[1]["second"][0]) == 0.001
     passed = curves[1].isel(point=slice(1, -1))

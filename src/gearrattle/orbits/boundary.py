@@ -5,6 +5,9 @@ exactly. Other events of the same kind may lie near. So an event must be as near
 step that is not short its motion keeps its crossings; and one of motions of n periods is not one of motions of fewer.
 The first step is short, for it has no prediction.
 
+Where two events of one kind meet, the slope of their test function along the branch vanishes like a root. So no step
+leads farther than half the way to where the square of that slope would be zero: beyond there another event may lie.
+
 Two folds meet in a cusp, and neither exists beyond it: the curve ends there. It may end as well where a fold meets a
 grazing, or go on beyond (``engine.periodic.special``). Where a curve of folds turns back over the second value, an
 isolated branch shrinks to a point, or two branches join.
@@ -26,6 +29,7 @@ from scipy.optimize import minimize_scalar
 
 from gearrattle.engine.periodic.boundary import missed_sooner, relocated, word_but_for_touch
 from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.drift import ALONG, slope_along
 from gearrattle.engine.periodic.events import FOLD, GRAZING, Event
 from gearrattle.engine.periodic.special import (
     CUSP,
@@ -68,6 +72,7 @@ _ROUNDING = 1e-8  # of w: what lies so near to the prediction is near
 _SHORT, _BEND = 1e-2, 4.0  # of an even step; a curve may have a corner: over short steps it leads so many times as far
 _AT_TURNING, _MOST_VALUES = 1e-8, 60  # of the value: to so much is known where a curve of folds turns back; tries
 _INSIDE = 0.02  # of where that is sought: so far from both ends it must lie
+_TOWARDS = 0.5  # of the way to where two events would meet: the longest step
 _REACH = 0.1  # of the range: a special point farther from the last known event is another one's
 _BEHIND = 1e-3  # of the last step: the event was met there, so a point at which it vanishes lies no farther back
 _BACK = 7  # last points of a fold from which a grazing near is sought
@@ -81,6 +86,7 @@ class _Row:
     second: float
     event: Event
     special: str = ""
+    slope: float = np.nan  # of its test function along the branch
 
 
 def boundary_of(
@@ -297,8 +303,18 @@ def _one_way(follower: Follower, event: Event, ends: tuple[float, float], progre
             step *= 0.5
             continue
         located.append(row)
-        step, missed = float(np.clip(growth * step, -2.0 * abs(even), 2.0 * abs(even))), still_missed
+        longest = min(2.0 * abs(even), max(_to_meeting(located), _SHORTEST * abs(even)))
+        step, missed = float(np.clip(growth * step, -longest, longest)), still_missed
     return located
+
+
+def _to_meeting(located: list[_Row]) -> float:
+    """How far the next step may lead towards where the event would meet another one of its kind."""
+    if len(located) < 2:
+        return np.inf
+    one, two = located[-2:]
+    way, fall = abs(two.second - one.second), one.slope**2 - two.slope**2
+    return _TOWARDS * way * two.slope**2 / fall if fall > 0.0 else np.inf
 
 
 def _moved(located: list[_Row], curve: Continuation, second: float, is_short: bool) -> tuple[_Row | None, float]:
@@ -311,7 +327,12 @@ def _moved(located: list[_Row], curve: Continuation, second: float, is_short: bo
     growth = _growth(event.point.w - last.event.point.w, change, is_short)
     if not is_short and word_but_for_touch(event) != word_but_for_touch(last.event):
         growth = 0.0
-    return (_Row(second, event) if growth else None), growth
+    slope = np.nan
+    if event.kind != GRAZING:  # whose depth is no smooth function beyond it
+        with suppress(ConvergenceError):  # a fold so sharp that no motion is near
+            slope = slope_along(event, event.point, curve, ALONG)[0]
+    growth = 0.0 if slope * last.slope < 0.0 else growth
+    return (_Row(second, event, slope=slope) if growth else None), growth
 
 
 def _predicted(known: list[_Row], second: float) -> Array:

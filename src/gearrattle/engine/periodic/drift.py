@@ -31,7 +31,7 @@ from gearrattle.errors import ConvergenceError
 
 KINDS = (FOLD, DOUBLING, NEIMARK_SACKER, GRAZING)
 """Kinds of events that have a gradient."""
-_ALONG = 1e-5  # arclength from an event to the points of the central difference along the branch
+ALONG = 1e-5  # arclength from an event to the points of the central difference along the branch
 _CHANGE = 1e-5  # of q: half the difference
 _SHARES = (1.0, 0.1, 0.01, 0.001)  # of both, the first over which the test function is straight
 _BENT = 0.01  # a test function that bends less is straight
@@ -66,7 +66,7 @@ def gradient_of(event: Event, curve: Continuation, families_of: FamiliesOf, valu
         raise ValueError(f"the gradient of an event of the kind {event.kind} is not known")
     if event.kind != GRAZING:
         for share in _SHARES:
-            slope, bend = _slope_along(event, event.point, curve, share * _ALONG)
+            slope, bend = slope_along(event, event.point, curve, share * ALONG)
             if bend <= _BENT:
                 change = share * _CHANGE * abs(value)
                 return _gradient_at(event, event.point, curve, families_of(change), (slope, change))
@@ -74,14 +74,14 @@ def gradient_of(event: Event, curve: Continuation, families_of: FamiliesOf, valu
     change, points = _CHANGE_APART * abs(value), _apart(event, curve)
     families = families_of(change)
     one, two, three = (
-        _gradient_at(event, point, curve, families, (_slope_along(event, point, curve, _ALONG)[0], change))
+        _gradient_at(event, point, curve, families, (slope_along(event, point, curve, ALONG)[0], change))
         for point in points
     )
     return 3.0 * one - 3.0 * two + three
 
 
-def _slope_along(event: Event, point: Point, curve: Continuation, along: float) -> tuple[float, float]:
-    """The slope of the test function along the branch, and how much it bends at an event, where it is zero.
+def slope_along(event: Event, point: Point, curve: Continuation, along: float) -> tuple[float, float]:
+    """Return the slope of the test function along the branch, and how much it bends at an event, where it is zero.
 
     That is the difference of the slopes on both sides over their sum: large beside a grazing, where there is a root.
     """
