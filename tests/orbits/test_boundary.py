@@ -256,3 +256,39 @@ def test_the_touch_of_a_limiter_is_followed(name: str) -> None:
     assert curve["value"].values[[0, -1]] == pytest.approx([values[0], values[2]], abs=1e-11)
     moved = branches[1].gradients(int(event), ["torque.0.mean"])["gradient"].iloc[0]
     assert moved == pytest.approx((values[2] - values[0]) / 2e-3, abs=2e-4)
+
+
+@pytest.mark.slow
+def test_a_neimark_sacker_bifurcation_ends_where_its_pair_comes_to_minus_one() -> None:
+    """The square of the angle from -1 falls to zero in proportion to the distance; the curve itself does not turn."""
+    shaft = "coupling.shaft.stiffness"
+    tables = {
+        "schema": 1,
+        "name": "two gaps",
+        "units": "dimensionless",
+        "inertia": [{"name": "a", "J": 0.97, "drag": 0.01}, {"name": "b", "J": 0.43, "drag": 0.025}],
+        "coupling": [
+            {"name": "gap", "between": ["a", "b"], "stiffness": 4.8, "damping": 0.02, "clearance": 0.69},
+            {"name": "shaft", "between": ["a", "ground"], "stiffness": 2.75, "damping": 0.03},
+            {"name": "stop", "between": ["b", "ground"], "stiffness": 4.9, "damping": 0.02, "clearance": 0.5},
+        ],
+        "torque": [{"on": "a", "mean": 0.94, "harmonics": [{"order": 1, "amplitude": 2.76}]}],
+    }
+    start = {"angle": [-0.042, -0.316], "velocity": [5.0, 1.74]}
+    model = gr.Model.from_tables({**tables, "excitation": {"speed": 1.6885}})
+    branch = gr.continuation(model, "excitation.speed", (1.6885, 1.6845), cycles=2, start=start)
+    assert list(branch.events["kind"]) == ["Neimark-Sacker"]
+    curve = branch.boundary(0, shaft, (2.75, 3.7))
+    assert curve["special"].values[-1] == "1:2 resonance"
+    end, speed = float(curve["second"][-1]), float(curve["value"][-1])
+    distances = end - curve["second"].values
+    squares = []
+    for row in (-8, -5):  # the motions there
+        near = curve.isel(point=row)
+        changed = model.with_({shaft: float(near["second"]), "excitation.speed": float(near["value"])})
+        multiplier = gr.periodic(changed, cycles=2, start=branch.orbit(0)).multipliers[0]
+        squares.append((np.pi - np.abs(np.angle(multiplier))) ** 2 / distances[row])
+    assert distances[-8] > 5.0 * distances[-5]
+    assert squares[0] == pytest.approx(squares[1], rel=0.02)
+    assert end == pytest.approx(2.831151, abs=2e-6)
+    assert speed == pytest.approx(1.656032, abs=2e-6)

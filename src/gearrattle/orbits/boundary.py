@@ -30,7 +30,7 @@ from scipy.optimize import minimize_scalar
 from gearrattle.engine.periodic.boundary import missed_sooner, relocated, word_but_for_touch
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import ALONG, slope_along
-from gearrattle.engine.periodic.events import FOLD, GRAZING, Event
+from gearrattle.engine.periodic.events import FOLD, GRAZING, NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.special import (
     CUSP,
     MEETING,
@@ -38,6 +38,7 @@ from gearrattle.engine.periodic.special import (
     grazing_near,
     meeting_of_grazing,
     meeting_of_two,
+    resonance,
 )
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model.path_labels import path_label
@@ -197,9 +198,14 @@ def _last(followers: tuple[Follower, Across], rows: list[_Row], end: float) -> l
     last, step = rows[-1], rows[-1].second - rows[-2].second
     kind = last.event.kind
     points = list[_Row]()
-    with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
-        second, event = meeting_of_two(last.event, follower, last.second, step)
-        points.append(_Row(second, event, CUSP if kind == FOLD else TURNING))
+    if kind == NEIMARK_SACKER:
+        with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
+            second, event, name = resonance((rows[-2].second, rows[-2].event), (last.second, last.event), follower)
+            points.append(_Row(second, event, name))
+    if not points:
+        with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
+            second, event = meeting_of_two(last.event, follower, last.second, step)
+            points.append(_Row(second, event, CUSP if kind == FOLD else TURNING))
     if kind == FOLD:
         meetings = (_meeting_of_fold(follower, after, before) for before, after in reversed([*pairwise(rows[-_BACK:])]))
         points.extend(islice((meeting for meeting in meetings if meeting), 1))

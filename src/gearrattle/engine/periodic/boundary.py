@@ -124,6 +124,8 @@ def _enclosed(event: Event, curve: Continuation, tried: list[tuple[float, float,
         raise ConvergenceError("the event is not near")
     nearest = min(pairs, key=lambda pair: (max(abs(along) for along, *_ in pair), abs(pair[1][0] - pair[0][0])))
     before, after = sorted(nearest, key=lambda one: one[0])
+    if before[0] == after[0]:
+        raise ConvergenceError("the test function jumps there")
     ends = {0.0: before[1], 1.0: after[1]}
 
     def test_at(share: float) -> float:

@@ -406,7 +406,7 @@ def _pair_size(point: Point) -> float:
     m + 1/m and n + 1/n, real so far, become conjugate, and the square of their difference is smooth.
     """
     if not _is_conservative(point):
-        return abs(_nearest_pair(point)[0]) - 1.0
+        return abs(nearest_pair(point)[0]) - 1.0
     upper = point.multipliers[point.multipliers.imag > REAL]
     one, other = np.triu_indices(len(upper), 1)
     squares = ((upper + 1.0 / upper)[one] - (upper + 1.0 / upper)[other]) ** 2
@@ -416,7 +416,7 @@ def _pair_size(point: Point) -> float:
 def _has_pair_on_circle(point: Point) -> bool:
     """Whether it is a complex pair that crosses the circle; beside a grazing it leaps, and is not just on it."""
     real = point.multipliers[np.abs(point.multipliers.imag) <= REAL].real
-    return min(_nearest_pair(point)[1], _NEAR) < float(np.abs(1.0 + real).min(initial=np.inf))
+    return min(nearest_pair(point)[1], _NEAR) < float(np.abs(1.0 + real).min(initial=np.inf))
 
 
 def _not_free(point: Point) -> NDArray[np.complex128]:
@@ -492,10 +492,10 @@ def _nearest_to_minus_one(point: Point) -> tuple[complex, float]:
     return complex(point.multipliers[nearest]), float(away[nearest])
 
 
-def _nearest_pair(point: Point) -> tuple[complex, float]:
-    """One of the complex pair nearest to the unit circle, the upper one, and how near it is; infinity without one.
+def nearest_pair(point: Point) -> tuple[complex, float]:
+    """Return one of the complex pair nearest to the unit circle, the upper one, and how near it is.
 
-    Pairs that lie on it all along are not counted.
+    Infinity without one; pairs that lie on it all along are not counted.
     """
     pairs = point.multipliers[point.multipliers.imag > REAL]
     if not pairs.size or _is_conservative(point):
@@ -511,4 +511,4 @@ def _may_return(before: tuple[complex, float], after: tuple[complex, float]) -> 
     return way < max(_NEAR, _FARTHER * abs(after[0] - before[0]))
 
 
-_NEAREST = {DOUBLING: _nearest_to_minus_one, NEIMARK_SACKER: _nearest_pair}
+_NEAREST = {DOUBLING: _nearest_to_minus_one, NEIMARK_SACKER: nearest_pair}

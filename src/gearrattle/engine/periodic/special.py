@@ -1,11 +1,13 @@
-"""Special points of a curve of events over a second parameter q: cusps, turning points, and folds that meet grazings.
+"""Special points of a curve of events over a second parameter q: cusps, turning points, resonances, meetings.
 
 Along the branch of the driveline q, at the arclength s, the test function of an event is tau(s; q). Two events of one
 kind meet and vanish where
 
     tau = 0,      d tau / ds = 0:
 
-for folds a *cusp*, for other events a *turning point* of their curve. A fold meets a grazing where the tangent's part
+for folds a *cusp*, for other events a *turning point* of their curve. A Neimark-Sacker bifurcation ends where its pair
+m comes to 1 (*1:1 resonance*) or to -1 (*1:2 resonance*): beyond, two real multipliers m, 1 / m are none. There m + 1/m
+is 2 or -2; it is smooth in q, so it is extrapolated. A fold meets a grazing where the tangent's part
 along the parameter vanishes at the grazing, in the limit from the side without contact; beyond the grazing it changes
 like a square root, so there the curve of folds bends into that of grazings.
 
@@ -25,10 +27,11 @@ import numpy as np
 from gearrattle.engine.periodic.boundary import relocated
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import test_of
-from gearrattle.engine.periodic.events import FOLD, GRAZING, TESTS, Event, events_between
+from gearrattle.engine.periodic.events import FOLD, GRAZING, TESTS, Event, events_between, nearest_pair
 from gearrattle.errors import ConvergenceError
 
 CUSP, TURNING, MEETING = "cusp", "turning point", "fold meets grazing"
+ONE_TO_ONE, ONE_TO_TWO = "1:1 resonance", "1:2 resonance"
 Follower = Callable[[float], Continuation]
 
 _STEP, _SHORTEST = 1e-4, 1e-7  # arclength of differences along the branch: the largest one, and the smallest
@@ -39,6 +42,8 @@ _PARABOLA = (
 _FARTHEST = 0.3  # arclength from a known event to a special point
 _SECANTS = 30
 _LOCATED = 1e-12  # of q
+_LEFT, _FEW = 0.1, 8  # of the way to a resonance that every motion leaves; motions
+_BESIDE = 0.1  # of m + 1/m: a pair farther from 2 or -2 has no resonance near
 _NEAR = 4e-6  # arclength from a grazing to the motions by which its limit is extrapolated
 _EXTRAPOLATED = (5.0, -10.0, 10.0, -5.0, 1.0)  # weights of the values at 1, 2, ... times that for the one at 0
 _FIRST, _AROUND = 1e-6, 0.03  # arclength of the first step from a fold, and within which its grazing is sought
@@ -105,6 +110,42 @@ def _extremum(event: Event, curve: Continuation, step: float) -> tuple[float, Ev
             point = curve.moved_along(origin, length + change)
             return test_of(event, curve.family, point), replace(event, point=point)
     raise ConvergenceError("the test function has no extremum near")
+
+
+def resonance(before: tuple[float, Event], last: tuple[float, Event], follower: Follower) -> tuple[float, Event, str]:
+    """Return where the pair of a Neimark-Sacker bifurcation comes to 1 or to -1: q, the event near it, and its name.
+
+    Parameters
+    ----------
+    before, last
+        the last events known and their q, shortly before that point.
+    follower
+        gives the Continuation of the driveline q.
+
+    Raises
+    ------
+    ConvergenceError
+        it comes to neither.
+    """
+    is_one = nearest_pair(last[1].point)[0].real > 0.0
+
+    def left(event: Event) -> float:
+        return 2.0 - 2.0 * abs(nearest_pair(event.point)[0].real)
+
+    q = last[0]
+    for _ in range(_FEW):
+        fall = left(before[1]) - left(last[1])
+        if fall <= 0.0 or left(last[1]) > _BESIDE:
+            raise ConvergenceError("the pair stays away from the real axis")
+        way = (last[0] - before[0]) * left(last[1]) / fall
+        q, following = last[0] + way, last[0] + (1.0 - _LEFT) * way
+        change = (last[1].point.w - before[1].point.w) * (following - last[0]) / (last[0] - before[0])
+        try:
+            event = relocated(last[1], follower(following), change, _FARTHEST)
+        except ConvergenceError:  # so near to the real axis that rounding decides
+            break
+        before, last = last, (following, event)
+    return q, last[1], ONE_TO_ONE if is_one else ONE_TO_TWO
 
 
 def meeting_of_grazing(grazings: Mapping[float, Event], follower: Follower, step: float) -> tuple[float, Event]:

@@ -32,6 +32,8 @@ _DASHES: dict[str, Dash] = {FOLD: "solid"}
 SPECIAL = {
     "cusp": Key("cusp: two folds meet", INK, "star"),
     "turning point": Key("turning point: two events of one kind meet", INK, "circle"),
+    "1:1 resonance": Key("1:1 resonance: a pair of multipliers meets at 1", INK, "triangle"),
+    "1:2 resonance": Key("1:2 resonance: a pair of multipliers meets at -1", INK, "inverted triangle"),
     "fold meets grazing": Key("a fold meets a grazing", INK, "diamond"),
 }
 """How special points are drawn."""
