@@ -11,12 +11,15 @@ import pytest
 import gearrattle as gr
 from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.engine.system.auxiliary import FORWARD, STICK
-from gearrattle.orbits import Orbit
+from gearrattle.orbits import Orbit, tipping
+from gearrattle.orbits.destinations import BACK, ELSEWHERE, UNDECIDED, Destination
 from tests.orbits.test_branch import oscillator
 from tests.orbits.test_friction import oscillator as with_friction
 
 AT = {"excitation.frequency": 0.75}
 """Three motions repeat after one period here: a small one, a large one, and the saddle between."""
+
+MESH = {"stiffness": 1.0, "damping": 0.1, "damping_ratio": 1.0, "clearance": 1.0}
 
 
 @cache
@@ -111,3 +114,95 @@ def test_a_pulse_that_reverses_a_slip_lets_the_slider_stick() -> None:
         moved = second[0] - first[0] if piece == STICK else 0.0
         assert second[2] - first[2] == pytest.approx(moved, abs=1e-12)
         assert abs(second[0] - first[0]) > 1e-5
+
+
+def duffing(speed: float) -> Orbit:
+    """The quiet motion of x'' + 0.1 x' + f(x) = 0.1 + 0.028 sin wt; the large one begins at a fold at w = 0.6638636."""
+    tables = {
+        "schema": 1,
+        "units": "dimensionless",
+        "inertia": [{"name": "gear", "J": 1.0}],
+        "coupling": [{"name": "mesh", "between": ["gear", "ground"], **MESH}],
+        "excitation": {"speed": speed},
+        "torque": [{"on": "gear", "mean": 0.1, "harmonics": [{"order": 1, "amplitude": 0.028}]}],
+    }
+    return gr.periodic(gr.Model.from_tables(tables), start="linear")
+
+
+def comes_back(orbit: Orbit, pulse: float, periods: int = 8000) -> bool:
+    """Whether the state is that of the motion so long after a pulse on the first body, of inertia one, at t = 0."""
+    start = orbit.motion.start.y.copy()
+    struck = start.copy()
+    struck[len(orbit.period_map.flow.coordinates.elements)] += pulse
+    end = orbit.period_map.later(State(struck), periods).y
+    return bool(np.abs(end - start).max() < 1e-6)
+
+
+@pytest.mark.parametrize("beyond", [1e-6, 1e-5, 1e-4, 1e-3])
+def test_beside_a_slow_saddle_a_pulse_tips_the_motion_over_only_if_it_never_comes_back(beyond: float) -> None:
+    """The saddle has a multiplier of 1.0034 at the nearest to the fold."""
+    orbit = duffing(0.6638636 + beyond)
+    row = orbit.tipping("gear", instants=1).iloc[0]
+    for way, sign in (("forward", 1.0), ("backward", -1.0)):
+        pulse, error = float(row[way]), float(row[f"{way}_error"])
+        assert 0.0 < error < 1e-5 * abs(pulse)
+        assert not comes_back(orbit, pulse)
+        assert comes_back(orbit, pulse - sign * error)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("beyond", [1e-3, 1e-2, 3e-2])
+@pytest.mark.parametrize("way", ["forward", "backward"])
+def test_no_smaller_pulse_tips_the_motion_over(beyond: float, way: str) -> None:
+    """Steps of 25 % pass over a band from 0.679 to 0.80 and give a backward pulse of 1.003."""
+    orbit = duffing(0.6638636 + beyond)
+    pulse = float(orbit.tipping("gear", instants=1)[way][0])
+    assert all(comes_back(orbit, share * pulse, 1000) for share in np.arange(0.02, 0.9999, 0.01))
+
+
+@pytest.mark.slow
+def test_twice_as_many_instants_never_give_a_larger_least_pulse() -> None:
+    orbit = duffing(0.69)
+    tables = [orbit.tipping("gear", instants=instants, best=True) for instants in (2, 4, 8)]
+    for way in ("forward", "backward"):
+        least = [float(table[way].abs().min()) for table in tables]
+        assert np.all(np.diff(least) <= 0.0)
+
+
+def test_every_valley_is_searched_for_the_best_instant(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two valleys: the least sample lies in the shallow one."""
+
+    def border(basin: tipping._Basin, sample: int, sign: float) -> tipping._Border:
+        share = sample / basin.samples
+        shallow, deep = 1.0 + 40.0 * (share - 0.25) ** 2, 0.5 + 40.0 * (share - 0.68) ** 2
+        return tipping._Border(min(shallow, deep), 1e-6)
+
+    monkeypatch.setattr(tipping._Basin, "_border", border)
+    rows = quiet().tipping("body", instants=4, best=True)
+    assert rows["forward"].min() == pytest.approx(0.5, abs=1e-4)
+    assert rows["backward"].max() == pytest.approx(-0.5, abs=1e-4)
+
+
+def test_a_hidden_band_shows_in_the_time_until_the_motion_is_back() -> None:
+    """Between two steps lies a band of 0.2 %; towards it the time grows, and again towards the border at one."""
+
+    def destination(speed: float) -> Destination:
+        if 0.500 < speed < 0.501 or speed > 1.0:
+            return Destination(ELSEWHERE, np.inf)
+        return Destination(BACK, 10.0 - np.log(abs(speed - 0.5005)) - np.log(abs(1.0 - speed)))
+
+    border = tipping._Pulses(destination).border()
+    assert border.size == pytest.approx(0.5, rel=2e-6)
+
+
+def test_what_is_undecided_is_the_error() -> None:
+    def destination(speed: float) -> Destination:
+        if speed < 0.5:
+            return Destination(BACK, 10.0)
+        return Destination(ELSEWHERE if speed > 0.51 else UNDECIDED, np.inf)
+
+    border = tipping._Pulses(destination).border()
+    assert 0.51 < border.size < 0.515
+    assert 0.01 < border.error < 0.02
+    never = tipping._Pulses(lambda speed: Destination(BACK if speed < 0.5 else UNDECIDED, np.inf)).border()
+    assert np.isnan(never.size)

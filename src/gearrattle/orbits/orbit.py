@@ -175,16 +175,20 @@ class Orbit(Result):
             number of instants, evenly spaced over the n T of the motion.
         best
             whether the instants at which a pulse forward, and one backward, needs to be smallest are sought too, from
-            the best of the others on: at most two more rows, to a thousandth of the n T.
+            every instant on whose pulse is no larger than those of both its neighbours: at most two more rows, to a
+            thousandth of the n T. Twice as many instants never give a larger least pulse.
         progress
             called with the finished share; an exception from it ends the work.
 
         Returns
         -------
         pandas.DataFrame
-            share (of n T) and time [s] at which the pulse acts; forward and backward, the smallest impulse that tips
-            the motion over [N m s], backward ones negative, NaN where none does. Pulses are tried in steps of 25 %:
-            a narrower range of smaller ones that tip it over as well is not seen.
+            share (of n T) and time [s] at which the pulse acts; forward and backward, the smallest impulse that is
+            known to tip the motion over [N m s], backward ones negative, NaN where none is; forward_error and
+            backward_error, by how much it exceeds the largest one below that is known to come back. Pulses are tried
+            in steps of 10 %, and where the time until the motion is back has a maximum: a narrower range of smaller
+            ones that tip it over as well may not be seen. The motion shifted by a period T is another one. ``attrs``
+            has ``notes``.
 
         Raises
         ------
@@ -207,8 +211,8 @@ class Orbit(Result):
             raise ModelError(Problem("orbit", repr(self), rule, "take another motion, of gr.periodic(..., every=True)"))
         inertia = free_names(self.model).index(on)
         table = tipping_table(self.period_map, self.motion, inertia, instants=instants, best=best, progress=progress)
-        table.attrs = {"result": "tipping pulses", "title": self.model.name, "on": on, "cycles": self.cycles}
-        table.attrs["units"] = self.model.units
+        about = {"result": "tipping pulses", "title": self.model.name, "on": on, "cycles": self.cycles}
+        table.attrs = about | {"units": self.model.units} | table.attrs
         return table
 
     def gradients(self, paths: Sequence[str] | None = None) -> pd.DataFrame:

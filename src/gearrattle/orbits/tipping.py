@@ -3,46 +3,53 @@
 An impulse I on an inertia J changes its speed by I / J at once. The effect of a small one dies out. The smallest one
 that does not die out leads to the border of the basin; along the border the motion goes to an unstable one, the saddle.
 
-Pulses are made larger step by step until the motion no longer comes back; the border is then found by bisection. Where
-the basin has several borders along the way, the first one that the steps meet is found. The instant at which the
-smallest pulse is smallest is sought around the best of evenly spaced instants (scipy.optimize.minimize_scalar).
+Pulses are made larger step by step until one takes the motion elsewhere (``destinations``). Along the way the passes
+until the motion is back grow towards every border. Where they have a maximum, that is sought as well: smaller pulses
+than some that come back may tip the motion over. Between the largest pulse below that comes back and the smallest one
+that tips the motion over the border is sought by bisection. What is undecided in between stays so: it is the error.
+
+The instant at which the smallest pulse is smallest is sought from every instant at which it is no larger than at both
+its neighbours: half the distance to either side is tried, a quarter from the best of these, and so on. The first step
+tries what twice as many instants begin with, so these never give a larger pulse.
 
 Takes a periodic motion of a model; gives a table.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING
+from math import inf, nan
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from gearrattle.assembly import assemble, free_names
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.period_map import Pass, PeriodMap
 from gearrattle.engine.periodic.shooting import multipliers_of
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
+from gearrattle.orbits.destinations import BACK, ELSEWHERE, NEAR, UNDECIDED, Destination, Destinations
 from gearrattle.orbits.progress import Progress
-from gearrattle.wording import listed
+from gearrattle.wording import counted, listed
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Array = NDArray[np.float64]
 
-_GROWTH = 1.25  # of pulses, from one to the next
+_GROWTH = 1.1  # of pulses, from one to the next
 _SMALLEST, _LARGEST = 1e-3, 1e2  # changes of speed; 1 is as much as the largest corner, in balanced coordinates
-_HALVINGS = 24
-_CHUNK = 8  # passes between two checks whether the motion has come back
-_BACK = 1e-4  # of the largest corner: a motion nearer than this has come back
+_EXACT = 1e-6  # of a pulse: to so much its border is sought
+_NARROWEST = 1e-3  # of a pulse: a maximum of the passes until the motion is back is sought to this
+_GOLDEN = 0.381966
+_MOST_UNDECIDED = 6  # of pulses at one instant
 _MOST_PASSES = 5000
 _SAMPLES = 1024  # at least, of a motion: instants between which the best one is sought
-_MOST_INSTANTS = 40  # that are tried for the best one
+_VALLEYS = 3  # that are expected
 _SIGNS = (1.0, -1.0)
 
 
@@ -89,19 +96,24 @@ def tipping_table(
     """
     import pandas as pd
 
-    count = len(_SIGNS) * (instants + (1 + _MOST_INSTANTS if best else 0))
-    borders = _Borders(period_map, motion, inertia, -(-_SAMPLES // instants) * instants, _Count(count, progress))
-    spacing = borders.samples // instants
-    samples = {spacing * k for k in range(instants)}
-    if best:
-        samples |= {borders.best(sign, sorted(samples), spacing) for sign in _SIGNS}
+    levels = max(0, int(np.ceil(np.log2(_SAMPLES / instants))))
+    borders = len(_SIGNS) * (instants + (2 * levels * _VALLEYS if best else 0))
+    basin = _Basin(period_map, motion, inertia, instants << levels, _Count(borders, progress))
+    samples = range(0, basin.samples, 1 << levels)
+    ways = [basin.sizes(sign, samples, best=best) for sign in _SIGNS]
+    shown_samples = {*samples, *(min(sizes, key=lambda sample: sizes[sample]) for sizes in ways if best)}
     rows = []
-    for sample in sorted(samples):
-        share = sample / borders.samples
-        rows.append((share, share * period_map.length, *(borders.smallest(sample, sign) for sign in _SIGNS)))
+    for sample in sorted(shown_samples):
+        share = sample / basin.samples
+        borders_there = [basin.border(sample, sign) for sign in _SIGNS]
+        sizes = (sign * border.size for sign, border in zip(_SIGNS, borders_there, strict=True))
+        rows.append((share, share * period_map.length, *sizes, *(border.error for border in borders_there)))
     if progress is not None:
         progress(1.0)
-    return pd.DataFrame(rows, columns=["share", "time", "forward", "backward"])
+    columns = ["share", "time", "forward", "backward", "forward_error", "backward_error"]
+    table = pd.DataFrame(rows, columns=columns)
+    table.attrs["notes"] = basin.notes
+    return table
 
 
 def _passes_until_back(motion: Pass) -> int:
@@ -113,15 +125,15 @@ def _passes_until_back(motion: Pass) -> int:
         too many: what has not come back by then could not be told from what never does.
     """
     largest = float(np.abs(multipliers_of(motion.gradient)[0]))
-    passes = 2.0 * np.log(_LARGEST / _BACK) / -np.log(min(largest, 1.0 - 1e-12)) if largest > 0.0 else 1.0
+    passes = 2.0 * np.log(_LARGEST / NEAR) / -np.log(min(largest, 1.0 - 1e-12)) if largest > 0.0 else 1.0
     if passes > _MOST_PASSES:
         rule = f"dies out too slowly for pulses: its largest multiplier has the modulus {largest:.6g}"
         raise ModelError(Problem("orbit", f"{motion.cycles} T", rule, "give the driveline more damping"))
-    return max(4 * _CHUNK, int(passes))
+    return int(passes)
 
 
 class _Count:
-    """Counts borders, of at most so many, and says what share of them is known."""
+    """Counts borders, of about so many, and says what share of them is known."""
 
     def __init__(self, most: int, progress: Progress | None) -> None:
         self._most, self._known, self._progress = most, 0, progress
@@ -133,81 +145,165 @@ class _Count:
             self._progress(min(1.0, self._known / self._most))
 
 
-class _Borders:
+class _Border(NamedTuple):
+    """The smallest pulse that is known to tip a motion over [N m s]; NaN: none is."""
+
+    size: float
+    error: float  # by which it exceeds the largest one below that is known to come back
+
+
+class _Basin:
     """The border of a motion's basin along pulses on one inertia, at every sample of the motion."""
 
     def __init__(self, period_map: PeriodMap, motion: Pass, inertia: int, samples: int, count: _Count) -> None:
         self.samples, self._count = samples, count
-        self._map, self._motion, self._inertia = period_map, motion, inertia
+        self._map, self._motion = period_map, motion
         self._march = period_map.marched(motion.start, samples_per_cycle=samples)
-        self._passes = _passes_until_back(motion)
-        self.smallest = cache(self._smallest)
-
-    def best(self, sign: float, samples: Sequence[int], spacing: int) -> int:
-        """Return the sample at which the smallest impulse of a sign is smallest, from some that are evenly spaced."""
-        size = {sample: abs(self.smallest(sample, sign)) for sample in samples}
-        known = {sample: value for sample, value in size.items() if np.isfinite(value)}
-        if not known:
-            return samples[0]
-        nearest = min(known, key=known.__getitem__)
-
-        def impulse(at: float) -> float:
-            sample = round(at) % self.samples
-            value = abs(self.smallest(sample, sign))
-            if np.isfinite(value):
-                known[sample] = value
-                return value
-            return 2.0 * max(known.values())
-
-        bounds = (nearest - spacing, nearest + spacing)
-        minimize_scalar(impulse, bounds=bounds, method="bounded", options={"xatol": 0.5, "maxiter": _MOST_INSTANTS})
-        return min(known, key=known.__getitem__)
-
-    def _smallest(self, sample: int, sign: float) -> float:
-        """The smallest impulse of a sign (1 or -1) that tips the motion over [N m s]; NaN where none does."""
-        cycles, system = self._map.cycles, self._map.system
-        start = self._map.sampled(self._march, sample * cycles) if sample else self._motion.start
-        inputs = system.inputs.later(sample / self.samples * cycles)
-        ahead = PeriodMap(replace(system, inputs=inputs), cycles)
-        border = _Border(ahead, start, self._inertia, self._passes).smallest(sign)
-        self._count.one_more()
-        return border
-
-
-class _Border:
-    """The border of a motion's basin along pulses on one inertia at one instant."""
-
-    def __init__(self, period_map: PeriodMap, start: State, inertia: int, passes: int) -> None:
-        self._map, self._state, self._passes = period_map, start, passes
-        self._moment = float(period_map.system.inertia[inertia])
+        self._destinations = Destinations(period_map, motion, _passes_until_back(motion))
         self._at = len(period_map.flow.coordinates.elements) + inertia
         self._unit = period_map.size / period_map.scale[self._at]
+        self._moment = float(period_map.system.inertia[inertia])
+        self.border = cache(self._border)
 
-    def smallest(self, sign: float) -> float:
-        """Return the smallest impulse of a sign (1 or -1) that tips the motion over [N m s]; NaN where none does."""
-        speed, before = _SMALLEST, 0.0
-        while self._comes_back(sign * speed):
-            before, speed = speed, _GROWTH * speed
-            if speed > _LARGEST:
-                return float("nan")
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (before + speed)
-            if self._comes_back(sign * middle):
-                before = middle
-            else:
-                speed = middle
-        return float(sign * speed * self._unit * self._moment)
+    @property
+    def notes(self) -> list[str]:
+        """What is not certain about where pulses lead."""
+        longest, known = self._destinations.longest * self._map.cycles, []
+        if self._destinations.irregular:
+            known.append(
+                f"Some pulses lead to a motion that did not repeat, nor come back, within {longest} T: it counts as "
+                "another motion."
+            )
+        if self._destinations.undecided:
+            pulses = counted(self._destinations.undecided, "pulse")
+            known.append(
+                f"After {pulses} the motion was neither back nor settled elsewhere within {longest} T: such pulses do "
+                "not count as tipping it over."
+            )
+        return known
 
-    def _comes_back(self, speed: float) -> bool:
-        """Whether the motion comes back after a pulse; ``speed`` is the change of speed in units of ``_unit``."""
-        impulse = np.zeros_like(self._state.y)
-        impulse[self._at] = speed * self._unit
-        state = self._map.struck(self._state, impulse)
-        for _ in range(-(-self._passes // _CHUNK)):
-            try:
-                state = self._map.later(state, _CHUNK)
+    def sizes(self, sign: float, samples: range, *, best: bool) -> dict[int, float]:
+        """Return the smallest pulses of a sign at samples, infinite where none is known; and, for the best, between."""
+        sizes = {sample: self._size(sample, sign) for sample in samples}
+        if best:
+            for sample in samples:
+                sides = sizes[(sample - samples.step) % self.samples], sizes[(sample + samples.step) % self.samples]
+                if sizes[sample] < inf and sizes[sample] <= min(sides):
+                    lowest = self._lowest(sample, samples.step, sign)
+                    sizes[lowest] = self._size(lowest, sign)
+        return sizes
+
+    def _lowest(self, sample: int, step: int, sign: float) -> int:
+        """The sample in the valley of one at which the smallest pulse is smallest."""
+        while step > 1:
+            step //= 2
+            tried = (sample, (sample - step) % self.samples, (sample + step) % self.samples)
+            sample = min(tried, key=lambda other: self._size(other, sign))
+        return sample
+
+    def _size(self, sample: int, sign: float) -> float:
+        """The smallest pulse of a sign; infinite where none is known."""
+        size = self.border(sample, sign).size
+        return size if np.isfinite(size) else inf
+
+    def _border(self, sample: int, sign: float) -> _Border:
+        """The smallest pulse of a sign (1 or -1) that tips the motion over."""
+        cycles, system = self._map.cycles, self._map.system
+        start = self._map.sampled(self._march, sample * cycles) if sample else self._motion.start
+        share = sample / self.samples
+        ahead = PeriodMap(
+            replace(system, inputs=system.inputs.part(share * cycles, (1.0 - share) * cycles)), repeats=False
+        )
+
+        def destination(speed: float) -> Destination:
+            impulse = np.zeros_like(start.y)
+            impulse[self._at] = sign * speed * self._unit
+            state = ahead.struck(start, impulse)
+            try:  # to the start of the next period, from which all motions are followed
+                state = ahead.later(state)
             except ConvergenceError:
-                return False
-            if np.linalg.norm((state.y - self._state.y) * self._map.scale) < _BACK * self._map.size:
-                return True
-        return False
+                return self._destinations.lost()
+            return self._destinations.of(state)
+
+        border = _Pulses(destination).border()
+        self._count.one_more()
+        factor = self._unit * self._moment
+        return _Border(float(border.size * factor), float(border.error * factor))
+
+
+class _Tried(NamedTuple):
+    """A pulse, by its change of speed, and where it leads."""
+
+    speed: float
+    to: Destination
+
+
+class _Pulses:
+    """Pulses of one sign at one instant, by the change of speed, and where they lead."""
+
+    def __init__(self, destination: Callable[[float], Destination]) -> None:
+        self._destination = destination
+        self._back = [_Tried(0.0, Destination(BACK, 0.0))]  # below all others that do not lead back
+        self._doubtful: list[float] = []
+
+    def border(self) -> _Border:
+        """Return the smallest pulse that tips the motion over, and how far the border may lie below."""
+        speed = _SMALLEST
+        while speed <= _LARGEST and len(self._doubtful) < _MOST_UNDECIDED:
+            tried = self._tried(speed)
+            if tried.to.where == BACK and not self._doubtful:
+                self._back.append(tried)
+                tried = self._at_a_maximum() or tried
+            if tried.to.where == ELSEWHERE:
+                return self._bisected(tried.speed)
+            if tried.to.where == UNDECIDED:
+                self._doubtful.append(tried.speed)
+            speed *= _GROWTH
+        return _Border(nan, nan)
+
+    def _tried(self, speed: float) -> _Tried:
+        return _Tried(speed, self._destination(speed))
+
+    def _at_a_maximum(self) -> _Tried | None:
+        """A pulse that does not lead back, where the passes until it is back have a maximum; None: they all do."""
+        if len(self._back) < 3:
+            return None
+        low, top, high = self._back[-3:]
+        below = self._back[:-2]
+        if top.to.passes < max(low.to.passes, high.to.passes):
+            return None
+        while high.speed - low.speed > _NARROWEST * top.speed:
+            farther = high if high.speed - top.speed > top.speed - low.speed else low
+            tried = self._tried(top.speed + _GOLDEN * (farther.speed - top.speed))
+            if tried.to.where != BACK:
+                self._back = [*below, low] if farther is low else [*below, low, top]
+                return tried
+            if tried.to.passes > top.to.passes:
+                low, top, high = (top, tried, high) if farther is high else (low, tried, top)
+            elif farther is high:
+                high = tried
+            else:
+                low = tried
+        return None
+
+    def _bisected(self, tips: float) -> _Border:
+        """The border below a pulse that tips the motion over; what is undecided lies in between."""
+        back, doubtful = self._back[-1].speed, [speed for speed in self._doubtful if speed < tips]
+        tries = _MOST_UNDECIDED + len(doubtful)
+        while len(doubtful) < tries:
+            edges = [back, min(doubtful), max(doubtful), tips] if doubtful else [back, tips]
+            gaps = [(edges[k], edges[k + 1]) for k in range(0, len(edges), 2)]
+            low, high = max(gaps, key=lambda gap: gap[1] - gap[0])
+            if high - low <= _EXACT * tips:
+                break
+            middle = 0.5 * (low + high)
+            where = self._tried(middle).to.where
+            if where == UNDECIDED:
+                doubtful.append(middle)
+            elif where == BACK:
+                back = middle
+                doubtful = [speed for speed in doubtful if speed > back]
+            else:
+                tips = middle
+                doubtful = [speed for speed in doubtful if speed < tips]
+        return _Border(tips, tips - back)

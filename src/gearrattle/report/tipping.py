@@ -25,9 +25,10 @@ if TYPE_CHECKING:
 
 _WAYS = ("forward", "backward")
 _NOTE = (
-    "Pulses are tried in steps of 25 %, and the border is then found by bisection: a narrow range of smaller pulses "
-    "that tip the motion over as well may lie between two steps."
+    "Pulses are tried in steps of 10 %, and where the time until the motion is back has a maximum; the border is then "
+    "found by bisection. A narrow range of smaller pulses that tip the motion over as well may not be seen."
 )
+_UNSURE = 1e-5  # of a pulse: a larger error is named
 
 
 class TippingPage(Presentation["pd.DataFrame"]):
@@ -74,7 +75,17 @@ class TippingPage(Presentation["pd.DataFrame"]):
         rows = tuple(tuple(numeral(value, 6) for value in row) for row in columns)
         time, impulse = (f" [{unit}]" if unit else "" for unit in (self._unit("s"), pulse.unit))
         head = (f"share of {table.attrs['cycles']} T", f"time{time}", *(f"{way}{impulse}" for way in _WAYS))
-        return (Table(head, rows, title="Smallest pulses that tip the motion over", note=_NOTE),)
+        return (Table(head, rows, title="Smallest pulses that tip the motion over", note=self._note),)
+
+    @property
+    def _note(self) -> str:
+        """How pulses are sought, how far they are not certain, and where they lead to what does not settle."""
+        table = self.result
+        share = max(float(np.nan_to_num(table[f"{way}_error"] / table[way].abs()).max(initial=0.0)) for way in _WAYS)
+        unsure = (
+            f"Up to {share:.2g} of a pulse below it, it is not decided where pulses lead." if share > _UNSURE else ""
+        )
+        return " ".join(filter(None, (_NOTE, unsure, *table.attrs["notes"])))
 
     def content(self) -> dict[str, Any]:
         table = self.result
@@ -83,11 +94,13 @@ class TippingPage(Presentation["pd.DataFrame"]):
             "on": table.attrs["on"],
             "cycles": table.attrs["cycles"],
             "pulses": json_value(table.to_dict("records")),
+            "notes": list(table.attrs["notes"]),
         }
 
     def numbers(self) -> xr.Dataset:
         import xarray as xr
 
-        units = {"share": "1", "time": self._unit("s") or "1"} | dict.fromkeys(_WAYS, self._unit("N m s") or "1")
+        impulses = (*_WAYS, *(f"{way}_error" for way in _WAYS))
+        units = {"share": "1", "time": self._unit("s") or "1"} | dict.fromkeys(impulses, self._unit("N m s") or "1")
         variables = {name: ("instant", self.result[name].to_numpy(), {"units": unit}) for name, unit in units.items()}
         return xr.Dataset(variables, attrs=self.result.attrs)
