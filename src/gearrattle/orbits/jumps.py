@@ -6,25 +6,27 @@ start of a period is nearer to that motion than to any other one, stable or not,
 speed. So it does not matter how far the run lags behind the motion, or how it is sampled. Beside a fold a run that lags
 may have passed the unstable motion already, so motions ever farther before it are tried.
 
-The distance of two motions is that of peak-to-peak deflections, each over the largest of the motions that are stable at
-the event, the root of the sum of squares over the clearances. The jump is where the run becomes nearer to a stable
-motion that goes on, at the speed of the run, than to the motion which has ended: to what is left of it, unstable, or
-else to its end. With one clearance that is where it passes the middle between both. Beyond that it must be on the other
-one, as it was on the first: what leaves a doubling has nearly the same swing, to which a run that lags may be nearer.
+Where a run leaves a motion is told by the shape of its deflections, not by their swing: a motion that folds often goes
+on to one with nearly the same swing, and a run that lags has another swing than either. The run and the motions are
+compared part by part of a period, at the same phases of the inputs. The distance is the root mean square of the
+difference of the deflections, without its mean over the part, in which motions of a family differ; deflections of a
+clearance count by the largest swing of the motions that are stable at the event. A motion that repeats after n periods
+may be shifted by a whole number of them, whichever is nearest.
 
-Windows as long as the motions slide over the parts of a run. Where the swing grows by the jump a window notices it with
-its last part; where the swing shrinks, when the last large part leaves it at its begin. The middle of that part is the
-instant.
+The jump is where the run becomes nearer to another motion, at the speed of the run, than to the motion which has ended:
+to what is left of it, unstable, or else to its end. It is the first part in which it is nearer, and from which on it is
+nearer over a period: parts in which the motions do not differ tell nothing. On the other motion, where that is stable,
+the run must be beyond the event, as it was on the first. Where that one is unstable at the jump, the run settles on it
+only later. A run that is nearer to the other motion already when it passes the event has no delay that can be told.
 
 Takes a Branch and a run in parts of a period; gives Jumps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import groupby
-from math import lcm
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -34,21 +36,25 @@ from gearrattle.assembly import assemble, period_of
 from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
+from gearrattle.orbits.deflections import Course, Grid
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.settled import Attractor, passes_to_settle
 from gearrattle.orbits.stable_ranges import Loss, courses_of, halfway, losses_of
 
 Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 _SAME = 1e-6  # of an event's value and of the swings there: motions that differ by less are copies
 _ROUNDING = 1e-13  # of a value: a smaller step does not turn back
 _SAME_STATE = 1e-4  # of the units of a motion: states that differ by less are one
 _MOST_PASSES = 2000  # of a motion in which a run is held, where another motion of the branch needs no more
 _NEAR = 0.5  # of the distance of two motions: a run is near to one of them, or has left it
+_BLOCK = 256  # parts of a run that are compared at once
 _TINY = 1e-9  # of the largest scale: a swing below it is rounding
 _NONE_KNOWN = "no other stable motion is known there"
 _NOT_ON = "the run was not on the motion that ends there"
 _NOT_YET = "the run ends before it jumps"
+_EARLY = "the run is nearer to another motion already where that one ends"
 _ELSEWHERE = "the run leaves for no stable motion that is known"
 
 
@@ -65,7 +71,7 @@ class Jump:
     end
         value at the event [SI].
     value
-        value at which the run jumps [SI]; NaN where it does not.
+        value at which the run jumps: it leaves the motion that has ended [SI]; NaN where it does not.
     delay
         the speed that the run passes in between, never negative [rad/s].
     periods
@@ -74,6 +80,8 @@ class Jump:
         whose deflection tells the two motions apart most.
     words
         why there is no jump; empty where there is one.
+    settles
+        value from which on the motion that it leaves for is stable, not before the jump [SI]; NaN without one.
     """
 
     upward: bool
@@ -84,6 +92,7 @@ class Jump:
     periods: float
     clearance: str
     words: str = ""
+    settles: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -106,6 +115,8 @@ class BranchPart:
         number of the branch.
     points
         its motions between both ends, by their values.
+    nodes
+        N motions, those of events included.
     events
         those at its two ends: rows of ``Branch.events``, or -1.
     """
@@ -117,6 +128,7 @@ class BranchPart:
     peak_to_peak: Array
     branch: int
     points: tuple[Point, ...]
+    nodes: tuple[Point, ...]
     events: tuple[int, int]
 
     def at(self, value: float | Array) -> Array:
@@ -144,6 +156,8 @@ class RunParts:
         (Q,) in the middle of every part [SI].
     highest, lowest
         (Q, K) deflections in every part [rad or m].
+    deflection
+        (Q, M, K) at M instants of every part, evenly spread from its begin on [rad or m].
     state_before
         gives, for a value and a period map, the state at the start of the period in which the value is reached.
     """
@@ -153,22 +167,13 @@ class RunParts:
     value: Array
     highest: Array
     lowest: Array
+    deflection: Array
     state_before: Callable[[float, PeriodMap], State]
 
-    def width(self, periods: int) -> int:
-        """Parts in a window of so many periods; all of them where the run is shorter."""
-        return min(len(self.value), periods * self.per_period)
-
-    def swings(self, periods: int) -> Array:
-        """(Q - W + 1, K) peak-to-peak deflection of every window of W parts."""
-        return self.largest(self.highest, periods) + self.largest(-self.lowest, periods)
-
-    def largest(self, levels: Array, periods: int) -> Array:
-        """(Q - W + 1, K) largest of (Q, K) levels in every window of W parts."""
-        if not len(levels):
-            return levels
-        largest: Array = np.max(sliding_window_view(levels, self.width(periods), axis=0), axis=-1)
-        return largest
+    @property
+    def grid(self) -> Grid:
+        """The instants of a period."""
+        return Grid(self.per_period, self.deflection.shape[1])
 
     def passed(self, value: float) -> NDArray[np.bool_]:
         """(Q,) whether the middle of a part lies beyond a value."""
@@ -183,21 +188,23 @@ class _Ending:
     ----------
     loss
         where the motion ends.
-    own, whole
-        the motion that ends, and its line, unstable parts included.
+    own
+        the motion that ends.
     copies
         the motion that ends and those with the same swings that end there, such as its mirror image.
     others
         stable motions with other swings.
+    courses
+        all motions line by line, unstable ones included.
     scale
         (K,) by which swings of the clearances compare [rad or m].
     """
 
     loss: Loss
     own: BranchPart
-    whole: BranchPart
     copies: tuple[BranchPart, ...]
     others: tuple[BranchPart, ...]
+    courses: Mapping[int, Course]
     scale: Array
 
     @property
@@ -233,6 +240,7 @@ def speed_of(branch: Followed, value: float) -> float:
 def branch_parts(branch: Followed) -> Sequence[BranchPart]:
     """The parts of all branches of one stability, ends at events included."""
     swings, event_swings = branch.data["peak_to_peak"].values, branch.event_levels[:, 1] - branch.event_levels[:, 0]
+    located = [event.point for events in branch.events_of_curves for event in events]
     motions, first_line = list[BranchPart](), 0
     for number, (course, curve) in enumerate(zip(courses_of(branch), branch.curves, strict=True)):
         lines = first_line + _turns(course.value)
@@ -245,8 +253,10 @@ def branch_parts(branch: Followed) -> Sequence[BranchPart]:
             swing = np.array([swings[i] if e < 0 else event_swings[e] for i, e in nodes])
             order = np.argsort(value, kind="stable")
             points = tuple(branch.points[nodes[k][0]] for k in order if nodes[k][1] < 0)
+            every = tuple(branch.points[i] if e < 0 else located[e] for i, e in (nodes[k] for k in order))
             ends = nodes[0][1], nodes[-1][1]
-            motions.append(BranchPart(is_stable, line, curve.cycles, value[order], swing[order], number, points, ends))
+            known = (number, points, every, ends)
+            motions.append(BranchPart(is_stable, line, curve.cycles, value[order], swing[order], *known))
     return motions
 
 
@@ -262,6 +272,7 @@ def _turns(value: Array) -> NDArray[np.int64]:
 def jumps_of(branch: Followed, run: RunParts, motions: Sequence[BranchPart], rate: float) -> list[Jump]:
     """The losses of stability that a run passes, in its order; those of copies of a motion once."""
     ended = list[tuple[Loss, list[BranchPart]]]()
+    courses = {line: _course(branch, run, line, motions) for line in {one.line for one in motions}}
     losses = [loss for loss in losses_of(branch) if loss.upward == run.upward and loss.jumps is not False]
     for loss in losses if run.upward else losses[::-1]:
         for own in [one for one in motions if one.is_stable and loss.event in one.events][:1]:
@@ -270,7 +281,7 @@ def jumps_of(branch: Followed, run: RunParts, motions: Sequence[BranchPart], rat
                 ended.append((loss, [own]))
             else:
                 known.append(own)
-    return [_jump(branch, run, _ending(loss, owns, motions), rate) for loss, owns in ended]
+    return [_jump(branch, run, _ending(loss, owns, motions, courses), rate) for loss, owns in ended]
 
 
 def _is_copy(one: BranchPart, own: BranchPart, end: float) -> bool:
@@ -279,19 +290,25 @@ def _is_copy(one: BranchPart, own: BranchPart, end: float) -> bool:
     return one.reaches(end) and bool(np.allclose(one.at(end), swing, rtol=_SAME, atol=_TINY * float(swing.max())))
 
 
-def _ending(loss: Loss, copies: Sequence[BranchPart], motions: Sequence[BranchPart]) -> _Ending:
+def _course(branch: Followed, run: RunParts, line: int, motions: Sequence[BranchPart]) -> Course:
+    """The motions of a line, stable or not."""
+    parts = sorted((one for one in motions if one.line == line), key=lambda one: float(one.value[0]))
+    value = np.concatenate([one.value for one in parts])
+    return Course(branch, parts[0].cycles, value, [node for one in parts for node in one.nodes], run.grid)
+
+
+def _ending(
+    loss: Loss, copies: Sequence[BranchPart], motions: Sequence[BranchPart], courses: Mapping[int, Course]
+) -> _Ending:
     """A loss with the other stable motions; copies of the ended one, and what leaves it there, are left out."""
     own = copies[0]
-    line = sorted((one for one in motions if one.line == own.line), key=lambda one: float(one.value[0]))
-    value = np.concatenate([one.value for one in line])
-    whole = replace(own, value=value, peak_to_peak=np.concatenate([one.peak_to_peak for one in line]))
     others = tuple(
         one for one in motions if one.is_stable and one.line != own.line and not _is_copy(one, own, loss.value)
     )
     swings = [own.at(loss.value), *(one.at(loss.value) for one in others if one.reaches(loss.value))]
     scale = np.max(swings, axis=0)
     least = max(_TINY * float(scale.max()), np.finfo(float).tiny)
-    return _Ending(loss, own, whole, tuple(copies), others, np.maximum(scale, least))
+    return _Ending(loss, own, tuple(copies), others, courses, np.maximum(scale, least))
 
 
 def _jump(branch: Followed, run: RunParts, ending: _Ending, rate: float) -> Jump:
@@ -310,17 +327,20 @@ def _jump(branch: Followed, run: RunParts, ending: _Ending, rate: float) -> Jump
     crossings = [
         (value, other)
         for other in ending.others
-        if (value := _crossing(run, ending, other)) is not None and _was_on(branch, run, other, beyond=value)
+        if (value := _crossing(run, ending, other)) is not None and _was_on(branch, run, other, beyond=loss.value)
     ]
     if not crossings:
         return without(_ELSEWHERE if _has_left(run, ending, neighbour) else _NOT_YET, apart_most)
     value, other = (min if run.upward else max)(crossings, key=lambda pair: pair[0])
+    if value == loss.value:
+        return without(_EARLY, apart_most)
     speeds = speed_of(branch, value), speed_of(branch, loss.value)
     delay = speeds[0] - speeds[1] if run.upward else speeds[1] - speeds[0]
     turns = period_of(branch.model).period * branch.model.excitation.omega
     periods = delay / rate * 0.5 * (speeds[0] + speeds[1]) / turns
     decided_by = names[ending.decisive(other.at(value))]
-    return Jump(run.upward, loss.kind, loss.value, value, delay, periods, decided_by)
+    settles = max(value, float(other.value[0])) if run.upward else min(value, float(other.value[-1]))
+    return Jump(run.upward, loss.kind, loss.value, value, delay, periods, decided_by, settles=settles)
 
 
 def _was_on(branch: Followed, run: RunParts, part: BranchPart, beyond: float | None = None) -> bool:
@@ -367,29 +387,47 @@ def _motions_of(branch: Followed, part: BranchPart) -> Sequence[Point]:
     return () if middle is None else (middle,)
 
 
+def _lean(run: RunParts, ending: _Ending, other: Course, parts: IntArray) -> Array:
+    """How much nearer to another motion than to the one that has ended a run is in parts: a difference of squares.
+
+    Where there is no motion on the other course it is as far as can be.
+    """
+    value = run.value[parts]
+    compared = run.deflection[parts], value, parts % run.per_period, ending.scale
+    left = np.min([ending.courses[one.line].off(*compared) for one in ending.copies], axis=0)
+    return np.where(other.reaches(value), left - other.off(*compared), -np.inf)
+
+
 def _crossing(run: RunParts, ending: _Ending, other: BranchPart) -> float | None:
-    """Value at which, beyond the end of a motion, a run becomes nearer to another one than to it; None: nowhere."""
-    swings = run.swings(lcm(ending.own.cycles, other.cycles))
-    end = ending.loss.value
-    following = other.at(end)
-    clearance = ending.decisive(following)
-    grows = following[clearance] > ending.swing[clearance]
-    part = slice(len(run.value) - len(swings), None) if grows else slice(0, len(swings))
-    value, passed = run.value[part], run.passed(end)[part]
-    left, there = ending.whole.at(value), other.at(value)
-    nearer = ending.distance(swings, left) ** 2 - ending.distance(swings, there) ** 2
-    nearer /= np.maximum(ending.distance(there, left), _TINY)
-    goes_on = (other.value[0] <= value) & (value <= other.value[-1])
-    crossed = np.flatnonzero(passed & goes_on & (nearer > 0.0))
-    if not crossed.size:
-        return None
-    k = int(crossed[0])
-    share = nearer[k - 1] / (nearer[k - 1] - nearer[k]) if k and nearer[k - 1] < 0.0 else 1.0
-    crossing = float(value[k] + (share - 1.0) * (value[k] - value[max(k - 1, 0)]))
-    return max(crossing, end) if run.upward else min(crossing, end)
+    """Value at which, beyond the end of a motion, a run becomes nearer to another one than to it; None: nowhere.
+
+    Where it is nearer already in the last part before, it is the end.
+    """
+    end, last, width = ending.loss.value, len(run.value), run.per_period
+    beyond = np.flatnonzero(run.passed(end))
+    for begin in beyond[::_BLOCK].tolist():
+        parts = np.arange(max(begin - 1, 0), min(begin + _BLOCK + width, last))
+        lean = _lean(run, ending, ending.courses[other.line], parts)
+        over_period = sliding_window_view(np.concatenate([lean, np.zeros(width - 1)]), width).sum(axis=1)
+        crossed = np.flatnonzero((lean > 0.0) & (over_period > 0.0))
+        if crossed.size:
+            k = int(crossed[0])
+            before, after = run.value[parts[max(k - 1, 0)]], run.value[parts[k]]
+            share = lean[k - 1] / (lean[k - 1] - lean[k]) if k and -np.inf < lean[k - 1] < 0.0 else 1.0
+            crossing = float(before + share * (after - before))
+            return max(crossing, end) if run.upward else min(crossing, end)
+    return None
 
 
 def _has_left(run: RunParts, ending: _Ending, neighbour: BranchPart) -> bool:
-    """Whether at its end a run is no longer near the ended motion."""
-    away = ending.distance(run.swings(ending.own.cycles)[-1:], ending.whole.at(run.value[-1]))
-    return bool(np.any(away > _NEAR * ending.distance(neighbour.at(ending.loss.value), ending.swing)))
+    """Whether at its end a run is farther from the ended motion than the middle to its neighbour was at the event."""
+    parts = np.arange(len(run.value))[-run.per_period :]
+    phase, value = parts % run.per_period, run.value[parts]
+    at_end = np.full(len(parts), ending.loss.value)
+    lost = [ending.courses[one.line] for one in ending.copies]
+    away = np.min([one.off(run.deflection[parts], value, phase, ending.scale) for one in lost], axis=0)
+    between = [
+        lost[0].off(one, at_end, phase, ending.scale)
+        for one in np.swapaxes(ending.courses[neighbour.line].at(at_end, phase), 0, 1)
+    ]
+    return bool(np.sum(away) > _NEAR**2 * np.sum(np.min(between, axis=0)))

@@ -4,8 +4,8 @@ A slowly changed speed takes a stable motion past the event in which it ends, or
 there at once: near a smooth fold it moves away so slowly that the jump comes late, by a delay that grows with the rate
 r as r^(2/3) while r is small; from a motion that only has become unstable it moves away as what it is off it grows.
 
-Where a run leaves the motion that has ended is told by its swings (``jumps``). A period T may hold many load cycles, so
-its extrema are taken in parts, as many as the fastest input has cycles in T.
+Where a run leaves the motion that has ended is told by the shape of its deflections (``jumps``). A period T may hold
+many load cycles, so it is looked at in parts, as many as the fastest input has cycles in T.
 
 P. Jung, G. Gray, R. Roy, P. Mandel, "Scaling law for dynamical hysteresis", Physical Review Letters 65 (1990)
 1873-1876.
@@ -45,6 +45,7 @@ PATHS = ("excitation.speed", "excitation.frequency")
 _SAMPLES = 64  # of the shortest period of the inputs
 _MOST_SAMPLES = 20_000_000  # of a run; a longer one takes fewer, down to _SAMPLES a period T
 _ROUNDING = 1e-9  # of a period
+_INSTANTS = 32  # of a load cycle at which a run is compared with motions
 _MOST_PARTS = 64  # of a period T in which extrema are taken
 
 
@@ -158,13 +159,23 @@ def run_up_of(branch: Followed, rate: float | str, progress: Callable[[float], N
         share = None if progress is None else _half(progress, upward)
         parts = _run(branch, start, (begin, end), speed_rate, share)
         envelopes.append(_envelope(parts))
-        jumps += jumps_of(branch, parts, motions, speed_rate)
+        seen = jumps_of(branch, parts, motions, speed_rate)
+        notes += [_settles_later(branch, jump) for jump in seen if not jump.words and jump.settles != jump.value]
+        jumps += seen
     return RunUpJumps(branch, speed_rate, tuple(envelopes), tuple(jumps), tuple(notes))
 
 
 def _half(progress: Callable[[float], None], upward: bool) -> Callable[[float], None]:
     """Progress of one of the two runs."""
     return lambda share: progress(0.5 * share + (0.0 if upward else 0.5))
+
+
+def _settles_later(branch: Followed, jump: Jump) -> str:
+    """What happens where the motion that a run leaves for is unstable at first."""
+    return (
+        f"Going {'up' if jump.upward else 'down'}, the motion that the run leaves for at {branch.path} = "
+        f"{jump.value:.6g} is stable from {jump.settles:.6g} on only: before that no branch has the motion of the run."
+    )
 
 
 def rate_of(model: Model, path: str, rate: float | str) -> float:
@@ -222,6 +233,10 @@ def _run(
     begins = np.searchsorted(period, np.arange(int(period[-1] * per_period) + 1) / per_period)
     high = np.maximum.reduceat(with_peaks(deflection), begins[:-1], axis=0)
     low = -np.maximum.reduceat(with_peaks(-deflection), begins[:-1], axis=0)
+    instants = -(-_INSTANTS * load_cycles // per_period)
+    at = np.arange((len(begins) - 1) * instants) / (per_period * instants)
+    traced = np.stack([np.interp(at, period, column) for column in deflection.T], axis=-1)
+    traced = traced.reshape(-1, instants, deflection.shape[1])
     middle = 0.5 * (time[begins[:-1]] + time[begins[1:]])
     to_value = ends[0] / first
 
@@ -232,7 +247,8 @@ def _run(
         start = 2.0 * angle / (first + np.sqrt(first**2 + 2.0 * signed * angle))
         return state_at(period_map, trajectory, free_of(model), start)
 
-    return RunParts(last > first, per_period, (first + signed * middle) * to_value, high, low, state_before)
+    value = (first + signed * middle) * to_value
+    return RunParts(last > first, per_period, value, high, low, traced, state_before)
 
 
 def with_peaks(sampled: Array) -> Array:

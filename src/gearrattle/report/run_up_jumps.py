@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _NOTE = (
-    "A run jumps where its peak-to-peak deflection becomes nearer to that of a stable motion that goes on than to that "
-    "of the motion that has ended, or is unstable. The slower the run, the nearer to the event it "
+    "A run jumps where its deflection over a cycle becomes nearer to that of another motion, on which it settles, than "
+    "to that of the motion that has ended, or is unstable. The slower the run, the nearer to the event it "
     "jumps: at a smooth fold the delay falls with the rate to the power 2/3."
 )
 
@@ -96,6 +96,7 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
             "delay": "delay",
             "periods": "periods",
             "clearance": "clearance",
+            "settles": "settles",
         }
         return {
             "model": jumps.model.name,
