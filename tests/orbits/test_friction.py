@@ -302,3 +302,25 @@ def test_sliders_that_stick_at_one_instant_do_so_in_any_order() -> None:
     orders = {tuple(point.motion.crossings.watch.tolist()) for point in branch.points[-20:]}
     assert len(orders) > 1  # otherwise rounding has not exchanged them here
     assert len({point.word for point in branch.points[-20:]}) == 1
+
+
+@pytest.mark.long
+def test_no_step_leads_over_a_release_to_another_branch() -> None:
+    """The branch of 2 T went on beyond 0.641835448, with multipliers from 5e3 to 0.16 and a note."""
+    stages = [
+        {"stiffness": 0.354, "damping": 0.04, "until": 0.35, "hysteresis": 0.04, "stick_stiffness": 5.2},
+        {"stiffness": 2.36, "damping": 0.1, "until": 0.84, "hysteresis": 0.12, "stick_stiffness": 7.28},
+        {"stiffness": 5.9, "damping": 0.18, "hysteresis": 0.2, "stick_stiffness": 10.4},
+    ]
+    tables = clutch_between((0.57, 0.83), (0.138, 0.11), 2.1, mean=0.67, amplitude=0.641)
+    tables["torque"][0]["harmonics"][0]["phase"] = 0.5
+    tables["coupling"].insert(0, {"name": "clutch", "between": ["a", "b"], "stages": stages})
+    model = gr.Model.from_tables({**tables, "excitation": {"speed": 0.83}})
+    branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", (0.641, 0.6425))
+    ends = [(curve.cycles, curve.events[-1]) for curve in branch.curves]
+    assert [(cycles, event.grazing.kind if event.grazing else "") for cycles, event in ends] == [
+        (1, "release"),
+        (2, "release"),
+    ]
+    assert [event.point.parameter for _, event in ends] == pytest.approx([0.641840342, 0.641835448], abs=1e-8)
+    assert all("a slider is let go with its torque" in note for note in branch.notes)

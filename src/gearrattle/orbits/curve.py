@@ -19,7 +19,7 @@ from gearrattle.engine.periodic.continuation import Continuation, WrongBranch
 from gearrattle.engine.periodic.events import BREAKING, FOLD, GRAZING, Event, changes_between, events_between
 from gearrattle.engine.periodic.grazing import RELEASE, Grazing
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.release import end_in_release, is_release, passes_begin
+from gearrattle.engine.periodic.release import end_in_release, is_near_release, is_release, passes_begin
 from gearrattle.engine.periodic.zero import zero_between
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.edges import followed_through_families
@@ -237,6 +237,9 @@ class _Walk:
             self.is_done = True
             return
         located = _located(self._follower, self.points[-1], point) if known is None else ([point], [*known], [])
+        if located[2] and self._may_have_ended():
+            message = f"the motion may jump beyond {self.points[-1].parameter:.9g}, where a slider is let go"
+            raise WrongBranch(message, float(np.linalg.norm(point.w - self.points[-1].w)))
         self.points += located[0]
         self.events += _without(self._at_begin, located[1])
         self.unlocated += located[2]
@@ -255,6 +258,13 @@ class _Walk:
         self.events += joint
         self.points.append(joint[-1].point)
         self.is_done = True
+
+    def _may_have_ended(self) -> bool:
+        """Whether the last motion has a short visit that lets a slider go: where that vanishes the branch ends."""
+        last = self.points[-1]
+        return bool(self._follower.family.memories) and is_near_release(
+            self._follower.family.map_at(last.parameter), last
+        )
 
     def _end_in_release(self) -> None:
         """End where a slider is let go with its torque, if one is."""

@@ -89,6 +89,11 @@ def end_in_release(period_map: PeriodMap, before: Point, last: Point) -> tuple[P
     return replace(last, w=last.w + change, parameter=last.parameter + way, length=last.length + distance), touch
 
 
+def is_near_release(period_map: PeriodMap, point: Point) -> bool:
+    """Return whether a motion has a short visit beyond a corner that lets a slider go with its torque."""
+    return bool(_visits(period_map, point))
+
+
 def passes_begin(period_map: PeriodMap, before: Point, after: Point) -> bool:
     """Return whether a crossing that lets a slider go passes the begin of the period between two points of a branch."""
     starts = before.motion.start.auxiliary_pieces, after.motion.start.auxiliary_pieces
