@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from gearrattle.engine.periodic.events import _pairs_crossed
+from gearrattle.engine.periodic.unit_circle import pairs_crossed
 
 
 def pair(modulus: float, angle: float) -> list[complex]:
@@ -38,4 +38,4 @@ def test_pairs_that_cross_the_unit_circle_are_counted(
     before: list[complex], after: list[complex], crossed: int
 ) -> None:
     points = [SimpleNamespace(multipliers=np.array(values, complex), free=0) for values in (before, after)]
-    assert _pairs_crossed(*cast(list[Any], points)) == crossed
+    assert pairs_crossed(*cast(list[Any], points)) == crossed

@@ -22,6 +22,7 @@ from gearrattle.engine.periodic.period_map import Along, Pass, State
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
 from gearrattle.engine.periodic.touch import Touch
+from gearrattle.engine.periodic.unit_circle import det_plus
 from gearrattle.engine.periodic.zero import zero_between
 from gearrattle.errors import ConvergenceError
 
@@ -144,9 +145,9 @@ def breaking_between(curve: Continuation, before: Point, after: Point) -> Point 
     try:
         first, last = _among(halves, before), _among(halves, after)
         away = max(float(np.linalg.norm(own.w - whole.w)) for own, whole in ((first, before), (last, after)))
-        if away > SAME or _doubling(first) * _doubling(last) >= 0.0:
+        if away > SAME or det_plus(first) * det_plus(last) >= 0.0:
             return None
-        breaking, _ = zero_between(halves, first, last, _doubling)
+        breaking, _ = zero_between(halves, first, last, det_plus)
         motion, slope = curve.family.follow(breaking.motion.start, breaking.parameter)
     except ConvergenceError:
         return None
@@ -182,8 +183,3 @@ def breaking_near(curve: Continuation, point: Point, farthest: float) -> Point |
 def _among(halves: Continuation, point: Point) -> Point:
     """A motion among the fixed points of H."""
     return replace(halves.in_plane(replace(point, later=None)), length=point.length)
-
-
-def _doubling(point: Point) -> float:
-    """det(I + DH)."""
-    return float(np.prod(1.0 + point.multipliers).real)

@@ -32,7 +32,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic import patterns
+from gearrattle.engine.periodic import patterns, unit_circle
 from gearrattle.engine.periodic.breaking import breaking_between
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.grazing import JUMP, RELEASE, RIGID, VERTICAL, Grazing, grazing_of
@@ -55,13 +55,7 @@ FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, GRAZING, PATTERN = (
     "grazing",
     "pattern",
 )
-REAL = 1e-9
-"""A multiplier with a smaller imaginary part is real but for rounding."""
 _DEEPEST = 12  # halvings of a step that holds more than one change of the pattern
-_NEAR = 0.02  # a multiplier whose distances from the circle add up to less may have been there in between
-_CONSERVED = 1e-9  # the product of all multipliers is one but for so much where nothing is lost
-_LEAVES = 1e-6  # a pair that leaves the circle there goes with the root of the distance, and rounding moves it less
-_FARTHER = 2.0  # times the way between both ends that a multiplier may go in between
 _PARABOLAS = 12  # to the minimum of a test function
 _SAME = 1e-9  # of a step: a minimum is not known better
 _DEEP = 0.5  # of its least value so far: a minimum above that is no sign of two zeros
@@ -204,7 +198,7 @@ def _root_of(grazing: Event) -> float:
 def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]:
     """Yield the folds, doublings, breakings and Neimark-Sacker bifurcations between two points."""
     hidden = _hidden_fold(curve, before, after) or _hidden_loss(curve, before, after)
-    if hidden is None and after.length - before.length > _APART and _is_ambiguous(before, after):
+    if hidden is None and after.length - before.length > _APART and unit_circle.is_ambiguous(before, after):
         hidden = curve.between(before, after, 0.5)
     if hidden is not None:
         yield from _losses(curve, before, hidden)
@@ -215,9 +209,9 @@ def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]
             yield _located(curve, before, after, kind, TESTS[kind])
             continue
         event = _located(curve, before, after, kind, _neimark_sacker(before))
-        if _is_conservative(event.point):
+        if unit_circle.is_conservative(event.point):
             yield replace(event, is_collision=False)
-        elif _has_pair_on_circle(event.point):  # else two real ones have left through -1
+        elif unit_circle.has_pair_on_circle(event.point):  # else two real ones have left through -1
             yield event
 
 
@@ -228,7 +222,7 @@ def _changed(before: Point, after: Point) -> list[str]:
         kinds = [kind for kind in kinds if kind not in (FOLD, BREAKING)]
     if FOLD in kinds and BREAKING in kinds:  # at a fold det(I - M) is zero as well
         kinds.remove(BREAKING)
-    if _pairs_crossed(before, after):
+    if unit_circle.pairs_crossed(before, after):
         kinds.append(NEIMARK_SACKER)
     return kinds
 
@@ -273,7 +267,7 @@ def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | No
     """
     for kind, nearest in _NEAREST.items():
         test = TESTS[kind]
-        if test(before) * test(after) > 0.0 and _may_return(nearest(before), nearest(after)):
+        if test(before) * test(after) > 0.0 and unit_circle.may_return(nearest(before), nearest(after)):
             point = _beyond_zero(curve, before, after, test)
             if point is not None:
                 return point
@@ -391,125 +385,18 @@ def _fold(point: Point) -> float:
     return float(point.tangent[-1])
 
 
-def _doubling(point: Point) -> float:
-    return float(np.prod(1.0 + point.multipliers).real)
-
-
-def _breaking(point: Point) -> float:
-    """det(I - M) without the eigenvalues nearest to zero that belong to free directions."""
-    return float(np.prod(1.0 - _not_free(point)).real)
-
-
-def _pair_size(point: Point) -> float:
-    """Modulus of the complex pair nearest to the unit circle, less 1; -1 without one.
-
-    Where nothing is lost the moduli have a root at the event. Two pairs m, n meet on the circle and leave it: there
-    m + 1/m and n + 1/n, real so far, become conjugate, and the square of their difference is smooth.
-    """
-    if not _is_conservative(point):
-        return abs(nearest_pair(point)[0]) - 1.0
-    upper = point.multipliers[point.multipliers.imag > REAL]
-    one, other = np.triu_indices(len(upper), 1)
-    squares = ((upper + 1.0 / upper)[one] - (upper + 1.0 / upper)[other]) ** 2
-    return -float(squares[np.argmin(np.abs(squares))].real) if squares.size else -1.0
-
-
-def _has_pair_on_circle(point: Point) -> bool:
-    """Whether it is a complex pair that crosses the circle; beside a grazing it leaps, and is not just on it."""
-    real = point.multipliers[np.abs(point.multipliers.imag) <= REAL].real
-    return min(nearest_pair(point)[1], _NEAR) < float(np.abs(1.0 + real).min(initial=np.inf))
-
-
-def _not_free(point: Point) -> NDArray[np.complex128]:
-    """The multipliers without those nearest to 1 that belong to free directions."""
-    return np.asarray(point.multipliers[np.argsort(np.abs(point.multipliers - 1.0))[point.free :]])
-
-
-def _outside(point: Point) -> tuple[int, int, int]:
-    """Numbers of multipliers outside the unit circle: real ones above 1, real ones below -1, complex pairs."""
-    values = _not_free(point)
-    is_real = np.abs(values.imag) <= REAL
-    above, below = is_real & (values.real > 1.0), is_real & (values.real < -1.0)
-    circle = 1.0 + _LEAVES if _is_conservative(point) else 1.0
-    return int(above.sum()), int(below.sum()), int((~is_real & (np.abs(values) > circle)).sum()) // 2
-
-
-def _is_conservative(point: Point) -> bool:
-    """Whether nothing is lost over a period: then pairs lie on the circle all along, and leave it where two meet."""
-    return bool(abs(np.prod(point.multipliers) - 1.0) < _CONSERVED)
-
-
-def _pairs_crossed(before: Point, after: Point) -> int:
-    """How many complex pairs leave the unit circle from one point to the next; negative: enter it.
-
-    Two real multipliers outside that meet become a pair without crossing the circle. One of them may have come from
-    inside shortly before, at a fold for example: then the product of both has not passed 1.
-    """
-    above, below, pairs = np.subtract(_outside(after), _outside(before))
-    crossed = int(pairs + np.trunc(above / 2.0) + np.trunc(below / 2.0))
-    if _is_ambiguous(before, after):
-        is_odd = _sign_of_products(before) != _sign_of_products(after)
-        crossed -= int(np.sign(pairs)) if is_odd != bool(crossed % 2) else 0
-    return crossed
-
-
-def _sign_of_products(point: Point) -> float:
-    """The sign of the product of m n - 1 over all pairs m, n of multipliers.
-
-    It changes where a complex pair crosses the circle, and where two real ones are inverse.
-    """
-    values = _not_free(point)
-    one, other = np.triu_indices(len(values), 1)
-    return float(np.sign(np.prod(values[one] * values[other] - 1.0).real))
-
-
-def _is_ambiguous(before: Point, after: Point) -> bool:
-    """Whether a pair outside the circle may have become two real multipliers, one of which has then come inside.
-
-    Or, the other way round, a pair may have entered the circle while a real one has left it: then there are two events.
-    """
-    above, below, pairs = (int(change) for change in np.subtract(_outside(after), _outside(before)))
-    return any(change % 2 == 1 and change * pairs < 0 for change in (above, below))
-
-
 def _neimark_sacker(before: Point) -> Callable[[Point], float]:
     """A test function that changes its sign where a pair crosses the unit circle after a point."""
-    return lambda point: abs(_pair_size(point)) * _sign(_pairs_crossed(before, point) == 0)
+    return lambda point: abs(unit_circle.pair_size(point)) * _sign(unit_circle.pairs_crossed(before, point) == 0)
 
 
 TESTS: dict[str, Callable[[Point], float]] = {
     FOLD: _fold,
-    DOUBLING: _doubling,
-    BREAKING: _breaking,
-    NEIMARK_SACKER: _pair_size,
+    DOUBLING: unit_circle.det_plus,
+    BREAKING: unit_circle.det_minus,
+    NEIMARK_SACKER: unit_circle.pair_size,
 }
 """By kind of event, a test function that is smooth along a branch and zero at the event."""
 
 
-def _nearest_to_minus_one(point: Point) -> tuple[complex, float]:
-    """The multiplier nearest to -1, and how near it is."""
-    away = np.abs(point.multipliers + 1.0)
-    nearest = int(np.argmin(away))
-    return complex(point.multipliers[nearest]), float(away[nearest])
-
-
-def nearest_pair(point: Point) -> tuple[complex, float]:
-    """Return one of the complex pair nearest to the unit circle, the upper one, and how near it is.
-
-    Infinity without one; pairs that lie on it all along are not counted.
-    """
-    pairs = point.multipliers[point.multipliers.imag > REAL]
-    if not pairs.size or _is_conservative(point):
-        return 0j, np.inf
-    away = np.abs(np.abs(pairs) - 1.0)
-    nearest = int(np.argmin(away))
-    return complex(pairs[nearest]), float(away[nearest])
-
-
-def _may_return(before: tuple[complex, float], after: tuple[complex, float]) -> bool:
-    """Whether a multiplier may have come to the circle and back between two points, by how far it moves in all."""
-    way = before[1] + after[1]
-    return way < max(_NEAR, _FARTHER * abs(after[0] - before[0]))
-
-
-_NEAREST = {DOUBLING: _nearest_to_minus_one, NEIMARK_SACKER: nearest_pair}
+_NEAREST = {DOUBLING: unit_circle.nearest_to_minus_one, NEIMARK_SACKER: unit_circle.nearest_pair}

@@ -27,7 +27,8 @@ import numpy as np
 from gearrattle.engine.periodic.boundary import relocated
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import test_of
-from gearrattle.engine.periodic.events import FOLD, GRAZING, TESTS, Event, events_between, nearest_pair
+from gearrattle.engine.periodic.events import FOLD, GRAZING, TESTS, Event, events_between
+from gearrattle.engine.periodic.unit_circle import nearest_pair
 from gearrattle.errors import ConvergenceError
 
 CUSP, TURNING, MEETING = "cusp", "turning point", "fold meets grazing"
