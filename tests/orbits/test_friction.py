@@ -229,9 +229,13 @@ def test_the_end_of_a_branch_does_not_depend_on_its_steps(last: float) -> None:
 
 
 def clutch_between(
-    inertias: tuple[float, float], drags: tuple[float, float], shaft: float, **torque: float
+    inertias: tuple[float, float],
+    drags: tuple[float, float],
+    shaft: float,
+    stages: list[dict[str, float]],
+    **torque: float,
 ) -> dict[str, Any]:
-    """Two bodies, a shaft behind the second one."""
+    """A clutch between two bodies, and a shaft behind the second one."""
     bodies = [{"name": name, "J": J, "drag": drag} for name, J, drag in zip("ab", inertias, drags, strict=True)]
     harmonics = [{"order": 1, "amplitude": torque["amplitude"]}]
     return {
@@ -239,7 +243,10 @@ def clutch_between(
         "name": "staged clutch",
         "units": "dimensionless",
         "inertia": bodies,
-        "coupling": [{"name": "shaft", "between": ["b", "ground"], "stiffness": shaft, "damping": 0.05}],
+        "coupling": [
+            {"name": "clutch", "between": ["a", "b"], "stages": stages},
+            {"name": "shaft", "between": ["b", "ground"], "stiffness": shaft, "damping": 0.05},
+        ],
         "torque": [{"on": "a", "mean": torque["mean"], "harmonics": harmonics}],
     }
 
@@ -252,8 +259,7 @@ def test_a_slider_that_is_let_go_sooner_than_it_slips_changes_the_pattern() -> N
         {"stiffness": 4.0, "damping": 0.09, "until": 0.516, "hysteresis": 0.192, "stick_stiffness": 4.508},
         {"stiffness": 10.0, "damping": 0.18, "hysteresis": 0.32, "stick_stiffness": 6.44},
     ]
-    tables = clutch_between((0.73, 0.99), (0.075, 0.12), 1.0, mean=0.29, amplitude=3.65)
-    tables["coupling"].append({"name": "clutch", "between": ["a", "b"], "stages": stages})
+    tables = clutch_between((0.73, 0.99), (0.075, 0.12), 1.0, stages, mean=0.29, amplitude=3.65)
     ends = (1.1150, 1.1155)
     branch = gr.continuation(gr.Model.from_tables({**tables, "excitation": {"speed": ends[0]}}), SPEED, ends)
     assert branch.notes == ()
@@ -273,8 +279,7 @@ def test_a_begin_that_lets_a_slider_go_is_passed_without_a_note() -> None:
         {"stiffness": 0.354, "damping": 0.03, "until": 0.4, "hysteresis": 0.062, "stick_stiffness": 6.46},
         {"stiffness": 5.9, "damping": 0.18, "hysteresis": 0.31, "stick_stiffness": 12.92},
     ]
-    tables = clutch_between((1.25, 1.11), (0.039, 0.084), 1.69, mean=0.0, amplitude=1.07)
-    tables["coupling"].append({"name": "clutch", "between": ["a", "b"], "stages": stages})
+    tables = clutch_between((1.25, 1.11), (0.039, 0.084), 1.69, stages, mean=0.0, amplitude=1.07)
     ends = (1.6595, 1.661)
     branch = gr.continuation(gr.Model.from_tables({**tables, "excitation": {"speed": ends[0]}}), SPEED, ends)
     assert branch.notes == ()
@@ -291,9 +296,8 @@ def test_sliders_that_stick_at_one_instant_do_so_in_any_order() -> None:
         {"stiffness": 0.666, "damping": 0.03, "until": 0.335, "hysteresis": 0.064, "stick_stiffness": 4.65},
         {"stiffness": 11.1, "damping": 0.12, "hysteresis": 0.32, "stick_stiffness": 9.3},
     ]
-    tables = clutch_between((1.01, 1.35), (0.085, 0.128), 2.49, mean=0.62, amplitude=1.178)
+    tables = clutch_between((1.01, 1.35), (0.085, 0.128), 2.49, stages, mean=0.62, amplitude=1.178)
     tables["torque"][0]["harmonics"].append({"order": 2, "amplitude": 0.3, "phase": 3.9})
-    tables["coupling"].insert(0, {"name": "clutch", "between": ["a", "b"], "stages": stages})
     model = gr.Model.from_tables({**tables, "excitation": {"speed": 1.29}})
     branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", (1.178, 1.182))
     assert branch.notes == ()
@@ -312,9 +316,8 @@ def test_no_step_leads_over_a_release_to_another_branch() -> None:
         {"stiffness": 2.36, "damping": 0.1, "until": 0.84, "hysteresis": 0.12, "stick_stiffness": 7.28},
         {"stiffness": 5.9, "damping": 0.18, "hysteresis": 0.2, "stick_stiffness": 10.4},
     ]
-    tables = clutch_between((0.57, 0.83), (0.138, 0.11), 2.1, mean=0.67, amplitude=0.641)
+    tables = clutch_between((0.57, 0.83), (0.138, 0.11), 2.1, stages, mean=0.67, amplitude=0.641)
     tables["torque"][0]["harmonics"][0]["phase"] = 0.5
-    tables["coupling"].insert(0, {"name": "clutch", "between": ["a", "b"], "stages": stages})
     model = gr.Model.from_tables({**tables, "excitation": {"speed": 0.83}})
     branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", (0.641, 0.6425))
     ends = [(curve.cycles, curve.events[-1]) for curve in branch.curves]
