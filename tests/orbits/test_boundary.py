@@ -11,7 +11,9 @@ import xarray as xr
 from mpmath import mp, mpf
 
 import gearrattle as gr
+from gearrattle.engine.periodic.special import KINDS
 from gearrattle.orbits import Branch
+from gearrattle.report.plots.motion_map import SPECIAL
 from tests.oracles import backlash_mp as oracle
 from tests.orbits.test_branch import oscillator, over_frequency
 
@@ -171,6 +173,104 @@ def test_an_isolated_branch_shrinks_to_a_turning_point_of_its_folds() -> None:
     np.testing.assert_allclose(ends[0][1], ends[1][1], rtol=0, atol=1e-6)
 
 
+UNTIL = "coupling.g.stages.0.until"
+
+
+def two_steps(until: float, mean: float = 1.0) -> gr.Model:
+    """One body on a spring that stiffens twice; its motions double their period near where they touch a corner."""
+    stages = [
+        {"stiffness": 0.78, "damping": 0.02, "until": until},
+        {"stiffness": 15.6, "damping": 0.08, "until": 1.98},
+        {"stiffness": 62.4, "damping": 0.08},
+    ]
+    tables = {
+        "schema": 1,
+        "name": "two steps",
+        "units": "dimensionless",
+        "inertia": [{"name": "a", "J": 1.02, "drag": 0.021}],
+        "coupling": [{"name": "g", "between": ["a", "ground"], "stages": stages}],
+        "excitation": {"speed": 1.9},
+        "torque": [{"on": "a", "mean": mean, "harmonics": [{"order": 1, "amplitude": 3.5}]}],
+    }
+    return gr.Model.from_tables(tables)
+
+
+@pytest.mark.parametrize(
+    ("until", "speeds", "ends"),
+    [
+        (0.96, (1.89, 1.92), (0.94, 0.97)),
+        (0.96, (1.89, 1.92), (0.92, 0.961)),
+        pytest.param(0.945, (1.91, 1.925), (0.9, 0.96), marks=pytest.mark.slow),
+        pytest.param(0.945, (1.91, 1.925), (0.944, 1.0), marks=pytest.mark.slow),
+    ],
+)
+def test_a_grazing_passes_the_doubling_that_it_comes_from(
+    until: float, speeds: tuple[float, float], ends: tuple[float, float]
+) -> None:
+    """Its curve has a corner there: at that stage the motion of one period grazes where it doubles its period."""
+    branch = gr.continuation(two_steps(until), "excitation.speed", speeds)
+    row = branch.events.index[(branch.events["kind"] == "grazing") & (branch.events["branch"] == 1)][0]
+    curve = branch.boundary(int(row), UNTIL, ends)
+    assert curve["second"].values[[0, -1]].tolist() == list(ends)
+    special = curve.isel(point=curve["special"] != "")
+    assert special["special"].values.tolist() == ["grazing meets period doubling"]
+    at = gr.continuation(two_steps(float(special["second"][0])), "excitation.speed", (1.91, 1.92))
+    own = at.events[at.events["branch"] == 0]
+    assert sorted(own["kind"]) == ["grazing", "period doubling"]
+    np.testing.assert_allclose(own["value"], float(special["value"][0]), rtol=0, atol=1e-8)
+
+
+@pytest.mark.slow
+def test_a_fold_that_stays_at_a_grazing_ends_where_that_meets_its_doubling() -> None:
+    branch = gr.continuation(two_steps(0.99), "excitation.speed", (1.7, 1.75))
+    row = branch.events.index[(branch.events["kind"] == "fold") & (branch.events["branch"] == 1)][0]
+    ends = [branch.boundary(int(row), "torque.0.mean", (low, 1.3)) for low in (0.95, 0.99)]
+    assert [curve["special"].values[-1] for curve in ends] == ["grazing meets period doubling"] * 2
+    points = np.array([[curve[name].values[-1] for name in ("second", "value")] for curve in ends])
+    np.testing.assert_allclose(points[0], points[1], rtol=0, atol=1e-10)
+    counts = []
+    for mean in points[0, 0] + np.array([-1e-6, 1e-6]):
+        own = gr.continuation(two_steps(0.99, float(mean)), "excitation.speed", (1.705, 1.715)).events
+        is_near = (own["branch"] == 0) & (np.abs(own["value"] - points[0, 1]) < 2e-6)
+        counts.append(own.loc[is_near, "kind"].tolist())
+    assert counts == [["period doubling", "grazing", "period doubling"], ["grazing"]]
+
+
+def two_bodies(damping: float) -> gr.Model:
+    """A pair of gears held by a spring, whose doubled branch folds beside the doubling."""
+    couplings = [
+        {"name": "g", "between": ["a", "b"], "stiffness": 14.1, "damping": damping, "clearance": 0.89},
+        {"name": "s", "between": ["a", "ground"], "stiffness": 1.32, "damping": 0.03},
+    ]
+    bodies = [{"name": "a", "J": 0.83, "drag": 0.006}, {"name": "b", "J": 0.92, "drag": 0.004}]
+    torque = {"on": "a", "mean": 0.94, "harmonics": [{"order": 1, "amplitude": 4.71}]}
+    tables = {"inertia": bodies, "coupling": couplings, "excitation": {"speed": 1.04}, "torque": [torque]}
+    return gr.Model.from_tables({"schema": 1, "name": "two bodies", "units": "dimensionless", **tables})
+
+
+@pytest.mark.slow
+def test_a_fold_of_a_doubled_branch_ends_at_the_doubling() -> None:
+    """Its distance from the doubling falls with the square of the damping's way to there: from other branches."""
+    branches = {
+        damping: gr.continuation(two_bodies(damping), "torque.0.harmonics.0.amplitude", (3.65, 3.75))
+        for damping in (0.098, 0.1, 0.102)
+    }
+    distances, rows = [], []
+    for branch in branches.values():
+        doubling = branch.events["value"][branch.events["kind"] == "period doubling"].iloc[0]
+        folds = branch.events[branch.events["kind"] == "fold"]
+        rows.append(int((folds["value"] - doubling).abs().idxmin()))
+        distances.append(np.sqrt(folds["value"][rows[-1]] - doubling))
+    extrapolated = np.polyval(np.polyfit(distances, list(branches), 2), 0.0)
+    ends = []
+    for row, (damping, branch) in zip(rows[:2], list(branches.items())[:2], strict=True):
+        curve = branch.boundary(row, "coupling.g.damping", (damping, 0.12))
+        assert curve["special"].values[-1] == "fold meets period doubling"
+        ends.append(float(curve["second"][-1]))
+    assert ends[0] == pytest.approx(ends[1], abs=1e-8)
+    assert ends[0] == pytest.approx(extrapolated, abs=2e-6)
+
+
 def gear_pair(mean: float) -> gr.Model:
     """A pair whose doubled branch has a fold 1e-4 of w from where it leaves: two events lie beside each other."""
     couplings = [
@@ -292,3 +392,7 @@ def test_a_neimark_sacker_bifurcation_ends_where_its_pair_comes_to_minus_one() -
     assert squares[0] == pytest.approx(squares[1], rel=0.02)
     assert end == pytest.approx(2.831151, abs=2e-6)
     assert speed == pytest.approx(1.656032, abs=2e-6)
+
+
+def test_every_special_point_is_drawn_and_named() -> None:
+    assert set(SPECIAL) == set(KINDS)

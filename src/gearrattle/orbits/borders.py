@@ -63,7 +63,7 @@ class SpecialPoint:
     Attributes
     ----------
     kind
-        "cusp": two folds meet; "turning point": two events of one kind meet otherwise; "fold meets grazing".
+        one of ``special`` in ``Branch.boundary``.
     value, second
         where [SI].
     """

@@ -1,9 +1,9 @@
 """An event of a branch followed over a second value of the model: the border of where motions exist, as a curve.
 
 The second value is changed step by step. Each event is predicted by a parabola through the last three, then located
-exactly. Other events of the same kind may lie near. So an event must be as near to its prediction as on a curve; in a
-step that is not short its motion keeps its crossings; and one of motions of n periods is not one of motions of fewer.
-The first step is short, for it has no prediction.
+exactly. Other events of the same kind may lie near. So an event must be as near to its prediction as on a curve, and
+its motion keeps its crossings, except in a short step: the first one has no prediction, and the curve may have a
+corner. An event of motions of n periods is not one of motions of fewer.
 
 Where two events of one kind meet, the slope of their test function along the branch vanishes like a root. So no step
 leads farther than half the way to where the square of that slope would be zero: beyond there another event may lie.
@@ -20,25 +20,31 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import islice, pairwise
+from functools import partial
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from gearrattle.engine.periodic.boundary import missed_sooner, relocated, word_but_for_touch
+from gearrattle.engine.periodic.boundary import missed_after, polynomial_at, relocated, word_but_for_touch
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import ALONG, slope_along
 from gearrattle.engine.periodic.events import FOLD, GRAZING, NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.special import (
     CUSP,
+    FOLD_AT_DOUBLING,
+    GRAZING_AT_DOUBLING,
     MEETING,
     TURNING,
+    fold_at_doubling,
+    grazing_at_doubling,
     grazing_near,
     meeting_of_grazing,
     meeting_of_two,
     resonance,
+    resonance_of,
 )
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model.path_labels import path_label
@@ -62,21 +68,25 @@ _STEPS = 40.0  # over the range, at least
 _MOST = 2000  # points on either side of the model's own value
 _SHORTEST = 1e-4  # of an even step
 _FARTHEST = 0.2  # largest distance that an event may move in a step, in units of w
-_FARTHEST_FIRST = 1e-3  # the same in the first step
+_FARTHEST_SHORT = 1e-3  # the same in a short step that is not predicted: the first one, or over a corner of the curve
 _EASY = 0.05  # a smaller distance than this: the step may grow
 _FIRST = 1e-3  # of an even step: the first one, without a prediction
-_REPEATS = 1e-7  # of the size of the state: what fails to repeat sooner by so little does repeat
+_REPEATS = 1e-7  # of the size of the state: a motion that misses its begin by so little after fewer periods repeats
 _FALL = 0.2  # of how much a motion fails to repeat sooner: what is left after a step, at least
 _PREDICTED_FROM = 3  # last points, by a parabola through them
 _OFF, _STRAIGHT = 0.2, 0.05  # of the distance: how far an event may be from its prediction; if so near, steps grow fast
 _ROUNDING = 1e-8  # of w: what lies so near to the prediction is near
-_SHORT, _BEND = 1e-2, 4.0  # of an even step; a curve may have a corner: over short steps it leads so many times as far
+_SHORT = 1e-2  # of an even step: the longest one in which the crossings may change, or the prediction fail
 _AT_TURNING, _MOST_VALUES = 1e-8, 60  # of the value: to so much is known where a curve of folds turns back; tries
 _INSIDE = 0.02  # of where that is sought: so far from both ends it must lie
 _TOWARDS = 0.5  # of the way to where two events would meet: the longest step
 _REACH = 0.1  # of the range: a special point farther from the last known event is another one's
-_BEHIND = 1e-3  # of the last step: the event was met there, so a point at which it vanishes lies no farther back
+_MET = 1e-3  # of the last step: the event was met there, so a point at which it vanishes lies no farther back
+_BEHIND = {MEETING: 1.0, FOLD_AT_DOUBLING: np.inf}
+"""The same where rounding hides the event: a fold may stay at a grazing, or be lost in a doubling."""
 _BACK = 7  # last points of a fold from which a grazing near is sought
+_NEAR_HALF, _NOT_ROUNDING = 1e-3, 5e-4  # of the size of the state: such a motion nearly repeats after half its periods
+_STAYS = 0.01  # of how much its motion misses: a grazing so near to a fold stays there
 _TRIED = 0.1  # of the distance between two points: the first step from there to where a fold meets a grazing
 
 
@@ -88,6 +98,8 @@ class _Row:
     event: Event
     special: str = ""
     slope: float = np.nan  # of its test function along the branch
+    word: str = ""  # of its pattern, but for its touch
+    missed: tuple[Array, ...] = ()  # by how much its motion fails to repeat after fewer periods, half of them first
 
 
 def boundary_of(
@@ -175,66 +187,120 @@ def _ended(followers: tuple[Follower, Across], rows: list[_Row], end: float) -> 
         rows = _last(followers, rows, end)
     out = rows[:1]
     for before, after in pairwise(rows):
-        if not after.special and (between := _between(follower, before, after)):
-            out.append(between)
-        out.append(after)
+        out += [after] if after.special else [*_between(follower, before, after), after]
     return out
 
 
-def _between(follower: Follower, before: _Row, after: _Row) -> _Row | None:
-    """The point between two rows at which a fold meets a grazing; None if none does."""
-    meeting = None
-    if before.event.kind == GRAZING and before.event.point.tangent[-1] * after.event.point.tangent[-1] < 0.0:
-        meeting = _meeting(follower, [before, after], 0.5 * (after.second - before.second))
-    elif before.event.kind == FOLD and before.event.point.pattern != after.event.point.pattern:
-        meeting = _meeting_of_fold(follower, before, after) or _meeting_of_fold(follower, after, before)
-    share = 0.0 if meeting is None else (meeting.second - before.second) / (after.second - before.second)
-    return meeting if 0.0 < share < 1.0 else None
+def _between(follower: Follower, before: _Row, after: _Row) -> list[_Row]:
+    """The special point between two rows; none if there is none."""
+    kind, step = before.event.kind, 0.5 * (after.second - before.second)
+    known = {row.second: row.event for row in (before, after)}
+    points = list[_Row]()
+    if _turns_around(before, after):
+        points = _sought(lambda: grazing_at_doubling(known, follower, step), GRAZING_AT_DOUBLING)
+    elif kind == GRAZING and before.event.point.tangent[-1] * after.event.point.tangent[-1] < 0.0:
+        is_apart = min(_missed(before), _missed(after)) > _NEAR_HALF  # else the tangent is upright by itself
+        points = _sought(lambda: meeting_of_grazing(known, follower, step), MEETING) if is_apart else []
+    elif kind == FOLD and before.event.point.pattern != after.event.point.pattern:
+        points = _meeting_of_fold(follower, before, after) or _meeting_of_fold(follower, after, before)
+    ends = sorted((before.second, after.second))
+    return [point for point in points if ends[0] < point.second < ends[1]]
+
+
+def _missed(row: _Row) -> float:
+    """By how much the motion of a row fails to repeat after fewer periods; infinite for one of one period."""
+    return min((float(np.linalg.norm(missed)) for missed in row.missed), default=np.inf)
+
+
+def _turns_around(before: _Row, after: _Row) -> bool:
+    """Whether a grazing repeats after half of its periods between two rows: then the halves change their roles."""
+    has_half = bool(before.missed) and before.event.point.motion.cycles % 2 == 0
+    is_grazing = before.event.kind == GRAZING
+    return is_grazing and has_half and float(before.missed[0] @ after.missed[0]) < 0.0
 
 
 def _last(followers: tuple[Follower, Across], rows: list[_Row], end: float) -> list[_Row]:
     """The rows up to where the curve ends, with the special point there if one is near."""
-    follower, across = followers
     last, step = rows[-1], rows[-1].second - rows[-2].second
-    kind = last.event.kind
-    points = list[_Row]()
-    if kind == NEIMARK_SACKER:
-        with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
-            second, event, name = resonance((rows[-2].second, rows[-2].event), (last.second, last.event), follower)
-            points.append(_Row(second, event, name))
-    if not points:
-        with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
-            second, event = meeting_of_two(last.event, follower, last.second, step)
-            points.append(_Row(second, event, CUSP if kind == FOLD else TURNING))
-    if kind == FOLD:
-        meetings = (_meeting_of_fold(follower, after, before) for before, after in reversed([*pairwise(rows[-_BACK:])]))
-        points.extend(islice((meeting for meeting in meetings if meeting), 1))
-        with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
-            points.append(_turning(rows, across))
     farthest = _REACH * abs(end - rows[0].second)
     near = list[tuple[float, _Row]]()
-    for point in points:
+    for point in _ends(followers, rows):
         ahead = (point.second - last.second) * np.sign(step)
-        behind = _BEHIND if point.special != MEETING else 1.0  # a fold may stay so near to a grazing as rounding
-        if -behind * abs(step) <= ahead < farthest:
+        if -_BEHIND.get(point.special, _MET) * abs(step) <= ahead < farthest:
             near.append((ahead, point))
     if not near:
         return rows
-    ahead, point = min(near, key=lambda pair: pair[0])
-    return [*(rows if ahead > 0.0 else rows[:-1]), point]
+    _, point = min(near, key=lambda pair: pair[0])
+    return [*(row for row in rows if (point.second - row.second) * step > 0.0), point]
 
 
-def _meeting_of_fold(follower: Follower, row: _Row, other: _Row) -> _Row | None:
-    """The point near a row of a fold, and another one, at which it meets a grazing; None if none is near."""
+def _ends(followers: tuple[Follower, Across], rows: list[_Row]) -> list[_Row]:
+    """The special points near the last row at which its curve may end."""
+    follower, across = followers
+    known = [(row.second, row.event) for row in rows[-_PREDICTED_FROM:]]
+    (before, _), (second, event) = known[-2:]
+    points = list[_Row]()
+    if event.kind == NEIMARK_SACKER:
+        points += _sought(lambda: resonance(known[-2], known[-1], follower), resonance_of(event))
+    if event.kind == FOLD and event.point.motion.cycles % 2 == 0:
+        points += _fold_at_doubling(follower, rows)
+    if not points:
+        special = CUSP if event.kind == FOLD else TURNING
+        points += _sought(lambda: meeting_of_two(event, follower, second, second - before), special)
+    if event.kind == FOLD:
+        meetings = (_meeting_of_fold(follower, after, before) for before, after in reversed([*pairwise(rows[-_BACK:])]))
+        points += next((meeting for meeting in meetings if meeting), [])
+        points += _sought(lambda: _turning(rows, across), TURNING)
+    return points
+
+
+def _fold_at_doubling(follower: Follower, rows: list[_Row]) -> list[_Row]:
+    """The point at which folding motions come to repeat after half of their periods; none if there is none near.
+
+    Where the fold stays at a grazing, that comes to it as well.
+    """
+    missed = {row.second: float(np.linalg.norm(row.missed[0])) for row in rows}
+    if missed[rows[-1].second] > _NEAR_HALF:
+        return []
+    spaced = list[_Row]()
+    for row in reversed(rows):
+        if missed[row.second] > (2.0 * missed[spaced[-1].second] if spaced else _NOT_ROUNDING):
+            spaced.append(row)
+    for row in spaced[:_BACK]:
+        near, step = _grazings_near(follower, row), _TRIED * (rows[-1].second - row.second)
+        known = {q: grazing for q, grazing in near.items() if abs(grazing.point.length) < _STAYS * missed[row.second]}
+        if points := _sought(partial(grazing_at_doubling, known, follower, step), GRAZING_AT_DOUBLING):
+            return points
+    folds = [(missed[row.second], row.second, row.event) for row in spaced[:_PREDICTED_FROM]]
+    points = _sought(lambda: fold_at_doubling(folds), FOLD_AT_DOUBLING)
+    return [point for point in points if (point.second - folds[0][1]) * (rows[-1].second - rows[0].second) > 0.0]
+
+
+def _sought(find: Callable[[], tuple[float, Event]], special: str) -> list[_Row]:
+    """The special point that is sought; none where there is none near."""
     with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
-        grazings = [(one.second, grazing_near(one.event, follower(one.second))) for one in (row, other)]
-        known = [_Row(second, grazing) for second, grazing in grazings if grazing]
-        if known and (meeting := _meeting(follower, known, _TRIED * abs(other.second - row.second))):
-            return replace(meeting, event=replace(meeting.event, kind=FOLD))
-    return None
+        return [_Row(*find(), special)]
+    return []
 
 
-def _turning(rows: list[_Row], across: Across) -> _Row:
+def _meeting_of_fold(follower: Follower, row: _Row, other: _Row) -> list[_Row]:
+    """The point near a row of a fold, and another one, at which it meets a grazing; none if none is near."""
+    known, step = _grazings_near(follower, row, other), _TRIED * abs(other.second - row.second)
+    points = _sought(lambda: meeting_of_grazing(known, follower, step), MEETING)
+    return [replace(point, event=replace(point.event, kind=FOLD)) for point in points]
+
+
+def _grazings_near(follower: Follower, *rows: _Row) -> dict[float, Event]:
+    """By second value, the grazings near some folds."""
+    known = dict[float, Event]()
+    for row in rows:
+        with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
+            if grazing := grazing_near(row.event, follower(row.second)):
+                known[row.second] = grazing
+    return known
+
+
+def _turning(rows: list[_Row], across: Across) -> tuple[float, Event]:
     """The point ahead at which a curve of folds turns back: an extremum of the second value over the value.
 
     A fold of the branch over the value is one of the branch over the second value as well, and has the same tangent.
@@ -256,7 +322,7 @@ def _turning(rows: list[_Row], across: Across) -> _Row:
     if not _INSIDE < (value - begin) / width < 1.0 - _INSIDE:
         raise ConvergenceError("the curve does not turn back near")
     point = known[value].point
-    return _Row(point.parameter, replace(last.event, point=replace(point, parameter=value)), TURNING)
+    return point.parameter, replace(last.event, point=replace(point, parameter=value))
 
 
 def _twice_to_turning(rows: list[_Row]) -> float:
@@ -276,21 +342,11 @@ def _twice_to_turning(rows: list[_Row]) -> float:
     return -slope / bend
 
 
-def _meeting(follower: Follower, rows: list[_Row], step: float) -> _Row | None:
-    """The point near rows of a grazing at which it meets a fold; None if it meets none."""
-    with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
-        known = {row.second: row.event for row in rows}
-        return _Row(*meeting_of_grazing(known, follower, step), MEETING)
-    return None
-
-
 def _one_way(follower: Follower, event: Event, ends: tuple[float, float], progress: Progress | None) -> list[_Row]:
     """The event from a start value to an end value, as far as it exists."""
     start, end = ends
-    located = [_Row(start, event)]
+    located = [_row(event, follower(start), start)]
     even = (end - start) / _STEPS
-    missed = missed_sooner(follower(start).family, event.point)
-    keeps_cycles = missed > _REPEATS
     step = _FIRST * even
     while located[-1].second != end and abs(step) >= _SHORTEST * abs(even) and len(located) < _MOST:
         if progress is not None:
@@ -298,20 +354,38 @@ def _one_way(follower: Follower, event: Event, ends: tuple[float, float], progre
         following = located[-1].second + step
         if (end - following) * (end - start) <= 0.0:
             following = end
-        row, growth, still_missed = None, 0.0, np.inf
+        row, growth = None, 0.0
         with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
-            curve = follower(following)
-            row, growth = _moved(located, curve, following, abs(step) <= _SHORT * abs(even))
-            still_missed = missed_sooner(curve.family, row.event.point) if row else np.inf
-        if keeps_cycles and still_missed < max(_FALL * missed, _REPEATS):
-            row = None
-        if row is None:
+            row, growth = _moved(located, follower(following), following, abs(step) <= _SHORT * abs(even))
+        if row is None or _repeats_sooner(located, row):
             step *= 0.5
             continue
         located.append(row)
         longest = min(2.0 * abs(even), max(_to_meeting(located), _SHORTEST * abs(even)))
-        step, missed = float(np.clip(growth * step, -longest, longest)), still_missed
+        step = float(np.clip(growth * step, -longest, longest))
     return located
+
+
+def _row(event: Event, curve: Continuation, second: float) -> _Row:
+    """The row of an event: what tells it from others that lie near."""
+    slope = np.nan
+    if event.kind != GRAZING:  # whose depth is no smooth function beyond it
+        with suppress(ConvergenceError):  # a fold so sharp that no motion is near
+            slope = slope_along(event, event.point, curve, ALONG)[0]
+    cycles = curve.family.cycles
+    fewer = [number for number in range(cycles // 2, 0, -1) if cycles % number == 0]
+    size = max(1.0, float(np.linalg.norm(event.point.w[:-1])))
+    missed = tuple(missed_after(curve.family, event.point, number) / size for number in fewer)
+    return _Row(second, event, slope=slope, word=word_but_for_touch(event), missed=missed)
+
+
+def _repeats_sooner(located: list[_Row], row: _Row) -> bool:
+    """Whether a motion repeats after fewer periods, or comes near to that, unlike those before.
+
+    A grazing may pass the point where it repeats after half of them.
+    """
+    least = _REPEATS if _turns_around(located[-1], row) else max(_FALL * _missed(located[-1]), _REPEATS)
+    return _missed(located[0]) > _REPEATS and _missed(row) < least
 
 
 def _to_meeting(located: list[_Row]) -> float:
@@ -328,34 +402,22 @@ def _moved(located: list[_Row], curve: Continuation, second: float, is_short: bo
     last = located[-1]
     change = np.zeros_like(last.event.point.w)
     if len(located) > 1:
-        change = _predicted(located[-_PREDICTED_FROM:], second) - last.event.point.w
-    event = relocated(last.event, curve, change, _FARTHEST)
-    growth = _growth(event.point.w - last.event.point.w, change, is_short)
-    if not is_short and word_but_for_touch(event) != word_but_for_touch(last.event):
+        known = [(row.second, row.event.point.w) for row in located[-_PREDICTED_FROM:]]
+        change = polynomial_at(known, second) - last.event.point.w
+    row = _row(relocated(last.event, curve, change, _FARTHEST), curve, second)
+    growth = _growth(row.event.point.w - last.event.point.w, change, is_short)
+    may_change = is_short or row.word == last.word or _turns_around(last, row)
+    if not may_change or row.slope * last.slope < 0.0:
         growth = 0.0
-    slope = np.nan
-    if event.kind != GRAZING:  # whose depth is no smooth function beyond it
-        with suppress(ConvergenceError):  # a fold so sharp that no motion is near
-            slope = slope_along(event, event.point, curve, ALONG)[0]
-    growth = 0.0 if slope * last.slope < 0.0 else growth
-    return (_Row(second, event, slope=slope) if growth else None), growth
-
-
-def _predicted(known: list[_Row], second: float) -> Array:
-    """The point w at a second value, by Lagrange's polynomial through known ones."""
-    w = np.zeros_like(known[0].event.point.w)
-    for row in known:
-        others = [other.second for other in known if other is not row]
-        w += np.prod([(second - other) / (row.second - other) for other in others]) * row.event.point.w
-    return w
+    return (row if growth else None), growth
 
 
 def _growth(move: Array, change: Array, is_short: bool) -> float:
     """How many times as long the step after a move that was predicted may be; 0: it led to another event."""
-    distance, predicted, off = (float(np.linalg.norm(way)) for way in (move, change, move - change))
-    if distance > (_FARTHEST if predicted else _FARTHEST_FIRST):
-        return 0.0
-    if predicted and off > _OFF * distance + _ROUNDING and not (is_short and distance < _BEND * predicted):
+    distance, off = (float(np.linalg.norm(way)) for way in (move, move - change))
+    if not change.any() or off > _OFF * distance + _ROUNDING:
+        return 1.5 if is_short and distance <= _FARTHEST_SHORT else 0.0
+    if distance > _FARTHEST:
         return 0.0
     if distance > _EASY:
         return 1.0

@@ -9,6 +9,7 @@ Takes an event and what follows the changed driveline; gives the event there.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -65,6 +66,13 @@ def relocated(event: Event, curve: Continuation, change: Array, farthest: float)
     return replace(located, touch=depth(*motion, event.touch)[1])
 
 
+def polynomial_at(known: Sequence[tuple[float, Array]], at: float) -> Array:
+    """Return the value at a number of Lagrange's polynomial through known pairs of a number and a value."""
+    numbers = [number for number, _ in known]
+    shares = [np.prod([(at - other) / (own - other) for other in numbers if other != own]) for own in numbers]
+    return np.asarray(np.sum([share * value for share, (_, value) in zip(shares, known, strict=True)], axis=0))
+
+
 def word_but_for_touch(event: Event) -> str:
     """Return the pattern of an event's motion, a word of ``patterns``, without what it crosses at its touch."""
     motion, touch = event.point.motion, event.touch
@@ -76,20 +84,26 @@ def word_but_for_touch(event: Event) -> str:
     return rotated(word_of(crossings.where(~is_touch)))
 
 
-def missed_sooner(family: Family, point: Point) -> float:
-    """Return by how much a motion of several periods fails to repeat after fewer; infinite for one of one period.
+def missed_after(family: Family, point: Point, cycles: int) -> Array:
+    """Return by how much a motion fails to repeat after fewer periods than its own.
+
+    Parameters
+    ----------
+    family
+        of the motion.
+    point
+        the motion.
+    cycles
+        the number of periods.
 
     Returns
     -------
-    float
-        The least distance of a state after fewer periods from the first one, in sizes of the state.
+    Array
+        (N,) the change of the state, in units of w.
     """
-    state, cycles = point.motion.start, family.cycles
-    missed = np.inf
-    for fewer in (number for number in range(1, cycles) if cycles % number == 0):
-        later = PeriodMap(family.map_at(point.parameter).system, fewer).later(state)
-        missed = min(missed, float(np.linalg.norm((later.y - state.y) * point.scale)))
-    return missed / max(family.size, float(np.linalg.norm(point.state * point.scale)))
+    state = point.motion.start
+    later = PeriodMap(family.map_at(point.parameter).system, cycles).later(state)
+    return np.asarray((later.y - state.y) * point.scale / point.size)
 
 
 def _by_secants(event: Event, curve: Continuation, begin: Point, farthest: float) -> Point:

@@ -178,7 +178,7 @@ def _beside_grazing(curve: Continuation, grazing: Event, touching: Point) -> Ite
     way = min(nearest(point)[1] for nearest in _NEAREST.values())
     distance, share = abs(touching.parameter - point.parameter), _TOWARDS
     shortest = _APART / max(abs(touching.length - point.length), _APART)
-    while root * np.sqrt(share * distance) > way and share > shortest:
+    while distance > 0.0 and root * np.sqrt(share * distance) > way and share > shortest:
         try:
             is_behind = touching.length > point.length
             yield curve.between(point, touching, share) if is_behind else curve.between(touching, point, 1.0 - share)

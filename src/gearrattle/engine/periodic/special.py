@@ -7,9 +7,11 @@ kind meet and vanish where
 
 for folds a *cusp*, for other events a *turning point* of their curve. A Neimark-Sacker bifurcation ends where its pair
 m comes to 1 (*1:1 resonance*) or to -1 (*1:2 resonance*): beyond, two real multipliers m, 1 / m are none. There m + 1/m
-is 2 or -2; it is smooth in q, so it is extrapolated. A fold meets a grazing where the tangent's part
-along the parameter vanishes at the grazing, in the limit from the side without contact; beyond the grazing it changes
-like a square root, so there the curve of folds bends into that of grazings.
+is 2 or -2; it is smooth in q, so it is extrapolated. A fold meets a grazing where the tangent's part along the
+parameter vanishes at the grazing, in the limit from the side without contact; beyond the grazing it changes like a
+square root, so there the curve of folds bends into that of grazings. Events of motions of n periods come to a *period
+doubling* where their motion repeats after n / 2 periods: a grazing where one of n / 2 periods has a multiplier -1, a
+fold where the square of how far its motion misses, extrapolated, is zero.
 
 Takes an event and what follows the driveline q; gives the special point.
 
@@ -18,32 +20,33 @@ Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, 4th ed., Springer 2023
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
-from gearrattle.engine.periodic.boundary import relocated
+from gearrattle.engine.periodic.boundary import missed_after, polynomial_at, relocated
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import test_of
-from gearrattle.engine.periodic.events import FOLD, GRAZING, TESTS, Event, events_between
+from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, TESTS, Event, events_between
 from gearrattle.engine.periodic.unit_circle import nearest_pair
 from gearrattle.errors import ConvergenceError
 
 CUSP, TURNING, MEETING = "cusp", "turning point", "fold meets grazing"
+FOLD_AT_DOUBLING, GRAZING_AT_DOUBLING = "fold meets period doubling", "grazing meets period doubling"
 ONE_TO_ONE, ONE_TO_TWO = "1:1 resonance", "1:2 resonance"
+KINDS = (CUSP, TURNING, MEETING, FOLD_AT_DOUBLING, GRAZING_AT_DOUBLING, ONE_TO_ONE, ONE_TO_TWO)
 Follower = Callable[[float], Continuation]
 
 _STEP, _SHORTEST = 1e-4, 1e-7  # arclength of differences along the branch: the largest one, and the smallest
-_PARABOLA = (
-    0.2,
-    0.01,
-)  # differences over a step and half of it, at most: of second derivatives, of extrema over the step
+_PARABOLA = 0.2, 0.01
+"""Differences over a step and half of it, at most: of second derivatives, of extrema over the step."""
 _FARTHEST = 0.3  # arclength from a known event to a special point
 _SECANTS = 30
 _LOCATED = 1e-12  # of q
 _LEFT, _FEW = 0.1, 8  # of the way to a resonance that every motion leaves; motions
+_FOLDS = 3  # for a parabola
 _BESIDE = 0.1  # of m + 1/m: a pair farther from 2 or -2 has no resonance near
 _NEAR = 4e-6  # arclength from a grazing to the motions by which its limit is extrapolated
 _EXTRAPOLATED = (5.0, -10.0, 10.0, -5.0, 1.0)  # weights of the values at 1, 2, ... times that for the one at 0
@@ -113,8 +116,13 @@ def _extremum(event: Event, curve: Continuation, step: float) -> tuple[float, Ev
     raise ConvergenceError("the test function has no extremum near")
 
 
-def resonance(before: tuple[float, Event], last: tuple[float, Event], follower: Follower) -> tuple[float, Event, str]:
-    """Return where the pair of a Neimark-Sacker bifurcation comes to 1 or to -1: q, the event near it, and its name.
+def resonance_of(event: Event) -> str:
+    """Return the name of the resonance that the pair of a Neimark-Sacker bifurcation is near to."""
+    return ONE_TO_ONE if nearest_pair(event.point)[0].real > 0.0 else ONE_TO_TWO
+
+
+def resonance(before: tuple[float, Event], last: tuple[float, Event], follower: Follower) -> tuple[float, Event]:
+    """Return where the pair of a Neimark-Sacker bifurcation comes to 1 or to -1: q, and the event near it.
 
     Parameters
     ----------
@@ -128,7 +136,6 @@ def resonance(before: tuple[float, Event], last: tuple[float, Event], follower: 
     ConvergenceError
         it comes to neither.
     """
-    is_one = nearest_pair(last[1].point)[0].real > 0.0
 
     def left(event: Event) -> float:
         return 2.0 - 2.0 * abs(nearest_pair(event.point)[0].real)
@@ -146,11 +153,37 @@ def resonance(before: tuple[float, Event], last: tuple[float, Event], follower: 
         except ConvergenceError:  # so near to the real axis that rounding decides
             break
         before, last = last, (following, event)
-    return q, last[1], ONE_TO_ONE if is_one else ONE_TO_TWO
+    return q, last[1]
 
 
-def meeting_of_grazing(grazings: Mapping[float, Event], follower: Follower, step: float) -> tuple[float, Event]:
-    """Return where a grazing meets a fold: q, and the grazing there.
+def fold_at_doubling(folds: Sequence[tuple[float, float, Event]]) -> tuple[float, Event]:
+    """Return where motions of n periods that fold come to repeat after n / 2: q, and the nearest fold moved there.
+
+    Over the square of how far they miss their begin after n / 2 periods, q and the parameter are smooth: extrapolated
+    to zero.
+
+    Parameters
+    ----------
+    folds
+        of three folds, the nearest one first: how far their motions miss, q, the event.
+
+    Raises
+    ------
+    ConvergenceError
+        there are fewer.
+    """
+    if len(folds) < _FOLDS:
+        raise ConvergenceError("too few folds are known")
+    ends = [(missed**2, np.array([q, event.point.parameter])) for missed, q, event in folds]
+    q, parameter = (float(value) for value in polynomial_at(ends, 0.0))
+    nearest = folds[0][-1]
+    return q, replace(nearest, point=replace(nearest.point, parameter=parameter))
+
+
+def meeting_of_grazing(
+    grazings: Mapping[float, Event], follower: Follower, step: float, kind: str = FOLD
+) -> tuple[float, Event]:
+    """Return where a grazing meets a fold, or an event of another kind: q, and the grazing there.
 
     Parameters
     ----------
@@ -160,6 +193,8 @@ def meeting_of_grazing(grazings: Mapping[float, Event], follower: Follower, step
         gives the Continuation of the driveline q.
     step
         a small change of q towards the point.
+    kind
+        of the other event.
 
     Raises
     ------
@@ -167,6 +202,8 @@ def meeting_of_grazing(grazings: Mapping[float, Event], follower: Follower, step
         they do not meet near.
     """
     known = dict(grazings)
+    if not known:
+        raise ConvergenceError("no grazing is near")
 
     def limit(q: float) -> tuple[float, Event]:
         curve = follower(q)
@@ -176,13 +213,47 @@ def meeting_of_grazing(grazings: Mapping[float, Event], follower: Follower, step
             if others:
                 change = (known[others[0]].point.w - event.point.w) * (q - nearest) / (others[0] - nearest)
             known[q] = relocated(event, curve, change, _FARTHEST)
-        return tangent_at(known[q], curve), known[q]
+        return limit_at(known[q], curve, kind), known[q]
 
     return _root(limit, next(iter(known)), step)
 
 
-def tangent_at(grazing: Event, curve: Continuation) -> float:
-    """Return the tangent's part along the parameter at a grazing, in the limit from the side without contact.
+def grazing_at_doubling(grazings: Mapping[float, Event], follower: Follower, step: float) -> tuple[float, Event]:
+    """Return where a grazing of motions of n periods is one of n / 2 periods, at their doubling: q, and the grazing.
+
+    Parameters
+    ----------
+    grazings, follower, step
+        see ``meeting_of_grazing``.
+
+    Raises
+    ------
+    ConvergenceError
+        the motions near do not come to n / 2 periods.
+    """
+
+    def of_half(q: float) -> Continuation:
+        curve = follower(q)
+        return curve.of(curve.family.over(curve.family.cycles // 2))
+
+    halves = {q: _of_half_as_many_periods(event, of_half(q)) for q, event in grazings.items()}
+    return meeting_of_grazing(halves, of_half, step, DOUBLING)
+
+
+def _of_half_as_many_periods(grazing: Event, curve: Continuation) -> Event:
+    """The grazing of motions of half as many periods that lies near one."""
+    point, touch = grazing.point, grazing.touch
+    assert touch is not None
+    cycles = curve.family.cycles
+    missed = missed_after(curve.family, point, cycles)
+    at_parameter = np.append(np.zeros(len(point.state)), 1.0)
+    between = curve.near(point.w + 0.5 * np.append(missed, 0.0), at_parameter, point)
+    event = replace(grazing, point=between, touch=replace(touch, time=touch.time % cycles))
+    return relocated(event, curve, np.zeros_like(point.w), _FARTHEST)
+
+
+def limit_at(grazing: Event, curve: Continuation, kind: str) -> float:
+    """Return the test function of a kind of event at a grazing, in the limit from the side without contact.
 
     Raises
     ------
@@ -193,7 +264,7 @@ def tangent_at(grazing: Event, curve: Continuation) -> float:
         with suppress(ConvergenceError):  # where motions touch, they may change too fast
             points = [curve.moved_along(grazing.point, (i + 1.0) * side) for i in range(len(_EXTRAPOLATED))]
             if test_of(grazing, curve.family, points[0]) < 0.0:
-                return float(np.dot(_EXTRAPOLATED, [TESTS[FOLD](point) for point in points]))
+                return float(np.dot(_EXTRAPOLATED, [TESTS[kind](point) for point in points]))
     raise ConvergenceError("no motions without contact are near the grazing")
 
 

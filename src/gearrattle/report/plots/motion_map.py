@@ -35,6 +35,8 @@ SPECIAL = {
     "1:1 resonance": Key("1:1 resonance: a pair of multipliers meets at 1", INK, "triangle"),
     "1:2 resonance": Key("1:2 resonance: a pair of multipliers meets at -1", INK, "inverted triangle"),
     "fold meets grazing": Key("a fold meets a grazing", INK, "diamond"),
+    "fold meets period doubling": Key("a fold meets a period doubling", INK, "square"),
+    "grazing meets period doubling": Key("a grazing meets a period doubling", INK, "cross"),
 }
 """How special points are drawn."""
 
