@@ -29,6 +29,15 @@ def test_a_grazing_stays_on_its_closed_form(low: float) -> None:
     assert curve.attrs["notes"] == []
 
 
+@pytest.mark.parametrize("event", [0, 1])
+def test_where_the_period_begins_does_not_matter(event: int) -> None:
+    """The phase moves the touch over the begin of the period, either way."""
+    branch = over_frequency()
+    curve = branch.boundary(event, "coupling.gap.kinematic_error.0.phase", (-4.0, 7.0))
+    assert curve["second"].values[[0, -1]].tolist() == [-4.0, 7.0]
+    np.testing.assert_allclose(curve["value"], branch.events["value"][event], rtol=0, atol=1e-11)
+
+
 CUSP = (1.57208, 0.399188)
 MEETING = (1.03362644, 0.00149098)
 """Positions less the error, and velocities at t = 0, near those of the special points."""

@@ -62,8 +62,8 @@ def relocated(event: Event, curve: Continuation, change: Array, farthest: float)
     located = replace(event, point=_oriented(point, event.point))
     if event.touch is None:
         return located
-    motion = curve.family.map_at(point.parameter), point.motion.start
-    return replace(located, touch=depth(*motion, event.touch)[1])
+    _, touch = depth(curve.family.map_at(point.parameter), point.motion.start, event.touch)
+    return replace(located, touch=replace(touch, time=touch.time % curve.family.cycles))
 
 
 def polynomial_at(known: Sequence[tuple[float, Array]], at: float) -> Array:

@@ -45,6 +45,8 @@ _PARABOLA = 0.2, 0.01
 _FARTHEST = 0.3  # arclength from a known event to a special point
 _SECANTS = 30
 _LOCATED = 1e-12  # of q
+_LONGER = 100.0  # times the step before: over a short one rounding may be most of the change of a slope
+_GAINED = 1e-15  # of a test function: nothing nearer to its extremum is sought for less
 _LEFT, _FEW = 0.1, 8  # of the way to a resonance that every motion leaves; motions
 _FOLDS = 3  # for a parabola
 _BESIDE = 0.1  # of m + 1/m: a pair farther from 2 or -2 has no resonance near
@@ -109,8 +111,9 @@ def _extremum(event: Event, curve: Continuation, step: float) -> tuple[float, Ev
         length, before, now = length + change, now, slope(length + change)
         if now == before or abs(length) > _FARTHEST:
             break
-        change = float(np.clip(-now * change / (now - before), -0.5 * _FARTHEST, 0.5 * _FARTHEST))
-        if abs(change) < 1e-2 * step:
+        farthest = min(0.5 * _FARTHEST, _LONGER * abs(change))
+        change = float(np.clip(-now * change / (now - before), -farthest, farthest))
+        if abs(change) < 1e-2 * step or abs(now * change) < _GAINED:
             point = curve.moved_along(origin, length + change)
             return test_of(event, curve.family, point), replace(event, point=point)
     raise ConvergenceError("the test function has no extremum near")
