@@ -17,7 +17,7 @@ Takes a Branch and an event; gives a Dataset.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -223,41 +223,43 @@ def _last(followers: tuple[Follower, Across], rows: list[_Row], end: float) -> l
     """The rows up to where the curve ends, with the special point there if one is near."""
     last, step = rows[-1], rows[-1].second - rows[-2].second
     farthest = _REACH * abs(end - rows[0].second)
-    near = list[tuple[float, _Row]]()
-    for point in _ends(followers, rows):
-        ahead = (point.second - last.second) * np.sign(step)
-        if -_BEHIND.get(point.special, _MET) * abs(step) <= ahead < farthest:
-            near.append((ahead, point))
-    if not near:
-        return rows
-    _, point = min(near, key=lambda pair: pair[0])
-    return [*(row for row in rows if (point.second - row.second) * step > 0.0), point]
+    for points in _ends(followers, rows):
+        near = list[tuple[float, _Row]]()
+        for point in points:
+            ahead = (point.second - last.second) * np.sign(step)
+            if -_BEHIND.get(point.special, _MET) * abs(step) <= ahead < farthest:
+                near.append((ahead, point))
+        if near:
+            _, point = min(near, key=lambda pair: pair[0])
+            return [*(row for row in rows if (point.second - row.second) * step > 0.0), point]
+    return rows
 
 
-def _ends(followers: tuple[Follower, Across], rows: list[_Row]) -> list[_Row]:
-    """The special points near the last row at which its curve may end."""
+def _ends(followers: tuple[Follower, Across], rows: list[_Row]) -> Iterator[list[_Row]]:
+    """Yield the special points near the last row at which its curve may end, those that are sure first.
+
+    Beside a resonance or a doubling the test function is so flat that it seems to have a meeting of two.
+    """
     follower, across = followers
     known = [(row.second, row.event) for row in rows[-_PREDICTED_FROM:]]
     (before, _), (second, event) = known[-2:]
-    points = list[_Row]()
     if event.kind == NEIMARK_SACKER:
-        points += _sought(lambda: resonance(known[-2], known[-1], follower), resonance_of(event))
-    if event.kind == FOLD and event.point.motion.cycles % 2 == 0:
-        points += _fold_at_doubling(follower, rows)
-    if not points:
-        special = CUSP if event.kind == FOLD else TURNING
-        points += _sought(lambda: meeting_of_two(event, follower, second, second - before), special)
+        yield _sought(lambda: resonance(known[-2], known[-1], follower), resonance_of(event))
+    if event.kind in (FOLD, GRAZING) and event.point.motion.cycles % 2 == 0:
+        yield _at_doubling(follower, rows)
+    special = CUSP if event.kind == FOLD else TURNING
+    points = _sought(lambda: meeting_of_two(event, follower, second, second - before), special)
     if event.kind == FOLD:
         meetings = (_meeting_of_fold(follower, after, before) for before, after in reversed([*pairwise(rows[-_BACK:])]))
         points += next((meeting for meeting in meetings if meeting), [])
         points += _sought(lambda: _turning(rows, across), TURNING)
-    return points
+    yield points
 
 
-def _fold_at_doubling(follower: Follower, rows: list[_Row]) -> list[_Row]:
-    """The point at which folding motions come to repeat after half of their periods; none if there is none near.
+def _at_doubling(follower: Follower, rows: list[_Row]) -> list[_Row]:
+    """The point at which folding or grazing motions come to repeat after half of their periods; none if none is near.
 
-    Where the fold stays at a grazing, that comes to it as well.
+    Where a fold stays at a grazing, that comes to it as well.
     """
     missed = {row.second: float(np.linalg.norm(row.missed[0])) for row in rows}
     if missed[rows[-1].second] > _NEAR_HALF:
@@ -267,10 +269,12 @@ def _fold_at_doubling(follower: Follower, rows: list[_Row]) -> list[_Row]:
         if missed[row.second] > (2.0 * missed[spaced[-1].second] if spaced else _NOT_ROUNDING):
             spaced.append(row)
     for row in spaced[:_BACK]:
-        near, step = _grazings_near(follower, row), _TRIED * (rows[-1].second - row.second)
-        known = {q: grazing for q, grazing in near.items() if abs(grazing.point.length) < _STAYS * missed[row.second]}
+        step, farthest = _TRIED * (rows[-1].second - row.second), _STAYS * missed[row.second]
+        known = {row.second: row.event} if row.event.kind == GRAZING else _grazings_near(follower, farthest, row)
         if points := _sought(partial(grazing_at_doubling, known, follower, step), GRAZING_AT_DOUBLING):
             return points
+    if rows[0].event.kind != FOLD:
+        return []
     folds = [(missed[row.second], row.second, row.event) for row in spaced[:_PREDICTED_FROM]]
     points = _sought(lambda: fold_at_doubling(folds), FOLD_AT_DOUBLING)
     return [point for point in points if (point.second - folds[0][1]) * (rows[-1].second - rows[0].second) > 0.0]
@@ -285,17 +289,18 @@ def _sought(find: Callable[[], tuple[float, Event]], special: str) -> list[_Row]
 
 def _meeting_of_fold(follower: Follower, row: _Row, other: _Row) -> list[_Row]:
     """The point near a row of a fold, and another one, at which it meets a grazing; none if none is near."""
-    known, step = _grazings_near(follower, row, other), _TRIED * abs(other.second - row.second)
+    known, step = _grazings_near(follower, np.inf, row, other), _TRIED * abs(other.second - row.second)
     points = _sought(lambda: meeting_of_grazing(known, follower, step), MEETING)
     return [replace(point, event=replace(point.event, kind=FOLD)) for point in points]
 
 
-def _grazings_near(follower: Follower, *rows: _Row) -> dict[float, Event]:
-    """By second value, the grazings near some folds."""
+def _grazings_near(follower: Follower, farthest: float, *rows: _Row) -> dict[float, Event]:
+    """By second value, the grazings nearest to folds, at an arclength of no more than the farthest."""
     known = dict[float, Event]()
     for row in rows:
         with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
-            if grazing := grazing_near(row.event, follower(row.second)):
+            grazing = grazing_near(row.event, follower(row.second))
+            if grazing and abs(grazing.point.length) < farthest:
                 known[row.second] = grazing
     return known
 
