@@ -134,6 +134,31 @@ def test_the_force_of_a_slider_is_in_it() -> None:
     assert sampled == pytest.approx(largest, rel=1e-4)
 
 
+def clutch(second: float) -> gr.Model:
+    """A clutch of two sliding stages; with a torque of 0.24 both begin to slip at one deflection."""
+    stages = [
+        {"stiffness": 0.4, "damping": 0.05, "until": 0.6, "hysteresis": 0.12, "stick_stiffness": 6.0},
+        {"stiffness": 3.0, "damping": 0.1, "hysteresis": 0.12 + second, "stick_stiffness": 12.0},
+    ]
+    tables = {
+        "inertia": [{"name": "a", "J": 1.0, "drag": 0.05}],
+        "coupling": [{"name": "disc", "between": ["a", "ground"], "stages": stages}],
+        "excitation": {"speed": 1.3},
+        "torque": [{"on": "a", "mean": 0.2, "harmonics": [{"order": 1, "amplitude": 1.5}]}],
+    }
+    return gr.Model.from_tables({"schema": 1, "name": "clutch", "units": "dimensionless", **tables})
+
+
+def test_stages_that_begin_to_slip_together_have_a_gradient() -> None:
+    """A change of one of them exchanges their slips; a clutch whose stages slip one after the other has nearly it."""
+    paths = [f"coupling.disc.stages.{i}.{name}" for i in (0, 1) for name in ("hysteresis", "stick_stiffness")]
+    together, apart = (gr.periodic(clutch(second)).gradients(paths=paths) for second in (0.24, 0.24001))
+    assert together["gradient"].notna().all()
+    both = together.merge(apart, on=["response", "of", "path"], suffixes=("", "_apart"))
+    change = both["per_10_percent"] - both["per_10_percent_apart"]
+    assert (change.abs() <= 1e-4 * both["size"]).all()
+
+
 def test_all_numbers_are_listed_and_what_moves_most_comes_first() -> None:
     table = rattling().gradients()
     assert {"inertia.body.J", *PATHS} <= set(table["path"])

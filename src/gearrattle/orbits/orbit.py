@@ -230,7 +230,7 @@ class Orbit(Result):
             number of the multiplier from 1, those of free directions left out), size [SI] of the response, path, value
             [SI] of the number, gradient (change for a unit of the number, good to about 1e-7 of the response),
             per_10_percent (change for 10 % more of it); what moves a response most comes first. NaN where a number
-            cannot be changed alone, or impacts come or go with it.
+            cannot be changed alone, where impacts come or go with it, or where both sides have other gradients.
 
         Raises
         ------

@@ -6,8 +6,9 @@ difference. The motions are exact to rounding, and so are their extremes between
 With a change of 1e-5 of q the difference is good to about 1e-7 of the response: its truncation is of 1e-10, rounding
 is magnified to 1e-7.
 
-As long as its impacts keep their order the motion moves smoothly. Where they do not on both sides of q, it touches a
-corner so nearly that there is no gradient to give.
+As long as its impacts keep their order the motion moves smoothly. Where one comes or goes on either side of q, it
+touches a corner so nearly that there is no gradient to give. Where two exchange their order, as the slips of two stages
+do that begin to slip together, there is one if both sides have the same.
 
 Takes an Orbit and paths; gives a table.
 """
@@ -39,6 +40,7 @@ Complex = NDArray[np.complex128]
 SWING, FORCE, MULTIPLIER = "peak-to-peak deflection", "largest force", "multiplier modulus"
 """Responses: of every clearance the first two, of every multiplier, by its number from 1, the last."""
 _CHANGE = 1e-5  # of a number, to both sides
+_KINK = 1e-3  # of a response per change of the number by itself: gradients on both sides that differ by more
 
 
 def responses_of(period_map: PeriodMap, motion: Pass) -> Array:
@@ -98,13 +100,16 @@ def _slopes(model: Model, path: str, value: float, period_map: PeriodMap, motion
         moved = [_moved(other, motion) for other in maps]
     except (ConvergenceError, ModelError, np.linalg.LinAlgError):
         return np.full(2 * clearances + len(multipliers), np.nan)
-    if any(pattern_of(one) != pattern_of(motion) for one in moved):
+    patterns = [pattern_of(one) for one in (moved[0], motion, moved[1])]
+    if len({tuple(sorted(pattern)) for pattern in patterns}) > 1:
         return np.full(2 * clearances + len(multipliers), np.nan)
-    low, high = (
+    low, own, high = (
         np.concatenate([responses_of(other, one), np.abs(_matched(one, multipliers))])
-        for other, one in zip(maps, moved, strict=True)
+        for other, one in zip((maps[0], period_map, maps[1]), (moved[0], motion, moved[1]), strict=True)
     )
-    return np.asarray((high - low) / (2.0 * change))
+    bends = np.abs(high - 2.0 * own + low) > _KINK * _CHANGE * np.abs(own)
+    is_exchanged = len(set(patterns)) > 1
+    return np.asarray(np.where(is_exchanged & bends, np.nan, (high - low) / (2.0 * change)))
 
 
 def _moved(period_map: PeriodMap, motion: Pass) -> Pass:
