@@ -13,6 +13,8 @@ from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.engine.system.auxiliary import FORWARD, STICK
 from gearrattle.orbits import Orbit, tipping
 from gearrattle.orbits.destinations import BACK, ELSEWHERE, UNDECIDED, Destination
+from gearrattle.orbits.destinations import _may_go_either_way as may_go_either_way
+from gearrattle.orbits.destinations import _radius_of_stability as radius_of_stability
 from tests.orbits.test_branch import oscillator
 from tests.orbits.test_friction import oscillator as with_friction
 
@@ -129,6 +131,27 @@ def duffing(speed: float) -> Orbit:
     return gr.periodic(gr.Model.from_tables(tables), start="linear")
 
 
+def driveline(speed: float, torque: tuple[float, float], *couplings: dict[str, object]) -> gr.Model:
+    """A body of inertia one between couplings and ground, with a mean torque and one harmonic."""
+    fixed = {"between": ["a", "ground"], "stiffness": 1.0}
+    tables = {
+        "schema": 1,
+        "units": "dimensionless",
+        "inertia": [{"name": "a", "J": 1.0}],
+        "coupling": [{"name": f"c{k}", **fixed, **coupling} for k, coupling in enumerate(couplings)],
+        "excitation": {"speed": speed},
+        "torque": [{"on": "a", "mean": torque[0], "harmonics": [{"order": 1, "amplitude": torque[1]}]}],
+    }
+    return gr.Model.from_tables(tables)
+
+
+def stiff_stop(speed: float) -> Orbit:
+    """A motion of 2 T that grazes a stiff stop near the speed 0.81503106, where it meets a saddle without a root."""
+    stop = {"stiffness": 300.0, "damping": 0.5, "damping_ratio": 0.0, "clearance": 1.0}
+    model = driveline(speed, (0.3, 0.35), {"damping": 0.08}, stop)
+    return gr.periodic(model, 2, start={"angle": [-0.65145], "velocity": [0.62848]})
+
+
 def comes_back(orbit: Orbit, pulse: float, periods: int = 8000) -> bool:
     """Whether the state is that of the motion so long after a pulse on the first body, of inertia one, at t = 0."""
     start = orbit.motion.start.y.copy()
@@ -195,6 +218,121 @@ def test_a_hidden_band_shows_in_the_time_until_the_motion_is_back() -> None:
     assert border.size == pytest.approx(0.5, rel=2e-6)
 
 
+def with_another_body(gap: float) -> Orbit:
+    """The motion of ``duffing(0.75)`` in a gap of another size, and in a gap of one a body that it does not act on."""
+    tables = {
+        "schema": 1,
+        "units": "dimensionless",
+        "inertia": [{"name": "gear", "J": 1.0}, {"name": "other", "J": 1.0}],
+        "coupling": [
+            {"name": "mesh", "between": ["gear", "ground"], **MESH, "clearance": gap},
+            {"name": "wide", "between": ["other", "ground"], **MESH},
+        ],
+        "excitation": {"speed": 0.75},
+        "torque": [
+            {"on": "gear", "mean": 0.1 * gap, "harmonics": [{"order": 1, "amplitude": 0.028 * gap}]},
+            {"on": "other", "mean": 0.1},
+        ],
+    }
+    return gr.periodic(gr.Model.from_tables(tables), start="linear")
+
+
+@pytest.mark.parametrize("gap", [1e-1, 1e-3, 1e-5])
+def test_pulses_go_with_the_gap_of_their_body_whatever_others_there_are(gap: float) -> None:
+    alone, small = (orbit.tipping("gear", instants=2) for orbit in (duffing(0.75), with_another_body(gap)))
+    for way in ("forward", "backward"):
+        assert (small[way] / gap).tolist() == pytest.approx(alone[way].tolist(), rel=2e-6)
+
+
+@pytest.mark.parametrize("beyond", [1e-7, 1e-6, 1e-5])
+def test_a_motion_is_not_back_while_a_saddle_is_nearer_than_what_counts_as_near(beyond: float) -> None:
+    """At a millionth the backward pulse is 4.457e-4; a fixed distance gives 4.643e-4."""
+    orbit = stiff_stop(0.8150310600942546 + beyond)
+    row = orbit.tipping("a", instants=1).iloc[0]
+    for way, sign in (("forward", 1.0), ("backward", -1.0)):
+        pulse, error = float(row[way]), float(row[f"{way}_error"])
+        assert 0.0 < error < 2e-6 * abs(pulse)
+        assert not comes_back(orbit, pulse, 1000)
+        assert all(comes_back(orbit, share * (pulse - sign * error), 1000) for share in (0.97, 0.99, 0.999, 1.0))
+
+
+LONG = {
+    16: ((0.873, (0.164, 0.249), {**MESH, "damping": 0.052}), 1, [-5.25664, 0.59557]),
+    24: ((1.198, (0.208, 0.366), {**MESH, "damping": 0.03}), 2, [1.38970, 0.69375]),
+}
+"""Drivelines with a stable motion of so many periods T, with periods and state of a shorter one."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("periods", LONG)
+def test_a_motion_of_many_periods_is_another_one(periods: int) -> None:
+    """That of 16 T about repeats after 8 T."""
+    (speed, torque, coupling), cycles, (angle, velocity) = LONG[periods]
+    start = {"angle": [angle], "velocity": [velocity]}
+    orbit = gr.periodic(driveline(speed, torque, coupling), cycles, start=start)
+    pulses = orbit.tipping("a", instants=1)
+    assert pulses.attrs["notes"] == []
+    for way in ("forward", "backward"):
+        pulse, error = float(pulses[way][0]), float(pulses[f"{way}_error"][0])
+        assert 0.0 < error < 2e-6 * abs(pulse)
+        assert not comes_back(orbit, pulse, 3000)
+        assert comes_back(orbit, 0.5 * pulse, 3000)
+
+
+def test_a_motion_that_neither_nears_a_saddle_nor_leaves_it_may_not_go_either_way() -> None:
+    periods, band = np.arange(4000), 1e-3 * np.random.default_rng(1).uniform(-1.0, 1.0, 4000)
+    assert not may_go_either_way(band[:, None])
+    assert may_go_either_way(1e-3 * 1.001 ** (periods[:, None] - 4000.0))
+    assert may_go_either_way(1e-3 * 1.001 ** -periods[:, None])
+    assert may_go_either_way(np.zeros((4000, 1)))
+
+
+def test_the_radius_of_stability_is_the_least_change_that_lets_a_disturbance_last() -> None:
+    """Of a number one less its modulus; less where one part feeds another."""
+    assert radius_of_stability(np.diag([0.9, -0.5])) == pytest.approx(0.1, rel=1e-9)
+    feeding = np.array([[0.5, 3.0], [0.0, 0.5]])
+    radius = radius_of_stability(feeding)
+    assert 0.05 < radius < 0.1
+    left, values, right = np.linalg.svd(np.eye(2) - feeding)
+    changed = feeding + values[-1] * np.outer(left[:, -1], right[-1])
+    assert values[-1] == pytest.approx(radius, rel=1e-9)
+    assert np.abs(np.linalg.eigvals(changed)).max() == pytest.approx(1.0, rel=1e-9)
+    assert radius_of_stability(np.diag([1.0, 0.9])) == pytest.approx(0.1, rel=1e-9)  # the first one is free
+
+
+def test_the_first_pulse_comes_back() -> None:
+    """A far larger one tips the motion over, and so do some between that come back: halving from there misses one."""
+
+    def destination(speed: float) -> Destination:
+        is_back = speed < 1.5e-6 or 2e-4 < speed < 8e-4
+        return Destination(BACK if is_back else ELSEWHERE, 10.0 if is_back else np.inf)
+
+    assert tipping._Pulses(destination).border().size == pytest.approx(1.5e-6, rel=2e-6)
+
+
+def test_pulses_that_are_not_known_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    def border(_: tipping._Basin, __: int, sign: float) -> tipping._Border:
+        return tipping._Border(1.0, 1e-6) if sign > 0.0 else tipping._Border(np.nan, np.nan)
+
+    monkeypatch.setattr(tipping._Basin, "_border", border)
+    (note,) = quiet().tipping("body", instants=2).attrs["notes"]
+    assert note.startswith("2 of 4 smallest pulses are not known (NaN)")
+
+
+@pytest.mark.parametrize("instants", [1, 2, 4])
+def test_a_narrow_valley_is_searched_for_with_eight_instants(instants: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of fewer instants none shows the valley at 0.64."""
+
+    def border(basin: tipping._Basin, sample: int, _: float) -> tipping._Border:
+        share = sample / basin.samples
+        return tipping._Border(min(1.0 + abs(share - 0.25), 0.5 + 20.0 * abs(share - 0.64)), 1e-6)
+
+    monkeypatch.setattr(tipping._Basin, "_border", border)
+    rows = quiet().tipping("body", instants=instants, best=True)
+    assert rows["forward"].min() == pytest.approx(0.5, abs=0.02)
+    assert len(rows) == instants + 1
+
+
 def test_what_is_undecided_is_the_error() -> None:
     def destination(speed: float) -> Destination:
         if speed < 0.5:
@@ -206,3 +344,10 @@ def test_what_is_undecided_is_the_error() -> None:
     assert 0.01 < border.error < 0.02
     never = tipping._Pulses(lambda speed: Destination(BACK if speed < 0.5 else UNDECIDED, np.inf)).border()
     assert np.isnan(never.size)
+
+
+def test_what_is_larger_over_the_smallest_corner_takes_longer_to_die_out() -> None:
+    motion = quiet().motion
+    modulus = float(np.abs(quiet().multipliers).max())
+    passes = [tipping._passes_until_back(motion, largest) for largest in (1e2, 1e4)]
+    assert modulus ** (passes[1] - passes[0]) == pytest.approx(1e-4, rel=1.0 - modulus**2)

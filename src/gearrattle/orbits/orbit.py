@@ -176,7 +176,8 @@ class Orbit(Result):
         best
             whether the instants at which a pulse forward, and one backward, needs to be smallest are sought too, from
             every instant on whose pulse is no larger than those of both its neighbours: at most two more rows, to a
-            thousandth of the n T. Twice as many instants never give a larger least pulse.
+            thousandth of the n T. For that at least eight instants are tried, and some twenty more from each from which
+            it is sought. Twice as many instants never give a larger least pulse.
         progress
             called with the finished share; an exception from it ends the work.
 

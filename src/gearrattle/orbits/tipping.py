@@ -3,14 +3,15 @@
 An impulse I on an inertia J changes its speed by I / J at once. The effect of a small one dies out. The smallest one
 that does not die out leads to the border of the basin; along the border the motion goes to an unstable one, the saddle.
 
-Pulses are made larger step by step until one takes the motion elsewhere (``destinations``). Along the way the passes
-until the motion is back grow towards every border. Where they have a maximum, that is sought as well: smaller pulses
-than some that come back may tip the motion over. Between the largest pulse below that comes back and the smallest one
-that tips the motion over the border is sought by bisection. What is undecided in between stays so: it is the error.
+Pulses are made larger step by step, from one that comes back, until one takes the motion elsewhere (``destinations``).
+Along the way the passes until the motion is back grow towards every border. Where they have a maximum, that is sought
+as well: smaller pulses than some that come back may tip the motion over. Between the largest pulse below that comes
+back and the smallest one that tips the motion over the border is sought by bisection. What is undecided in between
+stays so: it is the error.
 
-The instant at which the smallest pulse is smallest is sought from every instant at which it is no larger than at both
-its neighbours: half the distance to either side is tried, a quarter from the best of these, and so on. The first step
-tries what twice as many instants begin with, so these never give a larger pulse.
+The instant at which the smallest pulse is smallest is sought from every instant, of eight at least, at which it is no
+larger than at both its neighbours: half the distance to either side is tried, a quarter from the best of these, and so
+on. The first step tries what twice as many instants begin with, so these never give a larger pulse.
 
 Takes a periodic motion of a model; gives a table.
 """
@@ -32,7 +33,16 @@ from gearrattle.engine.periodic.shooting import multipliers_of
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.orbits.destinations import BACK, ELSEWHERE, NEAR, UNDECIDED, Destination, Destinations
+from gearrattle.orbits.destinations import (
+    BACK,
+    ELSEWHERE,
+    MOST_PERIODS,
+    NEAR,
+    UNDECIDED,
+    Destination,
+    Destinations,
+    smallest_corner,
+)
 from gearrattle.orbits.progress import Progress
 from gearrattle.wording import counted, listed
 
@@ -42,7 +52,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _GROWTH = 1.1  # of pulses, from one to the next
-_SMALLEST, _LARGEST = 1e-3, 1e2  # changes of speed; 1 is as much as the largest corner, in balanced coordinates
+_FIRST, _LARGEST = 1e-3, 1e2  # changes of speed; 1 is as much as the largest corner, in balanced coordinates
+_DOWN = _GROWTH**-24  # about a tenth, from one try of a first pulse to the next
+_LEAST = 1e-6  # of a first pulse that is small for the smallest corner: beside a fold it may be smaller by this
 _EXACT = 1e-6  # of a pulse: to so much its border is sought
 _NARROWEST = 1e-3  # of a pulse: a maximum of the passes until the motion is back is sought to this
 _GOLDEN = 0.381966
@@ -50,6 +62,7 @@ _MOST_UNDECIDED = 6  # of pulses at one instant
 _MOST_PASSES = 5000
 _SAMPLES = 1024  # at least, of a motion: instants between which the best one is sought
 _VALLEYS = 3  # that are expected
+_FEWEST = 8  # instants from which the best one is sought
 _SIGNS = (1.0, -1.0)
 
 
@@ -97,10 +110,12 @@ def tipping_table(
     import pandas as pd
 
     levels = max(0, int(np.ceil(np.log2(_SAMPLES / instants))))
-    borders = len(_SIGNS) * (instants + (2 * levels * _VALLEYS if best else 0))
+    finer = max(0, int(np.ceil(np.log2(_FEWEST / instants)))) if best else 0
+    borders = len(_SIGNS) * ((instants << finer) + (2 * (levels - finer) * _VALLEYS if best else 0))
     basin = _Basin(period_map, motion, inertia, instants << levels, _Count(borders, progress))
     samples = range(0, basin.samples, 1 << levels)
-    ways = [basin.sizes(sign, samples, best=best) for sign in _SIGNS]
+    tried = range(0, basin.samples, samples.step >> finer)
+    ways = [basin.sizes(sign, tried, best=best) for sign in _SIGNS]
     shown_samples = {*samples, *(min(sizes, key=lambda sample: sizes[sample]) for sizes in ways if best)}
     rows = []
     for sample in sorted(shown_samples):
@@ -112,22 +127,34 @@ def tipping_table(
         progress(1.0)
     columns = ["share", "time", "forward", "backward", "forward_error", "backward_error"]
     table = pd.DataFrame(rows, columns=columns)
-    table.attrs["notes"] = basin.notes
+    table.attrs["notes"] = [*basin.notes, *_missing(table, basin.largest)]
     return table
 
 
-def _passes_until_back(motion: Pass) -> int:
-    """After how many passes the largest pulse has died out, where the motion is about linear.
+def _missing(table: pd.DataFrame, largest: float) -> list[str]:
+    """What to say of smallest pulses that are not known."""
+    missing = int(table[["forward", "backward"]].isna().to_numpy().sum())
+    if not missing:
+        return []
+    verb, total = "is" if missing == 1 else "are", len(_SIGNS) * len(table)
+    return [
+        f"{missing} of {counted(total, 'smallest pulse')} {verb} not known (NaN): no pulse up to {largest:.3g} is "
+        "known to tip the motion over there."
+    ]
+
+
+def _passes_until_back(motion: Pass, largest: float) -> int:
+    """After how many passes the largest pulse, over the smallest corner, has died out where the motion is about linear.
 
     Raises
     ------
     ModelError
         too many: what has not come back by then could not be told from what never does.
     """
-    largest = float(np.abs(multipliers_of(motion.gradient)[0]))
-    passes = 2.0 * np.log(_LARGEST / NEAR) / -np.log(min(largest, 1.0 - 1e-12)) if largest > 0.0 else 1.0
+    modulus = float(np.abs(multipliers_of(motion.gradient)[0]))
+    passes = 2.0 * np.log(largest / NEAR) / -np.log(min(modulus, 1.0 - 1e-12)) if modulus > 0.0 else 1.0
     if passes > _MOST_PASSES:
-        rule = f"dies out too slowly for pulses: its largest multiplier has the modulus {largest:.6g}"
+        rule = f"dies out too slowly for pulses: its largest multiplier has the modulus {modulus:.6g}"
         raise ModelError(Problem("orbit", f"{motion.cycles} T", rule, "give the driveline more damping"))
     return int(passes)
 
@@ -159,11 +186,18 @@ class _Basin:
         self.samples, self._count = samples, count
         self._map, self._motion = period_map, motion
         self._march = period_map.marched(motion.start, samples_per_cycle=samples)
-        self._destinations = Destinations(period_map, motion, _passes_until_back(motion))
+        self._smallest = min(1.0, smallest_corner(period_map) / period_map.size)
+        passes = _passes_until_back(motion, _LARGEST / self._smallest)
+        self._destinations = Destinations(period_map, motion, passes)
         self._at = len(period_map.flow.coordinates.elements) + inertia
         self._unit = period_map.size / period_map.scale[self._at]
         self._moment = float(period_map.system.inertia[inertia])
         self.border = cache(self._border)
+
+    @property
+    def largest(self) -> float:
+        """The largest pulse that is tried [N m s]."""
+        return float(_LARGEST * self._unit * self._moment)
 
     @property
     def notes(self) -> list[str]:
@@ -171,8 +205,8 @@ class _Basin:
         longest, known = self._destinations.longest * self._map.cycles, []
         if self._destinations.irregular:
             known.append(
-                f"Some pulses lead to a motion that did not repeat, nor come back, within {longest} T: it counts as "
-                "another motion."
+                f"Some pulses lead to a motion that did not come back within {longest} T, and does not repeat within "
+                f"{MOST_PERIODS} T: it counts as another motion."
             )
         if self._destinations.undecided:
             pulses = counted(self._destinations.undecided, "pulse")
@@ -225,7 +259,7 @@ class _Basin:
                 return self._destinations.lost()
             return self._destinations.of(state)
 
-        border = _Pulses(destination).border()
+        border = _Pulses(destination, self._smallest).border()
         self._count.one_more()
         factor = self._unit * self._moment
         return _Border(float(border.size * factor), float(border.error * factor))
@@ -239,16 +273,24 @@ class _Tried(NamedTuple):
 
 
 class _Pulses:
-    """Pulses of one sign at one instant, by the change of speed, and where they lead."""
+    """Pulses of one sign at one instant, by the change of speed, and where they lead.
 
-    def __init__(self, destination: Callable[[float], Destination]) -> None:
-        self._destination = destination
+    Parameters
+    ----------
+    destination
+        where a pulse leads, by the change of speed.
+    smallest
+        corner, over the largest one.
+    """
+
+    def __init__(self, destination: Callable[[float], Destination], smallest: float = 1.0) -> None:
+        self._destination, self._smallest = destination, smallest
         self._back = [_Tried(0.0, Destination(BACK, 0.0))]  # below all others that do not lead back
         self._doubtful: list[float] = []
 
     def border(self) -> _Border:
         """Return the smallest pulse that tips the motion over, and how far the border may lie below."""
-        speed = _SMALLEST
+        speed = self._first()
         while speed <= _LARGEST and len(self._doubtful) < _MOST_UNDECIDED:
             tried = self._tried(speed)
             if tried.to.where == BACK and not self._doubtful:
@@ -260,6 +302,13 @@ class _Pulses:
                 self._doubtful.append(tried.speed)
             speed *= _GROWTH
         return _Border(nan, nan)
+
+    def _first(self) -> float:
+        """A pulse that is small for the smallest corner and does not tip the motion over: beside a fold far smaller."""
+        speed, small = _FIRST, _FIRST * self._smallest
+        while speed > small or (speed > _LEAST * small and self._tried(speed).to.where == ELSEWHERE):
+            speed *= _DOWN
+        return speed
 
     def _tried(self, speed: float) -> _Tried:
         return _Tried(speed, self._destination(speed))
