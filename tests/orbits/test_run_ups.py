@@ -138,6 +138,48 @@ def test_bad_rates_are_refused(rate: float | str) -> None:
         over_speed().run_up(rate)
 
 
+@pytest.mark.parametrize("rate", [0.036, 0.1, 1e9])
+def test_a_rate_at_which_nothing_is_left_of_a_run_is_refused(rate: float) -> None:
+    refusal = r"rate: .*a run must last at least a period T.*\(0\.0356 or less"
+    with pytest.raises(gr.ModelError, match=refusal) as refused:
+        over_speed().run_up(rate)
+    assert refused.value.problems[0].value == f"{rate:.6g}"
+    assert over_speed().run_up(0.0356).data.sizes["up_period"] == 1
+
+
+def test_a_run_of_exactly_a_period_has_it() -> None:
+    """From W1 to W2 at the rate r the shaft turns by (W2^2 - W1^2) / 2 r."""
+    runs = over_speed().run_up(0.5 * (0.9**2 - 0.6**2) / (2.0 * np.pi) * (1.0 - 1e-12))
+    assert [len(run.value) for run in runs.envelopes] == [1, 1]
+
+
+@pytest.mark.parametrize("rate", [1e-9, 1e-12])
+def test_a_rate_at_which_a_run_lasts_too_long_is_refused_by_its_name(rate: float) -> None:
+    with pytest.raises(gr.ModelError, match=r"^rate: found 1e-.*periods T: .*\(a faster rate") as refused:
+        over_speed().run_up(rate)
+    assert len(refused.value.problems) == 1
+
+
+def test_a_run_of_less_than_a_period_is_saved(tmp_path: Path) -> None:
+    """Case 1 is driven by a load of order 2 and one of order 1: a run may last half a period."""
+    runs = gr.continuation(gr.example("case1"), SPEED, ("1432 rpm", "1431 rpm")).run_up("40 rpm/s")
+    assert [len(run.value) for run in runs.envelopes] == [0, 0]
+    assert runs.notes[0] == "Going up, the run lasts no whole period T: its swing is not shown."
+    assert "Run-up and run-down" in runs.save(tmp_path / "out").read_text(encoding="utf-8")
+    runs.save(tmp_path / "runs.nc")
+    assert list(gr.figures(runs)) == ["run-ups"]
+
+
+def test_the_progress_of_both_runs_ends_with_the_whole() -> None:
+    shares = list[float]()
+    over_speed().run_up(1e-3, progress=shares.append)
+    assert shares[-1] == 1.0
+    assert shares == sorted(shares)
+    without_down = list[float]()
+    gr.continuation(over_speed().model, SPEED, (0.8, 0.86), start="linear").run_up(1e-3, progress=without_down.append)
+    assert without_down[-1] == 1.0
+
+
 def test_other_branches_have_no_run_up() -> None:
     branch = gr.continuation(gr.example("backlash_oscillator"), "torque.0.mean", (0.1, 0.11))
     with pytest.raises(gr.ModelError, match=r"a run-up changes excitation\.speed"):

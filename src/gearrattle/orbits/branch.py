@@ -277,7 +277,8 @@ class Branch(Result):
         Parameters
         ----------
         rate
-            by which the speed changes: a number in rad/s^2, or a string with a unit, such as "100 rpm/s".
+            by which the speed changes: a number in rad/s^2, or a string with a unit, such as "100 rpm/s". Each run
+            must last at least a cycle of the fastest input, or a 64th of the period T.
         progress
             called with the finished share; an exception from it ends the work.
 
@@ -289,7 +290,7 @@ class Branch(Result):
         Raises
         ------
         ModelError
-            a branch over something else than the speed, a rate without sense.
+            a branch over something else than the speed, a rate without sense or at which a run is too short or long.
 
         Examples
         --------

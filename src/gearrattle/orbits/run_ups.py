@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,8 +32,11 @@ from gearrattle.model.table import shown
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.jumps import Jump, RunParts, branch_parts, jumps_of, speed_of
 from gearrattle.orbits.orbit import Orbit
-from gearrattle.orbits.state import followed_from, state_at
+from gearrattle.orbits.progress import Progress, never_falling, part_of
+from gearrattle.orbits.state import plan_from, state_at
 from gearrattle.result import Result
+from gearrattle.simulation.integrate import integrate
+from gearrattle.simulation.simulate import Plan
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,6 +50,8 @@ _MOST_SAMPLES = 20_000_000  # of a run; a longer one takes fewer, down to _SAMPL
 _ROUNDING = 1e-9  # of a period
 _INSTANTS = 32  # of a load cycle at which a run is compared with motions
 _MOST_PARTS = 64  # of a period T in which extrema are taken
+_DOWN = 0.995  # a number shown with three digits is not rounded up
+_OF_LENGTH = ("simulation.cycles", "cycles")  # settings that the rate decides
 
 
 @dataclass(frozen=True)
@@ -122,14 +127,14 @@ class RunUpJumps(Result):
             for name in ("end", "value", "delay", "periods")
         }
         words = {
-            "direction": ["up" if jump.upward else "down" for jump in self.jumps],
+            "direction": [_way(jump.upward) for jump in self.jumps],
             "kind": [jump.kind for jump in self.jumps],
             "decided_by": [jump.clearance for jump in self.jumps],
         }
         texts = {name: ("jump", np.array(column, dtype=np.str_)) for name, column in words.items()}
         runs: dict[str, Any] = {}
         for run in self.envelopes:
-            way = "up" if run.upward else "down"
+            way = _way(run.upward)
             runs[f"{way}_value"] = (f"{way}_period", run.value, unit)
             runs[f"{way}_peak_to_peak"] = ((f"{way}_period", "clearance"), run.peak_to_peak)
         names = list(assemble(self.model).layout.clearance_names)
@@ -143,37 +148,44 @@ def run_up_of(branch: Followed, rate: float | str, progress: Callable[[float], N
     Raises
     ------
     ModelError
-        a branch over something else than the speed, a rate without sense.
+        a branch over something else than the speed, a rate without sense or at which the runs are too short or long.
     """
     checked(CALLBACK, progress, "progress")
     speed_rate = rate_of(branch.model, branch.path, rate)
     low, high = sorted(branch.range)
-    motions = list(branch_parts(branch))
-    envelopes, jumps, notes = list[Envelope](), list[Jump](), list[str]()
-    for upward in (True, False):
-        begin, end = (low, high) if upward else (high, low)
-        start = _start(branch, begin)
+    _check_part(branch, (low, high), speed_rate)
+    plans, notes = list[_RunPlan](), list[str]()
+    for ends in ((low, high), (high, low)):
+        start = _start(branch, ends[0])
         if start is None:
-            notes.append(f"No stable motion is known at {branch.path} = {begin:.6g}: no run begins there.")
-            continue
-        share = None if progress is None else _half(progress, upward)
-        parts = _run(branch, start, (begin, end), speed_rate, share)
+            notes.append(f"No stable motion is known at {branch.path} = {ends[0]:.6g}: no run begins there.")
+        else:
+            plans.append(_planned(branch, start, ends, speed_rate))
+    motions = list(branch_parts(branch))
+    envelopes, jumps = list[Envelope](), list[Jump]()
+    work = None if progress is None else never_falling(progress)
+    for number, plan in enumerate(plans):
+        parts = _run(plan, part_of(work, number, len(plans)))
         envelopes.append(_envelope(parts))
+        if not envelopes[-1].value.size:
+            notes.append(f"Going {_way(parts.upward)}, the run lasts no whole period T: its swing is not shown.")
         seen = jumps_of(branch, parts, motions, speed_rate)
         notes += [_settles_later(branch, jump) for jump in seen if not jump.words and jump.settles != jump.value]
         jumps += seen
+    if work is not None:
+        work(1.0)
     return RunUpJumps(branch, speed_rate, tuple(envelopes), tuple(jumps), tuple(notes))
 
 
-def _half(progress: Callable[[float], None], upward: bool) -> Callable[[float], None]:
-    """Progress of one of the two runs."""
-    return lambda share: progress(0.5 * share + (0.0 if upward else 0.5))
+def _way(upward: bool) -> str:
+    """The word for a run-up or a run-down."""
+    return "up" if upward else "down"
 
 
 def _settles_later(branch: Followed, jump: Jump) -> str:
     """What happens where the motion that a run leaves for is unstable at first."""
     return (
-        f"Going {'up' if jump.upward else 'down'}, the motion that the run leaves for at {branch.path} = "
+        f"Going {_way(jump.upward)}, the motion that the run leaves for at {branch.path} = "
         f"{jump.value:.6g} is stable from {jump.settles:.6g} on only: before that no branch has the motion of the run."
     )
 
@@ -203,34 +215,105 @@ def _start(branch: Followed, value: float) -> Orbit | None:
     return branch.orbit(int(chosen[0])) if chosen.size else None
 
 
-def _run(
-    branch: Followed,
-    orbit: Orbit,
-    ends: tuple[float, float],
-    rate: float,
-    progress: Callable[[float], None] | None,
-) -> RunParts:
-    """Simulate the run, and reduce every part of a period to its extrema."""
+def _check_part(branch: Followed, ends: tuple[float, float], rate: float) -> None:
+    """Refuse a rate at which the runs over a range end within the first part of a period: nothing is left of them."""
+    first, last = (speed_of(branch, value) for value in ends)
+    periods = 0.5 * (last**2 - first**2) / (2.0 * np.pi * _turns(branch.model) * rate)
+    parts = _parts(branch.model)
+    if parts * periods >= 1.0:
+        return
+    unit = _unit(branch.model)
+    shortest = "a period T" if parts == 1 else f"1/{parts} of a period T"
+    rule = f"a run must last at least {shortest}, and this one lasts {periods:.3g} T"
+    remedy = f"{_DOWN * parts * periods * rate:.3g}{unit} or less, or a branch over a longer range"
+    raise ModelError(Problem("rate", f"{rate:.6g}{unit}", rule, remedy))
+
+
+def _unit(model: Model) -> str:
+    """The unit of a rate, as it follows a number."""
+    return " rad/s²" if model.units == "SI" else ""
+
+
+def _turns(model: Model) -> float:
+    """Turns of the reference shaft in a period T."""
+    return period_of(model).period * model.excitation.omega / (2.0 * np.pi)
+
+
+class _RunPlan(NamedTuple):
+    """A run that is possible.
+
+    Attributes
+    ----------
+    orbit
+        the motion on which it begins.
+    model
+        with the run-up.
+    simulation
+        of the run.
+    to_value
+        of the branch, for a unit of the speed.
+    speeds
+        the first one and the last one [rad/s].
+    rate
+        of the speed, with its sign [rad/s^2].
+    """
+
+    orbit: Orbit
+    model: Model
+    simulation: Plan
+    to_value: float
+    speeds: tuple[float, float]
+    rate: float
+
+
+def _planned(branch: Followed, orbit: Orbit, ends: tuple[float, float], rate: float) -> _RunPlan:
+    """Prepare a run from a motion on.
+
+    Raises
+    ------
+    ModelError
+        the run would be too long.
+    """
     first, last = (speed_of(branch, value) for value in ends)
     over = abs(last - first) / rate
-    common = period_of(orbit.model)
-    turns = common.period * first / (2.0 * np.pi)
-    cycles = int(np.ceil(over * first / (2.0 * np.pi * turns)))
-    load_cycles = int(np.ceil(max(common.cycles, default=1.0))) or 1
+    cycles = int(np.ceil(over * first / (2.0 * np.pi * _turns(orbit.model))))
     fastest = max(1.0, last / first)
     affordable = max(_SAMPLES, int(_MOST_SAMPLES / (cycles * fastest)))
-    samples = int(np.ceil(min(_SAMPLES * load_cycles, affordable) * fastest))
-    sweep = {"from": first, "to": last, "over": over}
-    model = branch.model.with_({"excitation.sweep": sweep})
-    settings = {"cycles": cycles, "discard": 0, "samples_per_cycle": samples}
-    trajectory = followed_from(model, (orbit.period_map, orbit.motion.start), settings, progress)
+    samples = int(np.ceil(min(_SAMPLES * _load_cycles(orbit.model), affordable) * fastest))
+    try:
+        model = branch.model.with_({"excitation.sweep": {"from": first, "to": last, "over": over}})
+        settings = {"cycles": cycles, "discard": 0, "samples_per_cycle": samples}
+        simulation = plan_from(model, (orbit.period_map, orbit.motion.start), settings)
+    except ModelError as error:
+        if {problem.place for problem in error.problems} - {*_OF_LENGTH}:
+            raise
+        rule = f"the run would last {cycles:.3g} periods T: {error.problems[0].rule}"
+        remedy = "a faster rate, or a branch over a shorter range"
+        raise ModelError(Problem("rate", f"{rate:.6g}{_unit(branch.model)}", rule, remedy)) from None
+    return _RunPlan(orbit, model, simulation, ends[0] / first, (first, last), rate if last > first else -rate)
+
+
+def _load_cycles(model: Model) -> int:
+    """Cycles of the fastest input in a period T, at least one."""
+    return int(np.ceil(max(period_of(model).cycles, default=1.0))) or 1
+
+
+def _parts(model: Model) -> int:
+    """Parts of a period T in which extrema are taken: cycles of the fastest input, unless these are too many."""
+    return min(_load_cycles(model), _MOST_PARTS)
+
+
+def _run(run: _RunPlan, progress: Progress | None) -> RunParts:
+    """Simulate the run, and reduce every part of a period to its extrema."""
+    (first, last), signed, plan = run.speeds, run.rate, run.simulation
+    load_cycles, turns = _load_cycles(run.orbit.model), _turns(run.orbit.model)
+    trajectory = integrate(plan.task, plan.layout, plan.algorithm, plan.discard, progress)
     time, deflection = trajectory.time, trajectory.deflection
-    during = time <= over
-    time, deflection = time[during], deflection[during]
-    signed = rate if last > first else -rate
+    to_end = slice(int(np.searchsorted(time, (last - first) / signed)) + 1)
+    time, deflection = time[to_end], deflection[to_end]
     period = (first * time + 0.5 * signed * time**2) / (2.0 * np.pi * turns)
-    per_period = min(load_cycles, _MOST_PARTS)
-    begins = np.searchsorted(period, np.arange(int(period[-1] * per_period) + 1) / per_period)
+    per_period = _parts(run.orbit.model)
+    begins = np.searchsorted(period, np.arange(int(period[-1] * per_period + _ROUNDING) + 1) / per_period)
     high = np.maximum.reduceat(with_peaks(deflection), begins[:-1], axis=0)
     low = -np.maximum.reduceat(with_peaks(-deflection), begins[:-1], axis=0)
     instants = -(-_INSTANTS * load_cycles // per_period)
@@ -238,16 +321,15 @@ def _run(
     traced = np.stack([np.interp(at, period, column) for column in deflection.T], axis=-1)
     traced = traced.reshape(-1, instants, deflection.shape[1])
     middle = 0.5 * (time[begins[:-1]] + time[begins[1:]])
-    to_value = ends[0] / first
 
     def state_before(value: float, period_map: PeriodMap) -> State:
-        seconds = (value / to_value - first) / signed
+        seconds = (value / run.to_value - first) / signed
         whole = np.floor((first * seconds + 0.5 * signed * seconds**2) / (2.0 * np.pi * turns) + _ROUNDING)
         angle = 2.0 * np.pi * turns * whole
         start = 2.0 * angle / (first + np.sqrt(first**2 + 2.0 * signed * angle))
-        return state_at(period_map, trajectory, free_of(model), start)
+        return state_at(period_map, trajectory, free_of(run.model), start)
 
-    value = (first + signed * middle) * to_value
+    value = (first + signed * middle) * run.to_value
     return RunParts(last > first, per_period, value, high, low, traced, state_before)
 
 

@@ -5,7 +5,7 @@ Takes a Model, and a start in any of its forms; gives states of ``engine.periodi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -19,7 +19,6 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Initial, Model
 from gearrattle.model.table import shown
 from gearrattle.results import Run
-from gearrattle.simulation.integrate import integrate
 from gearrattle.simulation.limits import check_memory
 from gearrattle.simulation.simulate import Plan, prepare
 from gearrattle.trajectory import Trajectory
@@ -154,13 +153,8 @@ def initial_of(model: Model, period_map: PeriodMap, state: State) -> dict[str, l
     return {"angle": angle.tolist(), "velocity": velocity.tolist()}
 
 
-def followed_from(
-    model: Model,
-    orbit: tuple[PeriodMap, State],
-    settings: dict[str, Any],
-    progress: Callable[[float], None] | None = None,
-) -> Trajectory:
-    """Simulate a model by ``exact`` from a state of a periodic motion, memories of its sliders included.
+def plan_from(model: Model, orbit: tuple[PeriodMap, State], settings: dict[str, Any]) -> Plan:
+    """Return the simulation by ``exact`` from a state of a periodic motion, memories of its sliders included.
 
     Parameters
     ----------
@@ -170,12 +164,10 @@ def followed_from(
         the map and the state at the start of a period.
     settings
         cycles, discard, samples_per_cycle.
-    progress
-        called with the finished share; what it raises ends the work.
 
     Raises
     ------
-    ModelError, ConvergenceError
+    ModelError
         as of ``simulate``.
     """
     begun = orbit[0].task(orbit[1], 1)
@@ -183,7 +175,7 @@ def followed_from(
     plan = prepare(model, {**settings, "algorithm": "exact", "initial": initial}, audit=False)
     task = replace(plan.task, memory=begun.memory, auxiliary_pieces=begun.auxiliary_pieces)
     check_memory(task.system, task.cycles, task.samples_per_cycle, "simulation.cycles")
-    return integrate(task, plan.layout, plan.algorithm, plan.discard, progress)
+    return replace(plan, task=task)
 
 
 def plan_of(model: Model, period_map: PeriodMap, state: State, samples_per_cycle: int) -> Plan:
