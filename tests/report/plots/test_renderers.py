@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from base64 import b64decode
-from typing import Any
+from typing import Any, Literal
 from xml.etree import ElementTree
 
 import numpy as np
@@ -123,6 +123,18 @@ def test_ink_draws_the_curve_and_lifts_the_pen() -> None:
         if p.get("stroke-linejoin")
     )
     assert (path.count("M"), path.count("L")) == (2, 1)
+
+
+@pytest.mark.parametrize("mark", ["lines", "points"])
+def test_a_line_without_points_is_drawn_by_every_renderer(mark: Literal["lines", "points"]) -> None:
+    """The envelope of a run within one period has none."""
+    nothing = np.zeros(0)
+    broken_and_empty = Line(UNEVEN, BROKEN, "broken"), Line(nothing, nothing, "none", mark=mark)
+    for lines in (broken_and_empty, broken_and_empty[1:]):
+        chart = Chart("key", "Title", "Caption", (Panel("first", "mm", "cycles", lines),))
+        ElementTree.fromstring(draw(chart))
+        assert len(plotly_figure(chart)["data"]) == len(lines)
+        assert len(matplotlib_figure(chart).axes) == 1
 
 
 def test_both_renderers_draw_cells_where_they_lie() -> None:

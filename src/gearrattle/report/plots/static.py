@@ -192,7 +192,7 @@ def _shape(shape: str, x: float, y: float, radius: float, colour: str) -> str:
 
 def _joined(px: Array, py: Array, shown: NDArray[np.bool_]) -> str:
     """Return a path through the points, with the pen lifted where a point is missing."""
-    pen = np.where(np.concatenate([[False], shown[:-1]]), "L", "M")
+    pen = np.where(np.concatenate([[False], shown])[:-1], "L", "M")
     rows = zip(pen.tolist(), px.tolist(), py.tolist(), shown.tolist(), strict=True)
     return "".join(f"{p}{a:.1f} {b:.1f}" for p, a, b, there in rows if there)
 
