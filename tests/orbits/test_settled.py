@@ -109,6 +109,21 @@ def test_motions_of_one_name_are_numbered() -> None:
     assert motion_names([("quiet", 1)] * 2) == ["quiet, 1 T (1)", "quiet, 1 T (2)"]
 
 
+def test_a_body_that_floats_in_its_gap_is_one_of_a_family() -> None:
+    """The shaft swings by less than the gap, so drag brings the loose body to rest wherever it is."""
+    shaft = {"name": "shaft", "between": ["hub", "ground"], "stiffness": 1.0, "damping": 0.1}
+    gap = {"name": "gap", "between": ["hub", "gear"], "stiffness": 10.0, "damping": 0.1, "clearance": 1.0}
+    tables = {
+        "inertia": [{"name": "hub", "J": 1.0}, {"name": "gear", "J": 0.5, "drag": 0.1}],
+        "coupling": [shaft, gap],
+        "excitation": {"speed": 0.5},
+        "torque": [{"on": "hub", "harmonics": [{"order": 1, "amplitude": 0.2}]}],
+    }
+    model = gr.Model.from_tables({"schema": 1, "name": "loose", "units": "dimensionless", **tables})
+    floating, held = gr.periodic(model, start="zero"), gr.periodic(gr.example("rattle_oscillator"), start="linear")
+    assert Settled((floating, held), (2, 1), 3, 0).names == ["quiet, 1 T, a family", "quiet, 1 T"]
+
+
 def behind_a_clutch(wound_up: float) -> gr.Model:
     """A gear pair on an input behind a soft clutch wound up by an angle [degrees], of which the mesh feels nothing."""
     clutch, radius, stiffness, backlash = 30.0, 0.05, 1e6, 1e-4

@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -243,10 +244,11 @@ class Settled:
         """How many starts had not settled when they were given up."""
         return self.starts - sum(self.counts)
 
-    @property
+    @cached_property
     def names(self) -> list[str]:
         """What every motion is."""
-        return motion_names([(orbit.verdict.verdict, orbit.cycles) for orbit in self.orbits])
+        kinds = [(orbit.verdict.verdict, orbit.cycles) for orbit in self.orbits]
+        return motion_names(kinds, [Attractor(orbit).moves_deflections for orbit in self.orbits])
 
     def interval(self, i: int) -> tuple[float, float]:
         """Return Wilson's 95 % interval of the share of the reach that the basin of a motion has."""
