@@ -327,3 +327,39 @@ def test_no_step_leads_over_a_release_to_another_branch() -> None:
     ]
     assert [event.point.parameter for _, event in ends] == pytest.approx([0.641840342, 0.641835448], abs=1e-8)
     assert all("a slider is let go with its torque" in note for note in branch.notes)
+
+
+@pytest.mark.parametrize("path", ["coupling.joint.hysteresis", "coupling.joint.clearance"])
+def test_no_branch_begins_where_a_slider_or_a_corner_comes_or_goes(path: str) -> None:
+    with pytest.raises(gr.ModelError, match=r"range: found 0; .*a corner or a slider of joint .*\(begin at the other"):
+        gr.continuation(oscillator(1.46), path, (0.0, 0.1))
+
+
+@pytest.mark.parametrize(("own", "other"), [(0.1, 0.0), (0.0, 0.1)])
+def test_a_search_may_begin_on_a_motion_of_a_model_with_other_sliders(own: float, other: float) -> None:
+    path = "coupling.joint.hysteresis"
+    model, start = oscillator(1.46).with_({path: own}), gr.periodic(oscillator(1.46).with_({path: other}))
+    assert gr.periodic(model, start=start).residual < 1e-9
+    assert gr.periodic(model, start=start.run).residual < 1e-9
+
+
+@pytest.mark.slow
+def test_a_branch_ends_just_before_its_slider_goes() -> None:
+    path = "coupling.joint.hysteresis"
+    branch = gr.continuation(oscillator(1.46), path, (0.02, 0.0))
+    assert 0.0 < float(branch.data["value"][-1]) < 1e-9
+    assert branch.notes[0] == f"At {path} = 0 a slider of joint comes or goes: branches end just before."
+    without = gr.periodic(oscillator(1.46).with_({path: 0.0}))
+    assert float(branch.data["peak_to_peak"][-1, 0]) == pytest.approx(
+        float(np.ptp(without.run.data["deflection"].values)), rel=1e-3
+    )
+
+
+@pytest.mark.slow
+def test_the_curve_of_an_event_ends_just_before_its_slider_goes() -> None:
+    path = "coupling.joint.hysteresis"
+    branch = gr.continuation(oscillator(1.46), SPEED, (1.46, 1.3))
+    smooth = branch.events[(branch.events["kind"] == "grazing") & ~branch.events["collision"]].index[0]
+    curve = branch.boundary(int(smooth), path, (0.0, 0.11))
+    assert 0.0 < float(curve["second"][0]) < 1e-4
+    assert curve.attrs["notes"][0].startswith(f"The event is not found beyond {path} = ")

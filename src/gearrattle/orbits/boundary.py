@@ -49,7 +49,7 @@ from gearrattle.engine.periodic.special import (
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model.path_labels import path_label
 from gearrattle.model.quantity import CALLBACK, checked
-from gearrattle.orbits.family import family_of, watched_names
+from gearrattle.orbits.family import check_alike, family_of, watched_names
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.gradients import check_kind, second_of
 from gearrattle.orbits.progress import Progress, part_of
@@ -135,8 +135,7 @@ def boundary_of(
     def follower(value: float) -> Continuation:
         changed = model.with_({second: value})
         family = family_of(changed, path, chosen.point.parameter, curve.family.cycles, curve.family.unit)
-        if family.clearances != curve.family.clearances:
-            raise ConvergenceError("a clearance closes or opens there")
+        check_alike(family, curve.family)
         return curve.of(family)
 
     def across(value: float, near: float) -> Continuation:

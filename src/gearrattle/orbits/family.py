@@ -20,13 +20,15 @@ from gearrattle.engine.solvers.choice import MANY_INERTIAS, is_large_for_periods
 from gearrattle.engine.solvers.many import is_supported
 from gearrattle.engine.system.laid_out import coefficients_of as coefficients_of_system
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.errors import ConvergenceError, ModelError
+from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.orbits.ends import unit_of
+from gearrattle.wording import listed
 
 Array = NDArray[np.float64]
 
 _POINTS = 60.0  # steps at least along a range
+_NEXT_TO = 1e-6  # of a range: so far inside its driveline is of the kind that it has along the branch
 _TOGETHER = 3  # drivelines whose coefficients are asked for at once: one and two beside it
 _HARMONICS = ("torque_sine", "torque_cosine", "error_sine", "error_cosine")
 
@@ -86,6 +88,49 @@ def family_of(model: Model, path: str, first: float, cycles: int, unit: float) -
         return coefficients(base, {path: values}, len(values), same)
 
     return CompiledFamily(general, system, coefficients_of)
+
+
+def check_alike(family: Family, like: Family) -> None:
+    """Refuse the family of a driveline with other clearances or sliders than another one has.
+
+    Raises
+    ------
+    ConvergenceError
+        a clearance or a slider is in one of them alone.
+    """
+    if (family.clearances, family.memories) != (like.clearances, like.memories):
+        raise ConvergenceError("a clearance closes or opens there, or a slider goes or comes")
+
+
+def check_begin(model: Model, path: str, ends: tuple[float, float]) -> None:
+    """Refuse a range that begins where the driveline is of another kind than beside it: at a clearance of zero.
+
+    Raises
+    ------
+    ModelError
+        a clearance or a slider is missing at the first end alone, or is there alone.
+    """
+    corners, sliders = _changed(model, path, ends)
+    if changed := sorted({*corners, *sliders}):
+        rule = f"a branch cannot begin here, where a corner or a slider of {listed(changed)} comes or goes"
+        raise ModelError(
+            Problem("range", f"{ends[0]:.6g}", rule, "begin at the other end, or at a value a little inside")
+        )
+
+
+def notes_at_end(model: Model, path: str, ends: tuple[float, float]) -> list[str]:
+    """Return what is said of a range at whose last end the driveline has other states: no branch leads there."""
+    _, sliders = _changed(model, path, ends[::-1])
+    changed = f"a slider of {listed(sorted(sliders))} comes or goes"
+    return [f"At {path} = {ends[1]:.6g} {changed}: branches end just before."] if sliders else []
+
+
+def _changed(model: Model, path: str, ends: tuple[float, float]) -> tuple[set[str], set[str]]:
+    """Elements whose corners, and those whose sliders, are there at the first of two values or beside it alone."""
+    first, last = ends
+    at, next_to = (assemble(model.with_({path: value})).layout for value in (first, first + _NEXT_TO * (last - first)))
+    sliders = {name.partition(".")[0] for name in {*at.auxiliary_names} ^ {*next_to.auxiliary_names}}
+    return {*at.clearance_names} ^ {*next_to.clearance_names}, sliders
 
 
 def family_of_excitation(system: PiecewiseSystem, cycles: int) -> Family:

@@ -20,7 +20,7 @@ from gearrattle.orbits.every import every_orbit
 from gearrattle.orbits.family import is_compiled
 from gearrattle.orbits.orbit import ATTEMPTS, CYCLES, Orbit, linear_state, orbit_of, settled_state
 from gearrattle.orbits.returns import check_repeats_elsewhere, orbit_of_returns
-from gearrattle.orbits.state import Start, check_inertias, check_repeats, state_of
+from gearrattle.orbits.state import Start, check_inertias, check_repeats, has_same_sliders, initial_of, state_of
 
 LINEAR = "linear"
 """A start: the motion that grows out of the rest as all harmonics grow from nothing to what they are."""
@@ -111,6 +111,8 @@ def periodic(
     elif isinstance(start, Orbit):
         check_inertias(model, start.model, repr(start))
         state = start.motion.start
+        if not has_same_sliders(model, start.model):
+            state = state_of(model, period_map, initial_of(start.model, start.period_map, state))
     else:
         state = state_of(model, period_map, start)
     return orbit_of(model, period_map, shooting.shoot(period_map, state))

@@ -16,7 +16,7 @@ from gearrattle.model.quantity import CALLBACK, FLAG, Plain, Reader, argument_pr
 from gearrattle.orbits.branch import Branch
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.ends import ends_of
-from gearrattle.orbits.family import follower_over
+from gearrattle.orbits.family import check_begin, follower_over, notes_at_end
 from gearrattle.orbits.find import periodic
 from gearrattle.orbits.further import doublings_left, followers_of, further_curves
 from gearrattle.orbits.orbit import CYCLES, Orbit
@@ -73,7 +73,8 @@ def continuation(
     Raises
     ------
     ModelError
-        inputs that do not repeat, a path that leads nowhere, a range without sense.
+        inputs that do not repeat, a path that leads nowhere, a range without sense, or one that begins where a
+        clearance or a slider comes or goes.
     ConvergenceError
         no motion was found at the first end.
 
@@ -93,9 +94,10 @@ def continuation(
     first, last = ends_of(model, path, range)
     base = model.with_({path: first})
     check_repeats(base)
+    check_begin(model, path, (first, last))
     first_orbit = periodic(base, cycles, start)
     fewest = len(states_of_periods(PeriodMap(assemble(base).system, cycles), first_orbit.motion))
-    notes = []
+    notes = notes_at_end(model, path, (first, last))
     if fewest < cycles:
         notes.append(f"The motion at the first end repeats after {counted(fewest, 'period')}: cycles is {fewest}.")
         cycles = fewest

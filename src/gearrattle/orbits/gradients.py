@@ -21,7 +21,7 @@ from gearrattle.model.path_values import change_in_si
 from gearrattle.model.paths import path_names, value_at
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.orbits.ends import ends_of
-from gearrattle.orbits.family import family_of
+from gearrattle.orbits.family import check_alike, family_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -179,6 +179,8 @@ def _families(model: Model, path: str, curve: Continuation, event: Event, number
         low, high = (
             family_of(model.with_({other: value + side}), path, first, cycles, unit) for side in (-change, change)
         )
+        for one in (low, high):
+            check_alike(one, family)
         return low, high
 
     return families_of

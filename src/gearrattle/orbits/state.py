@@ -86,6 +86,12 @@ def check_inertias(model: Model, other: Model, value: str) -> None:
         raise ModelError(Problem("start", value, rule, "simulate this model"))
 
 
+def has_same_sliders(model: Model, other: Model) -> bool:
+    """Return whether two models have the same sliders; if not, all of them are unloaded in a start from the other."""
+    names, others = (assemble(one).layout.auxiliary_names for one in (model, other))
+    return names == others
+
+
 def _about_start(error: ModelError, start: object) -> ModelError:
     """The same error, about the argument and not about the model, where the start is no word or table for one."""
     if start is None or isinstance(start, Mapping):
@@ -101,6 +107,8 @@ def _end_of(model: Model, period_map: PeriodMap, run: Run) -> State:
     """The state in which a run ends."""
     trajectory, free = run.trajectory, free_of(model)
     check_inertias(model, run.model, repr(run))
+    if not has_same_sliders(model, run.model):
+        trajectory = replace(trajectory, auxiliaries=None)
     return state_at(period_map, trajectory, free, trajectory.end)
 
 

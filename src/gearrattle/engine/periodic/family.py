@@ -136,13 +136,28 @@ class GeneralFamily(Family):
 
     def __init__(self, system_of: SystemOf, first: float, cycles: int = 1, unit: float = 1.0) -> None:
         self._system_of, self._first, self.cycles, self.unit = system_of, first, cycles, unit
+        self._states: int | None = None
         period_map = self.map_at(first)
+        self._states = period_map.scale.size
         self.scale, self.size = period_map.scale, period_map.size
         self.parts = parts_of(period_map)
         self.clearances, self.memories = len(period_map.system.clearances), period_map.flow.memory.size
 
     def map_at(self, parameter: float) -> PeriodMap:
-        """Return the map of one driveline."""
+        """Return the map of one driveline.
+
+        Raises
+        ------
+        ConvergenceError
+            there is none, or its states are others: it has a slider more, or less.
+        """
+        period_map = self._any_map_at(parameter)
+        if self._states not in (None, period_map.scale.size):
+            raise ConvergenceError(f"the driveline has other sliders at the parameter {parameter:.9g}")
+        return period_map
+
+    def _any_map_at(self, parameter: float) -> PeriodMap:
+        """The map of one driveline, whatever its states are."""
         return PeriodMap(self._system_of(parameter), self.cycles)
 
     def part(self, begin: float, length: float) -> GeneralFamily:
@@ -205,8 +220,8 @@ class _PartFamily(GeneralFamily):
         self._part = part
         super().__init__(system_of, first, 1, unit)
 
-    def map_at(self, parameter: float) -> PeriodMap:
-        """Return the map of one driveline."""
+    def _any_map_at(self, parameter: float) -> PeriodMap:
+        """The map of one driveline, whatever its states are."""
         system = self._system_of(parameter)
         return PeriodMap(replace(system, inputs=system.inputs.part(*self._part)), repeats=False)
 
