@@ -210,7 +210,7 @@ def test_it_is_a_result_with_a_page_a_table_and_numbers(tmp_path: Path) -> None:
 def test_why_a_curve_ends_inside_the_plane() -> None:
     rows = [("fold", 0.5, "cusp", 0.6), ("fold", 0.5, "", 0.6), ("grazing", 0.5, "", 30.0), ("grazing", 1.0, "", 30.0)]
     kinds = [kind for kind, *_ in rows]
-    events = pd.DataFrame({"kind": kinds, "clearance": "gap", "collision": False, "value": 0.4})
+    events = pd.DataFrame({"kind": kinds, "clearance": "gap", "collision": False, "value": 0.4, "grazing": ""})
 
     def boundary(event: int) -> xr.Dataset:
         _, end, special, value = rows[event]
@@ -225,3 +225,16 @@ def test_why_a_curve_ends_inside_the_plane() -> None:
         "beyond the range of the first value",
         "",
     ]
+
+
+@pytest.mark.parametrize("grazing", ["jump", "release"])
+def test_a_grazing_at_which_the_gradient_jumps_has_no_border(grazing: str) -> None:
+    """Its curve cannot be followed: that is said, and the map is made."""
+    events = pd.DataFrame({"kind": ["grazing"], "clearance": "gap", "collision": False, "value": 0.4})
+
+    def boundary(event: int) -> xr.Dataset:
+        raise AssertionError(event)
+
+    borders, points, notes = borders_of(events.assign(grazing=grazing), boundary, ((0.3, 1.6), (0.0, 1.0)), None)
+    assert (borders, points) == ([], [])
+    assert notes == ["The grazing at 0.4 is not followed: the motion or its gradient jumps there."]

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.events import FOLD, GRAZING
+from gearrattle.engine.periodic.grazing import JUMP, RELEASE
 from gearrattle.errors import ConvergenceError
 
 if TYPE_CHECKING:
@@ -97,8 +98,13 @@ def borders_of(
     tuple[list[Border], list[SpecialPoint], list[str]]
         The curves, their special points, and notes on events that could not be followed.
     """
-    chosen = events.index[events["kind"].isin(DRAWN) & ~events["collision"]]
-    borders, curves, notes = list[Border](), list["xr.Dataset"](), list[str]()
+    is_drawn, jumps = events["kind"].isin(DRAWN), events["grazing"].isin([JUMP, RELEASE])
+    chosen = events.index[is_drawn & ~events["collision"] & ~jumps]
+    borders, curves = list[Border](), list["xr.Dataset"]()
+    notes = [
+        f"The grazing at {value:.6g} is not followed: the motion or its gradient jumps there."
+        for value in events.loc[is_drawn & jumps, "value"].tolist()
+    ]
     spans = ranges[0][1] - ranges[0][0], ranges[1][1] - ranges[1][0]
     for done, row in enumerate(chosen, 1):
         kind, clearance = str(events["kind"][row]), str(events["clearance"][row])
