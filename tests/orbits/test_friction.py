@@ -29,6 +29,15 @@ def oscillator(speed: float) -> gr.Model:
     return gr.Model.from_tables({"schema": 1, "name": "joint with friction", "units": "dimensionless", **tables})
 
 
+def test_a_branch_over_the_mean_torque_begins_where_the_driveline_is_symmetric() -> None:
+    """Without mean torque alone: there it meets the branch that comes back."""
+    ends = (0.0, 0.05)
+    there, back = (gr.continuation(oscillator(0.9), "torque.0.mean", range) for range in (ends, ends[::-1]))
+    for one, other in ((there.points[-1], back.points[0]), (there.points[0], back.points[-1])):
+        assert one.parameter == other.parameter
+        np.testing.assert_allclose(one.state, other.state, rtol=0, atol=1e-8)
+
+
 @pytest.mark.parametrize("ends", [(0.77, 0.785), (0.785, 0.77)])
 def test_a_slider_that_sticks_at_the_end_of_the_period_or_at_its_start_is_no_event(ends: tuple[float, float]) -> None:
     """At 0.778963 the last of eight crossings passes the start of the period."""

@@ -11,6 +11,7 @@ Takes a Continuation of whole lengths and its Points; gives Points.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +31,7 @@ Array = NDArray[np.float64]
 
 SAME = 1e-4
 """Of w, the cube root of the residual: motions of the branch nearer than this to a fixed point of H are one."""
+_BESIDE = 1e-6  # of the parameter's unit: a driveline so near is of the same kind
 _ALONG = 0.999999  # cosine between the tangents of a motion and of the fixed point of H: both are known
 
 
@@ -94,9 +96,19 @@ def half_curve(curve: Continuation, parameter: float) -> Continuation | None:
         of the driveline.
     """
     family = curve.family
-    if family.cycles % 2 == 1 and not is_symmetric(family.map_at(parameter).system):
+    if family.cycles % 2 == 1 and not _are_symmetric(family, parameter):
         return None
     return curve.of(half_of(family))
+
+
+def _are_symmetric(family: Family, parameter: float) -> bool:
+    """Whether drivelines are symmetric at a parameter and beside it: not where a mean torque is zero."""
+    if not is_symmetric(family.map_at(parameter).system):
+        return False
+    for side in (1.0, -1.0):
+        with suppress(ConvergenceError):
+            return is_symmetric(family.map_at(parameter + side * _BESIDE * family.unit).system)
+    return True
 
 
 def as_fixed_point(curve: Continuation, point: Point, *, upward: bool) -> Point:
