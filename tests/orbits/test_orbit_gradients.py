@@ -135,7 +135,7 @@ def test_the_force_of_a_slider_is_in_it() -> None:
 
 
 def clutch(second: float) -> gr.Model:
-    """A clutch of two sliding stages; with a torque of 0.24 both begin to slip at one deflection."""
+    """A clutch whose second stage adds so much friction; with 0.24 both stages begin to slip at one deflection."""
     stages = [
         {"stiffness": 0.4, "damping": 0.05, "until": 0.6, "hysteresis": 0.12, "stick_stiffness": 6.0},
         {"stiffness": 3.0, "damping": 0.1, "hysteresis": 0.12 + second, "stick_stiffness": 12.0},

@@ -3,7 +3,8 @@
 The second value is changed step by step. Each event is predicted by a parabola through the last three, then located
 exactly. Other events of the same kind may lie near. So an event must be as near to its prediction as on a curve, and
 its motion keeps its crossings, except in a short step: the first one has no prediction, and the curve may have a
-corner. An event of motions of n periods is not one of motions of fewer.
+corner. An event of motions of n periods is not one of motions of fewer; but a grazing may pass the point where it is
+one of n / 2 periods, also in a long step, for there the halves of its motion change their roles.
 
 Where two events of one kind meet, the slope of their test function along the branch vanishes like a root. So no step
 leads farther than half the way to where the square of that slope would be zero: beyond there another event may lie.
