@@ -204,15 +204,20 @@ def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]
         yield from _losses(curve, before, hidden)
         yield from _losses(curve, hidden, after)
         return
-    for kind in _changed(before, after):
-        if kind != NEIMARK_SACKER:
-            yield _located(curve, before, after, kind, TESTS[kind])
-            continue
-        event = _located(curve, before, after, kind, _neimark_sacker(before))
+    kinds = _changed(before, after)
+    if NEIMARK_SACKER in kinds:
+        event = _located(curve, before, after, NEIMARK_SACKER, _neimark_sacker(before))
         if unit_circle.is_conservative(event.point):
             yield replace(event, is_collision=False)
-        elif unit_circle.has_pair_on_circle(event.point):  # else two real ones have left through -1
+        elif unit_circle.has_pair_on_circle(event.point):
             yield event
+        elif before.length + _APART < event.point.length < after.length - _APART:
+            yield from _losses(curve, before, event.point)  # two real ones have left through -1, one after the other
+            yield from _losses(curve, event.point, after)
+            return
+    for kind in kinds:
+        if kind != NEIMARK_SACKER:
+            yield _located(curve, before, after, kind, TESTS[kind])
 
 
 def _changed(before: Point, after: Point) -> list[str]:
