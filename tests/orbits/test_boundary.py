@@ -185,7 +185,7 @@ def test_an_isolated_branch_shrinks_to_a_turning_point_of_its_folds() -> None:
 UNTIL = "coupling.g.stages.0.until"
 
 
-def two_steps(until: float, mean: float = 1.0) -> gr.Model:
+def two_steps(until: float, mean: float = 1.0, amplitude: float = 3.5) -> gr.Model:
     """One body on a spring that stiffens twice; its motions double their period near where they touch a corner."""
     stages = [
         {"stiffness": 0.78, "damping": 0.02, "until": until},
@@ -199,7 +199,7 @@ def two_steps(until: float, mean: float = 1.0) -> gr.Model:
         "inertia": [{"name": "a", "J": 1.02, "drag": 0.021}],
         "coupling": [{"name": "g", "between": ["a", "ground"], "stages": stages}],
         "excitation": {"speed": 1.9},
-        "torque": [{"on": "a", "mean": mean, "harmonics": [{"order": 1, "amplitude": 3.5}]}],
+        "torque": [{"on": "a", "mean": mean, "harmonics": [{"order": 1, "amplitude": amplitude}]}],
     }
     return gr.Model.from_tables(tables)
 
@@ -390,18 +390,69 @@ def test_a_neimark_sacker_bifurcation_ends_where_its_pair_comes_to_minus_one() -
     curve = branch.boundary(0, shaft, (2.75, 3.7))
     assert curve["special"].values[-1] == "1:2 resonance"
     end, speed = float(curve["second"][-1]), float(curve["value"][-1])
-    distances = end - curve["second"].values
-    squares = []
-    for row in (-8, -5):  # the motions there
-        near = curve.isel(point=row)
-        changed = model.with_({shaft: float(near["second"]), "excitation.speed": float(near["value"])})
-        multiplier = gr.periodic(changed, cycles=2, start=branch.orbit(0)).multipliers[0]
-        squares.append((np.pi - np.abs(np.angle(multiplier))) ** 2 / distances[row])
-    assert distances[-8] > 5.0 * distances[-5]
-    assert squares[0] == pytest.approx(squares[1], rel=0.02)
+    distances, squares, orbit = end - curve["second"].values, list[float](), branch.orbit(0)
+    for second, value in zip(curve["second"].values[:-4].tolist(), curve["value"].values[:-4].tolist(), strict=True):
+        orbit = gr.periodic(model.with_({shaft: second, "excitation.speed": value}), cycles=2, start=orbit)
+        pair = orbit.multipliers[np.argmax(orbit.multipliers.imag)]  # a real one has passed -1
+        assert abs(pair) == pytest.approx(1.0, abs=1e-8)
+        squares.append((np.pi - float(np.angle(pair))) ** 2)
+    assert distances[-7] > 5.0 * distances[-5]
+    parabola = np.polynomial.Polynomial.fit(distances[-7:-4], squares[-3:], 2)
+    assert np.abs(parabola.roots()).min() < 1e-5
     assert end == pytest.approx(2.831151, abs=2e-6)
     assert speed == pytest.approx(1.656032, abs=2e-6)
 
 
 def test_every_special_point_is_drawn_and_named() -> None:
     assert set(SPECIAL) == set(KINDS)
+
+
+def doubled(amplitude: float, begin: float, end: float, start: tuple[float, float]) -> Branch:
+    """A branch of two periods over the speed, from near a state."""
+    model = two_steps(0.99, amplitude=amplitude)
+    states = {"angle": [start[0]], "velocity": [start[1]]}
+    return gr.continuation(model, "excitation.speed", (begin, end), cycles=2, start=states)
+
+
+@pytest.mark.slow
+def test_a_grazing_ends_where_its_extremum_meets_the_next_one() -> None:
+    """Beside a cubic tangency a maximum and a minimum graze on one side, and neither does on the other."""
+    branch = doubled(3.5, 1.5205, 1.53, (-1.6385, 1.005))
+    row = branch.events.index[branch.events["kind"] == "grazing"][0]
+    curves = [branch.boundary(int(row), "torque.0.harmonics.0.amplitude", ends) for ends in ((3.3, 3.9), (3.45, 4.2))]
+    assert [str(curve["special"].values[-1]) for curve in curves] == ["cubic tangency"] * 2
+    points = np.array([[curve[name].values[-1] for name in ("second", "value")] for curve in curves])
+    np.testing.assert_allclose(points[0], points[1], rtol=0, atol=1e-6)
+    counts = []
+    for change in (-1e-4, 1e-4):
+        near = points[0, 1] + 0.237 * change + np.array([-1e-3, 1e-3])
+        own = doubled(points[0, 0] + change, *near, (-1.6825, 1.2509)).events
+        counts.append(int(((own["kind"] == "grazing") & (own["value"] > near[0] + 9e-4)).sum()))
+    assert counts == [2, 0]
+
+
+@pytest.mark.slow
+def test_a_neimark_sacker_bifurcation_ends_with_its_pair() -> None:
+    """Beyond the resonance the pair is two real multipliers that are inverse, and no event.
+
+    The resonance is that of a Newton iteration of its own for a double multiplier -1; at the other end the curve turns.
+    """
+    tables = {
+        "schema": 1,
+        "units": "dimensionless",
+        "inertia": [{"name": "a", "J": 0.96, "drag": 0.016}, {"name": "b", "J": 0.87, "drag": 0.014}],
+        "coupling": [
+            {"name": "gap", "between": ["a", "b"], "stiffness": 12.0, "damping": 0.06, "clearance": 0.57},
+            {"name": "shaft", "between": ["a", "ground"], "stiffness": 1.02, "damping": 0.03},
+            {"name": "stop", "between": ["b", "ground"], "stiffness": 8.3, "damping": 0.06, "clearance": 0.24},
+        ],
+        "excitation": {"speed": 1.76},
+        "torque": [{"on": "a", "mean": 1.1, "harmonics": [{"order": 1, "amplitude": 2.01}]}],
+    }
+    branch = gr.continuation(gr.Model.from_tables(tables), "excitation.speed", (1.056, 1.2))
+    pairs = branch.events.index[(branch.events["kind"] == "Neimark-Sacker") & (branch.events["branch"] == 0)]
+    curve = branch.boundary(int(pairs[0]), "coupling.shaft.stiffness", (0.612, 1.632))
+    assert curve["special"].values[[0, -1]].tolist() == ["1:2 resonance", "turning point"]
+    ends = np.array([[curve[name].values[i] for name in ("second", "value")] for i in (0, -1)])
+    np.testing.assert_allclose(ends, [[0.753800756, 1.07851498], [1.263678, 1.21738]], rtol=0, atol=2e-5)
+    np.testing.assert_allclose(ends[0], [0.753800756, 1.07851498], rtol=0, atol=1e-8)

@@ -38,6 +38,7 @@ from gearrattle.engine.periodic.special import (
     FOLD_AT_DOUBLING,
     GRAZING_AT_DOUBLING,
     MEETING,
+    TANGENCY,
     TURNING,
     fold_at_doubling,
     grazing_at_doubling,
@@ -46,7 +47,9 @@ from gearrattle.engine.periodic.special import (
     meeting_of_two,
     resonance,
     resonance_of,
+    tangency,
 )
+from gearrattle.engine.periodic.unit_circle import nearest_pair
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model.path_labels import path_label
 from gearrattle.model.quantity import CALLBACK, checked
@@ -76,6 +79,7 @@ _REPEATS = 1e-7  # of the size of the state: a motion that misses its begin by s
 _FALL = 0.2  # of how much a motion fails to repeat sooner: what is left after a step, at least
 _PREDICTED_FROM = 3  # last points, by a parabola through them
 _OFF, _STRAIGHT = 0.2, 0.05  # of the distance: how far an event may be from its prediction; if so near, steps grow fast
+_PAIR = 0.1  # how much the real part of a pair on the unit circle counts beside w
 _ROUNDING = 1e-8  # of w: what lies so near to the prediction is near
 _SHORT = 1e-2  # of an even step: the longest one in which the crossings may change, or the prediction fail
 _AT_TURNING, _MOST_VALUES = 1e-8, 60  # of the value: to so much is known where a curve of folds turns back; tries
@@ -85,7 +89,7 @@ _REACH = 0.1  # of the range: a special point farther from the last known event 
 _MET = 1e-3  # of the last step: the event was met there, so a point at which it vanishes lies no farther back
 _BEHIND = {MEETING: 1.0, FOLD_AT_DOUBLING: np.inf}
 """The same where rounding hides the event: a fold may stay at a grazing, or be lost in a doubling."""
-_BACK = 7  # last points of a fold from which a grazing near is sought
+_BACK = 7  # last points of a fold from which a grazing near is sought, and of a grazing for its acceleration
 _NEAR_HALF, _NOT_ROUNDING = 1e-3, 5e-4  # of the size of the state: such a motion nearly repeats after half its periods
 _STAYS = 0.01  # of how much its motion misses: a grazing so near to a fold stays there
 _TRIED = 0.1  # of the distance between two points: the first step from there to where a fold meets a grazing
@@ -247,6 +251,8 @@ def _ends(followers: tuple[Follower, Across], rows: list[_Row]) -> Iterator[list
         yield _sought(lambda: resonance(known[-2], known[-1], follower), resonance_of(event))
     if event.kind in (FOLD, GRAZING) and event.point.motion.cycles % 2 == 0:
         yield _at_doubling(follower, rows)
+    if event.kind == GRAZING:
+        yield _sought(lambda: tangency([(row.second, row.event) for row in rows[-_BACK:]], follower), TANGENCY)
     special = CUSP if event.kind == FOLD else TURNING
     points = _sought(lambda: meeting_of_two(event, follower, second, second - before), special)
     if event.kind == FOLD:
@@ -405,16 +411,25 @@ def _to_meeting(located: list[_Row]) -> float:
 def _moved(located: list[_Row], curve: Continuation, second: float, is_short: bool) -> tuple[_Row | None, float]:
     """The next row of an event, None if that is another event's; how many times as long the step after it may be."""
     last = located[-1]
-    change = np.zeros_like(last.event.point.w)
+    before = _compared(last.event)
+    change = np.zeros_like(before)
     if len(located) > 1:
-        known = [(row.second, row.event.point.w) for row in located[-_PREDICTED_FROM:]]
-        change = polynomial_at(known, second) - last.event.point.w
-    row = _row(relocated(last.event, curve, change, _FARTHEST), curve, second)
-    growth = _growth(row.event.point.w - last.event.point.w, change, is_short)
+        known = [(row.second, _compared(row.event)) for row in located[-_PREDICTED_FROM:]]
+        change = polynomial_at(known, second) - before
+    moved = change[: last.event.point.w.size]
+    event = relocated(last.event, curve, moved, _FARTHEST)
+    row = _row(event, curve, second)
+    growth = _growth(_compared(event) - before, change, is_short)
     may_change = is_short or row.word == last.word or _turns_around(last, row)
     if not may_change or row.slope * last.slope < 0.0:
         growth = 0.0
     return (row if growth else None), growth
+
+
+def _compared(event: Event) -> Array:
+    """What is compared with its prediction: the w of an event, and of a pair on the unit circle its real part."""
+    w = event.point.w
+    return np.append(w, _PAIR * nearest_pair(event.point)[0].real) if event.kind == NEIMARK_SACKER else w
 
 
 def _growth(move: Array, change: Array, is_short: bool) -> float:

@@ -19,12 +19,13 @@ from scipy.optimize import brentq
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import test_of
-from gearrattle.engine.periodic.events import Event
+from gearrattle.engine.periodic.events import NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.patterns import rotated, word_of
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.engine.periodic.touch import depth
+from gearrattle.engine.periodic.unit_circle import is_conservative, nearest_pair
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -32,6 +33,8 @@ Array = NDArray[np.float64]
 _SECANTS = 10
 _SHORTER = 0.1  # of a step: the one tried where it leads too far
 _AT_TOUCH = 1e-4  # periods: crossings of the same corner so near to a touch are the touch
+_ON_CIRCLE = 1e-5  # from the unit circle: a pair is no farther from it
+_TOUCHES = 1e-9  # of the size of its corner: a motion that grazes is no farther from it
 _JUMP = 0.05  # of the test function nearby, and of one: what is left of it at a root that is none
 _BENT, _ROUNDING = 2.0, 1e-9  # of a step: the distance to a point of the same branch, at most; and of w
 _LOCATED = 1e-11  # arclength
@@ -59,10 +62,16 @@ def relocated(event: Event, curve: Continuation, change: Array, farthest: float)
     """
     begin = curve.in_plane(replace(event.point, w=event.point.w + change))
     point = _by_secants(event, curve, begin, farthest)
+    is_pair = event.kind == NEIMARK_SACKER and not is_conservative(point)
+    if is_pair and nearest_pair(point)[1] > _ON_CIRCLE:
+        raise ConvergenceError("the pair on the unit circle has become real")
     located = replace(event, point=_oriented(point, event.point))
     if event.touch is None:
         return located
-    _, touch = depth(curve.family.map_at(point.parameter), point.motion.start, event.touch)
+    period_map = curve.family.map_at(point.parameter)
+    beyond, touch = depth(period_map, point.motion.start, event.touch)
+    if abs(beyond) > _TOUCHES * period_map.flow.corner_scale[touch.watch]:
+        raise ConvergenceError("the extremum at a corner is lost")
     return replace(located, touch=replace(touch, time=touch.time % curve.family.cycles))
 
 

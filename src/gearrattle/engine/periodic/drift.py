@@ -27,6 +27,7 @@ from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, NEIMARK_S
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.touch import depth
+from gearrattle.engine.periodic.unit_circle import pair_product
 from gearrattle.errors import ConvergenceError
 
 KINDS = (FOLD, DOUBLING, NEIMARK_SACKER, GRAZING)
@@ -118,5 +119,7 @@ def test_of(event: Event, family: Family, point: Point) -> float:
     if event.kind == GRAZING:
         assert event.touch is not None
         return depth(family.map_at(point.parameter), point.motion.start, event.touch)[0]
+    if event.kind == NEIMARK_SACKER:
+        return pair_product(point, event.point)
     test: Callable[[Point], float] = TESTS[event.kind]
     return test(point)

@@ -11,7 +11,9 @@ is 2 or -2; it is smooth in q, so it is extrapolated. A fold meets a grazing whe
 parameter vanishes at the grazing, in the limit from the side without contact; beyond the grazing it changes like a
 square root, so there the curve of folds bends into that of grazings. Events of motions of n periods come to a *period
 doubling* where their motion repeats after n / 2 periods: a grazing where one of n / 2 periods has a multiplier -1, a
-fold where the square of how far its motion misses, extrapolated, is zero.
+fold where the square of how far its motion misses, extrapolated, is zero. The extremum that grazes meets the next one,
+a minimum a maximum, in a *cubic tangency*: at a corner the deflection has neither velocity nor acceleration. Both
+vanish there; q has an extremum over the acceleration, so it is extrapolated over its square and cube.
 
 Takes an event and what follows the driveline q; gives the special point.
 
@@ -30,13 +32,15 @@ from gearrattle.engine.periodic.boundary import missed_after, polynomial_at, rel
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import test_of
 from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, TESTS, Event, events_between
+from gearrattle.engine.periodic.touch import bend
 from gearrattle.engine.periodic.unit_circle import nearest_pair
 from gearrattle.errors import ConvergenceError
 
 CUSP, TURNING, MEETING = "cusp", "turning point", "fold meets grazing"
 FOLD_AT_DOUBLING, GRAZING_AT_DOUBLING = "fold meets period doubling", "grazing meets period doubling"
 ONE_TO_ONE, ONE_TO_TWO = "1:1 resonance", "1:2 resonance"
-KINDS = (CUSP, TURNING, MEETING, FOLD_AT_DOUBLING, GRAZING_AT_DOUBLING, ONE_TO_ONE, ONE_TO_TWO)
+TANGENCY = "cubic tangency"
+KINDS = (CUSP, TURNING, MEETING, FOLD_AT_DOUBLING, GRAZING_AT_DOUBLING, TANGENCY, ONE_TO_ONE, ONE_TO_TWO)
 Follower = Callable[[float], Continuation]
 
 _STEP, _SHORTEST = 1e-4, 1e-7  # arclength of differences along the branch: the largest one, and the smallest
@@ -47,8 +51,11 @@ _SECANTS = 30
 _LOCATED = 1e-12  # of q
 _LONGER = 100.0  # times the step before: over a short one rounding may be most of the change of a slope
 _GAINED = 1e-15  # of a test function: nothing nearer to its extremum is sought for less
+_ROUNDING = 1e-6  # of m + 1/m: a pair nearer to 2 or -2 may be real by rounding
 _LEFT, _FEW = 0.1, 8  # of the way to a resonance that every motion leaves; motions
-_FOLDS = 3  # for a parabola
+_PARABOLA_OF = 3  # known events
+_SPACED = 1.4  # times the acceleration of one grazing: that of the next one for the extrapolation, at least
+_BENT = 0.2  # of the acceleration of the first known grazing: what is left of it at the last one, at most
 _BESIDE = 0.1  # of m + 1/m: a pair farther from 2 or -2 has no resonance near
 _NEAR = 4e-6  # arclength from a grazing to the motions by which its limit is extrapolated
 _EXTRAPOLATED = (5.0, -10.0, 10.0, -5.0, 1.0)  # weights of the values at 1, 2, ... times that for the one at 0
@@ -125,7 +132,7 @@ def resonance_of(event: Event) -> str:
 
 
 def resonance(before: tuple[float, Event], last: tuple[float, Event], follower: Follower) -> tuple[float, Event]:
-    """Return where the pair of a Neimark-Sacker bifurcation comes to 1 or to -1: q, and the event near it.
+    """Return where the pair of a Neimark-Sacker bifurcation comes to 1 or to -1: q, and the event moved there.
 
     Parameters
     ----------
@@ -143,20 +150,19 @@ def resonance(before: tuple[float, Event], last: tuple[float, Event], follower: 
     def left(event: Event) -> float:
         return 2.0 - 2.0 * abs(nearest_pair(event.point)[0].real)
 
-    q = last[0]
-    for _ in range(_FEW):
+    for tried in range(_FEW):
         fall = left(before[1]) - left(last[1])
         if fall <= 0.0 or left(last[1]) > _BESIDE:
             raise ConvergenceError("the pair stays away from the real axis")
-        way = (last[0] - before[0]) * left(last[1]) / fall
-        q, following = last[0] + way, last[0] + (1.0 - _LEFT) * way
-        change = (last[1].point.w - before[1].point.w) * (following - last[0]) / (last[0] - before[0])
-        try:
-            event = relocated(last[1], follower(following), change, _FARTHEST)
-        except ConvergenceError:  # so near to the real axis that rounding decides
+        steps = left(last[1]) / fall  # to the resonance
+        change, way = last[1].point.w - before[1].point.w, last[0] - before[0]
+        if left(last[1]) < _ROUNDING or tried == _FEW - 1:
             break
-        before, last = last, (following, event)
-    return q, last[1]
+        following, share = last[0] + (1.0 - _LEFT) * steps * way, (1.0 - _LEFT) * steps
+        before, last = last, (following, relocated(last[1], follower(following), share * change, _FARTHEST))
+    point = last[1].point
+    parameter = point.parameter + steps * (point.parameter - before[1].point.parameter)
+    return last[0] + steps * way, replace(last[1], point=replace(point, parameter=parameter))
 
 
 def fold_at_doubling(folds: Sequence[tuple[float, float, Event]]) -> tuple[float, Event]:
@@ -175,12 +181,43 @@ def fold_at_doubling(folds: Sequence[tuple[float, float, Event]]) -> tuple[float
     ConvergenceError
         there are fewer.
     """
-    if len(folds) < _FOLDS:
+    if len(folds) < _PARABOLA_OF:
         raise ConvergenceError("too few folds are known")
     ends = [(missed**2, np.array([q, event.point.parameter])) for missed, q, event in folds]
     q, parameter = (float(value) for value in polynomial_at(ends, 0.0))
     nearest = folds[0][-1]
     return q, replace(nearest, point=replace(nearest.point, parameter=parameter))
+
+
+def tangency(known: Sequence[tuple[float, Event]], follower: Follower) -> tuple[float, Event]:
+    """Return where the extremum that grazes meets the next one: q, and the last grazing moved there.
+
+    Parameters
+    ----------
+    known
+        the last grazings before that, with their q.
+    follower
+        gives the Continuation of the driveline q.
+
+    Raises
+    ------
+    ConvergenceError
+        there are fewer than three, or the extremum keeps its acceleration.
+    """
+    accelerations, values, acceleration = list[float](), list[tuple[float, float]](), 0.0
+    for q, event in reversed(known):
+        assert event.touch is not None
+        point = event.point
+        acceleration = bend(follower(q).family.map_at(point.parameter), point.motion.start, event.touch)
+        if not accelerations or abs(acceleration) > _SPACED * abs(accelerations[-1]):
+            accelerations.append(acceleration)
+            values.append((q, point.parameter))
+    if len(accelerations) < _PARABOLA_OF or abs(accelerations[0]) > _BENT * abs(acceleration):
+        raise ConvergenceError("the extremum keeps its acceleration")
+    powers = np.array(accelerations[:_PARABOLA_OF])[:, None] ** (0, 2, 3)
+    q, parameter = (float(value) for value in np.linalg.solve(powers, values[:_PARABOLA_OF])[0])
+    last = known[-1][1]
+    return q, replace(last, point=replace(last.point, parameter=parameter))
 
 
 def meeting_of_grazing(

@@ -71,17 +71,32 @@ def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Tou
     ConvergenceError
         there is no extremum nearby.
     """
+    beyond, _, there = _extremum(period_map, state, touch)
+    return beyond, there
+
+
+def bend(period_map: PeriodMap, state: State, touch: Touch) -> float:
+    """Return the second derivative of the depth at an extremum by the time in periods [SI]; as ``depth`` otherwise.
+
+    Zero where the extremum meets the next one of the other kind, and both vanish.
+    """
+    return _extremum(period_map, state, touch)[1]
+
+
+def _extremum(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, float, Touch]:
+    """How far an extremum lies beyond a corner, its second derivative, and the touch with its instant."""
     z, pieces, start = before_touch(period_map, state, touch)
     generator, time = period_map.flow.generator(pieces), touch.time
     row, bound = _approached(period_map.flow, pieces, touch)
     rate = row @ generator
     for _ in range(_ITERATIONS):
         now = expm(generator * (time - start)) @ z
-        change = -float(rate @ now) / float(rate @ generator @ now)
+        second = float(rate @ generator @ now)
+        change = -float(rate @ now) / second
         time += float(np.clip(change, -_NEAR, _NEAR))
         if abs(change) < _SETTLED * max(1.0, time):
-            beyond = float(row @ now) - bound
-            return beyond * (1.0 if touch.upward else -1.0), replace(touch, time=time)
+            side = 1.0 if touch.upward else -1.0
+            return side * (float(row @ now) - bound), side * second, replace(touch, time=time)
     raise ConvergenceError("the extremum at a corner is lost")
 
 
@@ -190,12 +205,16 @@ def _begin_of(crossings: Passages, times: Array, touch: Touch, piece: int) -> fl
 
 
 def _visits_around(crossings: Passages, times: Array, touch: Touch) -> list[tuple[int, int]]:
-    """The crossings to and fro between which the instant of a touch lies, whichever corner they are of."""
+    """The crossings to and fro between which the instant of a touch lies, whichever corner they are of.
+
+    The extremum of a short visit may have moved out of it; a long one may have ended just before another touch.
+    """
     ours = np.flatnonzero(crossings.watch == touch.watch)
     return [
         (i, j)
         for i, j in pairwise(ours.tolist())
-        if crossings.upward[i] == touch.upward and times[i] - _NEAR < touch.time < times[j] + _NEAR
+        for slack in [_NEAR if times[j] - times[i] <= _NEAR else 0.0]
+        if crossings.upward[i] == touch.upward and times[i] - slack < touch.time < times[j] + slack
     ]
 
 

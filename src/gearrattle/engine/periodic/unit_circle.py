@@ -19,7 +19,7 @@ _REAL = 1e-9  # a multiplier with a smaller imaginary part is real but for round
 _NEAR = 0.02  # a multiplier whose distances from the circle add up to less may have been there in between
 _CONSERVED = 1e-9  # the product of all multipliers is one but for so much where nothing is lost
 _LEAVES = 1e-6  # a pair that leaves the circle there goes with the root of the distance, and rounding moves it less
-_FARTHER = 2.0  # times the way between both ends that a multiplier may go in between
+_FARTHER = 3.0  # times the way between both ends that a multiplier may go in between
 
 
 def det_plus(point: Point) -> float:
@@ -44,6 +44,22 @@ def pair_size(point: Point) -> float:
     one, other = np.triu_indices(len(upper), 1)
     squares = ((upper + 1.0 / upper)[one] - (upper + 1.0 / upper)[other]) ** 2
     return -float(squares[np.argmin(np.abs(squares))].real) if squares.size else -1.0
+
+
+def pair_product(point: Point, like: Point) -> float:
+    """Return the product of a pair of multipliers, less 1: smooth also where they become real.
+
+    The pair is the one nearest to the complex pair of another point, which is that nearest to the unit circle there.
+    Where nothing is lost it is ``pair_size``.
+    """
+    wanted, _ = nearest_pair(like)
+    if not wanted or point.multipliers.size < 2:
+        return pair_size(point)
+    one, other = np.triu_indices(point.multipliers.size, 1)
+    m, n = point.multipliers[one], point.multipliers[other]
+    ways = [np.abs(p - wanted) + np.abs(q - wanted.conjugate()) for p, q in ((m, n), (n, m))]
+    nearest = int(np.argmin(np.minimum(*ways)))
+    return float((m[nearest] * n[nearest]).real) - 1.0
 
 
 def has_pair_on_circle(point: Point) -> bool:

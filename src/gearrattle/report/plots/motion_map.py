@@ -1,4 +1,4 @@
-"""The map of motions over two values: what every cell says, and the folds and grazings that bound it.
+"""The map of motions over two values: what every cell says, and the curves of events that bound it.
 
 Takes a MotionMap; gives a Chart.
 """
@@ -37,6 +37,7 @@ SPECIAL = {
     "fold meets grazing": Key("a fold meets a grazing", INK, "diamond"),
     "fold meets period doubling": Key("a fold meets a period doubling", INK, "square"),
     "grazing meets period doubling": Key("a grazing meets a period doubling", INK, "cross"),
+    "cubic tangency": Key("cubic tangency: the extremum that grazes meets the next one", INK, "plus"),
 }
 """How special points are drawn."""
 
