@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 import gearrattle as gr
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.orbits import Orbit
+from tests.orbits.test_family_end import assert_same_back
 
 INERTIA = (0.3, 0.02, 0.05, 0.01)
 SPEED = 60.0
@@ -318,6 +319,7 @@ def test_a_body_that_floats_touches_where_its_family_ends() -> None:
     assert all(is_free[:count])
     assert not any(is_free[count:])
     assert all({up for _, up in point.pattern} == {0, 1} for point in first.points[count:])
+    assert_same_back(branch)
     levels = branch.data.isel(point=slice(count, len(first.points)))
     np.testing.assert_allclose(levels["lowest"], -levels["highest"], rtol=0, atol=1e-8)
 
@@ -342,6 +344,7 @@ def test_a_body_between_soft_stops_goes_on_beyond_its_family() -> None:
     assert branch.events["value"][0] == pytest.approx(1.0, abs=1e-10)
     assert branch.data["value"].values[-1] == 1.5
     assert branch.data["stable"].values.all()
+    assert_same_back(branch)
 
 
 def test_a_slider_slips_where_its_family_ends() -> None:
@@ -359,14 +362,16 @@ def test_a_slider_slips_where_its_family_ends() -> None:
     assert branch.notes == ()
     assert branch.events["kind"].tolist() == ["end of a family"]
     assert branch.events["value"][0] == pytest.approx(0.125 * abs(3.0 - 0.5**2 + 0.075j), abs=1e-10)
+    assert_same_back(branch)
 
 
 @pytest.mark.slow
 def test_a_loose_gear_folds_just_beyond_its_family() -> None:
     """Motions that touch both sides twice a period exist up to 2.5e-6 beyond its end, and lead back.
 
-    Before the fold two multipliers are a pair, behind it real, one of them inside the unit circle. With 30 digits their
-    product is 1.018764548 at the fold: no pair crosses the circle.
+    In the family two multipliers are 1: nothing holds the gear. The first light touches damp it, so the motion is
+    stable, but a pair leaves the unit circle 4e-8 beyond the end. Behind the fold both are real, one of them inside the
+    circle. With 30 digits their product is 1.018764548 at the fold: no pair crosses the circle there.
     """
     tables = {
         "schema": 1,
@@ -381,14 +386,15 @@ def test_a_loose_gear_folds_just_beyond_its_family() -> None:
     }
     branch = gr.continuation(gr.Model.from_tables(tables), "torque.0.harmonics.0.amplitude", (0.2, 3.0))
     assert branch.notes == ()
-    assert branch.events["kind"].tolist() == ["end of a family", "fold"]
+    assert branch.events["kind"].tolist() == ["end of a family", "Neimark-Sacker", "fold"]
     end = abs(1.0 - 0.6**2 + 0.12j)  # there the swing of the body before the gap is its half
-    assert branch.events["value"].tolist() == pytest.approx([end, 0.651155324602881], abs=1e-10)
-    pair = np.sort(branch.curves[0].events[1].point.multipliers.real)[-2:]
+    assert branch.events["value"][[0, 2]].tolist() == pytest.approx([end, 0.651155324602881], abs=1e-10)
+    pair = np.sort(branch.curves[0].events[2].point.multipliers.real)[-2:]
     assert np.prod(pair) == pytest.approx(1.018764548, abs=1e-7)
     value = branch.data["value"].values
     assert value[-1] == 0.2
     assert not branch.data["stable"].values[np.argmax(value) + 1 :].any()
+    assert_same_back(branch)
 
 
 @pytest.mark.long

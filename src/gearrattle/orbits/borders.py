@@ -1,4 +1,4 @@
-"""Folds and grazings of a branch as curves over a second value, and the special points at which they end or meet.
+"""Folds, grazings and ends of families as curves over a second value, and the points at which they end or meet.
 
 Takes the events of a Branch and their curves; gives Borders and SpecialPoints.
 """
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.events import FOLD, GRAZING
 from gearrattle.engine.periodic.grazing import JUMP, RELEASE
 from gearrattle.errors import ConvergenceError
+from gearrattle.orbits.family_end import EDGE
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-DRAWN = (FOLD, GRAZING)
+DRAWN = (FOLD, GRAZING, EDGE)
 """Kinds of events whose curves are followed."""
 _SAME = 1e-5  # of both ranges: special points of two curves that lie nearer are the same
 _LOST = "not found further"
@@ -40,7 +41,7 @@ class Border:
     kind
         of event.
     clearance
-        what grazes; empty for a fold.
+        what grazes; empty for another event.
     second, value
         (N,) the second value, ascending, and the first one at the event [SI].
     ends_below, ends_above
@@ -80,7 +81,7 @@ def borders_of(
     ranges: tuple[tuple[float, float], tuple[float, float]],
     progress: Callable[[float], None] | None,
 ) -> tuple[list[Border], list[SpecialPoint], list[str]]:
-    """Follow every fold and grazing of a branch.
+    """Follow every fold, grazing and end of a family of a branch.
 
     Parameters
     ----------

@@ -54,6 +54,7 @@ from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model.path_labels import path_label
 from gearrattle.model.quantity import CALLBACK, checked
 from gearrattle.orbits.family import check_alike, family_of, watched_names
+from gearrattle.orbits.family_end import EDGE, end_again
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.gradients import check_kind, second_of
 from gearrattle.orbits.progress import Progress, part_of
@@ -245,6 +246,8 @@ def _ends(followers: tuple[Follower, Across], rows: list[_Row]) -> Iterator[list
     Beside a resonance or a doubling the test function is so flat that it seems to have a meeting of two.
     """
     follower, across = followers
+    if rows[-1].event.kind == EDGE:
+        return
     known = [(row.second, row.event) for row in rows[-_PREDICTED_FROM:]]
     (before, _), (second, event) = known[-2:]
     if event.kind == NEIMARK_SACKER:
@@ -380,7 +383,7 @@ def _one_way(follower: Follower, event: Event, ends: tuple[float, float], progre
 def _row(event: Event, curve: Continuation, second: float) -> _Row:
     """The row of an event: what tells it from others that lie near."""
     slope = np.nan
-    if event.kind != GRAZING:  # whose depth is no smooth function beyond it
+    if event.kind not in (GRAZING, EDGE):  # whose depth, or length, is no smooth function beyond it
         with suppress(ConvergenceError):  # a fold so sharp that no motion is near
             slope = slope_along(event, event.point, curve, ALONG)[0]
     cycles = curve.family.cycles
@@ -417,7 +420,8 @@ def _moved(located: list[_Row], curve: Continuation, second: float, is_short: bo
         known = [(row.second, _compared(row.event)) for row in located[-_PREDICTED_FROM:]]
         change = polynomial_at(known, second) - before
     moved = change[: last.event.point.w.size]
-    event = relocated(last.event, curve, moved, _FARTHEST)
+    is_end = last.event.kind == EDGE
+    event = end_again(last.event, curve, moved) if is_end else relocated(last.event, curve, moved, _FARTHEST)
     row = _row(event, curve, second)
     growth = _growth(_compared(event) - before, change, is_short)
     may_change = is_short or row.word == last.word or _turns_around(last, row)

@@ -150,7 +150,7 @@ class Branch(Result):
         Parameters
         ----------
         event
-            its row in ``events``; a fold, period doubling, Neimark-Sacker or grazing.
+            its row in ``events``; a fold, period doubling, Neimark-Sacker, grazing or end of a family.
         paths
             of the numbers; None: of all that are not zero.
 
@@ -190,7 +190,7 @@ class Branch(Result):
         Parameters
         ----------
         event
-            its row in ``events``; a fold, period doubling, Neimark-Sacker or grazing.
+            its row in ``events``; a fold, period doubling, Neimark-Sacker, grazing or end of a family.
         second
             path of the other value.
         range
@@ -205,8 +205,9 @@ class Branch(Result):
             ``special`` names what lies at a point, and is empty at most of them: "cusp" (a fold has met another one),
             "turning point" (the event has met its like otherwise), "1:1 resonance" and "1:2 resonance" (the pair of a
             Neimark-Sacker bifurcation has come to 1 or -1), "fold meets grazing", "fold meets period doubling" and
-            "grazing meets period doubling" (the event has come to where its branch leaves another one). ``notes`` in
-            the attributes say where the curve ends inside the range.
+            "grazing meets period doubling" (the event has come to where its branch leaves another one), "cubic
+            tangency" (the extremum that grazes has met the next one, and both vanish). ``notes`` in the attributes say
+            where the curve ends inside the range.
 
         Raises
         ------
@@ -253,7 +254,7 @@ class Branch(Result):
         Returns
         -------
         MotionMap
-            For every cell its motions and what they say; folds and grazings as curves.
+            For every cell its motions and what they say; folds, grazings and ends of families as curves.
 
         Raises
         ------

@@ -1,9 +1,10 @@
 """Branches through families of motions: a body that floats in its gap, a slider that never slips.
 
 Of a family the branch holds one motion for every value of the parameter. Where that comes to an edge of its family,
-it moves to the middle. Where both edges meet the family ends, and the motions beyond it touch. A family with several
-free states has no one middle: at its edge the branch ends. Along an edge Newton's method finds motions that touch by
-less than its residual; they are none and are left out.
+it moves to the middle. Where both edges meet the family ends, and the motions beyond it touch. There I - M is singular:
+motions that touch are followed towards that end, also where the branch leaves it, so that what happens just beyond it
+is seen both ways. A family with several free states has no one middle: at its edge the branch ends. Along an edge
+Newton's method finds motions that touch by less than its residual; they are none and are left out.
 
 Takes a Continuation and a first point; gives the points, and the events at edges.
 """
@@ -12,6 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,33 +22,40 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.period_map import State
-from gearrattle.engine.periodic.point import Point, appended
+from gearrattle.engine.periodic.point import Point, appended, turned_around
 from gearrattle.engine.periodic.release import passed_begin
-from gearrattle.engine.periodic.shooting import shoot
-from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
+from gearrattle.orbits.family_end import (
+    EDGE,
+    LEAST,
+    Line,
+    begun,
+    end_near,
+    in_middle,
+    inside_of,
+    state_of,
+    tangent_line,
+)
 from gearrattle.orbits.freedom import moving_directions_of, room_of
 
 Array = NDArray[np.float64]
+Step = tuple[Point, Sequence[Event] | None]
+"""A point of a branch, and the events before it; None: not located yet."""
 
-EDGE = "end of a family"
-"""Kind of event: the edges of a family meet."""
-_LEAST = 1e-7  # of the largest corner: what is shorter is no family, such as the memory of a slider that is let go
-_MIDDLE = 1e-3  # of the largest corner: a shorter way to the middle is not gone
+_MIDDLE = 0.1  # of the length of a family: a shorter way to the middle is not gone
 _BEYOND = (1e-4, 1e-3, 1e-5, 1e-6, 1e-7)  # of the unit of the parameter: from the end of a family to motions that touch
-_BACK = 1e-3  # of the unit of the parameter: back into a family, to see how fast its length falls
 _FARTHEST = 0.1  # of the unit of the parameter: the end of a family from the last motion of it
-_SYMMETRIC = 0.1  # of the largest corner: a symmetric motion farther away is of another branch
 _AHEAD = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4)  # of the unit of the parameter: past the begin of the period
 _STRAIGHT = 100.0  # times that: the state changes by less
-_NEARER = 0.1  # share of the way to its end that is left, each time
-_LOCATED = 1e-11  # of the unit of the parameter: a motion of the family so near to its end is the last one
-_APART = 1e-6  # of the unit of the parameter: two motions so far apart at least tell where the next one is
+_NEAREST = 1e-8  # of the unit of the parameter: nearer to the end of a family rounding decides which motions touch
+_NEAR = (_NEAREST, 1e-7, 1e-6)  # the same, where Newton's method does not converge so near
+_INSIDE = (1e-6, 1e-4)  # of the unit of the parameter: of a family that a branch comes into
+_SLACK = 1e-6  # change of w at the end of a family, where Newton's method may not converge
+_AT_END = 1e-3  # from w of the last motion of a family to one that touches and is so near to its end, at most
+_MOST = 100  # motions that touch, from the first one beyond a family to its end
 
 
-def followed_through_families(
-    curve: Continuation, begin: Point, ends: tuple[float, float]
-) -> Iterator[tuple[Point, Sequence[Event] | None]]:
+def followed_through_families(curve: Continuation, begin: Point, ends: tuple[float, float]) -> Iterator[Step]:
     """Yield the points of a branch after its first one, each with the events before it; None: not located yet.
 
     Parameters
@@ -64,23 +74,42 @@ def followed_through_families(
     """
     start = last = begin
     while True:
+        passed = list[Step]()
         try:
             for point in _followed(curve, start, ends):
-                moved = _off_edge(curve, last) if last.free and not point.free else None
-                if moved is not None:
-                    yield moved
-                    start = last = moved[0]
+                passed = _past_edge(curve, last, point, ends)
+                if passed and (last is not start or _is_ahead(start, passed[-1][0])):
                     break
                 yield point, None
                 last = point
             else:
                 return
         except ConvergenceError:
-            beyond = None if last is start else _past_begin(curve, last, ends)
-            if beyond is None:
+            passed = _further(curve, last, ends)
+            if not passed or (last is start and not (start.free and _is_ahead(start, passed[-1][0]))):
                 raise
-            yield beyond, ()
-            start = last = beyond
+        yield from passed
+        start = last = passed[-1][0]
+
+
+def _is_ahead(start: Point, last: Point) -> bool:
+    """Whether a branch has come anywhere, and not only to the middle of a family."""
+    return last.parameter != start.parameter
+
+
+def _further(curve: Continuation, last: Point, ends: tuple[float, float]) -> list[Step]:
+    """What comes after a last motion from where the branch cannot be followed; empty: nothing is known."""
+    beyond = _past_begin(curve, last, ends)
+    if beyond is not None:
+        return [(beyond, ())]
+    with suppress(ConvergenceError):
+        if last.free:
+            return _off_edge(curve, last, ends)
+        end, middle = end_near(curve, tangent_line(curve, last), -_way(last))
+        distance = abs(end.parameter - last.parameter), float(np.linalg.norm(end.w - last.w))
+        if max(distance[0] / curve.family.unit, distance[1]) < _AT_END:
+            return _into_family(curve, last, (end, middle), ends)
+    return []
 
 
 def _past_begin(curve: Continuation, last: Point, ends: tuple[float, float]) -> Point | None:
@@ -93,7 +122,7 @@ def _past_begin(curve: Continuation, last: Point, ends: tuple[float, float]) -> 
     state = passed_begin(curve.family.map_at(last.parameter), last.motion)
     if state is None:
         return None
-    way, is_kept = (1.0 if last.tangent[-1] > 0.0 else -1.0), state.y == last.state
+    way, is_kept = _way(last), state.y == last.state
     for ahead in _AHEAD:
         parameter = last.parameter + way * ahead * curve.family.unit
         if not ends[0] < parameter < ends[1]:
@@ -111,8 +140,8 @@ def _followed(curve: Continuation, start: Point, ends: tuple[float, float]) -> I
     last = start
     try:
         for point in curve.follow(start, *ends):
-            if bool(point.free) != bool(last.free):
-                _refuse_edge(curve, last if last.free else point)
+            if point.free != last.free:
+                _refuse_edge(curve, max(last, point, key=lambda one: one.free))
             yield point
             last = point
     except ConvergenceError:
@@ -129,76 +158,143 @@ def _refuse_edge(curve: Continuation, point: Point) -> None:
         raise ConvergenceError(f"the branch comes to the edge of {family} at the parameter {point.parameter:.9g}")
 
 
-def _off_edge(curve: Continuation, point: Point) -> tuple[Point, Sequence[Event]] | None:
-    """The motion in the middle of a point's family, or beyond the end of that; None for a family without ends near."""
-    room = room_of(curve.family.map_at(point.parameter), point.motion)
-    if room is None or room[1] < _LEAST * point.size:
-        return None
-    if np.linalg.norm(room[0] * point.scale) > _MIDDLE * point.size:
-        state = State(point.state + room[0], point.motion.end.auxiliary_pieces)
-        return appended(point, curve.begin(state, point.parameter, upward=bool(point.tangent[-1] > 0.0))), ()
-    end, earlier = _end_of(curve, point)
-    if abs(end.parameter - point.parameter) > _FARTHEST * curve.family.unit:
-        return None
-    way = 1.0 if point.tangent[-1] > 0.0 else -1.0
-    for ahead in _BEYOND:
+def _past_edge(curve: Continuation, last: Point, point: Point, ends: tuple[float, float]) -> list[Step]:
+    """What comes instead of the next point where only one of it and the last one is of a family; empty: nothing."""
+    if last.free:
+        return [] if point.free else (_within(curve, last, point) or _off_edge(curve, last, ends))
+    inside = inside_of(curve, point)
+    if inside is not None:
         with suppress(ConvergenceError):
-            parameter = end.parameter + way * ahead * curve.family.unit
-            beyond = _begun(curve, _extrapolated(earlier, end, parameter), parameter, upward=way > 0.0)
+            return _into_family(curve, last, end_near(curve, tangent_line(curve, inside), -_way(last)), ends)
+    return []
+
+
+def _within(curve: Continuation, last: Point, point: Point) -> list[Step]:
+    """The motion in the middle of the family at whose edge a point touches lightly; empty: it does not."""
+    inside = inside_of(curve, point)
+    with suppress(ConvergenceError):
+        if inside is not None:
+            middle = _middle_at(curve, tangent_line(curve, inside), point.parameter, _way(last))
+            return [(appended(last, middle), None)] if middle.free else []
+    return []
+
+
+def _off_edge(curve: Continuation, point: Point, ends: tuple[float, float]) -> list[Step]:
+    """The motion in the middle of a point's family, or those beyond its end; empty for a family without ends near."""
+    room, way = room_of(curve.family.map_at(point.parameter), point.motion), _way(point)
+    if room is None:
+        return []
+    centre = State(point.state + room[0], point.motion.end.auxiliary_pieces)
+    if room[1] > LEAST * point.size and np.linalg.norm(room[0] * point.scale) > _MIDDLE * room[1]:
+        return [(appended(point, curve.begin(centre, point.parameter, upward=way > 0.0)), ())]
+    try:
+        at = end_near(curve, replace(tangent_line(curve, point), state=centre), way)
+    except ConvergenceError:
+        return []
+    limit = ends[1] if way > 0.0 else ends[0]
+    if way * (limit - at[0].parameter) <= _NEAREST * curve.family.unit:
+        last = appended(point, _last_of(curve, at, limit, way))
+        return [(last, None if last.free else ())]
+    is_near = abs(at[0].parameter - point.parameter) < _FARTHEST * curve.family.unit
+    return _out_of_family(curve, point, at, limit) if is_near else []
+
+
+def _last_of(curve: Continuation, at: tuple[Point, Line], limit: float, way: float) -> Point:
+    """The motion at an end of the range up to which a family reaches, but for rounding."""
+    (end, middle), unit = at, curve.family.unit
+    if way * (end.parameter - limit) > _NEAREST * unit:
+        return _middle_at(curve, middle, limit, way)
+    w = np.append(middle.at(limit).y * end.scale / end.size, limit / unit)
+    at_parameter = np.append(np.zeros(w.size - 1), 1.0)
+    return replace(curve.near(w, at_parameter, end, slack=_SLACK), parameter=limit)
+
+
+def _out_of_family(curve: Continuation, last: Point, at: tuple[Point, Line], limit: float) -> list[Step]:
+    """The motions from one of a family to one that touches, past the end of that; a range has its limit beyond it.
+
+    Raises
+    ------
+    ConvergenceError
+        no motion touches there, or its branch does not lead to the end.
+    """
+    (end, middle), way, unit = at, _way(last), curve.family.unit
+    nearest = end.parameter - way * _NEAREST * unit
+    for ahead in _BEYOND:
+        parameter = way * min(way * limit, way * end.parameter + ahead * unit)
+        with suppress(ConvergenceError):
+            beyond = begun(curve, middle.at(parameter), parameter, upward=way < 0.0)
             if not beyond.free:
-                return appended(end, beyond), (Event(EDGE, end),)
+                touching = [turned_around(back) for back in reversed([beyond, *_up_to_end(curve, beyond, end)])]
+                is_before = way * (nearest - last.parameter) > 0.0
+                inside = [_middle_at(curve, middle, nearest, way)] if is_before else []
+                return _joined(last, (inside, touching), end)
     raise ConvergenceError(f"no motion was found beyond the end of a family at the parameter {end.parameter:.9g}")
 
 
-def _end_of(curve: Continuation, point: Point) -> tuple[Point, Point]:
-    """The last motion of a family, where its length, smooth in the parameter, falls to zero; and an earlier one."""
-    way = 1.0 if point.tangent[-1] > 0.0 else -1.0
-    near, length = _in_middle(curve, State(point.state, point.motion.end.auxiliary_pieces), point.parameter)
-    back = point.parameter - way * _BACK * curve.family.unit
-    far, far_length = _in_middle(curve, _extrapolated(point, near, back), back)
-    earlier = far
-    while length < far_length:
-        left = (near.parameter - far.parameter) * length / (far_length - length)
-        if abs(left) < _LOCATED * curve.family.unit:
-            break
-        parameter = near.parameter + (1.0 - _NEARER) * left
-        following, shorter = _in_middle(curve, _extrapolated(earlier, near, parameter), parameter)
-        if not 0.0 < shorter < length:
-            break
-        earlier = near if abs(left) > _APART * curve.family.unit else earlier
-        far, far_length, near, length = near, length, following, shorter
-    return appended(point, near), earlier
+def _into_family(curve: Continuation, last: Point, at: tuple[Point, Line], ends: tuple[float, float]) -> list[Step]:
+    """The motions from one that touches to the first of a family, past the end of that; empty: it is out of range.
 
-
-def _in_middle(curve: Continuation, state: State, parameter: float) -> tuple[Point, float]:
-    """The motion in the middle of the family near a state, at a parameter; and the length of the family."""
-    moved = _begun(curve, state, parameter)
-    room = room_of(curve.family.map_at(parameter), moved.motion)
-    if room is None:
-        return moved, 0.0
-    middle = State(moved.state + room[0], moved.motion.end.auxiliary_pieces)
-    return _begun(curve, middle, parameter), room[1]
-
-
-def _begun(curve: Continuation, state: State, parameter: float, *, upward: bool = True) -> Point:
-    """The motion near a state; of a symmetric driveline the symmetric one, if it is that near.
-
-    The symmetric motion is in the middle of its family and goes on beyond. Where the family ends I - M is nearly
-    singular in more than its free direction, and I - DH is regular.
+    Raises
+    ------
+    ConvergenceError
+        the branch does not lead to the end.
     """
-    half = half_period_map(curve.family.map_at(parameter).system, curve.cycles)
-    if half is not None:
+    (end, middle), way = at, _way(last)
+    ahead = way * np.array([end.parameter - last.parameter, (ends[1] if way > 0.0 else ends[0]) - end.parameter])
+    if ahead.min() <= -_NEAREST * curve.family.unit:
+        return []
+    touching, inside = _up_to_end(curve, last, end), list[Point]()
+    for distance in (_NEAREST, *_INSIDE):
+        parameter = end.parameter + way * distance * curve.family.unit
         with suppress(ConvergenceError):
-            symmetric = shoot(half, state).motion.start
-            if np.linalg.norm((symmetric.y - state.y) * half.scale) < _SYMMETRIC * half.size:
-                state = symmetric
-    return curve.begin(state, parameter, upward=upward)
+            if ends[0] < parameter < ends[1]:
+                inside.append(_middle_at(curve, middle, parameter, way))
+    return _joined(last, (touching, inside), end) if inside else []
 
 
-def _extrapolated(earlier: Point, point: Point, parameter: float) -> State:
-    """The state at a parameter on the straight line through two points; that of the second if they share theirs."""
-    change = point.parameter - earlier.parameter
-    if change == 0.0:
-        return State(point.state, point.motion.end.auxiliary_pieces)
-    slope = (point.state - earlier.state) / change
-    return State(point.state + (parameter - point.parameter) * slope, point.motion.end.auxiliary_pieces)
+def _middle_at(curve: Continuation, middle: Line, parameter: float, way: float) -> Point:
+    """The motion in the middle of a family at a parameter, of a branch that goes a way (1 or -1)."""
+    state = state_of(in_middle(curve, middle.at(parameter), parameter)[0])
+    return curve.begin(state, parameter, upward=way > 0.0)
+
+
+def _joined(last: Point, parts: tuple[list[Point], list[Point]], end: Point) -> list[Step]:
+    """The points before and behind the end of a family, after a last one, with that event between them."""
+    before = _appended(last, parts[0])
+    end = appended([last, *before][-1], end)
+    first, *others = _appended(end, parts[1])
+    return [*((point, None) for point in before), (first, (Event(EDGE, end),)), *((point, None) for point in others)]
+
+
+def _up_to_end(curve: Continuation, begin: Point, end: Point) -> list[Point]:
+    """The motions of a branch that touch from one of them, which is left out, up to the end of a family.
+
+    Raises
+    ------
+    ConvergenceError
+        the branch does not lead there.
+    """
+    unit, distance = curve.family.unit, begin.parameter - end.parameter
+    side, first = (1.0 if distance > 0.0 else -1.0), curve.beginning_with(abs(distance) / unit)
+    for near in _NEAR:
+        if abs(distance) <= near * unit:
+            return []
+        nearest = end.parameter + side * near * unit
+        points = list[Point]()
+        with suppress(ConvergenceError):
+            for point in first.follow(begin, *sorted((nearest, side * np.inf))):
+                if point.free or len(points) == _MOST:
+                    break
+                points.append(point)
+            if points and points[-1].parameter == nearest and np.linalg.norm(points[-1].w - end.w) < _AT_END:
+                return points
+    raise ConvergenceError("the branch does not lead to the end of the family")
+
+
+def _appended(begin: Point, points: list[Point]) -> list[Point]:
+    """Points that follow another one and one another, with their lengths along the branch."""
+    return [*accumulate([begin, *points], appended)][1:]
+
+
+def _way(point: Point) -> float:
+    return 1.0 if point.tangent[-1] > 0.0 else -1.0

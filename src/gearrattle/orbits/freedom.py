@@ -34,7 +34,9 @@ Array = NDArray[np.float64]
 _FARTHEST = 1e3  # of the size of the state: a family that reaches so far counts as endless
 _REPEATS = 1e-9  # of the size of the state
 _HALVINGS = 50
+_EXACT = 1e-14  # of the size of the state
 _BRIEF = 1e-2  # of the period: a longer touch leaves a residual that tells
+_LIGHT = 1e-4  # of the period: the time of a touch so light that its residual does not tell
 _NEARLY = 1e-6  # singular value of I - M along a direction that may be free
 _NEAREST, _FURTHER, _WITHIN = 1e-10, 4.0, 1e-3  # of the size of the state: steps from a light touch into a family
 
@@ -134,6 +136,35 @@ def off_edge(period_map: PeriodMap, motion: Pass) -> Pass:
     return inside
 
 
+def touches_lightly(motion: Pass) -> bool:
+    """Return whether a motion comes back over a corner so soon that it may be one at the edge of a family."""
+    crossings = motion.crossings
+    if not _follow_soon(motion, crossings.time, _LIGHT):
+        return False
+    return any(_comes_back_soon(motion, watch, _LIGHT) for watch in np.unique(crossings.watch).tolist())
+
+
+def _comes_back_soon(motion: Pass, watch: int, share: float) -> bool:
+    """Whether something crosses one of its bounds to and fro within a share of the period."""
+    return _follow_soon(motion, motion.crossings.time[motion.crossings.watch == watch], share)
+
+
+def _follow_soon(motion: Pass, times: Array, share: float) -> bool:
+    """Whether two of some ascending instants (E,) of a motion follow one another within a share of the period."""
+    if not times.size:
+        return False
+    shortest, over_end = np.diff(times).min(initial=np.inf), times[0] + motion.period * motion.cycles - times[-1]
+    return bool(min(shortest, over_end) < share * motion.period)
+
+
+def _slipping_lightly(period_map: PeriodMap, motion: Pass) -> Iterator[Array]:
+    """Yield the directions (N,) [SI] of the memories of sliders that slip for a short time."""
+    system, size = period_map.system, len(motion.gap)
+    for memory, auxiliary in enumerate(system.memories):
+        if _comes_back_soon(motion, len(system.clearances) + auxiliary, _BRIEF):
+            yield np.eye(size)[size - len(system.memories) + memory]
+
+
 def within_family(period_map: PeriodMap, motion: Pass) -> Pass:
     """Return a motion of the family at whose edge another one touches by less than its residual tells, near that.
 
@@ -150,9 +181,8 @@ def _steps_inside(period_map: PeriodMap, motion: Pass) -> Iterator[Pass]:
     """Motions with more free directions than one that touches lightly, with nothing but motions that repeat between."""
     free = _free_without_touches(period_map, motion)
     count = _free(period_map, motion)
-    if free.shape[1] <= count:
-        return
-    for _, direction in _one_by_one(period_map, free):
+    touching = [direction for _, direction in _one_by_one(period_map, free)] if free.shape[1] > count else []
+    for direction in [*touching, *_slipping_lightly(period_map, motion)]:
         unit = direction / np.linalg.norm(direction * period_map.scale)
         for side in (-1.0, 1.0):
             inside = _first_inside(period_map, motion, side * unit, count)
@@ -218,7 +248,7 @@ def _without_light_touches(period_map: PeriodMap, motion: Pass) -> tuple[NDArray
         for out, back in zip(rows, np.roll(rows, -1), strict=True):
             lasts = crossings.time[back] - crossings.time[out] + (period_map.length if back < out else 0.0)
             is_opposite = crossings.upward[out] != crossings.upward[back]
-            if lasts >= _BRIEF * motion.period or not is_opposite or not is_kept[out]:
+            if lasts >= _BRIEF * motion.period or not is_opposite or not is_kept[[out, back]].all():
                 continue
             if out < back:
                 within = np.arange(out, back + 1)
@@ -240,6 +270,8 @@ def reach_of(period_map: PeriodMap, motion: Pass, direction: Array) -> float:
         near, step = step, 2.0 * step
     far = min(far, step)
     for _ in range(_HALVINGS):
+        if far - near < _EXACT * size:
+            break
         middle = 0.5 * (near + far)
         if _repeats(period_map, motion, middle * direction, size):
             near = middle

@@ -22,10 +22,13 @@ from gearrattle.model.paths import path_names, value_at
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.orbits.ends import ends_of
 from gearrattle.orbits.family import check_alike, family_of
+from gearrattle.orbits.family_end import EDGE, gradient_of_end
 
 if TYPE_CHECKING:
     import pandas as pd
 
+MOVED = (*KINDS, EDGE)
+"""Kinds of events that have a gradient and can be followed over a second value."""
 _SAME = {"excitation.speed", "excitation.frequency"}
 _LEFT_OUT = ("simulation", "schema", "name", "units")
 
@@ -117,18 +120,18 @@ def second_of(model: Model, path: str, second: str, ends: Sequence[float | str])
 
 
 def check_kind(event: Event) -> None:
-    """Refuse an event of a branch without a test function that is smooth along the branch.
+    """Refuse an event of a branch that does not move smoothly with numbers of the model.
 
     Raises
     ------
     ModelError
-        it has none.
+        it does not.
     """
     jumps = event.is_collision or (event.grazing is not None and event.grazing.kind in (JUMP, RELEASE))
-    if event.kind in KINDS and not jumps:
+    if event.kind in MOVED and not jumps:
         return
-    kind = event.kind if event.kind not in KINDS else f"{event.kind} at which the motion or its gradient jumps"
-    rule = f"must be a {', '.join(KINDS[:-1])} or {KINDS[-1]} at which that gradient is continuous"
+    kind = event.kind if event.kind not in MOVED else f"{event.kind} at which the motion or its gradient jumps"
+    rule = f"must be a {', '.join(MOVED[:-1])} or {MOVED[-1]} at which that gradient is continuous"
     raise ModelError(Problem("event", kind, rule))
 
 
@@ -157,11 +160,11 @@ def gradients_of(
     """
     import pandas as pd
 
-    rows = []
+    rows, derivative = [], gradient_of_end if event.kind == EDGE else gradient_of
     for other in numbers_of(model, path) if paths is None else paths_of(paths):
         value = number_at(model, path, other)
         try:
-            slope = gradient_of(event, curve, _families(model, path, curve, event, (other, value)), value)
+            slope = derivative(event, curve, _families(model, path, curve, event, (other, value)), value)
         except (ConvergenceError, ModelError):
             slope = np.nan
         rows.append((other, value, slope, 0.1 * value * slope))

@@ -108,7 +108,7 @@ class MotionMap(Result):
     cells
         U rows of A cells.
     borders
-        folds and grazings of the branch at the model's own second value, as curves.
+        folds, grazings and ends of families of the branch at the model's own second value, as curves.
     special_points
         where they end or meet.
     notes

@@ -28,10 +28,11 @@ from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING,
 from gearrattle.engine.periodic.grazing import RELEASE
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
+from gearrattle.orbits.family_end import EDGE
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.orbit import is_stable
 
-CHANGES = frozenset({FOLD, DOUBLING, BREAKING, NEIMARK_SACKER})
+CHANGES = frozenset({FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, EDGE})
 """Events at which the stability may change."""
 _NO_WIDTH = 1e-9  # of the range, and arclength: what differs by less is one, as along a vertical branch
 _SAME = 1e-6  # of swings: motions that differ by less are one

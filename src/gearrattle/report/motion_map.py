@@ -93,7 +93,7 @@ class MotionMapPage(ModelPresentation[MotionMap]):
         )
         note = f"Followed from the model's own {up.words} to both ends of its range, {numeral(low * up.factor)} and "
         note += f"{numeral(high * up.factor)}."
-        return Table(head, tuple(rows), frozenset({0, 1, 6}), "Folds and grazings", note)
+        return Table(head, tuple(rows), frozenset({0, 1, 6}), "Folds, grazings and ends of families", note)
 
     def _special_table(self) -> Table:
         across, up = measures_of(self.result)

@@ -12,6 +12,7 @@ import numpy as np
 
 from gearrattle.engine.periodic.events import FOLD
 from gearrattle.orbits.borders import SpecialPoint
+from gearrattle.orbits.family_end import EDGE
 from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, WORDS, MotionMap
 from gearrattle.report.plots.axis_names import Measure
 from gearrattle.report.plots.branches import measure_over
@@ -28,7 +29,7 @@ COLOURS_OF_CODES = {
     NOT_COUNTED: "#f4f6f8",
 }
 """Colour of what a cell says, always beside its words."""
-_DASHES: dict[str, Dash] = {FOLD: "solid"}
+_DASHES: dict[str, Dash] = {FOLD: "solid", EDGE: "dotted"}
 SPECIAL = {
     "cusp": Key("cusp: two folds meet", INK, "star"),
     "turning point": Key("turning point: two events of one kind meet", INK, "circle"),
@@ -102,7 +103,7 @@ def map_chart(motions: MotionMap) -> Chart:
     caption = (
         f"{across.words.capitalize()} across, {up.words} up, {columns} x {rows} cells. In the middle of every cell all "
         "motions of the branches were judged; lines: where the motions of the branch at the model's own "
-        f"{up.words} fold or graze."
+        f"{up.words} fold or graze, or a family of them ends."
     )
     return Chart("motion-map", "Map of motions", caption, (panel,), panel_height=380, legend=legend)
 
