@@ -231,6 +231,23 @@ def test_a_range_may_end_at_the_end_of_a_family(beyond: float) -> None:
     assert all(branch.curves[0].points[i].free for i in range(-3, -1)) or beyond > 0.0
 
 
+@pytest.mark.parametrize("before", [1e-5, 1e-6, 1e-7])
+@pytest.mark.parametrize("share", [0.04, 0.5, 0.9])
+def test_a_range_may_begin_anywhere_in_a_family_near_its_end(share: float, before: float) -> None:
+    """Also where the first motion is not in the middle of its family, and the first step leads beyond the end."""
+    own = gap_closed(0.6)
+    begin = own * (1.0 - before)
+    model = loose_gear(0.6, harmonics=[{"order": 1, "amplitude": begin}])
+    middle = gr.periodic(model, start="linear")
+    (interval,), (a, _) = middle.family, middle.state["angle"]
+    gap = interval.low + share * (interval.high - interval.low)
+    start = {"angle": [a, a - gap], "velocity": middle.state["velocity"]}
+    branch = gr.continuation(model, AMPLITUDE, (begin, 1.01 * own), start=start)
+    events = branch.events
+    assert events["kind"].tolist() == ["end of a family", "fold"]
+    assert events["value"][0] == pytest.approx(own, abs=1e-11)
+
+
 def test_a_branch_ends_at_the_edge_of_a_family_with_several_free_states() -> None:
     tables = loose_gear().to_tables()
     tables["inertia"].append({"name": "c", "J": 0.2, "drag": 0.1})

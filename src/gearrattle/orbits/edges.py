@@ -73,12 +73,13 @@ def followed_through_families(curve: Continuation, begin: Point, ends: tuple[flo
         the branch cannot be followed any further; also where there are no motions beyond a family.
     """
     start = last = begin
+    earlier: Point | None = None
     while True:
         passed = list[Step]()
         try:
             for point in _followed(curve, start, ends):
                 passed = _past_edge(curve, last, point, ends)
-                if passed and (last is not start or _is_ahead(start, passed[-1][0])):
+                if passed and (last is not start or _is_ahead(earlier, passed[-1][0])):
                     break
                 yield point, None
                 last = point
@@ -86,15 +87,16 @@ def followed_through_families(curve: Continuation, begin: Point, ends: tuple[flo
                 return
         except ConvergenceError:
             passed = _further(curve, last, ends)
-            if not passed or (last is start and not (start.free and _is_ahead(start, passed[-1][0]))):
+            if not passed or (last is start and not (start.free and _is_ahead(earlier, passed[-1][0]))):
                 raise
         yield from passed
-        start = last = passed[-1][0]
+        earlier, start = start, passed[-1][0]
+        last = start
 
 
-def _is_ahead(start: Point, last: Point) -> bool:
-    """Whether a branch has come anywhere, and not only to the middle of a family."""
-    return last.parameter != start.parameter
+def _is_ahead(earlier: Point | None, last: Point) -> bool:
+    """Whether a branch has come anywhere, and not only to the middle of a family again."""
+    return earlier is None or last.parameter != earlier.parameter
 
 
 def _further(curve: Continuation, last: Point, ends: tuple[float, float]) -> list[Step]:
