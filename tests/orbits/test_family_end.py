@@ -11,7 +11,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.orbits import Branch
 
-AMPLITUDE = "torque.0.harmonics.0.amplitude"
+SPEED, AMPLITUDE = "excitation.speed", "torque.0.harmonics.0.amplitude"
 DRIVE = [{"on": "a", "mean": 0.0, "harmonics": [{"order": 1, "amplitude": 1.0}]}]
 
 
@@ -30,6 +30,12 @@ def loose_gear(speed: float = 0.6, **drive: Any) -> gr.Model:
             "torque": [DRIVE[0] | drive],
         }
     )
+
+
+def link(between: str, stiffness: float, damping: float, **others: Any) -> dict[str, Any]:
+    """A coupling of two bodies, told by their letters; a dot is the ground."""
+    ends = ["ground" if letter == "." else letter for letter in between]
+    return {"name": between.replace(".", "0"), "between": ends, "stiffness": stiffness, "damping": damping, **others}
 
 
 def slider(speed: float = 0.5) -> gr.Model:
@@ -90,6 +96,57 @@ def test_the_gradient_of_the_end_of_a_family_is_that_of_its_closed_form(
     assert table["gradient"][0] == pytest.approx(difference, rel=1e-6)
 
 
+def test_an_end_that_moves_fast_has_the_gradient_of_its_closed_form() -> None:
+    """Near the resonance: with less than 0.199 the gear never touches, whatever the speed."""
+    amplitude = 0.1992
+    speed = float(np.sqrt(0.98 - np.sqrt(0.98**2 - 1.0 + amplitude**2)))
+    model = loose_gear(harmonics=[{"order": 1, "amplitude": amplitude}])
+    branch = gr.continuation(model, SPEED, (0.98, speed + 1e-6), start="linear")
+    assert branch.events["kind"].tolist() == ["end of a family"]
+    assert branch.events["value"][0] == pytest.approx(speed, abs=1e-11)
+    table = branch.gradients(0, [AMPLITUDE])
+    slope = (2.0 * speed**3 - 1.96 * speed) / amplitude  # half of d/dw ((1 - w^2)^2 + 0.04 w^2), over the amplitude
+    assert table["gradient"][0] == pytest.approx(1.0 / slope, rel=1e-5)
+
+
+def test_the_end_of_a_family_between_two_bodies_moves_with_both_gaps() -> None:
+    """Where one body swings more, the middle of the family moves half as fast as its edge, and not with the branch."""
+    swings = {"a": (1.7, 1.0, 1.0), "c": (2.2, 0.7, 0.4)}  # stiffness, inertia, amplitude for a unit
+    speed, gaps, mean = 0.9, (0.6, 0.31), 0.15
+    responses = {name: 1.0 / abs(k - J * speed**2 + 0.2j * speed) for name, (k, J, _) in swings.items()}
+    # the body floats between mean / 1.7 + amplitude * response - gap of a and gap of c - 0.1 / 2.2 - 0.4 * response
+    own = (sum(gaps) - 0.1 / 2.2 - 0.4 * responses["c"] - mean / 1.7) / responses["a"]
+    model = gr.Model.from_tables(
+        {
+            "schema": 1,
+            "units": "dimensionless",
+            "inertia": [
+                {"name": "a", "J": 1.0, "drag": 0.1},
+                {"name": "b", "J": 0.3, "drag": 0.05},
+                {"name": "c", "J": 0.7, "drag": 0.1},
+            ],
+            "coupling": [
+                link("a.", 1.7, 0.1),
+                link("ab", 9.0, 0.4, clearance=gaps[0]),
+                link("bc", 7.0, 0.4, clearance=gaps[1]),
+                link("c.", 2.2, 0.1),
+            ],
+            "excitation": {"speed": speed},
+            "torque": [
+                {"on": "a", "mean": mean, "harmonics": [{"order": 1, "amplitude": 0.8 * own}]},
+                {"on": "c", "mean": -0.1, "harmonics": [{"order": 1, "amplitude": 0.4, "phase": 1.1}]},
+            ],
+        }
+    )
+    branch = gr.continuation(model, AMPLITUDE, (0.8 * own, own + 1e-6), start="linear")
+    assert branch.events["kind"].tolist() == ["end of a family"]
+    assert branch.events["value"][0] == pytest.approx(own, abs=1e-11)
+    table = branch.gradients(0, ["coupling.ab.clearance", "coupling.bc.clearance", "torque.0.mean"])
+    right = {"coupling.ab.clearance": 1.0, "coupling.bc.clearance": 1.0, "torque.0.mean": -1.0 / 1.7}
+    values = [right[path] / responses["a"] for path in table["path"]]
+    np.testing.assert_allclose(table["gradient"], values, rtol=1e-6)
+
+
 def test_what_a_family_does_not_depend_on_does_not_move_its_end() -> None:
     """A mean torque on the driven body moves the middle of the family, but not how long that is."""
     model = loose_gear(mean=0.05)
@@ -144,17 +201,10 @@ def train(bodies: dict[str, tuple[float, float]], couplings: list[Any], speed: f
     )
 
 
-def link(between: str, stiffness: float, damping: float, **others: Any) -> dict[str, Any]:
-    """A coupling of two bodies, told by their letters; a dot is the ground."""
-    ends = ["ground" if letter == "." else letter for letter in between]
-    return {"name": between.replace(".", "0"), "between": ends, "stiffness": stiffness, "damping": damping, **others}
-
-
 def joint(**stage: float) -> dict[str, Any]:
     return {"name": "joint", "between": ["a", "ground"], "stages": [{"damping": 0.05, **stage}]}
 
 
-SPEED = "excitation.speed"
 TRAINS = {
     "doublings just beyond": (
         train(

@@ -37,7 +37,9 @@ _NEARER = 0.1  # share of the way to its end that is left: at first, and of the 
 _LOCATED = 1e-11  # of the unit of the parameter: a motion of the family so near to its end is the last one
 _APART = 1e-6  # of the unit of the parameter: two motions so far apart at least tell where the next one is
 _STEPS = 40  # from a motion of a family to its end
-_CHANGE = 1e-4  # of a number: half the difference for a gradient
+_CHANGES = (1e-5, 1e-6, 1e-7)  # of a number: half the difference for a gradient
+_BENT = 1e-3  # of a difference: by how much its halves may differ
+_KNOWN = 1e-9  # of the unit of the parameter: to so much ends are known where lengths change slowly
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,7 @@ def end_near(curve: Continuation, line: Line, way: float) -> tuple[Point, Line]:
     """Return the last motion of a family in a direction of the parameter, and a line through its middle there.
 
     Where rounding hides the family before its length is zero, the end is extrapolated, and the motion is the last one.
+    Its tangent is along the motions in the middle: that of a motion of a family does not tell where these go.
 
     Parameters
     ----------
@@ -119,7 +122,13 @@ def end_near(curve: Continuation, line: Line, way: float) -> tuple[Point, Line]:
         if abs(left) > _APART * curve.family.unit:
             middle = _through(near, following)
         far, far_length, near, length = near, length, following, shorter
-    return replace(near, parameter=near.parameter + left), middle
+    return replace(near, parameter=near.parameter + left, tangent=_tangent_along(middle, near, curve)), middle
+
+
+def _tangent_along(line: Line, point: Point, curve: Continuation) -> Array:
+    """(N + 1,) the direction of a line through a motion, passed as the tangent there is."""
+    along = np.append(line.slope * curve.family.unit * point.scale / point.size, 1.0)
+    return np.asarray(along * np.copysign(1.0 / np.linalg.norm(along), point.tangent[-1]))
 
 
 def _inside(curve: Continuation, line: Line, backs: tuple[float, ...], way: float, least: float) -> tuple[Point, float]:
@@ -200,7 +209,18 @@ def end_again(event: Event, curve: Continuation, change: Array) -> Event:
 
 
 def gradient_of_end(event: Event, curve: Continuation, families_of: FamiliesOf, value: float) -> float:
-    """Return dp / dq of the end of a family by a central difference; parameters are those of ``drift.gradient_of``."""
-    change, unchanged = _CHANGE * abs(value), np.zeros_like(event.point.w)
-    low, high = (end_again(event, curve.of(family), unchanged).point.parameter for family in families_of(change))
-    return (high - low) / (2.0 * change)
+    """Return dp / dq of the end of a family by a central difference; parameters are those of ``drift.gradient_of``.
+
+    Raises
+    ------
+    ConvergenceError
+        the end moves too fast: it turns back over q near.
+    """
+    unchanged, rounding = np.zeros_like(event.point.w), _KNOWN * curve.family.unit
+    for change in (share * abs(value) for share in _CHANGES):
+        with suppress(ConvergenceError):
+            ends = [end_again(event, curve.of(family), unchanged).point.parameter for family in families_of(change)]
+            behind, ahead = event.point.parameter - ends[0], ends[1] - event.point.parameter
+            if abs(ahead - behind) <= max(_BENT * abs(ahead + behind), rounding):
+                return (ahead + behind) / (2.0 * change)
+    raise ConvergenceError("the end of the family turns back over the number near")
