@@ -178,6 +178,25 @@ def test_the_end_of_a_family_is_followed_over_a_second_value(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_curve_of_ends_of_families_ends_where_it_turns_back(way: float) -> None:
+    """Two ends meet at the resonance: with less the gear never touches."""
+    resonance = float(np.sqrt(0.98))
+    least, amplitude = gap_closed(resonance), 0.2
+    speed = float(np.sqrt(0.98 - way * np.sqrt(0.98**2 - 1.0 + amplitude**2)))
+    model = loose_gear(harmonics=[{"order": 1, "amplitude": amplitude}])
+    branch = gr.continuation(model, SPEED, (speed - 0.01 * way, speed + 1e-5 * way), start="linear")
+    assert branch.events["kind"].tolist() == ["end of a family"]
+    curve = branch.boundary(0, AMPLITUDE, (0.198, 0.2))
+    assert curve["special"].values.tolist() == ["turning point", *[""] * (curve.sizes["point"] - 1)]
+    assert curve["second"].values[0] == pytest.approx(least, abs=1e-11)
+    assert curve["value"].values[0] == pytest.approx(resonance, abs=1e-7)
+    values = curve["value"].values
+    assert np.all(way * np.diff(values) < 0.0)
+    np.testing.assert_allclose([gap_closed(one) for one in values], curve["second"], rtol=0, atol=1e-11)
+
+
+@pytest.mark.slow
 def test_a_map_draws_where_a_gear_begins_to_touch() -> None:
     branch = gr.continuation(loose_gear(0.6), AMPLITUDE, (0.5, 0.8))
     motions = branch.map("excitation.speed", (0.55, 0.65), across=3, up=2)

@@ -11,7 +11,8 @@ leads farther than half the way to where the square of that slope would be zero:
 
 Two folds meet in a cusp, and neither exists beyond it: the curve ends there. It may end as well where a fold meets a
 grazing, or go on beyond (``engine.periodic.special``). Where a curve of folds turns back over the second value, an
-isolated branch shrinks to a point, or two branches join.
+isolated branch shrinks to a point, or two branches join. Two ends of families meet where their length is least: their
+test function is that length.
 
 Takes a Branch and an event; gives a Dataset.
 """
@@ -54,7 +55,7 @@ from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model.path_labels import path_label
 from gearrattle.model.quantity import CALLBACK, checked
 from gearrattle.orbits.family import check_alike, family_of, watched_names
-from gearrattle.orbits.family_end import EDGE, end_again
+from gearrattle.orbits.family_end import EDGE, end_again, slope_of_length
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.gradients import check_kind, second_of
 from gearrattle.orbits.progress import Progress, part_of
@@ -93,6 +94,7 @@ _BEHIND = {MEETING: 1.0, FOLD_AT_DOUBLING: np.inf}
 _BACK = 7  # last points of a fold from which a grazing near is sought, and of a grazing for its acceleration
 _NEAR_HALF, _NOT_ROUNDING = 1e-3, 5e-4  # of the size of the state: such a motion nearly repeats after half its periods
 _STAYS = 0.01  # of how much its motion misses: a grazing so near to a fold stays there
+_SPACED, _LEVEL = 1.4, 0.2  # of the slope of a length: of the next one for the extrapolation, and what is left of it
 _TRIED = 0.1  # of the distance between two points: the first step from there to where a fold meets a grazing
 
 
@@ -247,6 +249,7 @@ def _ends(followers: tuple[Follower, Across], rows: list[_Row]) -> Iterator[list
     """
     follower, across = followers
     if rows[-1].event.kind == EDGE:
+        yield _sought(lambda: _turning_of_end(rows), TURNING)
         return
     known = [(row.second, row.event) for row in rows[-_PREDICTED_FROM:]]
     (before, _), (second, event) = known[-2:]
@@ -356,6 +359,25 @@ def _twice_to_turning(rows: list[_Row]) -> float:
     return -slope / bend
 
 
+def _turning_of_end(rows: list[_Row]) -> tuple[float, Event]:
+    """The point ahead at which a curve of ends of families turns back: the length of the family has no slope there.
+
+    The second value has an extremum over that slope, so it is extrapolated over its square and cube.
+    """
+    spaced = [rows[-1]]
+    for row in reversed(rows):
+        if abs(row.slope) > _SPACED * abs(spaced[-1].slope):
+            spaced.append(row)
+    if len(spaced) < _PREDICTED_FROM or abs(rows[-1].slope) > _LEVEL * abs(spaced[-1].slope):
+        raise ConvergenceError("the length of the family keeps its slope")
+    known = spaced[:_PREDICTED_FROM]
+    powers = np.array([row.slope for row in known])[:, None] ** (0, 2, 3)
+    second = float(np.linalg.solve(powers, [row.second for row in known])[0])
+    value = float(polynomial_at([(row.slope, np.array([row.event.point.parameter])) for row in known], 0.0)[0])
+    last = rows[-1].event
+    return second, replace(last, point=replace(last.point, parameter=value))
+
+
 def _one_way(follower: Follower, event: Event, ends: tuple[float, float], progress: Progress | None) -> list[_Row]:
     """The event from a start value to an end value, as far as it exists."""
     start, end = ends
@@ -383,7 +405,9 @@ def _one_way(follower: Follower, event: Event, ends: tuple[float, float], progre
 def _row(event: Event, curve: Continuation, second: float) -> _Row:
     """The row of an event: what tells it from others that lie near."""
     slope = np.nan
-    if event.kind not in (GRAZING, EDGE):  # whose depth, or length, is no smooth function beyond it
+    if event.kind == EDGE:
+        slope = slope_of_length(event.point, curve)
+    elif event.kind != GRAZING:  # whose depth is no smooth function beyond it
         with suppress(ConvergenceError):  # a fold so sharp that no motion is near
             slope = slope_along(event, event.point, curve, ALONG)[0]
     cycles = curve.family.cycles

@@ -36,7 +36,10 @@ _SYMMETRIC = 0.1  # of the largest corner: a symmetric motion farther away is of
 _NEARER = 0.1  # share of the way to its end that is left: at first, and of the share before
 _LOCATED = 1e-11  # of the unit of the parameter: a motion of the family so near to its end is the last one
 _APART = 1e-6  # of the unit of the parameter: two motions so far apart at least tell where the next one is
+_SHORT = 1e-11  # of the largest corner: the length of a family that rounding hides
+_MOST_LEFT = 0.9  # share of the way to an end: the shortest step towards it that is tried
 _STEPS = 40  # from a motion of a family to its end
+_ALONG = 1e-5  # of the unit of the parameter: the difference for the slope of a length
 _CHANGES = (1e-5, 1e-6, 1e-7)  # of a number: half the difference for a gradient
 _BENT = 1e-3  # of a difference: by how much its halves may differ
 _KNOWN = 1e-9  # of the unit of the parameter: to so much ends are known where lengths change slowly
@@ -106,29 +109,32 @@ def end_near(curve: Continuation, line: Line, way: float) -> tuple[Point, Line]:
     line = replace(line, state=state_of(near), parameter=near.parameter)
     steepest = float(np.linalg.norm(line.slope * near.scale)) * curve.family.unit
     far, far_length = _inside(curve, line, (min(_BACK[0], _WITHIN * length / max(steepest, length)),), way, length)
-    middle, share, left = _through(far, near), _NEARER, 0.0
+    middle, share, unit = _through(far, near), _NEARER, curve.family.unit
     for _ in range(_STEPS):
         left = (near.parameter - far.parameter) * length / (far_length - length)
-        if abs(left) < _LOCATED * curve.family.unit:
-            break
+        if abs(left) < _LOCATED * unit:
+            return _last_at(near, left, middle, curve)
         parameter = near.parameter + (1.0 - share) * left
         following, shorter = in_middle(curve, middle.at(parameter), parameter)
         if not 0.0 < shorter < length:
-            if share == _NEARER:
+            if share >= _NEARER and (abs(left) < _KNOWN * unit or length < _SHORT * near.size):
+                return _last_at(near, left, middle, curve)
+            share = 0.5 * (1.0 + share) if share >= _NEARER else _NEARER
+            if share > _MOST_LEFT:
                 break
-            share = _NEARER
             continue
         share *= _NEARER
-        if abs(left) > _APART * curve.family.unit:
+        if abs(left) > _APART * unit:
             middle = _through(near, following)
         far, far_length, near, length = near, length, following, shorter
-    return replace(near, parameter=near.parameter + left, tangent=_tangent_along(middle, near, curve)), middle
+    raise ConvergenceError("the length of the family does not come to zero")
 
 
-def _tangent_along(line: Line, point: Point, curve: Continuation) -> Array:
-    """(N + 1,) the direction of a line through a motion, passed as the tangent there is."""
-    along = np.append(line.slope * curve.family.unit * point.scale / point.size, 1.0)
-    return np.asarray(along * np.copysign(1.0 / np.linalg.norm(along), point.tangent[-1]))
+def _last_at(near: Point, left: float, middle: Line, curve: Continuation) -> tuple[Point, Line]:
+    """The last motion of a family, a little beyond one that is known, and the line through its middle."""
+    along = np.append(middle.slope * curve.family.unit * near.scale / near.size, 1.0)
+    along *= np.copysign(1.0 / np.linalg.norm(along), near.tangent[-1])
+    return replace(near, parameter=near.parameter + left, tangent=along), middle
 
 
 def _inside(curve: Continuation, line: Line, backs: tuple[float, ...], way: float, least: float) -> tuple[Point, float]:
@@ -206,6 +212,16 @@ def end_again(event: Event, curve: Continuation, change: Array) -> Event:
         with suppress(ConvergenceError):
             return replace(event, point=end_near(curve, line, way)[0])
     raise ConvergenceError("no family ends near")
+
+
+def slope_of_length(point: Point, curve: Continuation) -> float:
+    """Return the slope of the length of a family over the parameter at its end [SI], by a parabola; NaN: not known."""
+    line, step = tangent_line(curve, point), _ALONG * curve.family.unit
+    for way in (1.0, -1.0):
+        with suppress(ConvergenceError):
+            near, far = (_inside(curve, line, (share * _ALONG,), way, 0.0)[1] for share in (1.0, 2.0))
+            return -way * (4.0 * near - far) / (2.0 * step)
+    return np.nan
 
 
 def gradient_of_end(event: Event, curve: Continuation, families_of: FamiliesOf, value: float) -> float:
