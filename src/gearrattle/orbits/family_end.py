@@ -115,7 +115,9 @@ def end_near(curve: Continuation, line: Line, way: float) -> tuple[Point, Line]:
         if abs(left) < _LOCATED * unit:
             return _last_at(near, left, middle, curve)
         parameter = near.parameter + (1.0 - share) * left
-        following, shorter = in_middle(curve, middle.at(parameter), parameter)
+        following, shorter = near, 0.0
+        with suppress(ConvergenceError):  # too far from a middle that does not move evenly
+            following, shorter = in_middle(curve, middle.at(parameter), parameter)
         if not 0.0 < shorter < length:
             if share >= _NEARER and (abs(left) < _KNOWN * unit or length < _SHORT * near.size):
                 return _last_at(near, left, middle, curve)
