@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
@@ -151,6 +152,39 @@ def test_a_run_of_exactly_a_period_has_it() -> None:
     """From W1 to W2 at the rate r the shaft turns by (W2^2 - W1^2) / 2 r."""
     runs = over_speed().run_up(0.5 * (0.9**2 - 0.6**2) / (2.0 * np.pi) * (1.0 - 1e-12))
     assert [len(run.value) for run in runs.envelopes] == [1, 1]
+
+
+def geared(damping: float, drag: float, load: tuple[float, float]) -> gr.Model:
+    """A gear on a shaft, under a mean torque and an amplitude."""
+    mesh = {"stiffness": 200.0, "damping": damping, "clearance": "1 deg", "damping_ratio": 1.0}
+    tables = {
+        "schema": 1,
+        "name": "geared pair on a shaft",
+        "inertia": [{"name": "gear", "J": 0.01, "drag": drag}],
+        "coupling": [{"name": "mesh", "between": ["gear", "ground"], **mesh}],
+        "excitation": {"speed": "1200 rpm"},
+        "torque": [{"on": "gear", "mean": load[0], "harmonics": [{"order": 1, "amplitude": load[1]}]}],
+    }
+    return gr.Model.from_tables(tables)
+
+
+@pytest.mark.parametrize("ends", [(300, 600), (400, 600), (301, 599), (600, 240)])
+def test_a_run_has_as_many_periods_as_the_shaft_turns(ends: tuple[int, int]) -> None:
+    """From a to b rpm at r rpm/s the shaft turns (b^2 - a^2) / 120 r times, a whole number or not.
+
+    In contact the swing is that of a linear oscillator, behind which a run lags in proportion to the rate.
+    """
+    branch = gr.continuation(geared(1.5, 0.0, (10.0, 0.1)), SPEED, (f"{ends[0]} rpm", f"{ends[1]} rpm"))
+    turns_times_rate = Fraction(abs(ends[1] ** 2 - ends[0] ** 2), 120)
+    few = Fraction(1, 250)
+    numbers = [*map(Fraction, (2, 7, 19, 60, 120)), 20 - few, 70 - few, 50 + few, Fraction(161, 2)]
+    rates = [*map(Fraction, (15, 20, 50, 100)), *(turns_times_rate / number for number in numbers)]
+    for rate in rates:
+        up, down = branch.run_up(f"{float(rate)!r} rpm/s").envelopes
+        assert len(up.value) == len(down.value) == int(turns_times_rate / rate)
+        for run in (up, down):
+            swing = 0.2 / np.abs(200.0 + 1.5j * run.value - 0.01 * run.value**2)
+            np.testing.assert_allclose(run.peak_to_peak[:, 0], swing, rtol=6e-6 * float(rate))
 
 
 @pytest.mark.parametrize("rate", [1e-9, 1e-12])

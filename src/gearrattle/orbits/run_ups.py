@@ -5,7 +5,8 @@ there at once: near a smooth fold it moves away so slowly that the jump comes la
 r as r^(2/3) while r is small; from a motion that only has become unstable it moves away as what it is off it grows.
 
 Where a run leaves the motion that has ended is told by the shape of its deflections (``jumps``). A period T may hold
-many load cycles, so it is looked at in parts, as many as the fastest input has cycles in T.
+many load cycles, so it is looked at in parts, as many as the fastest input has cycles in T. A run has as many whole
+parts as fit between its two speeds; a sample that lies before the begin of a part by rounding alone belongs to it.
 
 P. Jung, G. Gray, R. Roy, P. Mandel, "Scaling law for dynamical hysteresis", Physical Review Letters 65 (1990)
 1873-1876.
@@ -218,7 +219,7 @@ def _start(branch: Followed, value: float) -> Orbit | None:
 def _check_part(branch: Followed, ends: tuple[float, float], rate: float) -> None:
     """Refuse a rate at which the runs over a range end within the first part of a period: nothing is left of them."""
     first, last = (speed_of(branch, value) for value in ends)
-    periods = 0.5 * (last**2 - first**2) / (2.0 * np.pi * _turns(branch.model) * rate)
+    periods = _periods((first, last), rate, _turns(branch.model))
     parts = _parts(branch.model)
     if parts * periods >= 1.0:
         return
@@ -232,6 +233,11 @@ def _check_part(branch: Followed, ends: tuple[float, float], rate: float) -> Non
 def _unit(model: Model) -> str:
     """The unit of a rate, as it follows a number."""
     return " rad/s²" if model.units == "SI" else ""
+
+
+def _periods(speeds: tuple[float, float], rate: float, turns: float) -> float:
+    """Periods T between two speeds at a rate with its sign."""
+    return 0.5 * (speeds[1] ** 2 - speeds[0] ** 2) / (2.0 * np.pi * turns * rate)
 
 
 def _turns(model: Model) -> float:
@@ -313,9 +319,13 @@ def _run(run: _RunPlan, progress: Progress | None) -> RunParts:
     time, deflection = time[to_end], deflection[to_end]
     period = (first * time + 0.5 * signed * time**2) / (2.0 * np.pi * turns)
     per_period = _parts(run.orbit.model)
-    begins = np.searchsorted(period, np.arange(int(period[-1] * per_period + _ROUNDING) + 1) / per_period)
-    high = np.maximum.reduceat(with_peaks(deflection), begins[:-1], axis=0)
-    low = -np.maximum.reduceat(with_peaks(-deflection), begins[:-1], axis=0)
+    part = period * per_period + _ROUNDING
+    whole_parts = int(min(part[-1], _periods(run.speeds, signed, turns) * per_period + _ROUNDING))
+    begins = np.searchsorted(part, np.arange(whole_parts + 1))
+    high, low = (
+        sign * np.maximum.reduceat(with_peaks(sign * deflection)[: begins[-1]], begins[:-1], axis=0)
+        for sign in (1.0, -1.0)
+    )
     instants = -(-_INSTANTS * load_cycles // per_period)
     at = np.arange((len(begins) - 1) * instants) / (per_period * instants)
     traced = np.stack([np.interp(at, period, column) for column in deflection.T], axis=-1)
