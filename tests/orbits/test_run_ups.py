@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.orbits import Branch, Orbit, run_ups
+from gearrattle.orbits import Branch, Orbit, run_ups, stable_ranges
 from gearrattle.orbits.jumps import Jump
 from gearrattle.orbits.run_ups import with_peaks
 from tests.orbits.test_friction import oscillator as with_friction
@@ -272,6 +272,22 @@ def test_jumps_are_of_motions_that_the_run_was_on(
         assert seen[fold].words == (NOT_ON if value is None else "")
         if value is not None:
             assert seen[fold].value == pytest.approx(value, abs=3e-5)
+
+
+@pytest.mark.parametrize("rounding", [-1e-13, 0.0, 1e-13])
+def test_a_grazing_at_a_fold_does_not_turn_its_direction(rounding: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At a corner of the branch a node beside the fold lies at its value, but for rounding."""
+    branch = over_speed()
+    expected = [(loss.value, loss.upward) for loss in stable_ranges.losses_of(branch)]
+    assert expected == [(pytest.approx(DOWN), False), (pytest.approx(UP), True)]
+    courses = list[stable_ranges.Course]()
+    for course in stable_ranges.courses_of(branch):
+        value = course.value.copy()
+        for i in (i for i, kind in enumerate(course.kinds) if kind == "fold"):
+            value[[i - 1, i + 1]] = value[i] + rounding
+        courses.append(replace(course, value=value))
+    monkeypatch.setattr(stable_ranges, "courses_of", lambda _: courses)
+    assert [(loss.value, loss.upward) for loss in stable_ranges.losses_of(branch)] == expected
 
 
 def test_a_fold_of_copies_is_passed_once() -> None:

@@ -7,9 +7,10 @@ between two points. At a fold the parameter turns back, so a range ends at every
 only grows, or only falls. A range without width, such as that of a vertical branch, is none.
 
 Where the parameter runs over a fold the motion jumps, and so it does where a slider is let go with its torque
-(``release``). Where it runs over a period doubling or a symmetry breaking, the motion goes on along what leaves there,
-if that is stable just beyond (a *soft* loss of stability); if it is unstable, leads backwards or is vertical, the
-motion jumps (a *hard* loss). Of a Neimark-Sacker bifurcation nothing is known.
+(``release``). Which way the fold lies is told by the next motion that differs from it by more than rounding: a grazing
+may lie at the fold itself. Where the parameter runs over a period doubling or a symmetry breaking, the motion goes on
+along what leaves there, if that is stable just beyond (a *soft* loss of stability); if it is unstable, leads backwards
+or is vertical, the motion jumps (a *hard* loss). Of a Neimark-Sacker bifurcation nothing is known.
 
 Takes a Branch; gives ranges and losses of stability.
 """
@@ -219,13 +220,21 @@ def losses_of(branch: Followed) -> list[Loss]:
             if course.kinds[i] not in CHANGES or not (before or after) or (before and after and not is_fold):
                 continue
             stable, other = (i - 1, i + 1) if before else (i + 1, i - 1)
-            change = float(course.value[i if is_fold else other] - course.value[stable])
+            change = float(course.value[other] - course.value[stable])
+            if is_fold:
+                change = -_first_change(course.value[i::-1] if before else course.value[i:], _no_width(branch))
             if is_fold or abs(change) > _no_width(branch):
                 event, value = course.nodes[i][1], float(course.value[i])
                 loss = Loss(event, number, course.kinds[i], value, change >= 0.0)
                 losses.append(replace(loss, jumps=_jumps(branch, courses, loss)))
         losses += _ends_in_release(branch, number, course)
     return sorted(losses, key=lambda loss: loss.value)
+
+
+def _first_change(value: NDArray[np.float64], least: float) -> float:
+    """From the first of (N,) values to the next one that differs by more than rounding."""
+    change = value - value[0]
+    return float(change[np.argmax(np.abs(change) > least)])
 
 
 def _ends_in_release(branch: Followed, number: int, course: Course) -> list[Loss]:
