@@ -457,3 +457,62 @@ def test_a_jump_is_where_the_run_leaves_and_not_where_it_settles() -> None:
     assert is_small.max() < 0.7
     assert jump.settles == pytest.approx(2.1504943, abs=1e-6)
     assert [note for note in runs.notes if f"{jump.value:.6g} is stable from 2.15049 on only" in note]
+
+
+def jumps_one_way(runs: gr.RunUpJumps, upward: bool) -> list[Jump]:
+    """Rows of one direction, of which no two have the same jump: none within a period's change of speed."""
+    rows = [jump for jump in runs.jumps if jump.upward == upward]
+    seen = [jump.value for jump in rows if not jump.words]
+    for k, value in enumerate(seen):
+        assert np.all(np.abs(np.array(seen[:k]) - value) > 2.0 * np.pi * runs.rate / value)
+    return rows
+
+
+@pytest.mark.parametrize("rate", [100.0, 500.0])
+def test_a_fast_run_past_two_folds_jumps_once(rate: float) -> None:
+    """The folds at 106.919 of two periods and at 106.481 of one are less than a period apart.
+
+    At 106.484 the run would settle on the motion of one period.
+    """
+    branch = gr.continuation(geared(0.15, 0.01, (1.0, 1.5)), SPEED, ("800 rpm", "1600 rpm"))
+    _, first, second = jumps_one_way(branch.run_up(f"{rate} rpm/s"), upward=False)
+    assert (first.end, second.end) == pytest.approx((106.919046, 106.481190), abs=1e-5)
+    assert first.words == "the run goes on to another motion, which ends as well before it jumps"
+    assert np.isnan(first.value)
+    assert second.words == ""
+    assert second.value < second.end
+
+
+def joint_with_friction() -> gr.Model:
+    """Two bodies; that at the end hangs on a coupling with a clearance and a slider."""
+    inner = {"name": "inner", "between": ["inner", "ground"], "stiffness": 1.96382537, "damping": 0.0662083291}
+    outer = {"name": "outer", "between": ["outer", "inner"], "stiffness": 1.88260055, "damping": 0.0508162647}
+    slider = {"clearance": 1.0, "damping_ratio": 0.5, "hysteresis": 0.0879412395, "stick_stiffness": 2.10434003}
+    load = [{"order": 1, "amplitude": 0.20384705}, {"order": 2, "amplitude": 0.0514619725, "phase": 1.0201989960}]
+    bodies = ("inner", 0.879219011, 0.0235167435), ("outer", 1.16513109, 0.0267695636)
+    tables = {
+        "inertia": [{"name": name, "J": inertia, "drag": drag} for name, inertia, drag in bodies],
+        "coupling": [inner, {**outer, **slider}],
+        "excitation": {"speed": 0.42},
+        "torque": [{"on": "outer", "mean": 0.0861565682, "harmonics": load}],
+    }
+    return gr.Model.from_tables({"schema": 1, "name": "joint with friction", "units": "dimensionless", **tables})
+
+
+@pytest.mark.slow
+def test_a_run_that_is_on_the_motion_again_did_not_jump_at_the_loss_before() -> None:
+    """Going down the motion of one period is unstable from 0.3965 to 0.3914, from 0.3860 to 0.3810 and below 0.3735.
+
+    On it all periods have the same swing; those of the stable motions of two periods below 0.386 alternate by 2 %.
+    """
+    runs = gr.continuation(joint_with_friction(), SPEED, (0.35958, 0.4)).run_up(2.84e-5)
+    jumps_one_way(runs, upward=True)
+    rows = [jump for jump in jumps_one_way(runs, upward=False) if jump.kind == "period doubling"]
+    assert [jump.end for jump in rows] == pytest.approx([0.3965363, 0.3859545, 0.3735481], abs=1e-6)
+    folds = {(round(jump.end, 5), jump.upward) for jump in runs.jumps if jump.kind == "fold"}
+    assert folds >= {(0.38097, False), (0.38239, True), (0.38605, True), (0.39136, False), (0.39662, True)}
+    assert [jump.words for jump in rows] == [*["the run is still on the motion where that is stable again"] * 2, ""]
+    assert 0.36 < rows[-1].value < rows[-1].end
+    (run,) = [run for run in runs.envelopes if not run.upward]
+    swing = run.peak_to_peak[run.value > 0.374]
+    assert np.max(np.abs(np.diff(swing, axis=0))) < 0.005 * float(swing.max())

@@ -286,7 +286,8 @@ class Branch(Result):
         Returns
         -------
         RunUpJumps
-            Every fold that they pass, with the speed of the jump and its delay.
+            Every event that they pass at which a motion ends or loses its stability, with the speed of the jump and its
+            delay: a jump belongs to the last such event before it of a motion on which the run was.
 
         Raises
         ------

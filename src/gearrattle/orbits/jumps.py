@@ -19,13 +19,17 @@ nearer over a period: parts in which the motions do not differ tell nothing. On 
 the run must be beyond the event, as it was on the first. Where that one is unstable at the jump, the run settles on it
 only later. A run that is nearer to the other motion already when it passes the event has no delay that can be told.
 
+A jump belongs to one event: the last one before it at which a motion ended that the run was on. So a run that is on the
+motion again where that is stable beyond the event did not jump there, and neither did one that has gone on to another
+motion which ends as well before the jump, or within a period of it.
+
 Takes a Branch and a run in parts of a period; gives Jumps.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
@@ -56,6 +60,10 @@ _NOT_ON = "the run was not on the motion that ends there"
 _NOT_YET = "the run ends before it jumps"
 _EARLY = "the run is nearer to another motion already where that one ends"
 _ELSEWHERE = "the run leaves for no stable motion that is known"
+_AGAIN = "the run is still on the motion where that is stable again"
+_ANOTHER = "the run goes on to another motion, which ends as well before it jumps"
+_LEFT_LATER = frozenset({"", _NOT_YET, _ELSEWHERE})
+"""Where there is a jump, or one of these words, the run was on the motion up to its end."""
 
 
 @dataclass(frozen=True)
@@ -194,6 +202,8 @@ class _Ending:
         the motion that ends and those with the same swings that end there, such as its mirror image.
     others
         stable motions with other swings.
+    again
+        stable parts of the lines of the motions that end, these included.
     courses
         all motions line by line, unstable ones included.
     scale
@@ -204,6 +214,7 @@ class _Ending:
     own: BranchPart
     copies: tuple[BranchPart, ...]
     others: tuple[BranchPart, ...]
+    again: tuple[BranchPart, ...]
     courses: Mapping[int, Course]
     scale: Array
 
@@ -281,7 +292,28 @@ def jumps_of(branch: Followed, run: RunParts, motions: Sequence[BranchPart], rat
                 ended.append((loss, [own]))
             else:
                 known.append(own)
-    return [_jump(branch, run, _ending(loss, owns, motions, courses), rate) for loss, owns in ended]
+    jumps = [_jump(branch, run, _ending(loss, owns, motions, courses), rate) for loss, owns in ended]
+    return [_once(branch, one, jumps[k + 1 :], rate) for k, one in enumerate(jumps)]
+
+
+def _once(branch: Followed, jump: Jump, later: Sequence[Jump], rate: float) -> Jump:
+    """A jump, unless it belongs to a later event: the run was on what ends there, or that jump is less than T away."""
+    sign = 1.0 if jump.upward else -1.0
+    if any(
+        (one.words in _LEFT_LATER and sign * one.end < sign * jump.value)
+        or _periods(branch, (one.value, jump.value), rate) < 1.0
+        for one in later
+    ):
+        return replace(jump, value=np.nan, delay=np.nan, periods=np.nan, settles=np.nan, words=_ANOTHER)
+    return jump
+
+
+def _periods(branch: Followed, values: tuple[float, float], rate: float) -> float:
+    """The periods T that a run takes from one value to another; NaN where one is."""
+    if np.isnan(values).any():
+        return np.nan
+    first, last = (speed_of(branch, value) for value in values)
+    return 0.5 * abs(last**2 - first**2) / (rate * period_of(branch.model).period * branch.model.excitation.omega)
 
 
 def _is_copy(one: BranchPart, own: BranchPart, end: float) -> bool:
@@ -301,14 +333,15 @@ def _ending(
     loss: Loss, copies: Sequence[BranchPart], motions: Sequence[BranchPart], courses: Mapping[int, Course]
 ) -> _Ending:
     """A loss with the other stable motions; copies of the ended one, and what leaves it there, are left out."""
-    own = copies[0]
+    own, lines = copies[0], {one.line for one in copies}
+    again = tuple(one for one in motions if one.is_stable and one.line in lines)
     others = tuple(
         one for one in motions if one.is_stable and one.line != own.line and not _is_copy(one, own, loss.value)
     )
     swings = [own.at(loss.value), *(one.at(loss.value) for one in others if one.reaches(loss.value))]
     scale = np.max(swings, axis=0)
     least = max(_TINY * float(scale.max()), np.finfo(float).tiny)
-    return _Ending(loss, own, tuple(copies), others, courses, np.maximum(scale, least))
+    return _Ending(loss, own, tuple(copies), others, again, courses, np.maximum(scale, least))
 
 
 def _jump(branch: Followed, run: RunParts, ending: _Ending, rate: float) -> Jump:
@@ -329,18 +362,26 @@ def _jump(branch: Followed, run: RunParts, ending: _Ending, rate: float) -> Jump
         for other in ending.others
         if (value := _crossing(run, ending, other)) is not None and _was_on(branch, run, other, beyond=loss.value)
     ]
-    if not crossings:
+    first = (min if run.upward else max)(crossings, key=lambda pair: pair[0], default=None)
+    if _is_on_again(branch, run, ending, first[0] if first else float(run.value[-1])):
+        return without(_AGAIN, apart_most)
+    if first is None:
         return without(_ELSEWHERE if _has_left(run, ending, neighbour) else _NOT_YET, apart_most)
-    value, other = (min if run.upward else max)(crossings, key=lambda pair: pair[0])
+    value, other = first
     if value == loss.value:
         return without(_EARLY, apart_most)
-    speeds = speed_of(branch, value), speed_of(branch, loss.value)
-    delay = speeds[0] - speeds[1] if run.upward else speeds[1] - speeds[0]
-    turns = period_of(branch.model).period * branch.model.excitation.omega
-    periods = delay / rate * 0.5 * (speeds[0] + speeds[1]) / turns
+    delay = abs(speed_of(branch, value) - speed_of(branch, loss.value))
+    periods = _periods(branch, (loss.value, value), rate)
     decided_by = names[ending.decisive(other.at(value))]
     settles = max(value, float(other.value[0])) if run.upward else min(value, float(other.value[-1]))
     return Jump(run.upward, loss.kind, loss.value, value, delay, periods, decided_by, settles=settles)
+
+
+def _is_on_again(branch: Followed, run: RunParts, ending: _Ending, value: float) -> bool:
+    """Whether, beyond the loss and before a value, the motion is stable again and the run on it."""
+    low, high = sorted((ending.loss.value, value))
+    begin = 0 if run.upward else -1
+    return any(low < one.value[begin] < high and _was_on(branch, run, one) for one in ending.again)
 
 
 def _was_on(branch: Followed, run: RunParts, part: BranchPart, beyond: float | None = None) -> bool:

@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 
 _NOTE = (
     "A run jumps where its deflection over a cycle becomes nearer to that of another motion, on which it settles, than "
-    "to that of the motion that has ended, or is unstable. The slower the run, the nearer to the event it "
-    "jumps: at a smooth fold the delay falls with the rate to the power 2/3."
+    "to that of the motion that has ended, or is unstable. A jump belongs to the last event before it at which a "
+    "motion ended that the run was on. The slower the run, the nearer to the event it jumps: at a smooth fold the "
+    "delay falls with the rate to the power 2/3."
 )
 
 
