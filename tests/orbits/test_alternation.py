@@ -147,6 +147,7 @@ def test_a_sweep_needs_no_harmonic_beside_the_alternation() -> None:
     assert np.ptp(one.deflection[-100:]) > 0.1
 
 
+@pytest.mark.slow
 def test_a_run_up_follows_the_alternation() -> None:
     """A Runge-Kutta run with 5000 steps a period: its deflection over a period becomes nearer to the large motion at
     1.66813. Both motions come from the same steps at a constant speed; a period takes 1.1e-3 of speed.

@@ -138,23 +138,24 @@ def off_edge(period_map: PeriodMap, motion: Pass) -> Pass:
 
 def touches_lightly(motion: Pass) -> bool:
     """Return whether a motion comes back over a corner so soon that it may be one at the edge of a family."""
-    crossings = motion.crossings
-    if not _follow_soon(motion, crossings.time, _LIGHT):
+    if not _soon_followed(motion, motion.crossings.time, _LIGHT).any():
         return False
-    return any(_comes_back_soon(motion, watch, _LIGHT) for watch in np.unique(crossings.watch).tolist())
+    return any(_comes_back_soon(motion, watch, _LIGHT) for watch in np.unique(motion.crossings.watch).tolist())
 
 
 def _comes_back_soon(motion: Pass, watch: int, share: float) -> bool:
     """Whether something crosses one of its bounds to and fro within a share of the period."""
-    return _follow_soon(motion, motion.crossings.time[motion.crossings.watch == watch], share)
+    own = motion.crossings.where(motion.crossings.watch == watch)
+    is_back = own.upward != np.roll(own.upward, -1)  # not so where it passes a narrow gap
+    return bool((is_back & _soon_followed(motion, own.time, share)).any())
 
 
-def _follow_soon(motion: Pass, times: Array, share: float) -> bool:
-    """Whether two of some ascending instants (E,) of a motion follow one another within a share of the period."""
+def _soon_followed(motion: Pass, times: Array, share: float) -> NDArray[np.bool_]:
+    """Which of some ascending instants (E,) of a motion are followed by the next within a share of the period."""
     if not times.size:
-        return False
-    shortest, over_end = np.diff(times).min(initial=np.inf), times[0] + motion.period * motion.cycles - times[-1]
-    return bool(min(shortest, over_end) < share * motion.period)
+        return np.zeros(0, dtype=np.bool_)
+    following = np.append(times[1:], times[0] + motion.period * motion.cycles)
+    return np.asarray(following - times < share * motion.period)
 
 
 def _slipping_lightly(period_map: PeriodMap, motion: Pass) -> Iterator[Array]:

@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 _TOLERANCE = 1e-12  # of the residual, over the size of the state
 _ROUNDING = 1e-14  # the same, for each unit of the gradient's norm
 _ITERATIONS = 8
+_IN_PLANE = 1e-12  # of w: a motion so near to the plane is in it
 _LARGE = 1e4  # growth of a disturbance from which motions are followed in parts
 _LAST = 1.0  # times what rounding leaves: an expected residual below it is likely to be the last one
 
@@ -263,7 +264,7 @@ class Corrector:
             change = equations.solution(np.append(-residual, -plane))
             is_settled = norm <= least or (norm <= 100.0 * least and norm > 0.5 * last)
             error = norm_of(change)
-            if (is_settled or error <= slack) and abs(plane) < 1e-12:
+            if (is_settled or error <= slack) and abs(plane) < _IN_PLANE * max(1.0, norm_of(guess.w)):
                 if not is_corrected and not _sliders_repeat(motion):
                     guess = guess._replace(pieces=motion.end.auxiliary_pieces)
                     last, is_last, is_corrected = np.inf, False, True
