@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.point import Point
 from gearrattle.orbits.branch import Branch
 from gearrattle.orbits.curve import Curve
@@ -65,11 +65,32 @@ def wrong_in(before: Point, after: Point, inside: list[Event], is_shared: bool) 
         and not set(kinds) - {GRAZING, "pattern"}
     ):
         lines.append(f"{unstable(before)} unstable directions, then {unstable(after)}")
+    if not any(near) and not is_shared and GRAZING not in kinds and not any(event.is_collision for event in inside):
+        count = unstable(before)
+        for event in inside:
+            count = unstable_behind(event, count)
+        if count != unstable(after):
+            lines.append(f"{unstable(before)} unstable directions, then {unstable(after)}, with {kinds}")
     return lines
 
 
 def unstable(point: Point) -> int:
     return int(np.count_nonzero(np.abs(point.multipliers) > 1.0))
+
+
+def unstable_behind(event: Event, count: int) -> int:
+    """How many unstable directions are left behind an event of so many before it; -1 if the event has others."""
+    values, pair = event.point.multipliers, event.point.multipliers[event.point.multipliers.imag > 1e-9]
+    pair = pair[np.argsort(np.abs(np.abs(pair) - 1.0))][:1]
+    crossing = {FOLD: [1.0], BREAKING: [1.0], DOUBLING: [-1.0], NEIMARK_SACKER: [*pair, *pair.conj()]}.get(
+        event.kind, []
+    )
+    for value in crossing:
+        values = np.delete(values, np.argmin(np.abs(values - value)))
+    others = int(np.count_nonzero(np.abs(values) > 1.0))
+    if not crossing or count < 0:
+        return count
+    return 2 * others + len(crossing) - count if count in (others, others + len(crossing)) else -1
 
 
 def test_it_tells_of_what_is_wrong() -> None:

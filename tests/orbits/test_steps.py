@@ -5,15 +5,18 @@ Each begins at a motion of the branch from 300 rad/s down, of which the state is
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import gearrattle as gr
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
+from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, events_between
 from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.point import appended, turned_around
 from gearrattle.orbits.curve import followed
-from gearrattle.orbits.family import family_of
+from gearrattle.orbits.family import family_of, follower_over
 from tests.orbits.test_consistency import contradictions_of
 from tests.orbits.test_laws import symmetric
 
@@ -73,6 +76,146 @@ def test_a_step_has_the_events_that_shorter_steps_have(
         for (_, value), (_, expected_value) in zip(events, expected, strict=True):
             assert value == pytest.approx(expected_value, abs=2e-7)
         assert contradictions_of(curve) == []
+
+
+def chain(parts: list[tuple[float, float, dict[str, Any]]], torques: list[dict[str, Any]]) -> gr.Model:
+    """Bodies from the ground on: inertia, drag and what couples it to the one before."""
+    names = ["ground", *(f"b{i}" for i in range(len(parts)))]
+    return gr.Model.from_tables(
+        {
+            "schema": 1,
+            "units": "dimensionless",
+            "inertia": [{"name": names[i + 1], "J": J, "drag": drag} for i, (J, drag, _) in enumerate(parts)],
+            "coupling": [
+                {
+                    "name": f"c{i}",
+                    "between": [names[i + 1], names[i]] if i == 0 else [names[i], names[i + 1]],
+                    **coupling,
+                }
+                for i, (_, _, coupling) in enumerate(parts)
+            ],
+            "excitation": {"speed": 1.0},
+            "torque": torques,
+        }
+    )
+
+
+STAGES = [
+    {"stiffness": 2.39, "until": 0.396, "damping": 0.0365},
+    {"stiffness": 11.9, "until": 0.941, "damping": 0.0365},
+    {"stiffness": 23.9, "damping": 0.073},
+]
+STAGED = chain(
+    [
+        (1.33, 0.0136, {"stiffness": 1.71, "damping": 0.00775}),
+        (1.62, 0.0144, {"stiffness": 7.87, "damping": 0.0382}),
+        (1.52, 0.0034, {"stiffness": 2.87, "damping": 0.0352}),
+        (1.86, 0.00845, {"stages": STAGES}),
+    ],
+    [
+        {
+            "on": "b0",
+            "mean": 0.552,
+            "harmonics": [
+                {"order": 1, "amplitude": 1.24, "phase": 5.54},
+                {"order": 2, "amplitude": 0.181, "phase": 2.22},
+            ],
+        },
+        {"on": "b3", "mean": -0.345},
+    ],
+)
+TWO_GAPS = chain(
+    [
+        (0.429, 0.00259, {"stiffness": 2.77, "damping": 0.00776}),
+        (1.3, 0.00416, {"stiffness": 26.7, "damping": 0.0157, "clearance": 0.893, "stiffness_ratio": 0.05}),
+        (
+            0.849,
+            0.00424,
+            {
+                "stiffness": 11.0,
+                "damping": 0.00562,
+                "clearance": 0.529,
+                "stiffness_ratio": 0.05,
+                "damping_ratio": 0.3,
+            },
+        ),
+    ],
+    [
+        {"on": "b0", "mean": 0.298, "harmonics": [{"order": 1, "amplitude": 2.928, "phase": 3.92}]},
+        {"on": "b2", "mean": -0.228},
+    ],
+)
+ONE_GAP = chain(
+    [(1.18, 0.0622, {"stiffness": 1.14, "damping": 0.236, "clearance": 0.334, "damping_ratio": 1.0})],
+    [{"on": "b0", "mean": 0.409, "harmonics": [{"order": 1, "amplitude": 1.04, "phase": 5.85}]}],
+).with_({"excitation.speed": 2.02})
+
+
+@pytest.mark.parametrize(
+    ("model", "path", "cycles", "motions", "expected"),
+    [
+        pytest.param(
+            STAGED,
+            SPEED,
+            1,
+            [
+                (
+                    1.4847006962610818,
+                    """0.2983343378920704 0.6677872749955018 0.0071383670682199285 0.7811103463367046
+                    -1.0282052427696824 -1.4095603047750076 -0.7237509666660552 1.684673893174818""",
+                ),
+                (
+                    1.4846982325406077,
+                    """0.2831516013773669 0.6699573938844575 0.010430763658485291 0.7882165292547363
+                    -1.0207032936905667 -1.4063742256942484 -0.7203695388447064 1.6762438230701462""",
+                ),
+            ],
+            [(NEIMARK_SACKER, 1.4847038569), (FOLD, 1.4847039331)],
+            id="a pair leaves the circle, at the fold a real one comes inside",
+        ),
+        pytest.param(
+            TWO_GAPS,
+            SPEED,
+            1,
+            [
+                (
+                    1.7132203483238726,
+                    """-0.432253730092872 -0.4672763400932953 -0.6148025798977632
+                    -1.7139609785565382 0.06419312955457354 0.747466027445688""",
+                ),
+                (
+                    1.7231849887474067,
+                    """-0.42833948366810876 -0.4692703182799693 -0.6157165103618588
+                    -1.736834875306927 0.06271745000238724 0.7545766601160192""",
+                ),
+            ],
+            [(NEIMARK_SACKER, 1.7206915294), (NEIMARK_SACKER, 1.7213470708), (DOUBLING, 1.7224421740)],
+            id="one pair leaves the circle, another one enters it",
+        ),
+        pytest.param(
+            ONE_GAP,
+            "coupling.c0.stiffness",
+            2,
+            [
+                (1.6694936360096766, "0.3397921234611702 -0.017969382656818363"),
+                (1.6738795848090926, "0.33208104985793707 -0.017410031876944763"),
+            ],
+            [(GRAZING, 1.6704343651), (GRAZING, 1.6733327590)],
+            id="a touch at one corner begins, one at the other corner ends",
+        ),
+    ],
+)
+def test_events_of_a_step_that_leave_its_ends_alike_are_seen(
+    model: gr.Model, path: str, cycles: int, motions: list[tuple[float, str]], expected: list[tuple[str, float]]
+) -> None:
+    """Values from another solution: own multipliers of the periodic motion on both sides, own crossings."""
+    follower = follower_over(model, path, (0.5, 2.0), cycles, first=motions[0][0])
+    before, after = (follower.begin(State(np.array(y.split(), dtype=float)), value) for value, y in motions)
+    way = after.w - before.w
+    before, after = (turned_around(point) if point.tangent @ way < 0.0 else point for point in (before, after))
+    events = events_between(follower, before, appended(before, after))
+    assert [event.kind for event in events] == [kind for kind, _ in expected]
+    assert [event.point.parameter for event in events] == pytest.approx([value for _, value in expected], abs=2e-9)
 
 
 def test_two_period_doublings_within_a_step_are_seen() -> None:

@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import compress, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +61,9 @@ _SAME = 1e-9  # of a step: a minimum is not known better
 _DEEP = 0.5  # of its least value so far: a minimum above that is no sign of two zeros
 _TOWARDS = 0.1  # of the way from a motion that touches to a grazing is left by the next one
 _APART = 1e-9  # arclength by which two events are told from one
+_SHORT = 1e-6  # arclength: a step in which multipliers that move far are not looked for in between
 _ASIDE = 1e-8  # arclength from a change to the points on either side
+_SAME_EVENT = 3e-8  # arclength from an event to the same one, located again from there
 
 
 @dataclass(frozen=True)
@@ -196,28 +198,78 @@ def _root_of(grazing: Event) -> float:
 
 
 def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]:
-    """Yield the folds, doublings, breakings and Neimark-Sacker bifurcations between two points."""
+    """Yield the folds, doublings, breakings and Neimark-Sacker bifurcations between two points.
+
+    Where these do not tell how many multipliers lie outside the unit circle at both ends, others hide behind them: a
+    fold and a breaking within one step leave det(I - M) as it is, and pairs may cross on both sides of a fold.
+    """
     hidden = _hidden_fold(curve, before, after) or _hidden_loss(curve, before, after)
-    if hidden is None and after.length - before.length > _APART and unit_circle.is_ambiguous(before, after):
+    if hidden is None and _may_hide_pair(before, after):
         hidden = curve.between(before, after, 0.5)
+    if hidden is None:
+        located = [_located_loss(curve, before, after, kind) for kind in _changed(before, after)]
+        events = [event for event in located if event.kind != NEIMARK_SACKER or _crosses(event.point)]
+        if len(events) < len(located) and _lies_within(before, located[-1].point, after):
+            hidden = located[-1].point  # two real ones have left through -1, one after the other
     if hidden is not None:
         yield from _losses(curve, before, hidden)
         yield from _losses(curve, hidden, after)
-        return
-    kinds = _changed(before, after)
-    if NEIMARK_SACKER in kinds:
-        event = _located(curve, before, after, NEIMARK_SACKER, _neimark_sacker(before))
-        if unit_circle.is_conservative(event.point):
-            yield replace(event, is_collision=False)
-        elif unit_circle.has_pair_on_circle(event.point):
-            yield event
-        elif before.length + _APART < event.point.length < after.length - _APART:
-            yield from _losses(curve, before, event.point)  # two real ones have left through -1, one after the other
-            yield from _losses(curve, event.point, after)
-            return
-    for kind in kinds:
-        if kind != NEIMARK_SACKER:
-            yield _located(curve, before, after, kind, TESTS[kind])
+    elif len(events) > 1 or (events and not _tells_all(before, events[0], after)):
+        yield from _apart(curve, before, after, events)
+    else:
+        yield from events
+
+
+def _may_hide_pair(before: Point, after: Point) -> bool:
+    """Whether a step must be divided to tell which pairs cross the unit circle within it."""
+    length = after.length - before.length
+    return (length > _APART and unit_circle.is_ambiguous(before, after)) or (
+        length > _SHORT and unit_circle.may_hide_pair(before, after)
+    )
+
+
+def _apart(curve: Continuation, before: Point, after: Point, events: list[Event]) -> list[Event]:
+    """The events of a step up to one of them, which is located, and from there on."""
+    event = next((one for one in events if _lies_within(before, one.point, after)), None)
+    if event is None:
+        return events
+    try:
+        left, right = _sides(curve, before, after, event.point)
+        others = [*_losses(curve, before, left), *_losses(curve, right, after)]
+    except ConvergenceError:
+        return events
+    is_new = [o.kind != event.kind or abs(o.point.length - event.point.length) > _SAME_EVENT for o in others]
+    return [event, *compress(others, is_new)]
+
+
+def _lies_within(before: Point, point: Point, after: Point) -> bool:
+    """Whether a point lies so far from both ends of a step that there is a part on either side."""
+    return before.length + _SAME_EVENT < point.length < after.length - _SAME_EVENT
+
+
+def _tells_all(before: Point, event: Event, after: Point) -> bool:
+    """Whether the multipliers outside the unit circle at both ends of a step differ by those that cross at an event."""
+    if event.is_collision or unit_circle.is_conservative(event.point):
+        return not event.is_collision
+    pair, _ = unit_circle.nearest_pair(event.point)
+    values: dict[str, list[complex]] = {DOUBLING: [-1.0], NEIMARK_SACKER: [pair, pair.conjugate()]}
+    crossing = values.get(event.kind, [1.0])
+    others = unit_circle.number_outside(event.point, crossing)
+    ends = [unit_circle.number_outside(point) for point in (before, after)]
+    return sorted(ends) == [others, others + len(crossing)]
+
+
+def _located_loss(curve: Continuation, before: Point, after: Point, kind: str) -> Event:
+    """The fold, doubling, breaking or Neimark-Sacker bifurcation between two points."""
+    if kind != NEIMARK_SACKER:
+        return _located(curve, before, after, kind, TESTS[kind])
+    event = _located(curve, before, after, kind, _neimark_sacker(before))
+    return replace(event, is_collision=event.is_collision and not unit_circle.is_conservative(event.point))
+
+
+def _crosses(point: Point) -> bool:
+    """Whether a pair crosses the unit circle; where nothing is lost two of them meet on it."""
+    return unit_circle.is_conservative(point) or unit_circle.has_pair_on_circle(point)
 
 
 def _changed(before: Point, after: Point) -> list[str]:

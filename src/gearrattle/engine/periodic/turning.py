@@ -9,9 +9,10 @@ one and falls at the second one. While it bends one way its graph lies below bot
 nothing is hidden, and where they meet above zero the branch is looked at there. A touch that goes and comes back is the
 same with the opposite sign. So is a pair of turning points that appears and vanishes: there a rate comes nearest to
 zero at both points, and its distance beyond zero is the depth. And a turning point that one motion alone has, or such a
-rate, may be led to zero by its slope before the other motion: the branch is looked at a little beyond. If a motion
-touches what one beside it grazes (``landing``), although the slope of that one's depth leads away from the corner,
-there is another grazing between both.
+rate, may be led to zero by its slope before the other motion: the branch is looked at a little beyond. Where one touch
+goes and another one comes, at the other corner, the pattern is the same as well, but a depth changes its sign. If a
+motion touches what one beside it grazes (``landing``), although the slope of that one's depth leads away from the
+corner, there is another grazing between both.
 
 *Hidden loops.* Near grazings a branch may go back and forth in a loop too small for its tangent to tell. The depths
 tell: over a step their change is the mean of both slopes, but for what is cubic in the step; and none that comes nearer
@@ -75,9 +76,22 @@ def hidden_between(before: Point, after: Point) -> float | None:
     length = _length(before, after)
     one, other = (turns._replace(dips=_near_corners(turns.dips, length)) for turns in (one, other))
     common, dips = _same(before, after, one, other), _same(before, after, one.dips, other.dips)
+    if before.word == after.word and _passes_corner(before, after, one, other, common):
+        return 0.5
     touches, pairs = _hidden(length, one, other, common), _hidden(length, one.dips, other.dips, dips)
     share, excess = max(touches, pairs, key=lambda pair: pair[1])
     return share if excess > 0.0 else _lost(before.motion.cycles, length, one, other, common)
+
+
+def _passes_corner(before: Point, after: Point, one: Turns, other: Turns, common: tuple[IntArray, IntArray]) -> bool:
+    """Whether a turning point that two motions have in common touches in one of them alone.
+
+    Where both have the same pattern another one then touches in the other motion, such as one at the opposite corner:
+    it is crossed to and fro in the same directions.
+    """
+    i, j = common
+    is_known = grazes(before, one)[i] | grazes(after, other)[j]
+    return bool(((one.depth[i] * other.depth[j] < 0.0) & ~is_known).any())
 
 
 def _near_corners(dips: Dips, length: float) -> Dips:

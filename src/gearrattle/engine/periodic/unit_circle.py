@@ -10,8 +10,11 @@ functions.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from gearrattle.engine.periodic.point import Point
 
@@ -20,6 +23,8 @@ _NEAR = 0.02  # a multiplier whose distances from the circle add up to less may 
 _CONSERVED = 1e-9  # the product of all multipliers is one but for so much where nothing is lost
 _LEAVES = 1e-6  # a pair that leaves the circle there goes with the root of the distance, and rounding moves it less
 _FARTHER = 3.0  # times the way between both ends that a multiplier may go in between
+_FEWEST = 4  # multipliers with two pairs
+_FAR = 0.3  # of its size and at least of one: a multiplier that goes farther in a step may have gone anywhere
 
 
 def det_plus(point: Point) -> float:
@@ -73,9 +78,17 @@ def _not_free(point: Point) -> NDArray[np.complex128]:
     return np.asarray(point.multipliers[np.argsort(np.abs(point.multipliers - 1.0))[point.free :]])
 
 
-def _outside(point: Point) -> tuple[int, int, int]:
+def number_outside(point: Point, crossing: Sequence[complex] = ()) -> int:
+    """Return how many multipliers lie outside the unit circle, but for those nearest to some values on it."""
+    above, below, pairs = _outside(point, crossing)
+    return above + below + 2 * pairs
+
+
+def _outside(point: Point, crossing: Sequence[complex] = ()) -> tuple[int, int, int]:
     """Numbers of multipliers outside the unit circle: real ones above 1, real ones below -1, complex pairs."""
     values = _not_free(point)
+    for value in crossing:
+        values = np.delete(values, np.argmin(np.abs(values - value)))
     is_real = np.abs(values.imag) <= _REAL
     above, below = is_real & (values.real > 1.0), is_real & (values.real < -1.0)
     circle = 1.0 + _LEAVES if is_conservative(point) else 1.0
@@ -118,6 +131,26 @@ def is_ambiguous(before: Point, after: Point) -> bool:
     """
     above, below, pairs = (int(change) for change in np.subtract(_outside(after), _outside(before)))
     return any(change % 2 == 1 and change * pairs < 0 for change in (above, below))
+
+
+def may_hide_pair(before: Point, after: Point) -> bool:
+    """Return whether pairs may cross the circle unseen between two points: they go far, or one leaves it as one enters.
+
+    Which multiplier has become which is told by the least sum of their ways.
+    """
+    m, n = before.multipliers, after.multipliers
+    if m.size < _FEWEST or is_conservative(before):
+        return False
+    one, other = linear_sum_assignment(np.abs(m[:, None] - n))
+    m, n = m[one], n[other]
+    is_pair = (np.abs(m.imag) > _REAL) | (np.abs(n.imag) > _REAL)
+    if not is_pair.any():
+        return False
+    m, n = m[is_pair], n[is_pair]
+    size, following = np.abs(m), np.abs(n)
+    goes_far = np.abs(n - m) > _FAR * np.maximum(np.maximum(size, following), 1.0)
+    leaves, enters = (size < 1.0) & (following > 1.0), (size > 1.0) & (following < 1.0)
+    return bool(goes_far.any() or (leaves.any() and enters.any()))
 
 
 def nearest_to_minus_one(point: Point) -> tuple[complex, float]:
