@@ -96,6 +96,23 @@ def test_pulses_that_tip_a_motion_over(capsys: pytest.CaptureFixture[str]) -> No
     assert len(Path("pulses.csv").read_text(encoding="utf-8").splitlines()) == 1 + len(table)
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([*SPEED, "0.9:0.9"], "--range: found [0.9, 0.9]"),
+        ([*SPEED, "0.9:0.8", "--rate", "5 rpm"], "--rate: found"),
+        ([*SPEED, "0.9:0.8", "--scatter", "foo=3"], "--scatter: found foo"),
+        ([*SPEED, "0.9:0.8", "--second", "excitation.speed", "--second-range", "0.5:0.9"], "--second: found"),
+        (["periodic", "backlash.toml", "--tipping", "nobody"], '--tipping: found "nobody"'),
+    ],
+)
+def test_what_is_wrong_with_an_option_is_told_by_its_name(
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words) == 2
+    assert f"error: {message}" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_an_event_over_a_second_value(capsys: pytest.CaptureFixture[str]) -> None:
     words = [*SPEED, "0.6:0.9", "--start", "linear", "--second", "torque.0.mean", "--second-range", "0.09:0.11"]
@@ -107,7 +124,7 @@ def test_an_event_over_a_second_value(capsys: pytest.CaptureFixture[str]) -> Non
     assert content["curve"]["value"] == curve["value"].values.tolist()
     assert "Event over two values" in Path("out/report.html").read_text(encoding="utf-8")
     assert main([*words, "--boundary", "99"]) == 2
-    assert "event: found 99; must be a whole number from 0 to" in capsys.readouterr().err
+    assert "--boundary: found 99; must be a whole number from 0 to" in capsys.readouterr().err
 
 
 @pytest.mark.slow

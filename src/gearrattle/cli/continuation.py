@@ -12,7 +12,7 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.assignments import words
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Whole, number_or_text, refuse_beside, refuse_unless
+from gearrattle.cli.options import Json, Whole, named_as, number_or_text, refuse_beside, refuse_unless
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.quantity import Count, argument_problems
 
@@ -28,6 +28,8 @@ Ends = tuple[float | str, float | str]
 """Of a range, as they are typed."""
 
 _ACROSS, _UP = 32, 20
+_OF_BRANCH = {name: f"--{name}" for name in ("path", "range", "cycles", "rate")}
+_OF_SECOND = {"event": "--boundary", "second": "--second", "range": "--second-range"}
 
 
 def continue_(
@@ -103,15 +105,17 @@ def continue_(
 
     def work(watch: Watch) -> Branch | MotionMap | RunUpJumps | xr.Dataset | BranchesPage:
         watch.enter("following motions")
-        branch = gearrattle.continuation(
-            driveline, path, ends, start=start, cycles=cycles, step_limit=limit, isolated=isolated, progress=watch
-        )
+        with named_as(_OF_BRANCH):
+            branch = gearrattle.continuation(
+                driveline, path, ends, start=start, cycles=cycles, step_limit=limit, isolated=isolated, progress=watch
+            )
         if second is not None and second_ends is not None:
             watch.enter("following motions over both values")
-            if boundary is not None:
-                return branch.boundary(boundary, second, second_ends, progress=watch)
-            cells = {"across": _ACROSS if across is None else across, "up": _UP if up is None else up}
-            return branch.map(second, second_ends, **cells, isolated=isolated, progress=watch)
+            with named_as(_OF_SECOND):
+                if boundary is not None:
+                    return branch.boundary(boundary, second, second_ends, progress=watch)
+                cells = {"across": _ACROSS if across is None else across, "up": _UP if up is None else up}
+                return branch.map(second, second_ends, **cells, isolated=isolated, progress=watch)
         if speed_rate is not None:
             watch.enter("simulating a run-up and a run-down")
             return branch.run_up(speed_rate, progress=watch)
@@ -178,12 +182,15 @@ def _check_values(
     from gearrattle.orbits.run_ups import rate_of
 
     path, ends = first
-    ends_of(driveline, path, ends)
+    with named_as(_OF_BRANCH):
+        ends_of(driveline, path, ends)
+        if rate is not None:
+            rate_of(driveline, path, rate)
     if second[0] is not None and second[1] is not None:
-        second_of(driveline, path, second[0], second[1])
-    if rate is not None:
-        rate_of(driveline, path, rate)
-    tolerances_of(driveline, path, deviations)
+        with named_as(_OF_SECOND):
+            second_of(driveline, path, second[0], second[1])
+    with named_as({"tolerances": "--scatter"}):
+        tolerances_of(driveline, path, deviations)
 
 
 def _scattered(branch: Branch, deviations: Mapping[str, float | str], watch: Watch) -> BranchesPage:

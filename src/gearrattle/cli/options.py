@@ -6,8 +6,9 @@ Takes nothing; gives annotated types to the commands.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -89,6 +90,22 @@ def refuse_beside(option: str, others: Mapping[str, object]) -> None:
     """
     if typed := [name for name, value in others.items() if value is not None]:
         raise ModelError(Problem(", ".join(typed), "", f"plays no part with {option}", "leave one of them out"))
+
+
+@contextmanager
+def named_as(options: Mapping[str, str]) -> Iterator[None]:
+    """Name arguments of Python by the options that set them, in what is wrong with them.
+
+    Raises
+    ------
+    ModelError
+        one that is raised inside, with its places renamed.
+    """
+    try:
+        yield
+    except ModelError as error:
+        problems = [replace(problem, place=options.get(problem.place, problem.place)) for problem in error.problems]
+        raise ModelError(problems) from error
 
 
 def number_or_text(text: str | None) -> float | str | None:

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 import gearrattle
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Whole, refuse_beside, refuse_unless
+from gearrattle.cli.options import Json, Whole, named_as, refuse_beside, refuse_unless
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.quantity import argument_problems
 
@@ -70,7 +70,8 @@ def periodic(
         from gearrattle.orbits.tipping import check_pulses
 
         refuse_beside("--tipping", {"--every": every or None})
-        check_pulses(driveline, tipping)
+        with named_as({"on": "--tipping"}):
+            check_pulses(driveline, tipping)
         if problems := argument_problems({"--instants": (INSTANTS, _INSTANTS if instants is None else instants)}):
             raise ModelError(problems)
 
