@@ -218,6 +218,40 @@ def test_events_of_a_step_that_leave_its_ends_alike_are_seen(
     assert [event.point.parameter for event in events] == pytest.approx([value for _, value in expected], abs=2e-9)
 
 
+def test_a_step_of_no_length_holds_nothing() -> None:
+    """One ends where a change lies at an end of a step; a multiplier near the circle may not have moved in it."""
+    branch = gr.continuation(gr.example("backlash_oscillator").with_({"torque.0.mean": 0.0322}), SPEED, (0.3, 0.7))
+    doublings = [event for event in branch.curves[0].events if event.kind == DOUBLING]
+    assert doublings
+    for event in doublings:
+        assert events_between(branch.follower(branch.curves[0]), event.point, event.point) == []
+
+
+def test_a_fold_beside_the_doubling_where_a_branch_ends_is_named() -> None:
+    """At 0.753585295, 4.4e-7 from the doubling; between them a grazing."""
+    model = chain(
+        [
+            (
+                1.003,
+                0.0,
+                {
+                    "stiffness": 0.7264,
+                    "damping": 0.1312,
+                    "clearance": 1.4753,
+                    "stiffness_ratio": 0.3,
+                    "damping_ratio": 1.0,
+                },
+            ),
+            (0.6151, 0.0, {"stiffness": 2.9042, "damping": 0.2623, "clearance": 0.4075, "damping_ratio": 0.3}),
+        ],
+        [{"on": "b1", "mean": 0.3231, "harmonics": [{"order": 1, "amplitude": 1.7053}]}],
+    )
+    branch = gr.continuation(model, SPEED, (0.733, 0.755))
+    (doubled,) = (curve for curve in branch.curves if curve.origin == DOUBLING)
+    assert [event.kind for event in doubled.events] == [GRAZING, FOLD, GRAZING, DOUBLING]
+    assert doubled.events[1].point.parameter == pytest.approx(0.7535852947, abs=1e-9)
+
+
 def test_two_period_doublings_within_a_step_are_seen() -> None:
     """A multiplier goes to -1.0002 and back; at the mean torque 0.03229 it turns back before -1."""
 

@@ -37,8 +37,8 @@ _NEAR_HOME = 10.0  # steps: so near lies the joint of a step onto the other bran
 _ON_THE_WAY = 1.5  # steps: the way over a joint, from the begin of a step to its end
 _NEARER_BY = 0.1  # share of the way to a joint that is left by every part of it
 _SINGULAR = 1e-4  # of w: so near to a joint the equations of the branch are nearly singular
-_ROUNDING = 2e-5  # of w: a fold nearer to a joint is the joint itself, by rounding
 _FLAT = 1e-4  # share of the way to a joint by which the parameter changes up to a fold that may be the joint itself
+_ROUNDING = 4e-13  # the same, times the square of that way [w]: a residual over what moves it like a cube
 
 
 class Home:
@@ -216,7 +216,7 @@ def _is_joint_itself(event: Event, joint: Point) -> bool:
     """Whether an event is so near to a joint that rounding makes it, where the parameter hardly changes."""
     change = event.point.w - joint.w
     distance = float(np.linalg.norm(change))
-    return distance < _ROUNDING or (distance < _SINGULAR and abs(float(change[-1])) < _FLAT * distance)
+    return distance < _SINGULAR and abs(float(change[-1])) * distance <= _FLAT * distance**2 + _ROUNDING
 
 
 def _events_up_to(curve: Continuation, before: Point, joint: Point) -> list[Event]:

@@ -203,6 +203,8 @@ def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]
     Where these do not tell how many multipliers lie outside the unit circle at both ends, others hide behind them: a
     fold and a breaking within one step leave det(I - M) as it is, and pairs may cross on both sides of a fold.
     """
+    if after.length <= before.length:  # a change at an end of the step leaves no part on one side of it
+        return
     hidden = _hidden_fold(curve, before, after) or _hidden_loss(curve, before, after)
     if hidden is None and _may_hide_pair(before, after):
         hidden = curve.between(before, after, 0.5)
