@@ -36,7 +36,7 @@ from gearrattle.orbits.family_end import (
     state_of,
     tangent_line,
 )
-from gearrattle.orbits.freedom import moving_directions_of, room_of
+from gearrattle.orbits.freedom import moving_directions_of, room_of, touches_lightly
 
 Array = NDArray[np.float64]
 Step = tuple[Point, Sequence[Event] | None]
@@ -72,26 +72,34 @@ def followed_through_families(curve: Continuation, begin: Point, ends: tuple[flo
     ConvergenceError
         the branch cannot be followed any further; also where there are no motions beyond a family.
     """
-    start = last = begin
-    earlier: Point | None = None
+    start, earlier = begin, None
     while True:
-        passed = list[Step]()
+        recent, passed = [start], list[Step]()  # what touches lightly waits: it may be too near to the end of a family
         try:
             for point in _followed(curve, start, ends):
-                passed = _past_edge(curve, last, point, ends)
-                if passed and (last is not start or _is_ahead(earlier, passed[-1][0])):
+                passed = _past_edge(curve, recent, point, ends)
+                if passed and (recent[-1] is not start or _is_ahead(earlier, passed[-1][0])):
                     break
-                yield point, None
-                last = point
+                recent.append(point)
+                if point.free or not touches_lightly(point.motion):
+                    yield from _unlocated(recent[1:])
+                    recent = [point]
             else:
+                yield from _unlocated(recent[1:])
                 return
         except ConvergenceError:
-            passed = _further(curve, last, ends)
-            if not passed or (last is start and not (start.free and _is_ahead(earlier, passed[-1][0]))):
+            passed = _further(curve, recent, ends)
+            if not passed or (recent[-1] is start and not (start.free and _is_ahead(earlier, passed[-1][0]))):
+                yield from _unlocated(recent[1:])
                 raise
+        yield from _unlocated(recent[1:])
         yield from passed
         earlier, start = start, passed[-1][0]
-        last = start
+
+
+def _unlocated(points: Sequence[Point]) -> list[Step]:
+    """Points of a branch with the events before them not located yet."""
+    return [(point, None) for point in points]
 
 
 def _is_ahead(earlier: Point | None, last: Point) -> bool:
@@ -99,8 +107,9 @@ def _is_ahead(earlier: Point | None, last: Point) -> bool:
     return earlier is None or last.parameter != earlier.parameter
 
 
-def _further(curve: Continuation, last: Point, ends: tuple[float, float]) -> list[Step]:
-    """What comes after a last motion from where the branch cannot be followed; empty: nothing is known."""
+def _further(curve: Continuation, recent: list[Point], ends: tuple[float, float]) -> list[Step]:
+    """What comes after the last of recent motions from where the branch cannot be followed; empty: nothing is known."""
+    last = recent[-1]
     beyond = _past_begin(curve, last, ends)
     if beyond is not None:
         return [(beyond, ())]
@@ -110,7 +119,7 @@ def _further(curve: Continuation, last: Point, ends: tuple[float, float]) -> lis
         end, middle = end_near(curve, tangent_line(curve, last), -_way(last))
         distance = abs(end.parameter - last.parameter), float(np.linalg.norm(end.w - last.w))
         if max(distance[0] / curve.family.unit, distance[1]) < _AT_END:
-            return _into_family(curve, last, (end, middle), ends)
+            return _into_family(curve, recent, (end, middle), ends)
     return []
 
 
@@ -160,14 +169,15 @@ def _refuse_edge(curve: Continuation, point: Point) -> None:
         raise ConvergenceError(f"the branch comes to the edge of {family} at the parameter {point.parameter:.9g}")
 
 
-def _past_edge(curve: Continuation, last: Point, point: Point, ends: tuple[float, float]) -> list[Step]:
+def _past_edge(curve: Continuation, recent: list[Point], point: Point, ends: tuple[float, float]) -> list[Step]:
     """What comes instead of the next point where only one of it and the last one is of a family; empty: nothing."""
+    last = recent[-1]
     if last.free:
         return [] if point.free else (_within(curve, last, point) or _off_edge(curve, last, ends))
     inside = inside_of(curve, point)
     if inside is not None:
         with suppress(ConvergenceError):
-            return _into_family(curve, last, end_near(curve, tangent_line(curve, inside), -_way(last)), ends)
+            return _into_family(curve, recent, end_near(curve, tangent_line(curve, inside), -_way(last)), ends)
     return []
 
 
@@ -233,17 +243,25 @@ def _out_of_family(curve: Continuation, last: Point, at: tuple[Point, Line], lim
     raise ConvergenceError(f"no motion was found beyond the end of a family at the parameter {end.parameter:.9g}")
 
 
-def _into_family(curve: Continuation, last: Point, at: tuple[Point, Line], ends: tuple[float, float]) -> list[Step]:
+def _into_family(
+    curve: Continuation, recent: list[Point], at: tuple[Point, Line], ends: tuple[float, float]
+) -> list[Step]:
     """The motions from one that touches to the first of a family, past the end of that; empty: it is out of range.
+
+    Recent motions too near to the end are no part of the branch, and are taken out.
 
     Raises
     ------
     ConvergenceError
         the branch does not lead to the end.
     """
-    (end, middle), way = at, _way(last)
+    (end, middle), nearest = at, _NEAREST * curve.family.unit
+    is_near = [abs(point.parameter - end.parameter) <= nearest for point in recent[1:]]
+    count = 1 + (is_near.index(True) if True in is_near else len(is_near))
+    last = recent[count - 1]
+    way = _way(last)
     ahead = way * np.array([end.parameter - last.parameter, (ends[1] if way > 0.0 else ends[0]) - end.parameter])
-    if ahead.min() <= -_NEAREST * curve.family.unit:
+    if ahead.min() <= -nearest:
         return []
     touching, inside = _up_to_end(curve, last, end), list[Point]()
     for distance in (_NEAREST, *_INSIDE):
@@ -251,7 +269,10 @@ def _into_family(curve: Continuation, last: Point, at: tuple[Point, Line], ends:
         with suppress(ConvergenceError):
             if ends[0] < parameter < ends[1]:
                 inside.append(_middle_at(curve, middle, parameter, way))
-    return _joined(last, (touching, inside), end) if inside else []
+    if not inside:
+        return []
+    del recent[count:]
+    return _joined(last, (touching, inside), end)
 
 
 def _middle_at(curve: Continuation, middle: Line, parameter: float, way: float) -> Point:
