@@ -20,6 +20,7 @@ from gearrattle.orbits.stable_ranges import losses_of, ranges_of
 
 CIRCLE = 1e-5  # multipliers nearer to the circle than this are on it
 ROUNDING = 1e-10  # of the value
+KNOWN, UNKNOWN = 1e-6, -2  # a multiplier farther from where it crosses, at a sharp fold, may be another one
 SPEED = "excitation.speed"
 
 
@@ -31,7 +32,9 @@ def contradictions(branch: Branch) -> list[str]:
 def contradictions_of(curve: Curve) -> list[str]:
     lines = []
     for i, (before, after) in enumerate(curve.steps()):
-        is_shared = i == 0 and bool(curve.origin)  # one multiplier is 1 there but for rounding
+        joins = bool(curve.events) and curve.events[-1].point.length >= curve.points[-1].length
+        is_last = i == len(curve.points) - 2
+        is_shared = (i == 0 and bool(curve.origin)) or (is_last and joins)  # one multiplier is 1 there but for rounding
         wrong = wrong_in(before, after, events_in(curve, before, after), is_shared)
         lines += [f"{before.parameter:.9g} to {after.parameter:.9g}: {line}" for line in wrong]
     for first, middle, last in zip(curve.points, curve.points[1:], curve.points[2:], strict=False):
@@ -69,7 +72,7 @@ def wrong_in(before: Point, after: Point, inside: list[Event], is_shared: bool) 
         count = unstable(before)
         for event in inside:
             count = unstable_behind(event, count)
-        if count != unstable(after):
+        if count not in (UNKNOWN, unstable(after)):
             lines.append(f"{unstable(before)} unstable directions, then {unstable(after)}, with {kinds}")
     return lines
 
@@ -85,11 +88,14 @@ def unstable_behind(event: Event, count: int) -> int:
     crossing = {FOLD: [1.0], BREAKING: [1.0], DOUBLING: [-1.0], NEIMARK_SACKER: [*pair, *pair.conj()]}.get(
         event.kind, []
     )
-    for value in crossing:
-        values = np.delete(values, np.argmin(np.abs(values - value)))
-    others = int(np.count_nonzero(np.abs(values) > 1.0))
-    if not crossing or count < 0:
+    if not crossing or count in (UNKNOWN, -1):
         return count
+    for value in crossing:
+        nearest = int(np.argmin(np.abs(values - value)))
+        if abs(values[nearest] - value) > KNOWN:
+            return UNKNOWN
+        values = np.delete(values, nearest)
+    others = int(np.count_nonzero(np.abs(values) > 1.0))
     return 2 * others + len(crossing) - count if count in (others, others + len(crossing)) else -1
 
 
