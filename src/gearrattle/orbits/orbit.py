@@ -229,9 +229,10 @@ class Orbit(Result):
         pandas.DataFrame
             response ("peak-to-peak deflection", "largest force", "multiplier modulus"), of (the clearance, or the
             number of the multiplier from 1, those of free directions left out), size [SI] of the response, path, value
-            [SI] of the number, gradient (change for a unit of the number, good to about 1e-7 of the response),
-            per_10_percent (change for 10 % more of it); what moves a response most comes first. NaN where a number
-            cannot be changed alone, where impacts come or go with it, or where both sides have other gradients.
+            [SI] of the number, gradient (change for a unit of the number, good to about 1e-7 of the response, or to
+            5e-4 where impacts exchange their order), per_10_percent (change for 10 % more of it); what moves a response
+            most comes first. NaN where a number cannot be changed alone, where impacts come or go with it, or where the
+            gradients on both sides of an exchange differ by more than 1e-3 of the response.
 
         Raises
         ------

@@ -8,7 +8,7 @@ is magnified to 1e-7.
 
 As long as its impacts keep their order the motion moves smoothly. Where one comes or goes on either side of q, it
 touches a corner so nearly that there is no gradient to give. Where two exchange their order, as the slips of two stages
-do that begin to slip together, there is one if both sides have the same.
+do that begin to slip together, there is one if both sides have the same, to 1e-3 of the response: it is their mean.
 
 Takes an Orbit and paths; gives a table.
 """
