@@ -61,7 +61,7 @@ _SAME = 1e-9  # of a step: a minimum is not known better
 _DEEP = 0.5  # of its least value so far: a minimum above that is no sign of two zeros
 _TOWARDS = 0.1  # of the way from a motion that touches to a grazing is left by the next one
 _APART = 1e-9  # arclength by which two events are told from one
-_SHORT = 1e-6  # arclength: a step in which multipliers that move far are not looked for in between
+_MOST_DIVIDED = 8  # divisions of a step in which multipliers move far, or of one that holds several events
 _ASIDE = 1e-8  # arclength from a change to the points on either side
 _SAME_EVENT = 3e-8  # arclength from an event to the same one, located again from there
 
@@ -197,7 +197,7 @@ def _root_of(grazing: Event) -> float:
     return np.inf if grazing.grazing.kind in (RELEASE, RIGID) or is_vertical else abs(grazing.grazing.root)
 
 
-def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]:
+def _losses(curve: Continuation, before: Point, after: Point, depth: int = 0) -> Iterator[Event]:
     """Yield the folds, doublings, breakings and Neimark-Sacker bifurcations between two points.
 
     Where these do not tell how many multipliers lie outside the unit circle at both ends, others hide behind them: a
@@ -206,7 +206,7 @@ def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]
     if after.length <= before.length:  # a change at an end of the step leaves no part on one side of it
         return
     hidden = _hidden_fold(curve, before, after) or _hidden_loss(curve, before, after)
-    if hidden is None and _may_hide_pair(before, after):
+    if hidden is None and _may_hide_pair(before, after, depth):
         hidden = curve.between(before, after, 0.5)
     if hidden is None:
         located = [_located_loss(curve, before, after, kind) for kind in _changed(before, after)]
@@ -214,30 +214,29 @@ def _losses(curve: Continuation, before: Point, after: Point) -> Iterator[Event]
         if len(events) < len(located) and _lies_within(before, located[-1].point, after):
             hidden = located[-1].point  # two real ones have left through -1, one after the other
     if hidden is not None:
-        yield from _losses(curve, before, hidden)
-        yield from _losses(curve, hidden, after)
-    elif len(events) > 1 or (events and not _tells_all(before, events[0], after)):
-        yield from _apart(curve, before, after, events)
+        yield from _losses(curve, before, hidden, depth + 1)
+        yield from _losses(curve, hidden, after, depth + 1)
+    elif depth < _MOST_DIVIDED and (len(events) > 1 or (events and not _tells_all(before, events[0], after))):
+        yield from _apart(curve, before, after, events, depth)
     else:
         yield from events
 
 
-def _may_hide_pair(before: Point, after: Point) -> bool:
+def _may_hide_pair(before: Point, after: Point, depth: int) -> bool:
     """Whether a step must be divided to tell which pairs cross the unit circle within it."""
-    length = after.length - before.length
-    return (length > _APART and unit_circle.is_ambiguous(before, after)) or (
-        length > _SHORT and unit_circle.may_hide_pair(before, after)
-    )
+    if after.length - before.length > _APART and unit_circle.is_ambiguous(before, after):
+        return True
+    return depth < _MOST_DIVIDED and unit_circle.may_hide_pair(before, after)
 
 
-def _apart(curve: Continuation, before: Point, after: Point, events: list[Event]) -> list[Event]:
+def _apart(curve: Continuation, before: Point, after: Point, events: list[Event], depth: int) -> list[Event]:
     """The events of a step up to one of them, which is located, and from there on."""
     event = next((one for one in events if _lies_within(before, one.point, after)), None)
     if event is None:
         return events
     try:
         left, right = _sides(curve, before, after, event.point)
-        others = [*_losses(curve, before, left), *_losses(curve, right, after)]
+        others = [*_losses(curve, before, left, depth + 1), *_losses(curve, right, after, depth + 1)]
     except ConvergenceError:
         return events
     is_new = [o.kind != event.kind or abs(o.point.length - event.point.length) > _SAME_EVENT for o in others]
