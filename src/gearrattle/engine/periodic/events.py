@@ -61,6 +61,7 @@ _SAME = 1e-9  # of a step: a minimum is not known better
 _DEEP = 0.5  # of its least value so far: a minimum above that is no sign of two zeros
 _TOWARDS = 0.1  # of the way from a motion that touches to a grazing is left by the next one
 _APART = 1e-9  # arclength by which two events are told from one
+_SHORT = 1e-6  # arclength: a step in which multipliers that move far are not looked for in between
 _MOST_DIVIDED = 8  # divisions of a step in which multipliers move far, or of one that holds several events
 _ASIDE = 1e-8  # arclength from a change to the points on either side
 _SAME_EVENT = 3e-8  # arclength from an event to the same one, located again from there
@@ -224,9 +225,10 @@ def _losses(curve: Continuation, before: Point, after: Point, depth: int = 0) ->
 
 def _may_hide_pair(before: Point, after: Point, depth: int) -> bool:
     """Whether a step must be divided to tell which pairs cross the unit circle within it."""
-    if after.length - before.length > _APART and unit_circle.is_ambiguous(before, after):
+    length = after.length - before.length
+    if length > _APART and unit_circle.is_ambiguous(before, after):
         return True
-    return depth < _MOST_DIVIDED and unit_circle.may_hide_pair(before, after)
+    return depth < _MOST_DIVIDED and length > _SHORT and unit_circle.may_hide_pair(before, after)
 
 
 def _apart(curve: Continuation, before: Point, after: Point, events: list[Event], depth: int) -> list[Event]:
