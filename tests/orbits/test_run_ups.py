@@ -516,3 +516,33 @@ def test_a_run_that_is_on_the_motion_again_did_not_jump_at_the_loss_before() -> 
     (run,) = [run for run in runs.envelopes if not run.upward]
     swing = run.peak_to_peak[run.value > 0.374]
     assert np.max(np.abs(np.diff(swing, axis=0))) < 0.005 * float(swing.max())
+
+
+def spline(speed: str = "3000 rpm") -> gr.Model:
+    """A gear on a spline with lash: its period doubles at 2900 rpm, going down, softly."""
+    contact = {"stiffness": "100 N*m/deg", "damping": "0.5 N*m*s/rad", "clearance": "1 deg", "stiffness_ratio": 0.05}
+    harmonics = [{"order": 1, "amplitude": "60 N*m"}]
+    return gr.Model.from_tables(
+        {
+            "schema": 1,
+            "inertia": [{"name": "gear", "J": "0.01 kg*m^2", "drag": "0.3 N*m*s/rad"}],
+            "coupling": [{"name": "spline", "between": ["gear", "ground"], **contact}],
+            "excitation": {"speed": speed},
+            "torque": [{"on": "gear", "mean": "12 N*m", "harmonics": harmonics}],
+        }
+    )
+
+
+def test_a_run_on_a_motion_that_became_unstable_before_has_a_note() -> None:
+    """Going down at 100 rpm/s the run stays on the motion of one period behind its doubling, and jumps at 2705 rpm."""
+    runs = gr.continuation(spline(), "excitation.speed", ("6000 rpm", "2500 rpm")).run_up("100 rpm/s")
+    assert [one.words for one in runs.jumps if one.upward].count("") == 1
+    assert all(np.isnan(one.value) for one in runs.jumps if not one.upward)
+    (note,) = runs.notes
+    assert note.startswith("Going down, the run was on none of the motions that end")
+
+
+def test_the_sentence_of_a_branch_ends_its_stable_motions_where_the_range_without_one_begins() -> None:
+    sentence = gr.continuation(spline(), "torque.0.mean", (0.0, 50.0)).sentence
+    assert "stable motions from 0 to 5.408 N" in sentence
+    assert "No branch leads through the range from 5.408 to 50 N" in sentence

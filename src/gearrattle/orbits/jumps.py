@@ -56,7 +56,7 @@ _NEAR = 0.5  # of the distance of two motions: a run is near to one of them, or 
 _BLOCK = 256  # parts of a run that are compared at once
 _TINY = 1e-9  # of the largest scale: a swing below it is rounding
 _NONE_KNOWN = "no other stable motion is known there"
-_NOT_ON = "the run was not on the motion that ends there"
+NOT_ON = "the run was not on the motion that ends there"
 _NOT_YET = "the run ends before it jumps"
 _EARLY = "the run is nearer to another motion already where that one ends"
 _ELSEWHERE = "the run leaves for no stable motion that is known"
@@ -356,7 +356,7 @@ def _jump(branch: Followed, run: RunParts, ending: _Ending, rate: float) -> Jump
     neighbour = ending.nearest()
     apart_most = names[ending.decisive(neighbour.at(loss.value))]
     if not any(_was_on(branch, run, one) for one in ending.copies):
-        return without(_NOT_ON, apart_most)
+        return without(NOT_ON, apart_most)
     crossings = [
         (value, other)
         for other in ending.others

@@ -31,7 +31,7 @@ from gearrattle.model.path_labels import path_label
 from gearrattle.model.quantity import CALLBACK, Plain, checked
 from gearrattle.model.table import shown
 from gearrattle.orbits.followed import Followed
-from gearrattle.orbits.jumps import Jump, RunParts, branch_parts, jumps_of, speed_of
+from gearrattle.orbits.jumps import NOT_ON, Jump, RunParts, branch_parts, jumps_of, speed_of
 from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.progress import Progress, never_falling, part_of
 from gearrattle.orbits.state import plan_from, state_at
@@ -172,6 +172,8 @@ def run_up_of(branch: Followed, rate: float | str, progress: Callable[[float], N
             notes.append(f"Going {_way(parts.upward)}, the run lasts no whole period T: its swing is not shown.")
         seen = jumps_of(branch, parts, motions, speed_rate)
         notes += [_settles_later(branch, jump) for jump in seen if not jump.words and jump.settles != jump.value]
+        if seen and all(jump.words == NOT_ON for jump in seen):
+            notes.append(_on_none(parts.upward))
         jumps += seen
     if work is not None:
         work(1.0)
@@ -181,6 +183,14 @@ def run_up_of(branch: Followed, rate: float | str, progress: Callable[[float], N
 def _way(upward: bool) -> str:
     """The word for a run-up or a run-down."""
     return "up" if upward else "down"
+
+
+def _on_none(upward: bool) -> str:
+    """What a table without a jump leaves open: only what ends, or loses its stability for good, has a row."""
+    return (
+        f"Going {_way(upward)}, the run was on none of the motions that end: on one that became unstable before, at "
+        "a period doubling that leads to a stable one. Whether and where it jumps from there is not told; its swing is."
+    )
 
 
 def _settles_later(branch: Followed, jump: Jump) -> str:

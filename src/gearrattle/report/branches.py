@@ -250,7 +250,8 @@ class BranchesPage(ModelPresentation[Branch]):
 def _gaps(branch: Branch) -> list[tuple[float, float]]:
     """The parts of the range through which no branch leads, those narrower than a thousandth of it left out."""
     low, high = sorted(branch.range)
-    values = [[point.parameter for point in curve.points] for curve in branch.curves]
+    of_curves = [[*curve.points, *(event.point for event in curve.events)] for curve in branch.curves]
+    values = [[point.parameter for point in points] for points in of_curves]
     reached, gaps = low, list[tuple[float, float]]()
     for begin, end in [*sorted((min(own), max(own)) for own in values), (high, high)]:
         if begin - reached > _NARROW * (high - low):
