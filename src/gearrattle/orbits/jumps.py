@@ -40,6 +40,7 @@ from gearrattle.assembly import assemble, period_of
 from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
+from gearrattle.model import Model
 from gearrattle.orbits.deflections import Course, Grid
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.settled import Attractor, passes_to_settle
@@ -313,7 +314,13 @@ def _periods(branch: Followed, values: tuple[float, float], rate: float) -> floa
     if np.isnan(values).any():
         return np.nan
     first, last = (speed_of(branch, value) for value in values)
-    return 0.5 * abs(last**2 - first**2) / (rate * period_of(branch.model).period * branch.model.excitation.omega)
+    return abs(periods_between(branch.model, (first, last), rate))
+
+
+def periods_between(model: Model, speeds: tuple[float, float], rate: float) -> float:
+    """Return the periods T that a run takes from one speed to another [rad/s] at a rate with its sign [rad/s^2]."""
+    turned = period_of(model).period * model.excitation.omega  # by the reference shaft in a period T [rad]
+    return 0.5 * (speeds[1] ** 2 - speeds[0] ** 2) / (turned * rate)
 
 
 def _is_copy(one: BranchPart, own: BranchPart, end: float) -> bool:

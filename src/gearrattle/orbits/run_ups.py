@@ -31,7 +31,7 @@ from gearrattle.model.path_labels import path_label
 from gearrattle.model.quantity import CALLBACK, Plain, checked
 from gearrattle.model.table import shown
 from gearrattle.orbits.followed import Followed
-from gearrattle.orbits.jumps import NOT_ON, Jump, RunParts, branch_parts, jumps_of, speed_of
+from gearrattle.orbits.jumps import NOT_ON, Jump, RunParts, branch_parts, jumps_of, periods_between, speed_of
 from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.progress import Progress, never_falling, part_of
 from gearrattle.orbits.state import plan_from, state_at
@@ -186,10 +186,10 @@ def _way(upward: bool) -> str:
 
 
 def _on_none(upward: bool) -> str:
-    """What a table without a jump leaves open: only what ends, or loses its stability for good, has a row."""
+    """What a table without a jump leaves open: a motion that has become unstable in a soft loss has no row."""
     return (
-        f"Going {_way(upward)}, the run was on none of the motions that end: on one that became unstable before, at "
-        "a period doubling that leads to a stable one. Whether and where it jumps from there is not told; its swing is."
+        f"Going {_way(upward)}, the run was on none of the motions that end. It may have stayed on one that became "
+        "unstable at a period doubling: where it jumps from there is not told, but its swing over the speed shows it."
     )
 
 
@@ -229,7 +229,7 @@ def _start(branch: Followed, value: float) -> Orbit | None:
 def _check_part(branch: Followed, ends: tuple[float, float], rate: float) -> None:
     """Refuse a rate at which the runs over a range end within the first part of a period: nothing is left of them."""
     first, last = (speed_of(branch, value) for value in ends)
-    periods = _periods((first, last), rate, _turns(branch.model))
+    periods = periods_between(branch.model, (first, last), rate)
     parts = _parts(branch.model)
     if parts * periods >= 1.0:
         return
@@ -243,11 +243,6 @@ def _check_part(branch: Followed, ends: tuple[float, float], rate: float) -> Non
 def _unit(model: Model) -> str:
     """The unit of a rate, as it follows a number."""
     return " rad/s²" if model.units == "SI" else ""
-
-
-def _periods(speeds: tuple[float, float], rate: float, turns: float) -> float:
-    """Periods T between two speeds at a rate with its sign."""
-    return 0.5 * (speeds[1] ** 2 - speeds[0] ** 2) / (2.0 * np.pi * turns * rate)
 
 
 def _turns(model: Model) -> float:
@@ -330,7 +325,7 @@ def _run(run: _RunPlan, progress: Progress | None) -> RunParts:
     period = (first * time + 0.5 * signed * time**2) / (2.0 * np.pi * turns)
     per_period = _parts(run.orbit.model)
     part = period * per_period + _ROUNDING
-    whole_parts = int(min(part[-1], _periods(run.speeds, signed, turns) * per_period + _ROUNDING))
+    whole_parts = int(min(part[-1], periods_between(run.orbit.model, run.speeds, signed) * per_period + _ROUNDING))
     begins = np.searchsorted(part, np.arange(whole_parts + 1))
     high, low = (
         sign * np.maximum.reduceat(with_peaks(sign * deflection)[: begins[-1]], begins[:-1], axis=0)
