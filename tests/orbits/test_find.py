@@ -60,6 +60,18 @@ def test_where_the_linear_start_is_lost_the_share_of_the_harmonics_is_told(monke
         gr.periodic(gr.example("rattle_oscillator"), start="linear")
 
 
+@pytest.mark.parametrize("name", ["driveline_lash", "dual_mass_flywheel", "rattle_oscillator"])
+def test_a_note_says_where_a_simulation_does_not_come_to_the_motion(name: str) -> None:
+    model = gr.example(name)
+    motion = gr.periodic(model)
+    run = gr.simulate(model.with_({"simulation.cycles": 300}), "exact")
+    samples = 20 * motion.run.data["time"].size  # an irregular run does not swing alike in so many periods
+    swings = [np.ptp(r.data["deflection"][-samples:].to_numpy(), axis=0) for r in (run, motion.run)]
+    comes_to_it = np.allclose(*swings, rtol=0.02)
+    assert motion.stable
+    assert any("may show another" in note for note in motion.notes) == (not comes_to_it)
+
+
 @pytest.mark.slow
 def test_a_motion_with_friction_that_settles_after_two_periods_says_so() -> None:
     with pytest.raises(gr.ConvergenceError, match=r"settles in one that repeats after 2 periods; try: cycles=2"):

@@ -7,23 +7,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from typing import Literal, overload
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
-from gearrattle.engine.periodic.period_map import PeriodMap
+from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.quantity import CALLBACK, FLAG, argument_problems
 from gearrattle.model.table import shown
 from gearrattle.orbits.every import every_orbit
 from gearrattle.orbits.family import is_compiled
-from gearrattle.orbits.orbit import ATTEMPTS, CYCLES, Orbit, linear_state, orbit_of, settled_state
+from gearrattle.orbits.orbit import ATTEMPTS, CYCLES, SETTLING, Orbit, linear_state, orbit_of, settled_state
 from gearrattle.orbits.returns import check_repeats_elsewhere, orbit_of_returns
+from gearrattle.orbits.settled import NEAR_SLOWLY, Attractor
 from gearrattle.orbits.state import Start, check_inertias, check_repeats, has_same_sliders, initial_of, state_of
 
 LINEAR = "linear"
 """A start: the motion that grows out of the rest as all harmonics grow from nothing to what they are."""
+_LONGER = 256  # periods after which a simulation is compared with the motion once more
 
 
 @overload
@@ -105,7 +108,7 @@ def periodic(
         return every_orbit(model, cycles, progress)
     period_map = PeriodMap(assemble(model).system, cycles)
     if start is None:
-        return orbit_of(model, period_map, _settled(model, period_map))
+        return _of_own_start(model, period_map)
     if isinstance(start, str) and start == LINEAR:
         state = linear_state(period_map, state_of(model, period_map, "static"))
     elif isinstance(start, Orbit):
@@ -118,12 +121,28 @@ def periodic(
     return orbit_of(model, period_map, shooting.shoot(period_map, state))
 
 
-def _settled(model: Model, period_map: PeriodMap) -> shooting.Orbit:
-    """The motion to which the model's own start settles.
+def _of_own_start(model: Model, period_map: PeriodMap) -> Orbit:
+    """The motion that the model's own start leads to, with a note where a simulation does not come near to it."""
+    state = settled_state(model, period_map)
+    orbit = orbit_of(model, period_map, _settled(model, period_map, state))
+    motion = Attractor(orbit)
+    if not orbit.stable or motion.is_near(state, NEAR_SLOWLY):
+        return orbit
+    state = period_map.later(state, -(-_LONGER // period_map.cycles))
+    if motion.is_near(state, NEAR_SLOWLY):
+        return orbit
+    note = (
+        f"A simulation from the model's own start is not near this motion after about {SETTLING + _LONGER} periods: "
+        "it may show another."
+    )
+    return replace(orbit, notes=(*orbit.notes, note))
+
+
+def _settled(model: Model, period_map: PeriodMap, state: State) -> shooting.Orbit:
+    """The motion to which a state of the model leads.
 
     Where it does not settle, one that the motion nearly repeats; without that, the one that "linear" gives.
     """
-    state = settled_state(model, period_map)
     try:
         return shooting.shoot(period_map, state, settle=ATTEMPTS)
     except ConvergenceError:

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SAMPLES_PER_CYCLE = 512
-_SETTLING = 32  # periods followed before the first search
+SETTLING = 32  # periods followed before the first search
 ATTEMPTS = 5
 """Searches from a settled motion, each after twice as long."""
 _SMALLEST = 0.01  # of all harmonics, to begin with
@@ -290,7 +290,7 @@ def is_stable(multipliers: NDArray[np.complex128], free: int) -> bool:
 
 def settled_state(model: Model, period_map: PeriodMap) -> State:
     """Return the state that the model's own start has reached after 32 periods or a little more."""
-    return period_map.later(state_of(model, period_map, None), -(-_SETTLING // period_map.cycles))
+    return period_map.later(state_of(model, period_map, None), -(-SETTLING // period_map.cycles))
 
 
 def linear_state(period_map: PeriodMap, rest: State) -> State:

@@ -43,11 +43,12 @@ KINDS = {"quiet": "quiet", "single-sided": "single-sided rattle", "double-sided"
 STARTS = 24
 BLOCK, BLOCKS = 32, 5
 """Periods between two looks at whether a motion repeats, and after how many looks it counts as not settled."""
+NEAR_SLOWLY = 0.1
+"""The same as ``_NEAR`` of a motion that settles slowly: Newton's method tells it from others."""
 _LONGEST = 8  # periods after which a motion may repeat
 _REPEATS = 1e-3  # of the units of a motion: what repeats as well as this is searched for
 _ABOUT_REPEATS = 1e-2  # the same at the last look: a train with little drag settles slowly
 _NEAR = 0.02  # of the units of a motion: one that has settled is as near as this
-_NEAR_SLOWLY = 0.1  # the same of one that settles slowly: Newton's method tells it from others
 _SAME = 1e-4  # of the units of a motion: those that Newton's method gives are the same
 _CHUNK = 8  # passes between two looks at whether a motion has settled
 _SETTLING = 2.0  # times as long as small disturbances need, where the motion is about linear
@@ -213,7 +214,7 @@ def settled_orbit(model: Model, state: State, cycles: int) -> Orbit | None:
             period_map = PeriodMap(system, fewest)
             orbit = shooting.shoot(period_map, orbit.motion.start)
         motion = orbit_of(model, period_map, orbit)
-        return motion if motion.stable and Attractor(motion).is_near(state, _NEAR_SLOWLY) else None
+        return motion if motion.stable and Attractor(motion).is_near(state, NEAR_SLOWLY) else None
     except (ConvergenceError, np.linalg.LinAlgError):
         return None
 
@@ -336,7 +337,7 @@ class _Search:
             return near
         orbit = settled_orbit(self.model, state, cycles)
         if orbit is None:
-            return near if distance < _NEAR_SLOWLY else None
+            return near if distance < NEAR_SLOWLY else None
         same, distance = self._nearest(orbit.motion.start)
         if distance < _SAME:
             return same
