@@ -53,7 +53,7 @@ def test_where_the_linear_start_is_lost_the_share_of_the_harmonics_is_told(monke
 
     def lost(self: Continuation, *arguments: Any) -> Iterator[Point]:
         yield from islice(follow(self, *arguments), 3)
-        raise ConvergenceError("the branch cannot be followed beyond the parameter 0.05")
+        raise ConvergenceError("the branch cannot be followed beyond 0.05")
 
     monkeypatch.setattr(Continuation, "follow", lost)
     with pytest.raises(gr.ConvergenceError, match=r"followed to \d.* % of all harmonics, .*another start"):

@@ -87,7 +87,7 @@ def test_a_branch_ends_at_the_edge_of_a_family_with_two_free_states(ends: tuple[
     branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", ends)
     assert branch.events.empty
     assert len(branch.notes) == 1
-    assert "the edge of a family with 2 free states at the parameter 0.7" in branch.notes[0]
+    assert "the edge of a family with 2 free states at 0.7" in branch.notes[0]
 
 
 def symmetric_pair(amplitude: float) -> gr.Model:

@@ -9,6 +9,7 @@ Takes a path and a Model; gives a PathLabel.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, get_args
 
@@ -99,6 +100,30 @@ def path_label(path: str, model: Model) -> PathLabel:
     words = _words(parts, model.to_tables())
     unit = "" if model.units == "dimensionless" else si_unit(path)
     return PathLabel(words, unit)
+
+
+def in_shown_unit(path: str, unit: str) -> tuple[float, str]:
+    """Return the factor and the unit with which a number in an SI unit at a path is shown: the reference speed in rpm.
+
+    Examples
+    --------
+    >>> in_shown_unit("excitation.speed", "rad/s")
+    (9.549296585513721, 'rpm')
+    """
+    is_speed = unit == "rad/s" and path.startswith("excitation.")
+    return (30.0 / math.pi, "rpm") if is_speed else (1.0, unit)
+
+
+def shown_value(path: str, model: Model, value: float, digits: int = 9) -> str:
+    """Return a number in SI at a path as messages write it: with its unit.
+
+    Examples
+    --------
+    >>> shown_value("mesh.gear.backlash", model, 1e-4)
+    '0.0001 m'
+    """
+    factor, unit = in_shown_unit(path, path_label(path, model).unit)
+    return f"{value * factor:.{digits}g} {unit}".rstrip()
 
 
 def printed_unit(si: str) -> str:

@@ -80,6 +80,7 @@ def borders_of(
     boundary: Callable[[int], xr.Dataset],
     ranges: tuple[tuple[float, float], tuple[float, float]],
     progress: Callable[[float], None] | None,
+    shown: Callable[[float], str],
 ) -> tuple[list[Border], list[SpecialPoint], list[str]]:
     """Follow every fold, grazing and end of a family of a branch.
 
@@ -93,6 +94,8 @@ def borders_of(
         ascending ends of the value and of the second one [SI].
     progress
         called with the finished share; an exception from it ends the work.
+    shown
+        writes the value of an event.
 
     Returns
     -------
@@ -103,7 +106,7 @@ def borders_of(
     chosen = events.index[is_drawn & ~events["collision"] & ~jumps]
     borders, curves = list[Border](), list["xr.Dataset"]()
     notes = [
-        f"The grazing at {value:.6g} is not followed: the motion or its gradient jumps there."
+        f"The grazing at {shown(value)} is not followed: the motion or its gradient jumps there."
         for value in events.loc[is_drawn & jumps, "value"].tolist()
     ]
     spans = ranges[0][1] - ranges[0][0], ranges[1][1] - ranges[1][0]
@@ -112,7 +115,7 @@ def borders_of(
         try:
             curve = boundary(int(row))
         except (ConvergenceError, np.linalg.LinAlgError) as error:
-            notes.append(f"The {kind} at {float(events['value'][row]):.6g} was not followed: {error}.")
+            notes.append(f"The {kind} at {shown(float(events['value'][row]))} was not followed: {error}.")
             continue
         curves.append(curve)
         second, special = curve["second"].values, [str(kind) for kind in curve["special"].values]

@@ -52,7 +52,8 @@ from gearrattle.engine.periodic.special import (
 )
 from gearrattle.engine.periodic.unit_circle import nearest_pair
 from gearrattle.errors import ConvergenceError, ModelError
-from gearrattle.model.path_labels import path_label
+from gearrattle.model import Model
+from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, checked
 from gearrattle.orbits.family import check_alike, family_of, watched_names
 from gearrattle.orbits.family_end import EDGE, end_again, slope_of_length
@@ -156,7 +157,7 @@ def boundary_of(
     rows = [*reversed(sides[0][1:]), *sides[1]]
     if progress is not None:
         progress(1.0)
-    notes = [_note(second, side) for side, end in zip(sides, ends, strict=True) if side[-1].second != end]
+    notes = [_note(model, second, side) for side, end in zip(sides, ends, strict=True) if side[-1].second != end]
     attributes = {
         "result": "event boundary",
         "path": path,
@@ -178,13 +179,14 @@ def boundary_of(
     return xr.Dataset(variables, attrs=attributes)
 
 
-def _note(second: str, rows: list[_Row]) -> str:
+def _note(model: Model, second: str, rows: list[_Row]) -> str:
     """What is said of a curve that ends inside the range."""
     last = rows[-1]
+    limit = f"{second} = {shown_value(second, model, last.second, 6)}"
     if len(rows) >= _MOST:
-        return f"The event is not followed beyond {second} = {last.second:.6g}: more than {_MOST} points."
+        return f"The event is not followed beyond {limit}: more than {_MOST} points."
     reason = f": {last.special}" if last.special else ""
-    return f"The event is not found beyond {second} = {last.second:.6g}{reason}."
+    return f"The event is not found beyond {limit}{reason}."
 
 
 def _ended(followers: tuple[Follower, Across], rows: list[_Row], end: float) -> list[_Row]:

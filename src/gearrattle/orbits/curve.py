@@ -49,16 +49,19 @@ class Unlocated:
         it does so again.
     reason
         why they could not.
+    shown
+        writes a parameter value.
     """
 
     before: Point
     after: Point
     reason: str
+    shown: Callable[[float], str]
 
     @property
     def note(self) -> str:
         """What the user must know of it."""
-        between = f"between {self.before.parameter:.9g} and {self.after.parameter:.9g}"
+        between = f"between {self.shown(self.before.parameter)} and {self.shown(self.after.parameter)}"
         seen = ", ".join(changes_between(self.before, self.after)) or "no change"
         return f"Events {between} are not located ({self.reason}); its two ends tell of: {seen}."
 
@@ -238,7 +241,8 @@ class _Walk:
             return
         located = _located(self._follower, self.points[-1], point) if known is None else ([point], [*known], [])
         if located[2] and self._may_have_ended():
-            message = f"the motion may jump beyond {self.points[-1].parameter:.9g}, where a slider is let go"
+            limit = self._follower.family.shown(self.points[-1].parameter)
+            message = f"the motion may jump beyond {limit}, where a slider is let go"
             raise WrongBranch(message, float(np.linalg.norm(point.w - self.points[-1].w)))
         self.points += located[0]
         self.events += _without(self._at_begin, located[1])
@@ -246,7 +250,7 @@ class _Walk:
         if abs(point.multipliers[0]) > _GROWN:
             self._end_in_release()
         if not self.is_done:
-            self.note = _why_left(self.points)
+            self.note = _why_left(self.points, self._follower.family.shown)
             self.is_done = bool(self.note)
 
     def stop(self) -> None:
@@ -272,8 +276,9 @@ class _Walk:
         if release is not None:
             self.events.append(release)
             self.points[-1] = release.point
+            end = self._follower.family.shown(release.point.parameter)
             why = "a slider is let go with its torque, and the motion jumps"
-            self.note = f"A branch ends inside the range at {release.point.parameter:.9g}: {why}."
+            self.note = f"A branch ends inside the range at {end}: {why}."
             self.is_done = True
 
 
@@ -345,17 +350,17 @@ def _located(
         try:
             events += events_between(curve, one, other)
         except ConvergenceError as error:
-            unlocated.append(Unlocated(one, other, error.message))
+            unlocated.append(Unlocated(one, other, error.message, curve.family.shown))
     return points, events, unlocated
 
 
-def _why_left(points: list[Point]) -> str:
+def _why_left(points: list[Point], shown: Callable[[float], str]) -> str:
     """The note of a branch that is not followed any further; empty while it is."""
     if len(points) >= _MOST_POINTS or _creeps(points):
         return f"A branch was left after {counted(len(points), 'point')}."
     if _stands(points) or _is_unbounded(points):
         why = "are one of a family that has no end in sight" if _stands(points) else "have grown a thousandfold"
-        return f"A branch was left at {points[-1].parameter:.9g}: its motions {why}."
+        return f"A branch was left at {shown(points[-1].parameter)}: its motions {why}."
     return ""
 
 

@@ -166,7 +166,7 @@ def _refuse_edge(curve: Continuation, point: Point) -> None:
     count = len(moving_directions_of(curve.family.map_at(point.parameter), point.motion))
     if count > 1:
         family = f"a family with {count} free states"
-        raise ConvergenceError(f"the branch comes to the edge of {family} at the parameter {point.parameter:.9g}")
+        raise ConvergenceError(f"the branch comes to the edge of {family} at {curve.family.shown(point.parameter)}")
 
 
 def _past_edge(curve: Continuation, recent: list[Point], point: Point, ends: tuple[float, float]) -> list[Step]:
@@ -240,7 +240,7 @@ def _out_of_family(curve: Continuation, last: Point, at: tuple[Point, Line], lim
                 is_before = way * (nearest - last.parameter) > 0.0
                 inside = [_middle_at(curve, middle, nearest, way)] if is_before else []
                 return _joined(last, (inside, touching), end)
-    raise ConvergenceError(f"no motion was found beyond the end of a family at the parameter {end.parameter:.9g}")
+    raise ConvergenceError(f"no motion was found beyond the end of a family at {curve.family.shown(end.parameter)}")
 
 
 def _into_family(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from gearrattle.engine.system.laid_out import coefficients_of as coefficients_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.model.path_labels import shown_value
 from gearrattle.orbits.ends import unit_of
 from gearrattle.wording import listed
 
@@ -75,7 +77,7 @@ def family_of(model: Model, path: str, first: float, cycles: int, unit: float) -
         except ModelError as error:
             raise ConvergenceError(f"there is no such driveline: {error}", remedy="a narrower range") from None
 
-    general = GeneralFamily(system_of, first, cycles, unit)
+    general = GeneralFamily(system_of, first, cycles, unit, partial(shown_value, path, model))
     base = model.with_({path: float(first)})
     system = assemble(base).system
     if bound_of(base, path) is None or not is_compiled(system):
@@ -113,16 +115,17 @@ def check_begin(model: Model, path: str, ends: tuple[float, float]) -> None:
     corners, sliders = _changed(model, path, ends)
     if changed := sorted({*corners, *sliders}):
         rule = f"a branch cannot begin here, where a corner or a slider of {listed(changed)} comes or goes"
-        raise ModelError(
-            Problem("range", f"{ends[0]:.6g}", rule, "begin at the other end, or at a value a little inside")
-        )
+        remedy = "begin at the other end, or at a value a little inside"
+        raise ModelError(Problem("range", shown_value(path, model, ends[0], 6), rule, remedy))
 
 
 def notes_at_end(model: Model, path: str, ends: tuple[float, float]) -> list[str]:
     """Return what is said of a range at whose last end the driveline has other states: no branch leads there."""
     _, sliders = _changed(model, path, ends[::-1])
-    changed = f"a slider of {listed(sorted(sliders))} comes or goes"
-    return [f"At {path} = {ends[1]:.6g} {changed}: branches end just before."] if sliders else []
+    if not sliders:
+        return []
+    end, changed = shown_value(path, model, ends[1], 6), listed(sorted(sliders))
+    return [f"At {path} = {end} a slider of {changed} comes or goes: branches end just before."]
 
 
 def _changed(model: Model, path: str, ends: tuple[float, float]) -> tuple[set[str], set[str]]:

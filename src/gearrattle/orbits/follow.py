@@ -123,5 +123,6 @@ def continuation(
     tell(curves)
     if work is not None:
         work(1.0)
-    notes += dict.fromkeys([*(note for c in curves for note in c.notes), *doublings_left(curves, cycles)])
+    left = doublings_left(curves, cycles, curve.family.shown)
+    notes += dict.fromkeys([*(note for c in curves for note in c.notes), *left])
     return Branch(model, path, (first, last), cycles, tuple(curves), tuple(notes))

@@ -301,7 +301,7 @@ def _home_of(follower: Continuation, known: Curve, event: Event) -> Home | None:
     return None if half_curve(follower, event.point.parameter) is None else Home(follower, known.events)
 
 
-def doublings_left(curves: Sequence[Curve], cycles: int) -> list[str]:
+def doublings_left(curves: Sequence[Curve], cycles: int, shown: Callable[[float], str]) -> list[str]:
     """Return what the user must know of period doublings from which no branch is followed.
 
     Parameters
@@ -310,6 +310,8 @@ def doublings_left(curves: Sequence[Curve], cycles: int) -> list[str]:
         all branches.
     cycles
         periods of the motions that branches of doubled period are followed from.
+    shown
+        writes a parameter value.
     """
     doublings = [
         event.point.parameter
@@ -319,9 +321,9 @@ def doublings_left(curves: Sequence[Curve], cycles: int) -> list[str]:
     ]
     if not doublings:
         return []
-    places = ", ".join(f"{value:.9g}" for value in doublings[:_MOST_NAMED])
+    values = ", ".join(shown(value) for value in doublings[:_MOST_NAMED])
     more = f" and {len(doublings) - _MOST_NAMED} more" if len(doublings) > _MOST_NAMED else ""
-    left = f"{counted(len(doublings), 'period doubling')} of branches of doubled period ({places}{more})"
+    left = f"{counted(len(doublings), 'period doubling')} of branches of doubled period ({values}{more})"
     return [f"What leaves at {left} is not followed."]
 
 

@@ -17,6 +17,7 @@ from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.grazing import JUMP, RELEASE
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.model.path_labels import shown_value
 from gearrattle.model.path_values import change_in_si
 from gearrattle.model.paths import path_names, value_at
 from gearrattle.model.table import did_you_mean, shown
@@ -114,8 +115,9 @@ def second_of(model: Model, path: str, second: str, ends: Sequence[float | str])
     low, high = sorted(ends_of(model, second, ends))
     own = number_at(model, path, second, "second")
     if not low <= own <= high:
-        rule = f"must contain the model's own {second}, {own:.6g}"
-        raise ModelError(Problem("range", shown([low, high]), rule))
+        first, last, inside = (shown_value(second, model, number, 6) for number in (low, high, own))
+        rule = f"must contain the model's own {second}, {inside}"
+        raise ModelError(Problem("range", f"{first} to {last}", rule))
     return own, (low, high)
 
 

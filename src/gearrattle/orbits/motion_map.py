@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from gearrattle.engine.periodic.period_map import Pass
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ModelError
 from gearrattle.model import Model
-from gearrattle.model.path_labels import path_label
+from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, FLAG, Count, Reader, argument_problems
 from gearrattle.orbits.borders import Border, SpecialPoint, borders_of
 from gearrattle.orbits.curve import Curve
@@ -214,14 +214,16 @@ def map_of(
     first_row = own_row(plane, own, branch.curves, branch.range[1])
     rows = rows_of(plane, first_row, seconds.tolist(), isolated=isolated, progress=stretch_of(progress, 0.0, 0.5))
     cells = cells_of(plane, rows, values, stretch_of(progress, 0.5, 0.7))
+    shown = partial(shown_value, branch.path, branch.model)
     borders, special_points, notes = borders_of(
         branch.events,
         lambda event: branch.boundary(event, second, ends),
         (plane.ends, plane.second_ends),
         stretch_of(progress, 0.7, 1.0),
+        shown,
     )
     notes += dict.fromkeys(note for row in rows for curve in row.curves for note in curve.notes)
-    notes += doublings_left([curve for row in rows for curve in row.curves], branch.cycles)
+    notes += doublings_left([curve for row in rows for curve in row.curves], branch.cycles, shown)
     if lost := sum(row.lost for row in rows):
         ends_lost = counted(lost, "end of a branch", "ends of branches")
         notes.append(f"{ends_lost} could not be followed from one row to the next: there may be further motions.")

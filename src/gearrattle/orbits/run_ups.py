@@ -27,7 +27,7 @@ from gearrattle.assembly import assemble, free_of, period_of
 from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
-from gearrattle.model.path_labels import path_label
+from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, Plain, checked
 from gearrattle.model.table import shown
 from gearrattle.orbits.followed import Followed
@@ -159,7 +159,7 @@ def run_up_of(branch: Followed, rate: float | str, progress: Callable[[float], N
     for ends in ((low, high), (high, low)):
         start = _start(branch, ends[0])
         if start is None:
-            notes.append(f"No stable motion is known at {branch.path} = {ends[0]:.6g}: no run begins there.")
+            notes.append(f"No stable motion is known at {_shown(branch, ends[0])}: no run begins there.")
         else:
             plans.append(_planned(branch, start, ends, speed_rate))
     motions = list(branch_parts(branch))
@@ -185,6 +185,11 @@ def _way(upward: bool) -> str:
     return "up" if upward else "down"
 
 
+def _shown(branch: Followed, value: float) -> str:
+    """A value of the branch, as notes write it."""
+    return f"{branch.path} = {shown_value(branch.path, branch.model, value, 6)}"
+
+
 def _on_none(upward: bool) -> str:
     """What a table without a jump leaves open: a motion that has become unstable in a soft loss has no row."""
     return (
@@ -196,8 +201,8 @@ def _on_none(upward: bool) -> str:
 def _settles_later(branch: Followed, jump: Jump) -> str:
     """What happens where the motion that a run leaves for is unstable at first."""
     return (
-        f"Going {_way(jump.upward)}, the motion that the run leaves for at {branch.path} = "
-        f"{jump.value:.6g} is stable from {jump.settles:.6g} on only: before that no branch has the motion of the run."
+        f"Going {_way(jump.upward)}, the motion that the run leaves for at {_shown(branch, jump.value)} "
+        f"is stable from {_shown(branch, jump.settles)} on only: before that no branch has the motion of the run."
     )
 
 

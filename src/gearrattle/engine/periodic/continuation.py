@@ -198,7 +198,8 @@ class Continuation:
                 return [*(replace(p, length=before.length + share * (p.length - before.length)) for p in points), after]
             points.append(following)
             earlier, point = point, following
-        message = f"shorter steps do not lead from the parameter {before.parameter:.9g} to {after.parameter:.9g}"
+        shown = self.family.shown
+        message = f"shorter steps do not lead from {shown(before.parameter)} to {shown(after.parameter)}"
         raise WrongBranch(message, distance)
 
     def between(self, before: Point, after: Point, share: float) -> Point:
@@ -432,7 +433,7 @@ class Continuation:
                 length = float(np.linalg.norm(beyond.w - point.w))
                 if beyond.orientation * point.orientation > 0.0 and length < _NEAR_CORNER * step:
                     return replace(beyond, length=point.length + length), step
-        message = f"the branch cannot be followed beyond the parameter {point.parameter:.9g}"
+        message = f"the branch cannot be followed beyond {self.family.shown(point.parameter)}"
         raise ConvergenceError(message, remedy="another start, or another range")
 
     def _keeps_way(self, point: Point, following: Point) -> bool:

@@ -37,6 +37,7 @@ _SHARE, _LEAST = 1e-5, 1e-3
 """Step of the central difference of coefficients: a share of the parameter, which counts as at least so many units."""
 
 SystemOf = Callable[[float], PiecewiseSystem]
+Shown = Callable[[float], str]
 CoefficientsOf = Callable[[Array], tuple[Coefficients, NDArray[np.bool_]]]
 
 
@@ -59,6 +60,8 @@ class Family(ABC):
         number of them: what crosses bounds counts from 0, clearances first.
     memories
         number of them, the last entries of a state.
+    shown
+        writes a parameter value with its unit, for messages.
     """
 
     scale: Array
@@ -68,6 +71,7 @@ class Family(ABC):
     parts: int = 1
     clearances: int
     memories: int
+    shown: Shown
 
     @abstractmethod
     def map_at(self, parameter: float) -> PeriodMap:
@@ -125,6 +129,8 @@ class GeneralFamily(Family):
         n, periods that a motion lasts.
     unit
         scale of the parameter.
+    shown
+        writes a parameter value for messages.
 
     Attributes
     ----------
@@ -134,8 +140,10 @@ class GeneralFamily(Family):
 
     repeats = True
 
-    def __init__(self, system_of: SystemOf, first: float, cycles: int = 1, unit: float = 1.0) -> None:
-        self._system_of, self._first, self.cycles, self.unit = system_of, first, cycles, unit
+    def __init__(
+        self, system_of: SystemOf, first: float, cycles: int = 1, unit: float = 1.0, shown: Shown = "{:.9g}".format
+    ) -> None:
+        self._system_of, self._first, self.cycles, self.unit, self.shown = system_of, first, cycles, unit, shown
         self._states: int | None = None
         period_map = self.map_at(first)
         self._states = period_map.scale.size
@@ -153,7 +161,7 @@ class GeneralFamily(Family):
         """
         period_map = self._any_map_at(parameter)
         if self._states not in (None, period_map.scale.size):
-            raise ConvergenceError(f"the driveline has other sliders at the parameter {parameter:.9g}")
+            raise ConvergenceError(f"the driveline has other sliders at {self.shown(parameter)}")
         return period_map
 
     def _any_map_at(self, parameter: float) -> PeriodMap:
@@ -162,11 +170,11 @@ class GeneralFamily(Family):
 
     def part(self, begin: float, length: float) -> GeneralFamily:
         """Return the family of a part of the motion; see ``Family.part``."""
-        return _PartFamily(self._system_of, self._first, self.unit, (begin, length))
+        return _PartFamily(self, begin, length)
 
     def over(self, cycles: int) -> GeneralFamily:
         """Return the family of the motions over another number of periods."""
-        return GeneralFamily(self._system_of, self._first, cycles, self.unit)
+        return GeneralFamily(self._system_of, self._first, cycles, self.unit, self.shown)
 
     def follow(
         self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | Along | None = None
@@ -200,7 +208,7 @@ class GeneralFamily(Family):
             with suppress(ConvergenceError):
                 neighbours[side] = self.map_at(parameter + side)
         if not neighbours:
-            raise ConvergenceError(f"there is no driveline on either side of the parameter {parameter:.9g}")
+            raise ConvergenceError(f"there is no driveline on either side of {self.shown(parameter)}")
         return neighbours
 
 
@@ -216,9 +224,9 @@ class _PartFamily(GeneralFamily):
 
     repeats = False
 
-    def __init__(self, system_of: SystemOf, first: float, unit: float, part: tuple[float, float]) -> None:
-        self._part = part
-        super().__init__(system_of, first, 1, unit)
+    def __init__(self, whole: GeneralFamily, begin: float, length: float) -> None:
+        self._part = begin, length
+        super().__init__(whole._system_of, whole._first, 1, whole.unit, whole.shown)
 
     def _any_map_at(self, parameter: float) -> PeriodMap:
         """The map of one driveline, whatever its states are."""
@@ -244,7 +252,7 @@ class CompiledFamily(Family):
         self._general, self._coefficients_of = general, coefficients_of
         self.scale, self.size = general.scale, general.size
         self.cycles, self.unit, self.parts = general.cycles, general.unit, general.parts
-        self.clearances, self.memories = general.clearances, general.memories
+        self.clearances, self.memories, self.shown = general.clearances, general.memories, general.shown
         self._angle_from_basis = relative_coordinates(system).angle_from_basis
         self._batch: PeriodBatch | None = None
         self._system = system
