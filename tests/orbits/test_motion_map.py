@@ -55,6 +55,38 @@ def test_motions_beyond_a_fold_that_leads_out_of_the_range_are_known() -> None:
     assert [cell.code for cell in cells] == [MUST] * 3
 
 
+def test_a_quiet_motion_that_comes_in_at_the_first_end_is_known() -> None:
+    """At the model's own load none is quiet at the first end; at a larger one a fold below the range makes one.
+
+    Quiet is what swings less than the static deflection beyond the corner, in closed form.
+    """
+    mesh = {"name": "mesh", "between": ["gear", "ground"], "stiffness": 100.0, "damping": 0.02, "clearance": 0.02}
+    gear = {"name": "gear", "J": 0.01, "drag": 0.05}
+    load = {"on": "gear", "mean": 0.4, "harmonics": [{"order": 1, "amplitude": 0.3}]}
+    tables = {"schema": 1, "inertia": [gear], "coupling": [mesh], "torque": [load], "excitation": {"speed": 60.0}}
+    branch = gr.continuation(gr.Model.from_tables(tables), "excitation.speed", ("560 rpm", "1000 rpm"))
+    motions = branch.map(MEAN, (0.3, 0.6), across=8, up=3)
+    w, load_of_row = motions.value[None], motions.seconds[:, None]
+    is_quiet = 0.3 / np.abs(100.0 - 0.01 * w**2 + 0.07j * w) < load_of_row / 100.0
+    assert is_quiet.any()
+    np.testing.assert_array_equal(motions.data["quiet"].values > 0, is_quiet)
+
+
+def test_motions_of_one_row_are_known_in_the_rows_on_both_sides_of_it() -> None:
+    """Rattle begins below the amplitude 3 in all rows, but a simulation settles in it in some only."""
+    model = gr.example("rattle_oscillator")
+    branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", (3.0, 6.6), start="linear")
+    motions = branch.map(MEAN, (7.0, 8.0), across=4, up=6)
+    assert np.all(motions.data["signs"].values == 1)
+    assert np.all(motions.data["rattling"].values > 0)
+    row, column = 5, 0
+    values = {motions.path: float(motions.value[column]), MEAN: float(motions.seconds[row])}
+    orbits = gr.periodic(model.with_(values), every=True)
+    rattles = [orbit.verdict.verdict != "quiet" for orbit in orbits if orbit.stable]
+    cell = motions.cells[row][column]
+    assert (cell.quiet, cell.rattling) == (len(rattles) - sum(rattles), sum(rattles)) == (1, 2)
+
+
 def test_what_cannot_be_followed_to_the_next_row_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gearrattle.orbits.rows._MOST_POINTS", 2)
     motions = over_frequency().map(MEAN, (0.06, 0.46), across=2, up=1)
@@ -137,16 +169,16 @@ def test_what_a_cell_says(cell: Cell, code: int) -> None:
 
 
 def test_a_saddle_without_its_neighbours_shows_that_motions_are_missing() -> None:
-    """Between the folds the branch of the saddle alone has the sum of signs -1."""
+    """Between the folds the branch of the saddle alone has the sum of signs -1, with the motion in contact 0."""
     model = over_frequency().model.with_({"excitation.frequency": 0.75})
     (saddle,) = (orbit for orbit in gr.periodic(model, every=True) if not orbit.stable)
     alone = gr.continuation(model, "excitation.frequency", (0.75, 0.78), start=saddle)
     plane = Plane(alone.model, alone.path, MEAN, (0.75, 0.78), (0.099, 0.101), 1)
     (cells,) = cells_of(plane, [Row(0.1, alone.curves)], np.array([0.76, 0.77]), None)
-    assert [(cell.unstable, cell.signs, cell.code) for cell in cells] == 2 * [(1, -1, MISSING)]
+    assert [(cell.unstable, cell.signs, cell.code) for cell in cells] == 2 * [(1, 0, MISSING)]
     cells = alone.map(MEAN, (0.099, 0.101), across=2, up=1).cells[0]
-    assert {cell.signs for cell in cells} == {0}  # with the motion that settles at the last end
-    assert {cell.code for cell in cells} == {MISSING}
+    assert {cell.signs for cell in cells} == {1}  # with the motions that settle at the ends
+    assert {cell.code for cell in cells} == {BESIDE}
 
 
 def test_isolated_branches_are_sought_on_request() -> None:
@@ -156,7 +188,7 @@ def test_isolated_branches_are_sought_on_request() -> None:
     known, sought = (quiet.map(MEAN, (0.099, 0.101), across=2, up=1, isolated=flag) for flag in (False, True))
     assert {cell.code for cell in known.cells[0]} == {QUIET}
     assert {cell.code for cell in sought.cells[0]} == {BESIDE}
-    note = "Motions of 2 periods are known only where they leave a branch of 1 period; isolated=True seeks others."
+    note = "Motions of 2 periods are known only where they leave a branch of 1 period, not on isolated ones."
     assert note in known.notes
     assert note not in sought.notes
 
@@ -194,7 +226,11 @@ def test_bad_arguments_are_refused(second: str, ends: tuple[float, float], cells
 def test_it_is_a_result_with_a_page_a_table_and_numbers(tmp_path: Path) -> None:
     motions = over_load()
     page = motions.save(tmp_path / "out").read_text(encoding="utf-8")
-    for words in ("rattle exists here and must", "none found, and the sum of signs agrees", "Special points"):
+    for words in (
+        "only rattling motions are stable",
+        "no rattle was found, and the sum of signs agrees",
+        "Special points",
+    ):
         assert words in page
     motions.save(tmp_path / "map.csv")
     table = pd.read_csv(tmp_path / "map.csv")
@@ -217,7 +253,7 @@ def test_why_a_curve_ends_inside_the_plane() -> None:
         columns = {"second": [0.0, end], "value": [0.4, value], "special": ["", special]}
         return xr.Dataset({name: ("point", np.array(column)) for name, column in columns.items()})
 
-    borders, _, _ = borders_of(events, boundary, ((0.3, 1.6), (0.0, 1.0)), None)
+    borders, _, _ = borders_of(events, boundary, ((0.3, 1.6), (0.0, 1.0)), None, str)
     assert [border.ends_below for border in borders] == [""] * 4
     assert [border.ends_above for border in borders] == [
         "cusp",
@@ -235,6 +271,6 @@ def test_a_grazing_at_which_the_gradient_jumps_has_no_border(grazing: str) -> No
     def boundary(event: int) -> xr.Dataset:
         raise AssertionError(event)
 
-    borders, points, notes = borders_of(events.assign(grazing=grazing), boundary, ((0.3, 1.6), (0.0, 1.0)), None)
+    borders, points, notes = borders_of(events.assign(grazing=grazing), boundary, ((0.3, 1.6), (0.0, 1.0)), None, str)
     assert (borders, points) == ([], [])
     assert notes == ["The grazing at 0.4 is not followed: the motion or its gradient jumps there."]

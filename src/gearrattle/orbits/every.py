@@ -21,22 +21,21 @@ Takes a Model; gives Orbits.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 import numpy as np
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
-from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
-from gearrattle.orbits.edges import followed_through_families
-from gearrattle.orbits.family import family_of, is_compiled
+from gearrattle.orbits.family import is_compiled
 from gearrattle.orbits.freedom import room_of
 from gearrattle.orbits.orbit import Orbit, linear_state, settled_state
+from gearrattle.orbits.over_speed import OverSpeed
 from gearrattle.orbits.progress import Progress, never_falling, stretch_of
 from gearrattle.orbits.returns import orbits_of_returns
 from gearrattle.orbits.search import Known, deflated, free_directions, search, search_symmetric, starts_of
@@ -45,10 +44,6 @@ from gearrattle.wording import counted
 
 _STARTS = 32
 _FURTHER = 64  # starts of the deflated Newton method
-_PATH = "excitation.speed"
-_SPAN = 0.6  # of the speed, to both sides
-_STEP = 0.05
-_POINTS, _ALL_POINTS = 600, 6000  # of one branch over the speed, and of all
 _SETTLED, _DEFLATED = 0.3, 0.2  # shares of the work: the first searches, and the deflated ones
 
 
@@ -94,15 +89,19 @@ class _Search:
         so far.
     taken
         how many of them the searches for divisors of n gave; their branches have been followed.
-    left
-        how many branches were not followed to their ends.
     """
 
     def __init__(self, model: Model, cycles: int, progress: Progress) -> None:
         system = assemble(model).system
         self.known = Known(PeriodMap(system, cycles), mirror=half_period_map(system))
-        self.taken, self.left = 0, 0
-        self._model, self._progress, self._points = model, progress, 0
+        self.taken = 0
+        self._model, self._progress = model, progress
+        self._over_speed = OverSpeed(model, cycles, lambda: progress(_SETTLED))
+
+    @property
+    def left(self) -> int:
+        """How many branches over the speed were not followed to their ends."""
+        return self._over_speed.left
 
     def take(self, earlier: _Search) -> None:
         """Keep the motions of a search for a divisor of the number of periods."""
@@ -136,15 +135,13 @@ class _Search:
 
     def follow_from(self, first: int) -> None:
         """Follow the motions from an index on over the speed; keep what their branches give at the model's speed."""
-        speed, period_map = self._model.excitation.omega, self.known.period_map
-        curve = Continuation(family_of(self._model, _PATH, speed, period_map.cycles, speed * _SPAN), longest=_STEP)
+        period_map = self.known.period_map
         indices = [i for i in range(first, len(self.known.passes)) if i not in self.known.images]
         motions = [self.known.passes[i] for i in indices]  # what is added lies on the branch of one of these
         for i, motion in enumerate(motions):
             if not free_directions(period_map, motion) or room_of(period_map, motion) is not None:
-                for upward in (True, False):
-                    for other in self._met_again(curve, motion, speed, upward):
-                        self.known.add(other)
+                for other in self._over_speed.met_again(motion):
+                    self.known.add(other)
             self._progress(_SETTLED + (1.0 - _SETTLED - _DEFLATED) * (i + 1) / len(motions))
 
     def deflate(self) -> None:
@@ -163,33 +160,13 @@ class _Search:
     def notes(self, left: int) -> tuple[str, ...]:
         """What the user must know; how many branches all searches left."""
         notes = _notes(self.known)
-        if self._points >= _ALL_POINTS:
-            stopped = f"Branches over the speed were left after {_ALL_POINTS} points"
+        if self._over_speed.is_used_up:
+            stopped = f"Branches over the speed were left after {self._over_speed.points} points"
             notes += (f"{stopped}; they may lead to further motions.",)
         elif left:
             stopped = f"{counted(left, 'branch', 'branches')} over the speed could not be followed to the end"
             notes += (f"{stopped}; there may be further motions.",)
         return notes
-
-    def _met_again(self, curve: Continuation, motion: Pass, value: float, upward: bool) -> Iterator[Pass]:
-        """Yield the further motions of a branch at the parameter value of the first one."""
-        span = _SPAN * value
-        if self._points >= _ALL_POINTS:
-            return
-        try:
-            points = [curve.begin(motion.start, value, upward=upward)]
-            for point, _ in followed_through_families(curve, points[0], (value - span, value + span)):
-                before = points[-1]
-                if len(points) > 1 and (before.parameter - value) * (point.parameter - value) < 0.0:
-                    yield curve.at_parameter(before, point, value).motion
-                points.append(point)
-                self._points += 1
-                self._progress(_SETTLED)
-                if len(points) > _POINTS or self._points >= _ALL_POINTS:
-                    self.left += 1
-                    return
-        except ConvergenceError:
-            self.left += 1
 
 
 def _notes(known: Known) -> tuple[str, ...]:

@@ -86,6 +86,7 @@ def further_curves(
     ends: tuple[float, float],
     *,
     isolated: bool,
+    others: Sequence[Curve] = (),
     progress: Progress | None = None,
     so_far: SoFar | None = None,
 ) -> list[Curve]:
@@ -101,6 +102,8 @@ def further_curves(
         of the range, ascending.
     isolated
         whether branches are sought that are connected to none.
+    others
+        branches that are known as well, what leaves them too.
     progress
         called with the finished share: searches and branches that leave count as equal parts.
     so_far
@@ -108,10 +111,10 @@ def further_curves(
     """
     parts, further = 1 + 2 * isolated, list[Curve]()
     part = part_of(progress, 0, parts)
-    further += _leaving_all(followers, curves, ends, progress=part, so_far=so_far)
+    further += _leaving_all(followers, curves, ends, others=others, progress=part, so_far=so_far)
     sought = [n for n in (followers.cycles, 2 * followers.cycles) if isolated and n in followers.of]
     for i, cycles in enumerate(sought, 1):
-        known, part, tell = [*curves, *further], part_of(progress, i, parts), _beside(further, so_far)
+        known, part, tell = [*others, *curves, *further], part_of(progress, i, parts), _beside(further, so_far)
         more = _isolated_curves(followers, followers.of[cycles], ends, known, progress=part, so_far=tell)
         further += more
         tell = _beside(further, so_far)

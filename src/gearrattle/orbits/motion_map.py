@@ -10,7 +10,7 @@ Takes a Branch and a second value; gives a MotionMap.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -31,7 +31,7 @@ from gearrattle.orbits.further import doublings_left
 from gearrattle.orbits.gradients import second_of
 from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
 from gearrattle.orbits.progress import stretch_of
-from gearrattle.orbits.rows import Plane, Row, own_row, rows_of
+from gearrattle.orbits.rows import Plane, Row, in_contact, own_row, rows_of
 from gearrattle.orbits.search import Known
 from gearrattle.result import Result
 from gearrattle.wording import counted
@@ -44,12 +44,12 @@ IntArray = NDArray[np.int64]
 
 QUIET, BESIDE, MUST, NOTHING_STABLE, MISSING, NOT_COUNTED = range(6)
 WORDS = {
-    QUIET: "none found, and the sum of signs agrees",
+    QUIET: "no rattle was found, and the sum of signs agrees",
     BESIDE: "rattle exists beside a quiet motion",
-    MUST: "rattle exists here and must",
-    NOTHING_STABLE: "no stable motion found, and the sum of signs agrees",
-    MISSING: "a motion is missing: the sum of signs differs from 1",
-    NOT_COUNTED: "none found, and nothing to count by",
+    MUST: "only rattling motions are stable",
+    NOTHING_STABLE: "no stable motion was found, and the sum of signs agrees",
+    MISSING: "a motion is missing, as the sum of signs is not 1",
+    NOT_COUNTED: "no rattle was found, and the signs cannot be counted",
 }
 """What a cell's code means."""
 CELLS = Count(1, 512)
@@ -120,7 +120,7 @@ class MotionMap(Result):
     >>> branch = gr.continuation(model, "torque.0.harmonics.0.amplitude", (3.0, 6.6), start="linear")
     >>> motions = branch.map("torque.0.mean", (7.0, 8.0), across=6, up=2)
     >>> motions.data["code"].values[0].tolist()
-    [0, 1, 1, 1, 1, 2]
+    [1, 1, 1, 1, 1, 2]
     """
 
     kind: ClassVar[str] = "map of motions"
@@ -211,7 +211,7 @@ def map_of(
     first, last = sorted(branch.range)
     plane = Plane(branch.model, branch.path, second, (first, last), ends, branch.cycles)
     values, seconds = middles(plane.ends, across), middles(plane.second_ends, up)
-    first_row = own_row(plane, own, branch.curves, branch.range[1])
+    first_row = own_row(plane, own, branch.curves, branch.range[1], isolated=isolated)
     rows = rows_of(plane, first_row, seconds.tolist(), isolated=isolated, progress=stretch_of(progress, 0.0, 0.5))
     cells = cells_of(plane, rows, values, stretch_of(progress, 0.5, 0.7))
     shown = partial(shown_value, branch.path, branch.model)
@@ -230,7 +230,7 @@ def map_of(
     if not isolated and 2 * branch.cycles <= CYCLES.most:
         longer, shorter = counted(2 * branch.cycles, "period"), counted(branch.cycles, "period")
         notes.append(
-            f"Motions of {longer} are known only where they leave a branch of {shorter}; isolated=True seeks others."
+            f"Motions of {longer} are known only where they leave a branch of {shorter}, not on isolated ones."
         )
     for reason in sorted({cell.not_counted for row in cells for cell in row} - {""}):
         notes.append(f"Where {reason} the signs cannot be counted: others may be missing.")
@@ -273,10 +273,21 @@ def cells_of(
     """
     cells = []
     for done, row in enumerate(rows, 1):
-        judged = _JudgedRow(plane, row)
-        cells.append(tuple(judged.cell(float(value)) for value in values))
+        cells.append(_judged(plane, row, values.tolist()))
         if progress is not None:
             progress(done / len(rows))
+    return tuple(cells)
+
+
+def _judged(plane: Plane, row: Row, values: Sequence[float]) -> tuple[Cell, ...]:
+    """The cells of a row; where no quiet motion is known, that in which no corner is passed is sought."""
+    judged = _JudgedRow(plane, row)
+    cells = [judged.cell(value) for value in values]
+    for i, value in enumerate(values):
+        if not cells[i].quiet and (further := in_contact(plane, row, value)):
+            row = replace(row, curves=(*row.curves, *further))
+            judged = _JudgedRow(plane, row)
+            cells = [judged.cell(other) for other in values]
     return tuple(cells)
 
 

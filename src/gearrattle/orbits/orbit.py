@@ -123,6 +123,21 @@ class Orbit(Result):
         return shooting.sorted_by_modulus(np.concatenate([values, np.ones(turning)]))
 
     @cached_property
+    def own_multipliers(self) -> NDArray[np.complex128]:
+        """Multipliers, the largest modulus first, without those that are 1 exactly: what these shift stays shifted.
+
+        Left out are one for the turning of every free train as a whole, and one for every free direction.
+        """
+        exactly_one = len(self.multipliers) - len(self.motion.gradient) + self.free
+        nearest = np.argsort(np.abs(self.multipliers - 1.0), kind="stable")[:exactly_one]
+        return np.asarray(np.delete(self.multipliers, nearest))
+
+    @property
+    def largest_modulus(self) -> float:
+        """The largest modulus of the own multipliers; 0 if there is none."""
+        return float(np.abs(self.own_multipliers).max(initial=0.0))
+
+    @cached_property
     def half_period_multipliers(self) -> NDArray[np.complex128]:
         """Multipliers over half of the n T of a motion that then is its own mirror image; empty for any other motion.
 
@@ -273,7 +288,7 @@ class Orbit(Result):
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"
-        return f"<Orbit of {self.model.name!r}: {self.cycles} T, {kind}, |multiplier| {abs(self.multipliers[0]):.4g}>"
+        return f"<Orbit of {self.model.name!r}: {self.cycles} T, {kind}, |multiplier| {self.largest_modulus:.4g}>"
 
 
 def sampled(orbit: Orbit, samples_per_cycle: int) -> Run:
@@ -291,6 +306,33 @@ def is_stable(multipliers: NDArray[np.complex128], free: int) -> bool:
 def settled_state(model: Model, period_map: PeriodMap) -> State:
     """Return the state that the model's own start has reached after 32 periods or a little more."""
     return period_map.later(state_of(model, period_map, None), -(-SETTLING // period_map.cycles))
+
+
+def contact_state(period_map: PeriodMap, rest: State) -> State | None:
+    """Return the start of the motion in which no corner is passed: that of the linear driveline which the rest is on.
+
+    That motion grows in proportion to all harmonics, so it is known from that of small ones.
+
+    Parameters
+    ----------
+    period_map
+        of the driveline.
+    rest
+        its static equilibrium.
+
+    Returns
+    -------
+    State or None
+        None where that motion passes a corner.
+    """
+    smallest = family_of_excitation(period_map.system, period_map.cycles).map_at(_SMALLEST)
+    try:
+        small = shooting.shoot(smallest, rest).motion.start
+        full = State(rest.y + (small.y - rest.y) / _SMALLEST, small.auxiliary_pieces)
+        orbit = shooting.shoot(period_map, full)
+    except ConvergenceError:
+        return None
+    return None if orbit.motion.crossings.time.size else orbit.motion.start
 
 
 def linear_state(period_map: PeriodMap, rest: State) -> State:

@@ -3,28 +3,38 @@
 The branches at the model's own second value are those of the first end of the range, and the one of the motion that
 settles at its last end. The branches of a row end where the range of the first value ends. There each motion is
 followed over the second value, the first one held, to the next row, and begins a branch of that row unless it lies on
-one already. No other row is simulated.
+one already. So does the motion in which a simulation settles at an end of the range, if it settles soon. Where the
+signs of the motions at an end show that one is missing, they are followed over the speed (``over_speed``). What rows
+have of their own in this way is followed back to the rows on the other side.
+
+A pair of motions that is born inside the plane may still be missed. Of those in which no corner is passed none is:
+there is one or none, that of the linear driveline, and ``in_contact`` gives it.
 
 Takes the branches at the model's own second value; gives Rows.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, pairwise
 
+from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.periodic.point import Point
-from gearrattle.errors import ConvergenceError
+from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.family import follower_over
 from gearrattle.orbits.find import periodic
 from gearrattle.orbits.further import followers_of, further_curves
+from gearrattle.orbits.orbit import contact_state, settled_state
+from gearrattle.orbits.over_speed import OverSpeed
 from gearrattle.orbits.search import Known
+from gearrattle.orbits.state import state_of
 
 _MOST_POINTS = 400  # over the second value, from one row to the next
 
@@ -51,6 +61,10 @@ class Plane:
     ends: tuple[float, float]
     second_ends: tuple[float, float]
     cycles: int
+
+    def model_at(self, first: float, second: float) -> Model:
+        """Return the driveline at a point of the plane."""
+        return self.model.with_({self.path: first, self.second: second})
 
     def follower(self, second: float, cycles: int) -> Continuation:
         """Return what follows motions over the first value."""
@@ -82,8 +96,8 @@ class Row:
     lost: int = 0
 
 
-def own_row(plane: Plane, second: float, curves: Sequence[Curve], last: float) -> Row:
-    """Return the branches at the model's own second value, with that of the motion that settles at the last end.
+def own_row(plane: Plane, second: float, curves: Sequence[Curve], last: float, *, isolated: bool) -> Row:
+    """Return the branches at the model's own second value, with those of the motions that settle at both ends.
 
     Beyond a fold the motions that settle are often not connected inside the range to those before it.
 
@@ -97,14 +111,19 @@ def own_row(plane: Plane, second: float, curves: Sequence[Curve], last: float) -
         the branches from the first end of the range.
     last
         the last end [SI].
+    isolated
+        whether branches are sought that are not connected to these.
     """
-    try:
-        state = periodic(plane.model.with_({plane.path: last}), plane.cycles).motion.start
-    except ConvergenceError:
-        return Row(second, tuple(curves))
-    curve = plane.follower(second, plane.cycles)
-    alike = [one for one in curves if one.cycles == plane.cycles]
-    further = [] if _is_known(curve, alike, last, state) else _through(curve, state, last, plane.ends, None)
+    curve, further = plane.follower(second, plane.cycles), list[Curve]()
+    starts = [*_settled(plane, curve, second)]
+    with suppress(ConvergenceError):
+        starts.append((last, periodic(plane.model_at(last, second), plane.cycles).motion.start))
+    for first, state in starts:
+        if not _known_at(curve, _alike(plane, [*curves, *further]), first).holds(state):
+            further += _through(curve, state, first, plane.ends, None)
+    further += _completing(plane, _alike(plane, [*curves, *further]), second, None)
+    followers = followers_of(plane.cycles, lambda n: plane.follower(second, n))
+    further += further_curves(followers, further, plane.ends, isolated=isolated, others=curves)
     return Row(second, (*curves, *further))
 
 
@@ -131,16 +150,27 @@ def rows_of(
     progress
         called with the finished share; an exception from it ends the work.
     """
-    rows: dict[float, Row] = {}
-    for values in ([s for s in seconds if s >= own.second], [s for s in reversed(seconds) if s < own.second]):
-        row = own
-        for second in values:
-            done = len(rows) / len(seconds)
-            row = _following(plane, row, second, isolated, _repeated(progress, done))
-            rows[second] = row
+    rows = _Rows(plane, own, seconds)
+    up = [s for s in rows.seconds if s >= own.second]
+    down = [s for s in reversed(rows.seconds) if s <= own.second]
+    steps = [*pairwise(up), *pairwise(down)]
+    work = 3 * len(steps) or 1
+    for done, (before, second) in enumerate(steps):
+        report = _repeated(progress, done / work)
+        rows.lead(rows.curves[before], before, second, report)
+        rows.seek(second, report, isolated=isolated)
+    done = len(steps)
+    for values in (rows.seconds, rows.seconds[::-1]):  # what the rows have of their own, towards the first row and on
+        arrived: list[Curve] = []
+        for before, second in pairwise(values):
+            is_outward = (second - before) * (before - own.second) >= 0.0
+            arrived = rows.lead(arrived if is_outward else [*arrived, *rows.sought[before]], before, second, None)
+            if arrived:
+                rows.add_further(second, arrived)
+            done += 1
             if progress is not None:
-                progress(len(rows) / len(seconds))
-    return [rows[second] for second in seconds]
+                progress(done / work)
+    return [Row(second, tuple(rows.curves[second]), rows.lost[second]) for second in seconds]
 
 
 def _repeated(progress: Callable[[float], None] | None, done: float) -> Callable[[float], None] | None:
@@ -148,55 +178,159 @@ def _repeated(progress: Callable[[float], None] | None, done: float) -> Callable
     return None if progress is None else lambda _: progress(done)
 
 
-def _following(plane: Plane, row: Row, second: float, isolated: bool, progress: Callable[[float], None] | None) -> Row:
-    """The next row."""
-    curve, curves, lost = plane.follower(second, plane.cycles), list[Curve](), 0
-    for first, state in _starts(plane, row, second):
-        if state is None:
-            lost += 1
-        elif not _is_known(curve, curves, first, state):
-            curves += _through(curve, state, first, plane.ends, progress)
-    followers = followers_of(plane.cycles, lambda n: plane.follower(second, n))
-    curves += further_curves(followers, curves, plane.ends, isolated=isolated)
-    return Row(second, tuple(curves), lost)
+class _Rows:
+    """Rows while branches are added to them.
 
-
-def _starts(plane: Plane, row: Row, second: float) -> Iterator[tuple[float, State | None]]:
-    """Yield first values and motions of the next row there, from both ends of every branch of a row; None: it is lost.
-
-    Where a branch ends inside the range another one goes on, from which it is followed in the next row.
+    Attributes
+    ----------
+    seconds
+        the second values, with the model's own one, ascending [SI].
+    curves
+        the branches of every row.
+    sought
+        those of n periods of every row to which none of a neighbouring row led.
+    lost
+        how many ends of branches of neighbouring rows could not be followed to every row.
     """
-    for known in row.curves:
+
+    def __init__(self, plane: Plane, own: Row, seconds: Sequence[float]) -> None:
+        self._plane = plane
+        self.seconds = sorted({*seconds, own.second})
+        self.curves: dict[float, list[Curve]] = {second: [] for second in self.seconds}
+        self.curves[own.second] = [*own.curves]
+        self.sought: dict[float, list[Curve]] = {second: [] for second in self.seconds}
+        self.lost = Counter[float]()
+
+    def lead(
+        self, known: Sequence[Curve], before: float, second: float, progress: Callable[[float], None] | None
+    ) -> list[Curve]:
+        """Follow branches of a row to another one; return those that begin there."""
+        plane, begun = self._plane, list[Curve]()
+        curve = plane.follower(second, plane.cycles)
+        for first, state in _starts(plane, known, before, second):
+            if state is None:
+                self.lost[second] += 1
+            elif not _known_at(curve, [*_alike(plane, self.curves[second]), *begun], first).holds(state):
+                begun += _through(curve, state, first, plane.ends, progress)
+        self.curves[second] += begun
+        return begun
+
+    def seek(self, second: float, progress: Callable[[float], None] | None, *, isolated: bool) -> None:
+        """Add the branches that no neighbouring row leads to, and those that leave others."""
+        plane, curves = self._plane, self.curves[second]
+        curve, led = plane.follower(second, plane.cycles), len(curves)
+        for first, state in _settled(plane, curve, second):
+            if not _known_at(curve, _alike(plane, curves), first).holds(state):
+                curves += _through(curve, state, first, plane.ends, progress)
+        curves += _completing(plane, _alike(plane, curves), second, progress)
+        followers = followers_of(plane.cycles, lambda n: plane.follower(second, n))
+        curves += further_curves(followers, curves, plane.ends, isolated=isolated)
+        self.sought[second] = _alike(plane, curves[led:])
+
+    def add_further(self, second: float, begun: Sequence[Curve]) -> None:
+        """Add the branches that leave the last ones of a row."""
+        plane, curves = self._plane, self.curves[second]
+        followers, others = followers_of(plane.cycles, lambda n: plane.follower(second, n)), curves[: -len(begun)]
+        curves += further_curves(followers, begun, plane.ends, isolated=False, others=others)
+
+
+def _alike(plane: Plane, curves: Sequence[Curve]) -> list[Curve]:
+    """The branches of n periods."""
+    return [known for known in curves if known.cycles == plane.cycles]
+
+
+def in_contact(plane: Plane, row: Row, first: float) -> list[Curve]:
+    """Return the branch through the motion of a row that passes no corner; empty where there is none, or it is known.
+
+    It begins and ends at folds, so it need not lead to an end of the range, nor to the next row.
+    """
+    curve = plane.follower(row.second, plane.cycles)
+    period_map = curve.family.map_at(first)
+    try:
+        rest = state_of(plane.model_at(first, row.second), period_map, "static")
+    except ModelError:
+        return []
+    state = contact_state(period_map, rest)
+    if state is None or _known_at(curve, _alike(plane, row.curves), first).holds(state):
+        return []
+    return _through(curve, state, first, plane.ends, None)
+
+
+def _starts(
+    plane: Plane, curves: Sequence[Curve], before: float, second: float
+) -> Iterator[tuple[float, State | None]]:
+    """Yield first values and motions of a row there, from both ends of branches of another row; None: it is lost.
+
+    Where a branch ends inside the range another one goes on, from which it is followed in the other row.
+    """
+    for known in curves:
         if known.cycles != plane.cycles:
             continue
         is_closed = known.points[-1].w is known.points[0].w
         for point in known.points[:1] if is_closed else (known.points[0], known.points[-1]):
-            if second == row.second:
-                yield point.parameter, point.motion.start
+            try:
+                state = _across(plane, point, before, second)
+            except ConvergenceError:
+                if point.parameter in plane.ends:
+                    yield point.parameter, None
                 continue
-            state = _across(plane, point, row.second, second)
-            if state is not None or point.parameter in plane.ends:
+            if state is not None:
                 yield point.parameter, state
 
 
+def _settled(plane: Plane, curve: Continuation, second: float) -> Iterator[tuple[float, State]]:
+    """Yield the ends of the range and the motions of a row in which a simulation settles there."""
+    for first in plane.ends:
+        period_map = curve.family.map_at(first)
+        with suppress(ConvergenceError):
+            state = settled_state(plane.model_at(first, second), period_map)
+            yield first, shooting.shoot(period_map, state).motion.start
+
+
 def _across(plane: Plane, point: Point, second: float, following: float) -> State | None:
-    """The motion at the following second value to which one is followed, the first value held; None: to none."""
+    """The motion at the following second value to which one is followed, the first value held; None: it folds before.
+
+    Raises
+    ------
+    ConvergenceError
+        it is lost on the way.
+    """
     across = plane.follower_across(point.parameter, second)
     ends = min(second, following), max(second, following)
-    with suppress(ConvergenceError):
-        begin = across.begin(point.motion.start, second, upward=following > second)
-        last = [begin, *islice(across.follow(begin, *ends), _MOST_POINTS)][-1]
-        return last.motion.start if last.parameter == following else None
-    return None
+    begin = across.begin(point.motion.start, second, upward=following > second)
+    last = [begin, *islice(across.follow(begin, *ends), _MOST_POINTS)][-1]
+    if last.parameter not in ends:
+        raise ConvergenceError(f"the motion is lost at {across.family.shown(last.parameter)}")
+    return last.motion.start if last.parameter == following else None
 
 
-def _is_known(curve: Continuation, curves: Sequence[Curve], first: float, state: State) -> bool:
-    """Whether a motion lies on a branch."""
+def _known_at(curve: Continuation, curves: Sequence[Curve], first: float) -> Known:
+    """The motions of branches at a first value."""
     known = Known(curve.family.map_at(first))
     for branch in curves:
         for _, point in branch.motions_at(curve, first):
             known.add(point.motion)
-    return known.holds(state)
+    return known
+
+
+def _completing(
+    plane: Plane, curves: Sequence[Curve], second: float, progress: Callable[[float], None] | None
+) -> list[Curve]:
+    """Further branches of a row, where the signs of the motions at an end of the range show that one is missing.
+
+    The motions there are followed over the speed: what folds comes back.
+    """
+    curve, further = plane.follower(second, plane.cycles), list[Curve]()
+    for first in plane.ends:
+        known = _known_at(curve, [*curves, *further], first)
+        over_speed = OverSpeed(plane.model_at(first, second), plane.cycles)
+        for motion in [] if known.not_counted else [*known.passes]:
+            if known.index() == 1:
+                break
+            for other in over_speed.met_again(motion):
+                if known.add(other):
+                    further += _through(curve, other.start, first, plane.ends, progress)
+    return further
 
 
 def _through(
