@@ -74,7 +74,7 @@ def test_doublings_whose_motions_are_not_followed_are_told() -> None:
     assert len(own) == 1
     (note,) = branch.notes
     value = f"{float(own.iloc[0]):.9g}"
-    assert note == f"What leaves at 1 period doubling of branches of doubled period ({value}) is not followed."
+    assert note == f"What leaves at 1 period doubling of branches of doubled period ({value} N m) is not followed."
 
 
 @pytest.mark.parametrize(

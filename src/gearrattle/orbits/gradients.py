@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 
 MOVED = (*KINDS, EDGE)
 """Kinds of events that have a gradient and can be followed over a second value."""
-_SAME = {"excitation.speed", "excitation.frequency"}
+_SPEED = "excitation.speed"
+_SAME = {_SPEED, "excitation.frequency"}
 _LEFT_OUT = ("simulation", "schema", "name", "units")
 
 
@@ -90,7 +91,7 @@ def number_at(model: Model, path: str, other: str, argument: str = "paths") -> f
     ModelError
         the path leads to no number, to zero, or to what the branch is followed over.
     """
-    value = value_at(model.to_tables(), other)
+    value = model.excitation.omega if other == _SPEED else value_at(model.to_tables(), other)
     if rule := _moves_nothing(other):
         raise ModelError(Problem(argument, other, rule, "name another number"))
     if other == path or {other, path} <= _SAME:

@@ -159,7 +159,9 @@ def run_up_of(branch: Followed, rate: float | str, progress: Callable[[float], N
     for ends in ((low, high), (high, low)):
         start = _start(branch, ends[0])
         if start is None:
-            notes.append(f"No stable motion is known at {_shown(branch, ends[0])}: no run begins there.")
+            notes.append(
+                f"No stable motion is known at {branch.path} = {_shown(branch, ends[0])}: no run begins there."
+            )
         else:
             plans.append(_planned(branch, start, ends, speed_rate))
     motions = list(branch_parts(branch))
@@ -187,7 +189,7 @@ def _way(upward: bool) -> str:
 
 def _shown(branch: Followed, value: float) -> str:
     """A value of the branch, as notes write it."""
-    return f"{branch.path} = {shown_value(branch.path, branch.model, value, 6)}"
+    return shown_value(branch.path, branch.model, value, 6)
 
 
 def _on_none(upward: bool) -> str:
@@ -201,7 +203,8 @@ def _on_none(upward: bool) -> str:
 def _settles_later(branch: Followed, jump: Jump) -> str:
     """What happens where the motion that a run leaves for is unstable at first."""
     return (
-        f"Going {_way(jump.upward)}, the motion that the run leaves for at {_shown(branch, jump.value)} "
+        f"Going {_way(jump.upward)}, the motion that the run leaves for at {branch.path} = "
+        f"{_shown(branch, jump.value)} "
         f"is stable from {_shown(branch, jump.settles)} on only: before that no branch has the motion of the run."
     )
 

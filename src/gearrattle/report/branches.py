@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_SAID, _MOST_ORBITS = 4, 9
+_MOST_EVENTS = 40  # rows, by which options name events, on a terminal
 _MOST_DIGITS = 10
 _NARROW = 1e-3  # of a range: a gap that is not told
 _FOLDED_FROM = 12
@@ -116,7 +117,7 @@ class BranchesPage(ModelPresentation[Branch]):
         return replace(page, sections=tuple(sections))
 
     def answer(self) -> tuple[Table, ...]:
-        return shortened(self._range_table()), shortened(self._event_table())
+        return shortened(self._range_table()), shortened(self._event_table(), _MOST_EVENTS)
 
     def content(self) -> dict[str, Any]:
         branch = self.result

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.orbits.borders import Border
-from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, QUIET, WORDS, MotionMap
+from gearrattle.orbits.motion_map import WORDS, MotionMap
 from gearrattle.report.numbers import write_csv
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.chart import Chart
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _TRUST = (
-    "Rattle must be where only rattling motions are stable. A sum of signs that is right is no proof: motions may be "
+    "A sum of signs that is right is no proof: motions may be "
     "missing in pairs, a stable one with an unstable one. Such a pair begins in a fold; where isolated branches were "
     "sought as well, it is less likely."
 )
@@ -40,12 +40,8 @@ class MotionMapPage(ModelPresentation[MotionMap]):
     @property
     def sentence(self) -> str:
         across, up = measures_of(self.result)
-        shares = {code: self._share(code) for code in (MUST, BESIDE, QUIET, MISSING)}
-        missing = f" In {shares[MISSING]} a motion is missing." if self._counts[MISSING] else ""
-        return (
-            f"Over {across.words} and {up.words} rattle exists and must in {shares[MUST]} of the plane, beside a quiet "
-            f"motion in {shares[BESIDE]}; in {shares[QUIET]} none was found, and the sum of signs agrees.{missing}"
-        )
+        parts = [f"in {self._share(code)} {words}" for code, words in WORDS.items() if self._counts[code]]
+        return f"By share of the plane of {across.words} and {up.words}: {'; '.join(parts)}."
 
     @cached_property
     def _counts(self) -> dict[int, int]:
@@ -91,8 +87,8 @@ class MotionMapPage(ModelPresentation[MotionMap]):
             *(f"{end}: {measure.title}" for end in ("from", "to") for measure in (across, up)),
             "ends inside the range",
         )
-        note = f"Followed from the model's own {up.words} to both ends of its range, {numeral(low * up.factor)} and "
-        note += f"{numeral(high * up.factor)}."
+        ends_of_range = f"{up.with_unit(low)} and {up.with_unit(high)}"
+        note = f"Followed from the model's own {up.words} to both ends of its range, {ends_of_range}."
         return Table(head, tuple(rows), frozenset({0, 1, 6}), "Folds, grazings and ends of families", note)
 
     def _special_table(self) -> Table:

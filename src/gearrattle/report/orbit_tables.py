@@ -9,13 +9,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearrattle.orbits import Orbit
 from gearrattle.report.plots.corners import units_of
 from gearrattle.report.plots.numerals import engineering, numeral, quantity
 from gearrattle.report.tables import Table
 from gearrattle.signals import Impacts, find_impacts
+from gearrattle.wording import counted
 
 _NOTHING = 1e-12
 """A multiplier below this is rounding: a disturbance in its direction is gone after one period."""
@@ -26,20 +26,6 @@ RATTLE = {"quiet": "no rattle", "single-sided": "single-sided rattle", "double-s
 def unit_of(orbit: Orbit, unit: str) -> str:
     """Return a unit of SI, empty for a dimensionless model."""
     return unit if orbit.model.units == "SI" else ""
-
-
-def own_multipliers(orbit: Orbit) -> NDArray[np.complex128]:
-    """Return the multipliers, the largest first, without those of trains that turn as a whole and of free directions.
-
-    These are 1 exactly: what they shift stays shifted.
-    """
-    trivial = len(orbit.multipliers) - len(orbit.motion.gradient) + orbit.free
-    return np.delete(orbit.multipliers, np.argsort(np.abs(orbit.multipliers - 1.0), kind="stable")[:trivial])
-
-
-def largest_modulus(orbit: Orbit) -> float:
-    """Return the largest modulus of a multiplier, without those that are 1 exactly; 0 if there is no other."""
-    return float(np.abs(own_multipliers(orbit)).max(initial=0.0))
 
 
 def multiplier_table(orbit: Orbit) -> Table:
@@ -53,6 +39,8 @@ def multiplier_table(orbit: Orbit) -> Table:
         f"A small disturbance is multiplied by these every {f'{orbit.cycles} ' if orbit.cycles > 1 else ''}T. "
         "An argument of 180° means that it changes its side from one passage to the next."
     )
+    if exactly_one := len(orbit.multipliers) - len(orbit.own_multipliers):
+        note += f" {counted(exactly_one, 'multiplier')} of modulus 1 left out elsewhere: what is shifted stays shifted."
     return Table(("modulus", "argument", "a disturbance is"), tuple(rows), frozenset({2}), "Multipliers", note)
 
 
@@ -147,7 +135,7 @@ def motions_table(orbits: Sequence[Orbit]) -> Table:
                 "stable" if orbit.stable else "unstable",
                 orbit.verdict.verdict,
                 f"{len(impacts_of(orbit))}",
-                quantity(largest_modulus(orbit), "", 5),
+                quantity(orbit.largest_modulus, "", 5),
                 *swings,
             )
         )

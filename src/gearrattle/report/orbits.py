@@ -18,7 +18,6 @@ from gearrattle.report.orbit_tables import (
     RATTLE,
     impacts_of,
     impacts_table,
-    largest_modulus,
     motions_table,
     multiplier_table,
     state_table,
@@ -67,10 +66,9 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
         stability = "A stable" if orbit.stable else "An unstable"
         unit = unit_of(orbit, "s")
         length = f" ({_number(orbit.period)}{f' {unit}' if unit else ''})"
-        size = largest_modulus(orbit)
         return (
             f"{stability} motion that repeats after {orbit.cycles} T{length}: {RATTLE[orbit.verdict.verdict]}; "
-            f"the largest multiplier has the modulus {_number(size)}."
+            f"the largest multiplier has the modulus {_number(orbit.largest_modulus)}."
         )
 
     @property

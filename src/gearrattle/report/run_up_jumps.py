@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, cast
 
 from gearrattle.json_types import json_value
+from gearrattle.model.path_labels import in_shown_unit
 from gearrattle.orbits import Branch, RunUpJumps
 from gearrattle.orbits.jumps import Jump
 from gearrattle.report.plots.axis_names import Measure
@@ -38,29 +39,36 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
 
     @property
     def sentence(self) -> str:
-        rate = quantity(self.result.rate, self._unit("rad/s²"))
-        seen = [jump for jump in self.result.jumps if not jump.words]
-        if not seen:
-            return f"No run at the rate {rate} jumps where a motion of the branches ends."
+        factor, unit = self._speed
+        rate = quantity(self.result.rate * factor, f"{unit}/s" if unit else "")
+        jumps = self.result.jumps
+        seen = [jump for jump in jumps if not jump.words]
         parts = [
             f"{'up' if jump.upward else 'down'} at {self._shown.with_unit(jump.value, 6)}, "
-            f"{quantity(jump.delay, self._unit('rad/s'), 3)} or {numeral(jump.periods, 3)} T behind the {jump.kind}"
+            f"{quantity(jump.delay * factor, unit, 3)} or {numeral(jump.periods, 3)} T behind the {jump.kind}"
             for jump in seen
         ]
-        return f"At the rate {rate} the motion jumps {listed(parts)}."
+        if parts:
+            return f"At the rate {rate} the motion jumps {listed(parts)}."
+        if not jumps:
+            return f"At the rate {rate} no run passes an event at which a motion of the branches ends."
+        reasons = "; ".join(dict.fromkeys(jump.words for jump in jumps))
+        return f"At the rate {rate} no jump is known: {reasons}."
 
     @property
     def _shown(self) -> Measure:
         return measure(cast(Branch, self.result.branch))
 
-    def _unit(self, unit: str) -> str:
-        return unit if self.result.model.units == "SI" else ""
+    @property
+    def _speed(self) -> tuple[float, str]:
+        """The factor and the unit of a difference of speeds."""
+        return in_shown_unit("excitation.speed", "rad/s" if self.result.model.units == "SI" else "")
 
     def figures(self) -> tuple[Chart, ...]:
         return (run_up_chart(self.result),) if self.result.envelopes else ()
 
     def answer(self) -> tuple[Table, ...]:
-        speed, shown = self._unit("rad/s"), self._shown
+        (_, speed), shown = self._speed, self._shown
         unit = f" [{shown.unit}]" if shown.unit else ""
         head = (
             "going",
@@ -82,7 +90,7 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
             jump.kind,
             numeral(jump.end * factor, 8),
             numeral(jump.value * factor, 6),
-            numeral(jump.delay, 4),
+            numeral(jump.delay * self._speed[0], 4),
             numeral(jump.periods, 4),
             jump.clearance,
             jump.words,

@@ -36,8 +36,10 @@ class Table:
 
 
 def shortened(table: Table, most: int = 12) -> Table:
-    """Return a table with its first rows, for a terminal or a notebook; the page has the others."""
+    """Return a table with its first rows, for a terminal or a notebook; a saved page has the others."""
     left = len(table.rows) - most
     if left <= 0:
         return table
-    return replace(table, rows=table.rows[:most], note=f"On the page: {counted(left, 'row')} more.")
+    return replace(
+        table, rows=table.rows[:most], note=f"{counted(left, 'row')} more on the page, where the result is saved."
+    )
