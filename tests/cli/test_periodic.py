@@ -216,3 +216,30 @@ def test_options_are_refused_before_a_motion_is_sought(
 def test_no_motion_is_a_failure_that_says_what_to_try(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["periodic", str(EXAMPLES / "manual_transmission.toml"), "--start", "static"]) == 1
     assert "another start" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--path", "speed", "--range", "1:2"], 'did you mean "excitation.speed"?'),
+        (["--path", "coupling.driveshaft.name", "--range", "1:2"], "leads to no number"),
+        (["--path", "torque.engine.mean", "--range", "1:2"], "(0 on engine, 1 on vehicle)"),
+        (["--path", "coupling.driveshaft.clearance", "--range", "1 deg:2"], "one end has a unit, the other none"),
+        (["--path", "coupling.driveshaft.clearance", "--range", "1:2:3 deg"], "must be two values"),
+        (["--path", "excitation.speed", "--range", "25:35rpm", "--step-limit", "1"], "has no unit"),
+        (["--path", "excitation.speed", "--range", "25:35rpm", "--rate", "100 rpm/s"], "found 100 rpm/s"),
+    ],
+)
+def test_a_value_that_is_none_is_refused_before_motions_are_followed(
+    options: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["continue", str(EXAMPLES / "driveline_lash.toml"), *options]) == 2
+    printed = capsys.readouterr().err
+    assert words in printed
+    assert "following" not in printed
+
+
+def test_a_range_may_begin_with_a_minus(capsys: pytest.CaptureFixture[str]) -> None:
+    options = ["--path", "torque.1.mean", "--range", "-300:-290 N*m"]
+    assert main(["continue", str(EXAMPLES / "driveline_lash.toml"), *options]) == 0
+    assert "from −300 to −290 N m" in capsys.readouterr().out

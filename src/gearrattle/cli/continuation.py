@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -27,8 +28,9 @@ if TYPE_CHECKING:
 Ends = tuple[float | str, float | str]
 """Of a range, as they are typed."""
 
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _ACROSS, _UP = 32, 20
-_OF_BRANCH = {name: f"--{name}" for name in ("path", "range", "cycles", "rate")}
+_OF_BRANCH = {name: f"--{name}" for name in ("path", "range", "cycles", "rate", "step_limit")}
 _OF_SECOND = {"event": "--boundary", "second": "--second", "range": "--second-range"}
 
 
@@ -37,13 +39,13 @@ def continue_(
     /,
     *,
     path: str,
-    over: Annotated[str, Parameter(name="--range")],
+    over: Annotated[str, Parameter(name="--range", allow_leading_hyphen=True)],
     cycles: Whole = 1,
     start: Literal["static", "zero", "linear"] | None = None,
     step_limit: str | None = None,
     isolated: Annotated[bool, Parameter(negative="")] = False,
     second: str | None = None,
-    second_range: str | None = None,
+    second_range: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     across: Whole | None = None,
     up: Whole | None = None,
     boundary: Whole | None = None,
@@ -82,7 +84,8 @@ def continue_(
     up
         Number of cells of the map over the second value. Default: 20.
     boundary
-        Row of an event in the table of events, from 0: in place of the map the curve of this event over both values.
+        Row of an event in the table of events, from 0, with the same range: in place of the map the curve of this event
+        over both values. It may leave the range.
     scatter
         PATH=DEVIATION, a standard deviation of a value of the model, e.g. torque.0.mean="0.5 N*m": every event gets the
         standard deviation that all of them give it. May be repeated.
@@ -101,7 +104,7 @@ def continue_(
     deviations = {name: number_or_text(text) or 0.0 for name, text in words("--scatter", scatter).items()}
     speed_rate = None if rate is None else number_or_text(rate) or 0.0
     _check_values(driveline, (path, ends), (second, second_ends), deviations, speed_rate)
-    limit = None if step_limit is None else _limit(step_limit, path, driveline)
+    limit = None if step_limit is None else _limit(step_limit, path, ends, driveline)
 
     def work(watch: Watch) -> Branch | MotionMap | RunUpJumps | xr.Dataset | BranchesPage:
         watch.enter("following motions")
@@ -183,9 +186,9 @@ def _check_values(
 
     path, ends = first
     with named_as(_OF_BRANCH):
-        ends_of(driveline, path, ends)
+        in_si = ends_of(driveline, path, ends)
         if rate is not None:
-            rate_of(driveline, path, rate)
+            rate_of(driveline, path, in_si, rate)
     if second[0] is not None and second[1] is not None:
         with named_as(_OF_SECOND):
             second_of(driveline, path, second[0], second[1])
@@ -211,18 +214,21 @@ def _scattered(branch: Branch, deviations: Mapping[str, float | str], watch: Wat
 def _ends(text: str, option: str = "--range") -> Ends:
     """Return the two ends of a range; a unit behind the second is that of the first, too."""
     first, colon, second = (part.strip() for part in text.partition(":"))
-    if not (first and colon and second):
+    if not (first and colon and second) or ":" in second:
         raise ModelError(Problem(option, f'"{text}"', 'must be two values, such as "300:2000 rpm"'))
     low, high = number_or_text(first), number_or_text(second)
-    if isinstance(low, float) and isinstance(high, str) and " " in high:
-        return f"{first} {high.split(maxsplit=1)[1]}", high
+    if isinstance(low, float) and isinstance(high, str) and (number := _NUMBER.match(high)):
+        return f"{first} {high[number.end() :].strip()}", high
     assert low is not None
     assert high is not None
     return low, high
 
 
-def _limit(text: str, path: str, model: Model) -> float:
+def _limit(text: str, path: str, ends: Ends, model: Model) -> float:
     """Return the largest change [SI]."""
     from gearrattle.model.path_values import change_in_si
 
-    return change_in_si(path, number_or_text(text), model, "positive", "--step-limit")
+    limit = number_or_text(text)
+    if isinstance(limit, float) and all(isinstance(end, str) for end in ends):
+        raise ModelError(Problem("--step-limit", text, "has no unit, but the range has one", 'such as "10 rpm"'))
+    return change_in_si(path, limit, model, "positive", "--step-limit")

@@ -178,5 +178,7 @@ def _index(node: list[Any], part: str, above: Sequence[str]) -> int:
         raise _NoPathError(f"no {where} is named {part}; there are {listed(known)}", did_you_mean(part, known))
     if part.isascii() and part.isdigit() and len(part) < 10 and int(part) < len(node):
         return int(part)
-    rule = f"{where} goes by index from 0 to {len(node) - 1}" if node else f"{where} is empty"
-    raise _NoPathError(rule)
+    if not node:
+        raise _NoPathError(f"{where} is empty")
+    owners = listed(f"{i} on {row['on']}" for i, row in enumerate(node) if isinstance(row, dict) and "on" in row)
+    raise _NoPathError(f"{where} goes by index from 0 to {len(node) - 1}{f' ({owners})' if owners else ''}")

@@ -13,6 +13,7 @@ import numpy as np
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_values import in_si
+from gearrattle.model.paths import path_names, value_at
 from gearrattle.model.table import shown
 
 _WIDTHS = 1e3  # of a range: the unit of its value is no larger
@@ -34,6 +35,17 @@ def ends_of(model: Model, path: str, ends: Sequence[float | str]) -> tuple[float
     if path.partition(".")[0] == "simulation":
         rule = "is a setting of simulations, on which motions do not depend"
         raise ModelError(Problem(path, "", rule, "follow a value of the driveline"))
+    if "." not in path:
+        names = [name for name in ("excitation.speed", *path_names(model.to_tables())) if name.endswith(f".{path}")]
+        remedy = f'did you mean "{names[0]}"?' if names else "such as excitation.speed"
+        raise ModelError(Problem("path", path, "leads to no number", remedy))
+    own = value_at(model.to_tables(), path)
+    if isinstance(own, str | bool):
+        raise ModelError(Problem("path", path, "leads to no number", "follow a number of the driveline"))
+    has_unit = [isinstance(end, str) for end in ends if end != 0]
+    if model.units == "SI" and len(set(has_unit)) > 1:
+        rule, remedy = "one end has a unit, the other none", 'give both, such as ("1 deg", "2 deg")'
+        raise ModelError(Problem("range", shown(list(ends)), rule, remedy))
     values = [in_si(path, end, model) for end in ends]
     if path.rpartition(".")[2] == "order":
         rule = "cannot be followed: between two orders there are others without a common period"

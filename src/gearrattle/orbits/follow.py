@@ -12,7 +12,8 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ModelError
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import CALLBACK, FLAG, Plain, Reader, argument_problems
+from gearrattle.model.path_values import change_in_si
+from gearrattle.model.quantity import CALLBACK, FLAG, Reader, argument_problems
 from gearrattle.orbits.branch import Branch
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.ends import ends_of
@@ -33,7 +34,7 @@ def continuation(
     *,
     start: Start | Orbit | None = None,
     cycles: int = 1,
-    step_limit: float | None = None,
+    step_limit: float | str | None = None,
     isolated: bool = False,
     progress: Callable[[float], None] | None = None,
     so_far: Callable[[Branch], None] | None = None,
@@ -55,7 +56,7 @@ def continuation(
         periods T after which the motions repeat. Where the motion at the first end repeats sooner, so do those of its
         branch, and ``cycles`` of the result is less.
     step_limit
-        largest change of the value between points [SI]; None: as the branch allows.
+        largest change of the value between points, a number in SI or a string with a unit; None: as the branch allows.
     isolated
         whether branches of n and of 2 n periods are sought that are not connected to the first.
     progress
@@ -87,11 +88,10 @@ def continuation(
     check_model(model)
     rules: dict[str, tuple[Reader, Any]] = {"cycles": (CYCLES, cycles), "isolated": (FLAG, isolated)}
     rules |= {"progress": (CALLBACK, progress), "so_far": (CALLBACK, so_far)}
-    if step_limit is not None:
-        rules["step_limit"] = Plain("positive"), step_limit
     if problems := argument_problems(rules):
         raise ModelError(problems)
     first, last = ends_of(model, path, range)
+    limit = None if step_limit is None else change_in_si(path, step_limit, model, "positive", "step_limit")
     base = model.with_({path: first})
     check_repeats(base)
     check_begin(model, path, (first, last))
@@ -102,7 +102,7 @@ def continuation(
         notes.append(f"The motion at the first end repeats after {counted(fewest, 'period')}: cycles is {fewest}.")
         cycles = fewest
     followers = followers_of(
-        cycles, lambda n: follower_over(model, path, (first, last), n, first=first, step_limit=step_limit)
+        cycles, lambda n: follower_over(model, path, (first, last), n, first=first, step_limit=limit)
     )
     curve = followers.of[cycles]
     start_point = curve.begin(first_orbit.motion.start, first, upward=last > first)

@@ -244,9 +244,9 @@ class _Ending:
         return min(self.at_end, key=lambda one: float(self.distance(one.at(self.loss.value), self.swing)))
 
 
-def speed_of(branch: Followed, value: float) -> float:
+def speed_of(model: Model, path: str, value: float) -> float:
     """The speed at a value [rad/s]."""
-    return branch.model.with_({branch.path: value}).excitation.omega
+    return model.with_({path: value}).excitation.omega
 
 
 def branch_parts(branch: Followed) -> Sequence[BranchPart]:
@@ -313,7 +313,7 @@ def _periods(branch: Followed, values: tuple[float, float], rate: float) -> floa
     """The periods T that a run takes from one value to another; NaN where one is."""
     if np.isnan(values).any():
         return np.nan
-    first, last = (speed_of(branch, value) for value in values)
+    first, last = (speed_of(branch.model, branch.path, value) for value in values)
     return abs(periods_between(branch.model, (first, last), rate))
 
 
@@ -377,7 +377,8 @@ def _jump(branch: Followed, run: RunParts, ending: _Ending, rate: float) -> Jump
     value, other = first
     if value == loss.value:
         return without(_EARLY, apart_most)
-    delay = abs(speed_of(branch, value) - speed_of(branch, loss.value))
+    jumped, lost = (speed_of(branch.model, branch.path, one) for one in (value, loss.value))
+    delay = abs(jumped - lost)
     periods = _periods(branch, (loss.value, value), rate)
     decided_by = names[ending.decisive(other.at(value))]
     settles = max(value, float(other.value[0])) if run.upward else min(value, float(other.value[-1]))

@@ -27,7 +27,7 @@ from gearrattle.assembly import assemble, free_of, period_of
 from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
-from gearrattle.model.path_labels import path_label, shown_value
+from gearrattle.model.path_labels import in_shown_unit, path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, Plain, checked
 from gearrattle.model.table import shown
 from gearrattle.orbits.followed import Followed
@@ -152,9 +152,8 @@ def run_up_of(branch: Followed, rate: float | str, progress: Callable[[float], N
         a branch over something else than the speed, a rate without sense or at which the runs are too short or long.
     """
     checked(CALLBACK, progress, "progress")
-    speed_rate = rate_of(branch.model, branch.path, rate)
+    speed_rate = rate_of(branch.model, branch.path, branch.range, rate)
     low, high = sorted(branch.range)
-    _check_part(branch, (low, high), speed_rate)
     plans, notes = list[_RunPlan](), list[str]()
     for ends in ((low, high), (high, low)):
         start = _start(branch, ends[0])
@@ -209,13 +208,13 @@ def _settles_later(branch: Followed, jump: Jump) -> str:
     )
 
 
-def rate_of(model: Model, path: str, rate: float | str) -> float:
-    """Return the rate of a run-up over the value of a branch [rad/s^2].
+def rate_of(model: Model, path: str, ends: tuple[float, float], rate: float | str) -> float:
+    """Return the rate of a run-up over a range of the value of a branch [rad/s^2].
 
     Raises
     ------
     ModelError
-        the value is not the speed, or a rate without sense.
+        the value is not the speed, a rate without sense or too fast, or a model that cannot follow a run-up.
     """
     if path not in PATHS:
         raise ModelError(Problem("path", path, f"a run-up changes {' or '.join(PATHS)}", "follow that"))
@@ -224,7 +223,11 @@ def rate_of(model: Model, path: str, rate: float | str) -> float:
             rate = units.convert(rate, units.ANGULAR_ACCELERATION)
         except units.UnitError as error:
             raise ModelError(Problem("rate", shown(rate), error.rule, error.remedy)) from None
-    return float(checked(Plain("positive", "the run goes up and down by itself"), rate, "rate"))
+    speed_rate = float(checked(Plain("positive", "the run goes up and down by itself"), rate, "rate"))
+    low, high = (speed_of(model, path, value) for value in sorted(ends))
+    _check_part(model, (low, high), speed_rate)
+    _swept(model, (low, high), speed_rate)
+    return speed_rate
 
 
 def _start(branch: Followed, value: float) -> Orbit | None:
@@ -234,23 +237,27 @@ def _start(branch: Followed, value: float) -> Orbit | None:
     return branch.orbit(int(chosen[0])) if chosen.size else None
 
 
-def _check_part(branch: Followed, ends: tuple[float, float], rate: float) -> None:
+def _check_part(model: Model, speeds: tuple[float, float], rate: float) -> None:
     """Refuse a rate at which the runs over a range end within the first part of a period: nothing is left of them."""
-    first, last = (speed_of(branch, value) for value in ends)
-    periods = periods_between(branch.model, (first, last), rate)
-    parts = _parts(branch.model)
+    periods, parts = periods_between(model, speeds, rate), _parts(model)
     if parts * periods >= 1.0:
         return
-    unit = _unit(branch.model)
     shortest = "a period T" if parts == 1 else f"1/{parts} of a period T"
     rule = f"a run must last at least {shortest}, and this one lasts {periods:.3g} T"
-    remedy = f"{_DOWN * parts * periods * rate:.3g}{unit} or less, or a branch over a longer range"
-    raise ModelError(Problem("rate", f"{rate:.6g}{unit}", rule, remedy))
+    remedy = f"{_rate_words(model, _DOWN * parts * periods * rate, 3)} or less, or a branch over a longer range"
+    raise ModelError(Problem("rate", _rate_words(model, rate), rule, remedy))
 
 
-def _unit(model: Model) -> str:
-    """The unit of a rate, as it follows a number."""
-    return " rad/s²" if model.units == "SI" else ""
+def _swept(model: Model, speeds: tuple[float, float], rate: float) -> Model:
+    """The driveline with a run-up or run-down between two speeds [rad/s]."""
+    first, last = speeds
+    return model.with_({"excitation.sweep": {"from": first, "to": last, "over": abs(last - first) / rate}})
+
+
+def _rate_words(model: Model, rate: float, digits: int = 6) -> str:
+    """A rate with its unit."""
+    factor, unit = in_shown_unit("excitation.speed", "rad/s" if model.units == "SI" else "")
+    return f"{rate * factor:.{digits}g}{f' {unit}/s' if unit else ''}"
 
 
 def _turns(model: Model) -> float:
@@ -293,14 +300,13 @@ def _planned(branch: Followed, orbit: Orbit, ends: tuple[float, float], rate: fl
     ModelError
         the run would be too long.
     """
-    first, last = (speed_of(branch, value) for value in ends)
-    over = abs(last - first) / rate
-    cycles = int(np.ceil(over * first / (2.0 * np.pi * _turns(orbit.model))))
+    first, last = (speed_of(branch.model, branch.path, value) for value in ends)
+    cycles = int(np.ceil(abs(last - first) / rate * first / (2.0 * np.pi * _turns(orbit.model))))
     fastest = max(1.0, last / first)
     affordable = max(_SAMPLES, int(_MOST_SAMPLES / (cycles * fastest)))
     samples = int(np.ceil(min(_SAMPLES * _load_cycles(orbit.model), affordable) * fastest))
     try:
-        model = branch.model.with_({"excitation.sweep": {"from": first, "to": last, "over": over}})
+        model = _swept(branch.model, (first, last), rate)
         settings = {"cycles": cycles, "discard": 0, "samples_per_cycle": samples}
         simulation = plan_from(model, (orbit.period_map, orbit.motion.start), settings)
     except ModelError as error:
@@ -308,7 +314,7 @@ def _planned(branch: Followed, orbit: Orbit, ends: tuple[float, float], rate: fl
             raise
         rule = f"the run would last {cycles:.3g} periods T: {error.problems[0].rule}"
         remedy = "a faster rate, or a branch over a shorter range"
-        raise ModelError(Problem("rate", f"{rate:.6g}{_unit(branch.model)}", rule, remedy)) from None
+        raise ModelError(Problem("rate", _rate_words(branch.model, rate), rule, remedy)) from None
     return _RunPlan(orbit, model, simulation, ends[0] / first, (first, last), rate if last > first else -rate)
 
 

@@ -218,7 +218,7 @@ class BranchesPage(ModelPresentation[Branch]):
         for row, number, kind, value, _, name, collision, grazing, _ in self.result.events.itertuples():
             how = "gradient jumps" if collision else grazing
             rows.append((f"{row}", f"{number}", kind, numeral(value * shown.factor, 8), name, how))
-        head: tuple[str, ...] = ("row", "branch", "event", shown.title, "clearance", "at the corner")
+        head: tuple[str, ...] = ("row", "branch", "event", shown.title, "at clearance", "at the corner")
         words, note = frozenset({2, 4, 5}), ""
         if self._deviations is not None:
             unit = f" [{shown.unit}]" if shown.unit else ""

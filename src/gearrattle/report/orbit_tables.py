@@ -10,9 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Orbit
 from gearrattle.report.plots.corners import units_of
-from gearrattle.report.plots.numerals import engineering, numeral, quantity
+from gearrattle.report.plots.numerals import engineering_column, numeral, quantity
 from gearrattle.report.tables import Table
 from gearrattle.signals import Impacts, find_impacts
 from gearrattle.wording import counted
@@ -74,22 +75,31 @@ def impacts_of(orbit: Orbit) -> Impacts:
 def impacts_table(orbit: Orbit) -> Table:
     """Return a row for every impact, in their order."""
     impacts, layout = impacts_of(orbit), orbit.run.trajectory.layout
-    rows = []
-    for i in range(len(impacts)):
-        k = int(impacts.clearance[i])
-        unit = units_of(orbit.model, layout, k)
-        energy = impacts.energy[i] if np.isfinite(impacts.energy[i]) else None
-        rows.append(
-            (
-                numeral(float(impacts.time[i]) / layout.period, 5),
-                layout.clearance_names[k],
-                "drive" if impacts.drive[i] else "coast",
-                engineering(abs(float(impacts.velocity[i])), unit["rate"], 4),
-                engineering(None if energy is None else float(energy), unit["energy"], 4),
-            )
+    speed, energy = ([""] * len(impacts) for _ in range(2))
+    for k in range(len(layout.clearance_names)):  # one unit for all impacts of a clearance
+        own, unit = np.flatnonzero(impacts.clearance == k), units_of(orbit.model, layout, k)
+        of_own = (np.abs(impacts.velocity[own]), unit["rate"]), (impacts.energy[own], unit["energy"])
+        for cells, (values, of_value) in zip((speed, energy), of_own, strict=True):
+            for i, text in zip(own, engineering_column(values.tolist(), of_value, 4), strict=True):
+                cells[i] = text
+    rows = tuple(
+        (numeral(time / layout.period, 5), layout.clearance_names[k], "drive" if drive else "coast", *sizes)
+        for time, k, drive, *sizes in zip(
+            impacts.time.tolist(), impacts.clearance.tolist(), impacts.drive.tolist(), speed, energy, strict=True
         )
+    )
     head = ("time [T]", "clearance", "side", "approach speed", "impact energy")
-    return Table(head, tuple(rows), frozenset({1, 2}), "Impacts in their order")
+    return Table(head, rows, frozenset({1, 2}), "Impacts in their order")
+
+
+def family_table(orbit: Orbit) -> Table:
+    """Return a row for every free state of a motion that is one of a family, with the values that it may take."""
+    rows = []
+    for free in orbit.family:
+        unit = path_label(free.name, orbit.model).unit or unit_of(orbit, "rad")  # that of a slider
+        rows.append((free.name, *engineering_column((free.low, free.value, free.high), unit, 6)))
+    note = "In this range neighbouring motions repeat as well, with the same impacts."
+    return Table(("free state", "from", "here", "to"), tuple(rows), frozenset({0}), "Family", note)
 
 
 def state_table(orbit: Orbit) -> Table:
@@ -122,21 +132,28 @@ def motions_table(orbits: Sequence[Orbit]) -> Table:
         return Table(("motion",), ())
     layout = orbits[0].run.trajectory.layout
     shown = layout.clearance_names[:4]
-    head = ("motion", "repeats after", "", "verdict", "impacts", "largest modulus")
-    rows = []
-    for number, orbit in enumerate(orbits, 1):
-        swings = (
-            engineering(swing(orbit, k), units_of(orbit.model, layout, k)["deflection"], 4) for k in range(len(shown))
+    swings = [
+        engineering_column((swing(orbit, k) for orbit in orbits), units_of(orbits[0].model, layout, k)["deflection"], 4)
+        for k in range(len(shown))
+    ]
+    head = ("motion", "repeats after", "", "verdict", "impacts", "first at [T]", "largest modulus")
+    rows = [
+        (
+            f"{number}",
+            f"{orbit.cycles} T",
+            "stable" if orbit.stable else "unstable",
+            orbit.verdict.verdict,
+            f"{len(impacts_of(orbit))}",
+            _first_impact(orbit),
+            quantity(orbit.largest_modulus, "", 5),
+            *own,
         )
-        rows.append(
-            (
-                f"{number}",
-                f"{orbit.cycles} T",
-                "stable" if orbit.stable else "unstable",
-                orbit.verdict.verdict,
-                f"{len(impacts_of(orbit))}",
-                quantity(orbit.largest_modulus, "", 5),
-                *swings,
-            )
-        )
+        for number, (orbit, *own) in enumerate(zip(orbits, *swings, strict=True), 1)
+    ]
     return Table((*head, *(f"swing of {name}" for name in shown)), tuple(rows), frozenset({2, 3}))
+
+
+def _first_impact(orbit: Orbit) -> str:
+    """Where the first impact is: it tells motions apart that are one another's copy, shifted in time."""
+    time = impacts_of(orbit).time
+    return numeral(float(time[0]) / orbit.run.trajectory.layout.period, 4) if time.size else "–"

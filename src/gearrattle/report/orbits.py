@@ -5,6 +5,7 @@ Takes an Orbit, or several of one driveline; gives their presentations.
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,6 +17,7 @@ from gearrattle.orbits import Orbit, PeriodicMotions
 from gearrattle.report.numbers import write_csv
 from gearrattle.report.orbit_tables import (
     RATTLE,
+    family_table,
     impacts_of,
     impacts_table,
     motions_table,
@@ -83,7 +85,7 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
             "multipliers",
             "Multipliers",
             charts=(multipliers_chart([("multiplier", orbit)]),),
-            tables=(multiplier_table(orbit),),
+            tables=(multiplier_table(orbit), *([family_table(orbit)] if orbit.free else [])),
         )
         order = Section("order", "Impacts", tables=(impacts_table(orbit),), folds=True)
         state = Section("state", "State", tables=(state_table(orbit),), folds=True)
@@ -93,7 +95,13 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
 
     def answer(self) -> tuple[Table, ...]:
         orbit = self.result
-        return verdict_table(orbit.verdict), shortened(multiplier_table(orbit)), shortened(impacts_table(orbit))
+        family = (family_table(orbit),) if orbit.free else ()
+        return (
+            verdict_table(orbit.verdict),
+            shortened(multiplier_table(orbit)),
+            *family,
+            shortened(impacts_table(orbit)),
+        )
 
     def content(self) -> dict[str, Any]:
         orbit = self.result
@@ -103,6 +111,7 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
             "period": orbit.period,
             "stable": orbit.stable,
             "free_directions": orbit.free,
+            "family": [json_value(asdict(free)) for free in orbit.family],
             "residual": orbit.residual,
             "multipliers": [{"real": m.real, "imaginary": m.imag} for m in orbit.multipliers.tolist()],
             "pattern": [{"clearance": name, "side": side} for name, side in orbit.pattern],

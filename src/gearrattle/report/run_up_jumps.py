@@ -11,6 +11,7 @@ from gearrattle.json_types import json_value
 from gearrattle.model.path_labels import in_shown_unit
 from gearrattle.orbits import Branch, RunUpJumps
 from gearrattle.orbits.jumps import Jump
+from gearrattle.report.branches import BranchesPage
 from gearrattle.report.plots.axis_names import Measure
 from gearrattle.report.plots.branches import measure
 from gearrattle.report.plots.chart import Chart
@@ -81,7 +82,8 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
             "",
         )
         rows = tuple(self._row(jump) for jump in self.result.jumps)
-        return (Table(head, rows, frozenset({0, 1, 6, 7}), "Jumps beside those of the branches", _NOTE),)
+        jumps = Table(head, rows, frozenset({0, 1, 6, 7}), "Jumps beside those of the branches", _NOTE)
+        return jumps, *BranchesPage(cast(Branch, self.result.branch)).answer()
 
     def _row(self, jump: Jump) -> tuple[str, ...]:
         factor = self._shown.factor

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 _WAYS = ("forward", "backward")
 _NOTE = (
     "Pulses are tried in steps of 10 %, and where the time until the motion is back has a maximum; the border is then "
-    "found by bisection. A narrow range of smaller pulses that tip the motion over as well may not be seen."
+    "found by bisection. Ranges of smaller pulses that tip the motion over as well may not be seen where they are "
+    "narrower: the error says how well this border is known, not that no smaller pulse does it."
 )
 _UNSURE = 1e-5  # of a pulse: a larger error is named
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 UNBROKEN = "\u00a0"
@@ -92,6 +93,13 @@ def quantity(value: float | None, unit: str = "", digits: int = 4) -> str:
     if value is None or math.isnan(value):
         return "–"
     return f"{numeral(value, digits)} {unit}" if unit and unit != "1" else numeral(value, digits)
+
+
+def engineering_column(values: Iterable[float], unit: str, digits: int = 3) -> list[str]:
+    """Write numbers with their unit and one SI prefix, that of the largest; a dash for NaN."""
+    numbers = list(values)
+    factor, scaled = prefixed(max((abs(value) for value in numbers if math.isfinite(value)), default=0.0), unit)
+    return [quantity(value * factor, scaled, digits) for value in numbers]
 
 
 def engineering(value: float | None, unit: str, digits: int = 3) -> str:
