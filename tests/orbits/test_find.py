@@ -10,9 +10,13 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
+from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
+from gearrattle.orbits.orbit import contact_state, linear_state
+from gearrattle.orbits.state import state_of
 
 
 @pytest.mark.parametrize("start", ["foo", 5, [1, 2], np.zeros(2)])
@@ -76,3 +80,30 @@ def test_a_note_says_where_a_simulation_does_not_come_to_the_motion(name: str) -
 def test_a_motion_with_friction_that_settles_after_two_periods_says_so() -> None:
     with pytest.raises(gr.ConvergenceError, match=r"settles in one that repeats after 2 periods; try: cycles=2"):
         gr.periodic(gr.example("clutch_friction"))
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("alternating_mesh", {"excitation.speed": "3000 rpm"}),
+        ("backlash_oscillator", {"excitation.speed": 0.3}),
+        ("driveline_lash", {"torque.0.harmonics.0.amplitude": 10.0}),
+    ],
+)
+def test_the_motion_in_contact_is_that_which_grows_out_of_the_rest(name: str, changes: dict[str, Any]) -> None:
+    model = gr.example(name).with_(changes)
+    period_map = PeriodMap(assemble(model).system, 1)
+    rest = state_of(model, period_map, "static")
+    state = contact_state(period_map, rest)
+    assert state is not None
+    scale = period_map.scale
+    np.testing.assert_allclose(state.y * scale, linear_state(period_map, rest).y * scale, atol=1e-10)
+
+
+def test_no_motion_in_contact_swings_over_a_corner() -> None:
+    model = gr.example("backlash_oscillator")
+    for speed in (0.3, 1.0):  # below resonance, and at it
+        one = model.with_({"excitation.speed": speed})
+        swing = 0.05 * speed**2 / abs(1.0 - speed**2 + 0.1j * speed)
+        period_map = PeriodMap(assemble(one).system, 1)
+        assert (contact_state(period_map, state_of(one, period_map, "static")) is None) == (swing > 0.1)

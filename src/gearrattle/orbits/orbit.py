@@ -311,7 +311,7 @@ def settled_state(model: Model, period_map: PeriodMap) -> State:
 def contact_state(period_map: PeriodMap, rest: State) -> State | None:
     """Return the start of the motion in which no corner is passed: that of the linear driveline which the rest is on.
 
-    That motion grows in proportion to all harmonics, so it is known from that of small ones.
+    It is a linear function of the size of all harmonics, so two of small ones tell it.
 
     Parameters
     ----------
@@ -325,14 +325,15 @@ def contact_state(period_map: PeriodMap, rest: State) -> State | None:
     State or None
         None where that motion passes a corner.
     """
-    smallest = family_of_excitation(period_map.system, period_map.cycles).map_at(_SMALLEST)
+    family = family_of_excitation(period_map.system, period_map.cycles)
     try:
-        small = shooting.shoot(smallest, rest).motion.start
-        full = State(rest.y + (small.y - rest.y) / _SMALLEST, small.auxiliary_pieces)
-        orbit = shooting.shoot(period_map, full)
+        one, two = (shooting.shoot(family.map_at(size), rest).motion.start for size in (_SMALLEST, 2.0 * _SMALLEST))
+        full = one.y + (two.y - one.y) * (1.0 - _SMALLEST) / _SMALLEST
+        orbit = shooting.shoot(period_map, State(full, one.auxiliary_pieces))
     except ConvergenceError:
         return None
-    return None if orbit.motion.crossings.time.size else orbit.motion.start
+    passes = orbit.motion.crossings.watch < len(period_map.system.clearances)  # others: alternation, sliders
+    return None if passes.any() else orbit.motion.start
 
 
 def linear_state(period_map: PeriodMap, rest: State) -> State:
