@@ -30,10 +30,10 @@ from gearrattle.model import Model
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.family import follower_over
 from gearrattle.orbits.find import periodic
-from gearrattle.orbits.further import followers_of, further_curves
-from gearrattle.orbits.orbit import contact_state, settled_state
+from gearrattle.orbits.further import Followers, followers_of, further_curves
+from gearrattle.orbits.orbit import contact_state, is_stable, settled_state
 from gearrattle.orbits.over_speed import OverSpeed
-from gearrattle.orbits.search import Known
+from gearrattle.orbits.search import Known, states_of_periods
 from gearrattle.orbits.state import state_of
 
 _MOST_POINTS = 400  # over the second value, from one row to the next
@@ -114,17 +114,15 @@ def own_row(plane: Plane, second: float, curves: Sequence[Curve], last: float, *
     isolated
         whether branches are sought that are not connected to these.
     """
-    curve, further = plane.follower(second, plane.cycles), list[Curve]()
-    starts = [*_settled(plane, curve, second)]
-    with suppress(ConvergenceError):
-        starts.append((last, periodic(plane.model_at(last, second), plane.cycles).motion.start))
-    for first, state in starts:
-        if not _known_at(curve, _alike(plane, [*curves, *further]), first).holds(state):
-            further += _through(curve, state, first, plane.ends, None)
-    further += _completing(plane, _alike(plane, [*curves, *further]), second, None)
     followers = followers_of(plane.cycles, lambda n: plane.follower(second, n))
-    further += further_curves(followers, further, plane.ends, isolated=isolated, others=curves)
-    return Row(second, (*curves, *further))
+    row = [*curves]
+    with suppress(ConvergenceError):
+        state = periodic(plane.model_at(last, second), plane.cycles).motion.start
+        _add_through(followers.of[plane.cycles], state, last, row, plane.ends)
+    _add_settled(plane, followers, row, second)
+    row += _completing(plane, _alike(row, plane.cycles), second, None)
+    further = row[len(curves) :]
+    return Row(second, (*row, *further_curves(followers, further, plane.ends, isolated=isolated, others=curves)))
 
 
 def rows_of(
@@ -205,27 +203,23 @@ class _Rows:
         self, known: Sequence[Curve], before: float, second: float, progress: Callable[[float], None] | None
     ) -> list[Curve]:
         """Follow branches of a row to another one; return those that begin there."""
-        plane, begun = self._plane, list[Curve]()
+        plane, curves, first_new = self._plane, self.curves[second], len(self.curves[second])
         curve = plane.follower(second, plane.cycles)
         for first, state in _starts(plane, known, before, second):
             if state is None:
                 self.lost[second] += 1
-            elif not _known_at(curve, [*_alike(plane, self.curves[second]), *begun], first).holds(state):
-                begun += _through(curve, state, first, plane.ends, progress)
-        self.curves[second] += begun
-        return begun
+            else:
+                _add_through(curve, state, first, curves, plane.ends, progress=progress)
+        return curves[first_new:]
 
     def seek(self, second: float, progress: Callable[[float], None] | None, *, isolated: bool) -> None:
         """Add the branches that no neighbouring row leads to, and those that leave others."""
         plane, curves = self._plane, self.curves[second]
-        curve, led = plane.follower(second, plane.cycles), len(curves)
-        for first, state in _settled(plane, curve, second):
-            if not _known_at(curve, _alike(plane, curves), first).holds(state):
-                curves += _through(curve, state, first, plane.ends, progress)
-        curves += _completing(plane, _alike(plane, curves), second, progress)
-        followers = followers_of(plane.cycles, lambda n: plane.follower(second, n))
+        followers, led = followers_of(plane.cycles, lambda n: plane.follower(second, n)), len(curves)
+        _add_settled(plane, followers, curves, second, progress)
+        curves += _completing(plane, _alike(curves, plane.cycles), second, progress)
         curves += further_curves(followers, curves, plane.ends, isolated=isolated)
-        self.sought[second] = _alike(plane, curves[led:])
+        self.sought[second] = _alike(curves[led:], plane.cycles)
 
     def add_further(self, second: float, begun: Sequence[Curve]) -> None:
         """Add the branches that leave the last ones of a row."""
@@ -234,9 +228,9 @@ class _Rows:
         curves += further_curves(followers, begun, plane.ends, isolated=False, others=others)
 
 
-def _alike(plane: Plane, curves: Sequence[Curve]) -> list[Curve]:
-    """The branches of n periods."""
-    return [known for known in curves if known.cycles == plane.cycles]
+def _alike(curves: Sequence[Curve], cycles: int) -> list[Curve]:
+    """The branches of so many periods."""
+    return [known for known in curves if known.cycles == cycles]
 
 
 def in_contact(plane: Plane, row: Row, first: float) -> list[Curve]:
@@ -251,7 +245,7 @@ def in_contact(plane: Plane, row: Row, first: float) -> list[Curve]:
     except ModelError:
         return []
     state = contact_state(period_map, rest)
-    if state is None or _known_at(curve, _alike(plane, row.curves), first).holds(state):
+    if state is None or _known_at(curve, _alike(row.curves, plane.cycles), first).holds(state):
         return []
     return _through(curve, state, first, plane.ends, None)
 
@@ -278,13 +272,27 @@ def _starts(
                 yield point.parameter, state
 
 
-def _settled(plane: Plane, curve: Continuation, second: float) -> Iterator[tuple[float, State]]:
-    """Yield the ends of the range and the motions of a row in which a simulation settles there."""
+def _add_settled(
+    plane: Plane,
+    followers: Followers,
+    curves: list[Curve],
+    second: float,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Add the branches of the motions in which a simulation settles at the ends of the range, of n or 2 n periods."""
     for first in plane.ends:
-        period_map = curve.family.map_at(first)
-        with suppress(ConvergenceError):
-            state = settled_state(plane.model_at(first, second), period_map)
-            yield first, shooting.shoot(period_map, state).motion.start
+        model = plane.model_at(first, second)
+        for cycles in (plane.cycles, 2 * plane.cycles):
+            if cycles not in followers.of:
+                continue
+            curve = followers.of[cycles]
+            period_map = curve.family.map_at(first)
+            with suppress(ConvergenceError):
+                orbit = shooting.shoot(period_map, settled_state(model, period_map))
+                if len(states_of_periods(period_map, orbit.motion)) == cycles:
+                    _add_through(curve, orbit.motion.start, first, curves, plane.ends, progress=progress)
+                if is_stable(orbit.multipliers, orbit.free.shape[1]):
+                    break
 
 
 def _across(plane: Plane, point: Point, second: float, following: float) -> State | None:
@@ -331,6 +339,20 @@ def _completing(
                 if known.add(other):
                     further += _through(curve, other.start, first, plane.ends, progress)
     return further
+
+
+def _add_through(
+    curve: Continuation,
+    state: State,
+    first: float,
+    curves: list[Curve],
+    ends: tuple[float, float],
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Add the branch through a motion to those of a row, unless it lies on one of them."""
+    if not _known_at(curve, _alike(curves, curve.family.cycles), first).holds(state):
+        curves += _through(curve, state, first, ends, progress)
 
 
 def _through(

@@ -41,7 +41,8 @@ class MotionMapPage(ModelPresentation[MotionMap]):
     def sentence(self) -> str:
         across, up = measures_of(self.result)
         parts = [f"in {self._share(code)} {words}" for code, words in WORDS.items() if self._counts[code]]
-        return f"By share of the plane of {across.words} and {up.words}: {'; '.join(parts)}."
+        plane = f"{across.words} and {up.words}"
+        return f"Motions that repeat after {self.result.cycles} T, over {plane}: {'; '.join(parts)}."
 
     @cached_property
     def _counts(self) -> dict[int, int]:
