@@ -87,6 +87,22 @@ def test_motions_of_one_row_are_known_in_the_rows_on_both_sides_of_it() -> None:
     assert (cell.quiet, cell.rattling) == (len(rattles) - sum(rattles), sum(rattles)) == (1, 2)
 
 
+def test_what_settles_after_two_periods_is_known_where_no_doubling_leads_to_it() -> None:
+    """The motion of one period is unstable over the whole range: its doublings lie outside."""
+    mesh = {"name": "mesh", "between": ["gear", "ground"], "stiffness": 777.0, "damping": 1.878, "clearance": 0.01467}
+    gear = {"name": "gear", "J": 1.0, "drag": 2.182}
+    load = {"on": "gear", "mean": 6.99, "harmonics": [{"order": 1, "amplitude": 11.06}]}
+    tables = {"schema": 1, "inertia": [gear], "coupling": [mesh], "torque": [load], "excitation": {"speed": 25.0}}
+    branch = gr.continuation(gr.Model.from_tables(tables), "excitation.speed", (27.3, 31.8))
+    assert not branch.data["stable"].any()
+    motions = branch.map("coupling.mesh.damping", (1.878, 3.355), across=2, up=2)
+    row, column = 1, 0
+    values = {motions.path: float(motions.value[column]), motions.second: float(motions.seconds[row])}
+    orbits = [orbit for orbit in gr.periodic(branch.model.with_(values), 2, every=True) if orbit.stable]
+    assert [orbit.cycles for orbit in orbits] == [2]
+    assert [cell.rattling for cells in motions.cells for cell in cells] == [1] * 4
+
+
 def test_what_cannot_be_followed_to_the_next_row_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gearrattle.orbits.rows._MOST_POINTS", 2)
     motions = over_frequency().map(MEAN, (0.06, 0.46), across=2, up=1)

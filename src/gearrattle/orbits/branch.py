@@ -236,7 +236,8 @@ class Branch(Result):
     ) -> MotionMap:
         """Say over two values of the model where rattle must be, where it may be and where it is not.
 
-        The branches are followed at every second value, from those of the value before; nothing is simulated.
+        The branches are followed at every second value, from those of the value before. What a simulation settles in
+        at both ends of the range is added there, and followed to the values on both sides.
 
         Parameters
         ----------
