@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 import gearrattle as gr
-from gearrattle.advice.others import ADVISED, PASSING, TOPIC, calls_of, others_of
+from gearrattle.advice.others import ADVISED, PASSING, TOPIC, _percent, calls_of, others_of
 from gearrattle.advice.pilot import run_pilot
 from gearrattle.report.summary import findings_content
 from tests.comparison.cases import case
@@ -83,3 +83,10 @@ def test_advice_says_where_it_did_not_look() -> None:
 def test_a_state_that_mean_torques_drive_away_has_no_such_line() -> None:
     driven = train(drag=0.0, means=2.0).with_({"torque.1.mean": -1.9})
     assert TOPIC not in [line.topic for line in gr.advise(driven).lines]
+
+
+@pytest.mark.parametrize(
+    ("share", "words"), [(1.0, "100 %"), (0.999, "99.9 %"), (0.994, "99 %"), (0.123, "12 %"), (0.0, "0 %")]
+)
+def test_shares_are_written_without_a_power_of_ten(share: float, words: str) -> None:
+    assert _percent(share) == words

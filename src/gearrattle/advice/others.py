@@ -118,4 +118,4 @@ def _counts(settled: Settled) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %"
+    return f"{100.0 * share:.{2 if share < 0.995 else 3}g} %"  # no 1e+02
