@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import re
 from collections.abc import Callable
 from typing import Any
@@ -188,3 +189,23 @@ def test_progress_of_a_boundary_and_of_pulses_reaches_the_end_and_stops_the_work
 
         with pytest.raises(gr.Cancelled):
             work(stop)
+
+
+def test_a_step_limit_may_have_a_unit() -> None:
+    path, ends = "coupling.driveshaft.clearance", ("1 deg", "1.05 deg")
+    model = gr.example("driveline_lash")
+    in_degrees, in_radians = (
+        gr.continuation(model, path, ends, step_limit=limit) for limit in ("0.01 deg", math.radians(0.01))
+    )
+    assert len(in_degrees.points) == len(in_radians.points) > 5
+
+
+@pytest.mark.parametrize("ends", [(1.0, "2 deg"), ("1 deg", 2)])
+def test_a_range_has_a_unit_at_both_ends_or_none(ends: tuple[Any, Any]) -> None:
+    with pytest.raises(gr.ModelError, match="one end has a unit, the other none"):
+        gr.continuation(gr.example("driveline_lash"), "coupling.driveshaft.clearance", ends)
+
+
+def test_a_range_may_begin_at_zero_without_a_unit() -> None:
+    branch = gr.continuation(gr.example("driveline_lash"), "torque.0.harmonics.0.amplitude", (0, "5 N*m"))
+    assert branch.range == (0.0, 5.0)
