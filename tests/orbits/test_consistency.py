@@ -177,6 +177,52 @@ def test_where_motions_jump_does_not_depend_on_the_steps() -> None:
     np.testing.assert_allclose(*([loss[-1] for loss in some] for some in losses), rtol=0, atol=1e-8)
 
 
+def trains(*, inertia: dict[str, float], drag: dict[str, float], torque: dict[str, Any], **coupling: Any) -> gr.Model:
+    """Two inertias in a row, the first one driven: a coupling of stages between them, and a shaft to the ground."""
+    first, second = inertia
+    shaft = {"name": "shaft", "between": [second, "ground"], **coupling.pop("shaft")}
+    return gr.Model.from_tables(
+        {
+            "schema": 1,
+            "inertia": [{"name": name, "J": J, "drag": drag.get(name, 0.0)} for name, J in inertia.items()],
+            "coupling": [{"name": "stages", "between": [first, second], **coupling}, shaft],
+            "excitation": {"speed": 20.0},
+            "torque": [{"on": first, **torque}],
+        }
+    )
+
+
+def stages(*values: tuple[float, float, float | None]) -> list[dict[str, float]]:
+    rows = ({"stiffness": k, "damping": c, "until": until} for k, c, until in values)
+    return [{key: value for key, value in row.items() if value is not None} for row in rows]
+
+
+def harmonics(*values: tuple[float, float, float]) -> list[dict[str, float]]:
+    return [{"order": order, "amplitude": amplitude, "phase": phase} for order, amplitude, phase in values]
+
+
+def test_folds_beside_a_grazing_beside_a_doubling_are_there_both_ways() -> None:
+    """Two folds 1.4e-6 rad/s apart beside a grazing: the last step down to the doubling holds all three."""
+    model = trains(
+        inertia={"flywheel": 0.140468, "gearbox": 0.00890142},
+        drag={"flywheel": 0.380522},
+        stages=stages((57.9275, 0.0810802, 0.0632372), (309.917, 0.18754, None)),
+        coast_stages=stages((49.4083, 0.0748831, 0.0415717), (309.917, 0.18754, None)),
+        shaft={"stiffness": 1631.22, "damping": 1.33063},
+        torque={
+            "mean": 39.8586,
+            "harmonics": harmonics((2, 33.0734, 1.44297), (1, 4.75972, 2.28192), (0.5, 7.78433, -1.25845)),
+        },
+    )
+    folds = []
+    for ends in ((15.0, 12.8), (12.8, 15.0)):
+        branch = gr.continuation(model, SPEED, ends)
+        values = branch.events["value"][branch.events["kind"] == FOLD]
+        folds.append(sorted(value for value in values if abs(value - 12.8614) < 1e-3))
+    assert len(folds[0]) == 2
+    np.testing.assert_allclose(*folds, rtol=1e-11)
+
+
 def test_two_doublings_within_a_step_lose_and_gain_stability() -> None:
     """Between them, from 0.638917 to 0.639410, the stable motions have twice the period."""
     model = gr.example("backlash_oscillator").with_({"torque.0.mean": 0.03228244})

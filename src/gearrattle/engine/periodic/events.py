@@ -178,7 +178,7 @@ def _beside_grazing(curve: Continuation, grazing: Event, touching: Point) -> Ite
     unit circle and back: up to where that root moves them by less than they are from it.
     """
     point, root = grazing.point, _root_of(grazing)
-    way = min(nearest(point)[1] for nearest in _NEAREST.values())
+    way = min(nearest(point)[1] for nearest in (*_NEAREST.values(), unit_circle.nearest_to_one))
     distance, share = abs(touching.parameter - point.parameter), _TOWARDS
     shortest = _APART / max(abs(touching.length - point.length), _APART)
     while distance > 0.0 and root * np.sqrt(share * distance) > way and share > shortest:

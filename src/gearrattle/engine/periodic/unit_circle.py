@@ -160,6 +160,13 @@ def nearest_to_minus_one(point: Point) -> tuple[complex, float]:
     return complex(point.multipliers[nearest]), float(away[nearest])
 
 
+def nearest_to_one(point: Point) -> tuple[complex, float]:
+    """Return the multiplier nearest to 1, but for free directions, and its distance; infinite where there is none."""
+    values = _not_free(point)
+    away = np.abs(values - 1.0)
+    return (complex(values[np.argmin(away)]), float(away.min())) if values.size else (0j, np.inf)
+
+
 def nearest_pair(point: Point) -> tuple[complex, float]:
     """Return one of the complex pair nearest to the unit circle, the upper one, and how near it is.
 
