@@ -16,6 +16,7 @@ from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING,
 from gearrattle.engine.periodic.point import Point
 from gearrattle.orbits.branch import Branch
 from gearrattle.orbits.curve import Curve
+from gearrattle.orbits.further import branches_missed
 from gearrattle.orbits.stable_ranges import losses_of, ranges_of
 
 CIRCLE = 1e-5  # multipliers nearer to the circle than this are on it
@@ -199,6 +200,38 @@ def stages(*values: tuple[float, float, float | None]) -> list[dict[str, float]]
 
 def harmonics(*values: tuple[float, float, float]) -> list[dict[str, float]]:
     return [{"order": order, "amplitude": amplitude, "phase": phase} for order, amplitude, phase in values]
+
+
+def symmetric_clutch() -> gr.Model:
+    return trains(
+        inertia={"disc": 0.04746, "hub": 0.04953},
+        drag={"disc": 0.02, "hub": 0.05},
+        stages=stages((126.7, 0.2565, 0.06737), (874.5, 0.6737, None)),
+        shaft={"stiffness": 874.5, "damping": 0.6882},
+        torque={"harmonics": harmonics((1, 52.77, 2.2), (3, 5.395, 3.008))},
+    )
+
+
+def test_both_branches_leave_a_breaking_beside_a_grazing_and_a_fold() -> None:
+    """They are mirror images: their events are the same, whichever way and with whatever steps they are followed."""
+    model, tables = symmetric_clutch(), []
+    for ends, limit in (((22.0, 66.0), None), ((41.0, 35.0), None), ((39.9, 40.6), 0.02)):
+        branch = gr.continuation(model, SPEED, ends, step_limit=limit)
+        assert branch.notes == ()
+        assert [curve.origin for curve in branch.curves] == ["", BREAKING, BREAKING]
+        one, other = (
+            sorted((event.kind, event.point.parameter) for event in curve.events if event.kind != BREAKING)
+            for curve in branch.curves[1:]
+        )
+        for table in (other, *tables):
+            assert [kind for kind, _ in table] == [kind for kind, _ in one]
+            np.testing.assert_allclose([value for _, value in table], [value for _, value in one], rtol=1e-9)
+        tables.append(one)
+    both, ends, shown = branch.curves, (39.9, 40.6), str
+    assert branches_missed(both, 1, ends, shown) == []
+    for known, left in ((both[:2], "2 symmetry breakings"), (both[:1], "2 symmetry breakings")):
+        (note,) = branches_missed(known, 1, ends, shown)
+        assert note.startswith(f"Not everything that leaves at {left} (40.")
 
 
 def test_folds_beside_a_grazing_beside_a_doubling_are_there_both_ways() -> None:

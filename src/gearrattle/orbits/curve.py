@@ -129,11 +129,11 @@ class Curve:
         for i, point in enumerate(self.points):
             if point.parameter == value:
                 yield i, point
-        folds = [event.point for event in self.events if event.kind == FOLD]
+        special = [event.point for event in self.events if event.kind in (FOLD, BREAKING)]
         is_joint = {0: bool(self.origin) or self.happens_at(0), len(self.points) - 2: self.happens_at(-1)}
         for i, (first, last) in enumerate(self.steps()):
-            turns = [fold for fold in folds if first.length < fold.length < last.length]
-            for before, after in pairwise([first, *turns, last]):
+            within = [point for point in special if first.length < point.length < last.length]
+            for before, after in pairwise([first, *within, last]):
                 if (before.parameter - value) * (after.parameter - value) < 0.0:
                     with suppress(ConvergenceError):  # a fold very near
                         yield i, _motion_between(follower, before, after, value, is_joint.get(i, False))

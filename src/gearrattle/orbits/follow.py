@@ -19,7 +19,7 @@ from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.ends import ends_of
 from gearrattle.orbits.family import check_begin, follower_over, notes_at_end
 from gearrattle.orbits.find import periodic
-from gearrattle.orbits.further import doublings_left, followers_of, further_curves
+from gearrattle.orbits.further import branches_missed, doublings_left, followers_of, further_curves
 from gearrattle.orbits.orbit import CYCLES, Orbit
 from gearrattle.orbits.progress import never_falling, part_of, stretch_of
 from gearrattle.orbits.search import states_of_periods
@@ -123,6 +123,7 @@ def continuation(
     tell(curves)
     if work is not None:
         work(1.0)
-    left = doublings_left(curves, cycles, curve.family.shown)
+    shown = curve.family.shown
+    left = [*branches_missed(curves, cycles, ascending, shown), *doublings_left(curves, cycles, shown)]
     notes += dict.fromkeys([*(note for c in curves for note in c.notes), *left])
     return Branch(model, path, (first, last), cycles, tuple(curves), tuple(notes))

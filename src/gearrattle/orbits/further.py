@@ -34,6 +34,7 @@ _VALUES = 9
 _STARTS = 24
 _SAME = 1e-6  # of the size of the state: motions nearer than this are the same
 _SAME_BESIDE = 0.1  # of the distance from the motion of an event: those nearer than this are the same as well
+_SAME_EVENT = 1e-6  # of the range: events of a kind nearer than this are the same
 _DISTANCES = (2e-2, 5e-3, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 """Of the first point from the branch that is left, in units of w."""
 _MOST_NAMED = 3
@@ -248,11 +249,11 @@ def _branches_off(
                 further += _branch_joined(followers, known, event, every, ends, progress=part, so_far=tell)
             continue
         follower = doubled if event.kind == DOUBLING else own
-        is_reached = any(kind == event.kind and abs(value - end) < 1e-6 * np.ptp(ends) for kind, end in reached)
+        is_reached = any(kind == event.kind and abs(value - end) < _SAME_EVENT * np.ptp(ends) for kind, end in reached)
         is_left = event.kind == BREAKING and known.origin == BREAKING  # the symmetric branch at the other end
         if is_reached or is_left or follower is None:
             continue
-        leaving = _leaving(follower, event, ends, *((-1.0, (1.0,)) if event.kind == DOUBLING else (1.0, (1.0, -1.0))))
+        leaving = _leaving(follower, event, ends)
         for j, first in enumerate(leaving):
             if _is_known(follower, event, first, [*curves, *further]):
                 continue
@@ -324,10 +325,53 @@ def doublings_left(curves: Sequence[Curve], cycles: int, shown: Callable[[float]
     ]
     if not doublings:
         return []
-    values = ", ".join(shown(value) for value in doublings[:_MOST_NAMED])
-    more = f" and {len(doublings) - _MOST_NAMED} more" if len(doublings) > _MOST_NAMED else ""
-    left = f"{counted(len(doublings), 'period doubling')} of branches of doubled period ({values}{more})"
-    return [f"What leaves at {left} is not followed."]
+    return [f"What leaves at {_counted(doublings, DOUBLING, ' of branches of doubled period', shown)} is not followed."]
+
+
+def branches_missed(
+    curves: Sequence[Curve], cycles: int, ends: tuple[float, float], shown: Callable[[float], str]
+) -> list[str]:
+    """Return what the user must know of events from which fewer branches are followed than leave there.
+
+    Parameters
+    ----------
+    curves
+        all branches.
+    cycles
+        periods of the motions that branches are followed from.
+    ends
+        of the range, ascending: beside them branches may leave it at once.
+    shown
+        writes a parameter value.
+    """
+    same, notes = _SAME_EVENT * float(np.ptp(ends)), list[str]()
+    for kind, leaving in ((DOUBLING, 1), (BREAKING, 2)):
+        joints = np.array([value for known in curves for value in _joints(known, kind)])
+        left = [known for known in curves if known.cycles <= cycles and not known.origin == kind == BREAKING]
+        events = [event for known in left for event in known.events if event.kind == kind and not event.is_collision]
+        at_ends = [point.w for known in left for point in (known.points[0], known.points[-1])]
+        values = [e.point.parameter for e in events if not any(e.point.w is w for w in at_ends)]
+        values = [value for value in values if min(abs(value - end) for end in ends) > same]
+        nearby = [(np.abs(np.array(values) - value) < same).sum() for value in values]
+        pairs = zip(values, nearby, strict=True)
+        missed = [value for value, number in pairs if (np.abs(joints - value) < same).sum() < leaving * number]
+        if missed:
+            notes.append(f"Not everything that leaves at {_counted(missed, kind, '', shown)} is followed.")
+    return notes
+
+
+def _joints(known: Curve, kind: str) -> list[float]:
+    """The parameters at which a branch leaves or joins another one in an event of a kind."""
+    joints = [known.points[0].parameter] if known.origin == kind else []
+    ends = [end for end in (0, -1) if known.happens_at(end) and known.events[end].kind == kind]
+    return joints + [known.events[end].point.parameter for end in ends]
+
+
+def _counted(values: Sequence[float], kind: str, of: str, shown: Callable[[float], str]) -> str:
+    """Words for events of a kind, what they are of, and the first of their parameter values."""
+    first = ", ".join(shown(value) for value in values[:_MOST_NAMED])
+    more = f" and {len(values) - _MOST_NAMED} more" if len(values) > _MOST_NAMED else ""
+    return f"{counted(len(values), kind)}{of} ({first}{more})"
 
 
 def _is_known(follower: Continuation, event: Event, first: Point, curves: Sequence[Curve]) -> bool:
@@ -359,33 +403,59 @@ def _is_known(follower: Continuation, event: Event, first: Point, curves: Sequen
     return any(np.linalg.norm((p.state - state) * scale) < least for p in points for state in states)
 
 
-def _leaving(
-    curve: Continuation, event: Event, ends: tuple[float, float], multiplier: float, signs: Sequence[float]
-) -> list[Point]:
-    """First points of the branches that leave at an event, along the eigenvector of a multiplier, one for each sign.
+def _leaving(curve: Continuation, event: Event, ends: tuple[float, float]) -> list[Point]:
+    """First points of the branches that leave at an event: one where the period doubles, two otherwise.
 
-    They lie inside the range.
+    They lie inside the range. Of a symmetric driveline the second one is the mirror image of the first.
+    """
+    values, vectors = np.linalg.eig(event.point.gradient)
+    multiplier, signs = (-1.0, (1.0,)) if event.kind == DOUBLING else (1.0, (1.0, -1.0))
+    vector = vectors[:, np.argmin(np.abs(values - multiplier))].real
+    points = []
+    for sign in signs:
+        first = _first_along(curve, event, ends, sign * vector / np.linalg.norm(vector))
+        if first is not None:
+            points.append(first)
+            with suppress(ConvergenceError):
+                if (image := _mirror_image(curve, event, first)) is not None:
+                    return [first, image]
+    return points
+
+
+def _first_along(curve: Continuation, event: Event, ends: tuple[float, float], direction: Array) -> Point | None:
+    """The first point of the branch that leaves at an event in a direction; None: none lies inside the range.
 
     Newton's method may also find a motion of a branch that has nothing to do with the event, or one beyond a fold. So
     the motion at half the distance, and the tangents of both, must tell of the same curve from the event on.
     """
-    values, vectors = np.linalg.eig(event.point.gradient)
-    vector = vectors[:, np.argmin(np.abs(values - multiplier))].real
-    points = []
-    for sign in signs:
-        for distance in _DISTANCES:
-            direction = sign * vector / np.linalg.norm(vector)
-            point, nearer = (_motion_beside(curve, event, direction, share * distance) for share in (1.0, 0.5))
-            if point is None or nearer is None:
-                continue
-            if not ends[0] <= point.parameter <= ends[1]:
-                if distance <= SAME:  # in the range they cannot be told from those of the event
-                    break
-                continue
-            if _is_one_curve(event, direction, distance, nearer, point):
-                points.append(point)
-                break
-    return points
+    for distance in _DISTANCES:
+        point, nearer = (_motion_beside(curve, event, direction, share * distance) for share in (1.0, 0.5))
+        if point is None or nearer is None:
+            continue
+        if not ends[0] <= point.parameter <= ends[1]:
+            if distance <= SAME:  # in the range they cannot be told from those of the event
+                return None
+            continue
+        if _is_one_curve(event, direction, distance, nearer, point):
+            return point
+    return None
+
+
+def _mirror_image(curve: Continuation, event: Event, first: Point) -> Point | None:
+    """The mirror image of a motion beside one of an event, half of its length later; None: there is none.
+
+    Raises
+    ------
+    ConvergenceError
+        Newton's method does not converge.
+    """
+    halves = half_period_map(curve.family.map_at(first.parameter).system, curve.cycles)
+    if halves is None:
+        return None
+    image = halves(first.motion.start).end
+    w = np.append(image.y * first.scale / first.size, first.w[-1])
+    away = (w - event.point.w) / np.linalg.norm(w - event.point.w)
+    return curve.near(w, away, replace(event.point, tangent=away))
 
 
 def _is_one_curve(event: Event, direction: Array, distance: float, nearer: Point, point: Point) -> bool:
