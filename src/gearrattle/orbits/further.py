@@ -416,6 +416,7 @@ def _leaving(curve: Continuation, event: Event, ends: tuple[float, float]) -> li
         first = _first_along(curve, event, ends, sign * vector / np.linalg.norm(vector))
         if first is not None:
             points.append(first)
+        if first is not None and event.kind == BREAKING:
             with suppress(ConvergenceError):
                 if (image := _mirror_image(curve, event, first)) is not None:
                     return [first, image]
