@@ -11,10 +11,12 @@ import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.family import CompiledFamily, Family, GeneralFamily
 from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.touch import Touch, depth
 from gearrattle.engine.solvers.choice import is_large
 from gearrattle.orbits.family import family_of, family_of_excitation
 from gearrattle.orbits.gradients import number_at
 from gearrattle.orbits.state import state_of
+from tests.orbits.test_friction import oscillator as with_friction
 
 pytestmark = pytest.mark.compiled  # without compiled kernels every family is a general one
 
@@ -140,6 +142,23 @@ def test_with_memories_and_alternation_too(name: str, path: str) -> None:
     motion, slope = family.follow(settled, value)
     assert len(motion.crossings.time) >= 2
     assert_alike(family, slope, differences(family, settled, value, 2e-4 * abs(value)))
+
+
+def test_friction_decides_what_a_slider_holds_that_slips_at_the_start() -> None:
+    """The start holds a stretch too; it is replaced, and the depth of a later turning point does not depend on it."""
+    path, speed = "coupling.joint.hysteresis", 0.8
+    model = with_friction(speed)
+    orbit = gr.periodic(model, cycles=2, start={"angle": [2.5], "velocity": [0.0]})
+    start = gr.continuation(model, "excitation.speed", (speed, 0.801), cycles=2, start=orbit).points[0].motion.start
+    family = family_of(model, path, 0.1, 2, 0.1)
+    motion, slope = family.follow(start, 0.1, Touch(0, 0, 1.186))
+    assert not np.isnan(family.map_at(0.1).flow.known(family.map_at(0.1).along(motion)[0])).any()
+    assert_alike(family, slope, differences(family, start, 0.1, 2e-5))
+    assert motion.approach is not None
+    assert motion.approach.slope is not None
+    assert motion.approach.slope[2] == 0.0
+    low, high = (depth(family.map_at(0.1 + side), start, Touch(0, 0, 1.186))[0] for side in (-1e-6, 1e-6))
+    assert motion.approach.slope[3] == pytest.approx((high - low) / 2e-6, rel=1e-7)
 
 
 @pytest.mark.parametrize("path", PATHS)

@@ -325,6 +325,7 @@ class Course:
             now = region.series(region.backwards, now, float(self.length[j])).sum(axis=0)
             for leap in reversed(self.leaps[earlier:i]):
                 now = leap.backwards(now, self.setting.memories)
+        now[self.setting.memories][~np.isnan(self.setting.flow.known(self.pieces[0]))] = 0.0
         return now[:states]
 
 
@@ -349,6 +350,9 @@ def course_of(
     flow, (pieces, y), (u, by) = setting.flow, begin, change
     z = np.concatenate([y, flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
     v = np.concatenate([u, np.zeros(z.size - u.size)])
+    is_known = ~np.isnan(flow.known(pieces))
+    if is_known.any():
+        v[setting.memories][is_known] = by * setting.known_shift(pieces)[is_known]
     times = np.concatenate([[0.0], path.time / flow.system.inputs.period, [end]])
     rows, shift = setting.deflections
     both = np.block([[rows, np.zeros_like(rows)], [by * shift, rows]])
