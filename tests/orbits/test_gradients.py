@@ -181,4 +181,70 @@ def test_a_doubling_beside_a_grazing_moves_as_those_of_changed_models_do() -> No
         next(loss for loss in losses_of(branch) if loss.jumps and loss.kind == "period doubling") for branch in branches
     )
     (row,) = branches[1].gradients(own.event, ["torque.0.mean"]).itertuples()
-    assert row.gradient == pytest.approx((more.value - less.value) / (2e-5 * 0.144), rel=1e-4)
+    assert row.gradient == pytest.approx((more.value - less.value) / (2e-5 * 0.144), rel=1e-7)
+
+
+def twice_touching(small: float) -> gr.Model:
+    """Two swings in a period, that differ a little: the stiff stage is touched by one just after the other."""
+    stages = [{"stiffness": 1.0, "damping": 0.1, "until": 1.0}, {"stiffness": 4.0, "damping": 0.1}]
+    harmonics = [{"order": 2, "amplitude": 0.5}, {"order": 1, "amplitude": small, "phase": 0.5}]
+    tables = {
+        "inertia": [{"name": "body", "J": 1.0}],
+        "coupling": [{"name": "joint", "between": ["body", "ground"], "stages": stages}],
+        "excitation": {"speed": 0.3},
+        "torque": [{"on": "body", "mean": 0.1, "harmonics": harmonics}],
+    }
+    return gr.Model.from_tables({"schema": 1, "name": "joint", "units": "dimensionless", **tables})
+
+
+def test_each_of_two_grazings_side_by_side_moves_as_those_of_changed_models_do() -> None:
+    """They are 1.3e-5 apart; motions beyond the first one gave the second a gradient 6 % too large."""
+    path, small, model = "torque.0.harmonics.0.amplitude", "torque.0.harmonics.1.amplitude", twice_touching(1e-5)
+
+    def grazings(model: gr.Model) -> np.ndarray:
+        events = gr.continuation(model, path, (0.57, 0.59)).events
+        assert events["kind"].tolist() == ["grazing", "grazing"]
+        return events["value"].to_numpy()
+
+    branch = gr.continuation(model, path, (0.57, 0.59))
+    for changed, value, share in ((small, 1e-5, 1e-3), ("coupling.joint.stages.0.until", 1.0, 1e-6)):
+        low, high = (grazings(model.with_({changed: value * (1.0 + side)})) for side in (-share, share))
+        wanted = (high - low) / (2.0 * share * value)
+        known = [branch.gradients(event, [changed])["gradient"].iloc[0] for event in (0, 1)]
+        np.testing.assert_allclose(known, wanted, rtol=1e-6)
+
+
+def spline(speed: float) -> gr.Model:
+    """A spline with an error, and a shaft behind it."""
+    stages = [{"stiffness": 0.0, "until": 0.0230413}, {"stiffness": 1002.2151, "damping": 0.3845975}]
+    error = [{"order": 1, "amplitude": 0.00111329, "phase": -1.3501838}]
+    harmonics = [
+        {"order": 2, "amplitude": 18.916273, "phase": 1.0637263},
+        {"order": 1, "amplitude": 3.891005, "phase": 0.8368222},
+    ]
+    tables = {
+        "inertia": [
+            {"name": "motor", "J": 0.0438793, "drag": 0.1592841},
+            {"name": "load", "J": 0.0851381, "drag": 0.0781852},
+        ],
+        "coupling": [
+            {"name": "spline", "between": ["motor", "load"], "stages": stages, "kinematic_error": error},
+            {"name": "shaft", "between": ["load", "ground"], "stiffness": 1420.7763, "damping": 0.6594787},
+        ],
+        "excitation": {"speed": speed},
+        "torque": [{"on": "motor", "mean": 1.0, "harmonics": harmonics}],
+    }
+    return gr.Model.from_tables({"schema": 1, "name": "spline", **tables})
+
+
+@pytest.mark.slow
+def test_a_neimark_sacker_bifurcation_beside_a_grazing_moves_as_those_of_changed_models_do() -> None:
+    """The grazing lies 1.2e-3 before it; differences of second order over steps of 1e-5 were off by 1e-4."""
+    speed, share = 79.32908, 1e-6
+    speeds = [speed * (1.0 + side) for side in (-share, 0.0, share)]
+    branches = [gr.continuation(spline(one), "torque.0.mean", (0.0, 7.0)) for one in speeds]
+    rows = [int(branch.events.index[branch.events["kind"] == "Neimark-Sacker"][0]) for branch in branches]
+    low, own, high = (float(branch.events["value"][row]) for branch, row in zip(branches, rows, strict=True))
+    assert own == pytest.approx(6.35174, abs=1e-5)
+    moved = branches[1].gradients(rows[1], ["excitation.speed"])["gradient"].iloc[0]
+    assert moved == pytest.approx((high - low) / (2.0 * share * speed), rel=1e-7)

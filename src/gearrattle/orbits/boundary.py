@@ -32,7 +32,7 @@ from scipy.optimize import minimize_scalar
 
 from gearrattle.engine.periodic.boundary import missed_after, polynomial_at, relocated, word_but_for_touch
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.drift import ALONG, slope_along
+from gearrattle.engine.periodic.drift import slope_along
 from gearrattle.engine.periodic.events import FOLD, GRAZING, NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.special import (
     CUSP,
@@ -411,7 +411,7 @@ def _row(event: Event, curve: Continuation, second: float) -> _Row:
         slope = slope_of_length(event.point, curve)
     elif event.kind != GRAZING:  # whose depth is no smooth function beyond it
         with suppress(ConvergenceError):  # a fold so sharp that no motion is near
-            slope = slope_along(event, event.point, curve, ALONG)[0]
+            slope = slope_along(event, curve)
     cycles = curve.family.cycles
     fewer = [number for number in range(cycles // 2, 0, -1) if cycles % number == 0]
     size = max(1.0, float(np.linalg.norm(event.point.w[:-1])))

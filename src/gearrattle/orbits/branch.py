@@ -158,7 +158,8 @@ class Branch(Result):
         -------
         pandas.DataFrame
             path, value [SI], gradient (change of the event's value for a unit of the number), per_10_percent (change
-            for 10 % more of it); what moves the event most comes first. NaN where a number cannot be changed alone.
+            for 10 % more of it); what moves the event most comes first. NaN where a number cannot be changed alone, or
+            where a grazing lies nearer than 3e-7 of arclength to an event of another kind.
 
         Raises
         ------

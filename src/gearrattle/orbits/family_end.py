@@ -227,7 +227,7 @@ def slope_of_length(point: Point, curve: Continuation) -> float:
 
 
 def gradient_of_end(event: Event, curve: Continuation, families_of: FamiliesOf, value: float) -> float:
-    """Return dp / dq of the end of a family by a central difference; parameters are those of ``drift.gradient_of``.
+    """Return dp / dq of the end of a family by a central difference; parameters are those of ``drift.Drift``.
 
     Raises
     ------

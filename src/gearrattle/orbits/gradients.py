@@ -5,14 +5,14 @@ Takes a Branch and an event; gives tables.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.drift import KINDS, FamiliesOf, gradient_of
-from gearrattle.engine.periodic.events import Event
+from gearrattle.engine.periodic.drift import KINDS, Drift, FamiliesOf, gradient_of_grazing
+from gearrattle.engine.periodic.events import GRAZING, Event
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.grazing import JUMP, RELEASE
 from gearrattle.errors import ConvergenceError, ModelError, Problem
@@ -163,17 +163,34 @@ def gradients_of(
     """
     import pandas as pd
 
-    rows, derivative = [], gradient_of_end if event.kind == EDGE else gradient_of
+    rows, gradient = [], _gradient_by(model, path, curve, event)
     for other in numbers_of(model, path) if paths is None else paths_of(paths):
         value = number_at(model, path, other)
         try:
-            slope = derivative(event, curve, _families(model, path, curve, event, (other, value)), value)
+            slope = gradient(other, value)
         except (ConvergenceError, ModelError):
             slope = np.nan
         rows.append((other, value, slope, 0.1 * value * slope))
     table = pd.DataFrame(rows, columns=["path", "value", "gradient", "per_10_percent"])
     order = np.argsort(-np.abs(table["per_10_percent"].to_numpy()), kind="stable")
     return table.iloc[order].reset_index(drop=True)
+
+
+def _gradient_by(model: Model, path: str, curve: Continuation, event: Event) -> Callable[[str, float], float]:
+    """What gives dp / dq of an event, from the path and the value of a number q."""
+    drift = Drift(event, curve)
+
+    def gradient(other: str, value: float) -> float:
+        if event.kind == GRAZING:
+            at_event = model.with_({path: event.point.parameter})
+            over = family_of(at_event, other, value, curve.cycles, abs(value))
+            check_alike(over, curve.family)
+            return gradient_of_grazing(event, curve, over, value)
+        families_of = _families(model, path, curve, event, (other, value))
+        is_end = event.kind == EDGE
+        return gradient_of_end(event, curve, families_of, value) if is_end else drift.gradient(families_of, value)
+
+    return gradient
 
 
 def _families(model: Model, path: str, curve: Continuation, event: Event, number: tuple[str, float]) -> FamiliesOf:

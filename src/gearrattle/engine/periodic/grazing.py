@@ -105,16 +105,20 @@ def grazing_of(curve: Continuation, point: Point, touch: Touch, nearby: Approach
             return Grazing(RELEASE)
     if approach is None or np.isnan(approach.rate):
         slope, part = (None, 0) if approach is None else (approach.slope, approach.part)
-        apart = _apart(curve, point, touch)
-        approach = _approach_of(family.map_at(apart.parameter), apart, touch)._replace(slope=slope, part=part)
+        without_contact = apart(curve, point, touch)
+        period_map = family.map_at(without_contact.parameter)
+        approach = _approach_of(period_map, without_contact, touch)._replace(slope=slope, part=part)
     if np.sqrt(8.0 * RESOLVED) * point.motion.period * approach.rate > 1.0:
         return Grazing(RIGID)
     steep = _slope(curve, point, touch, approach)
     return Grazing(COMPLIANT, float(approach.gain * np.sqrt(8.0 * steep / abs(approach.acceleration))))
 
 
-def _apart(curve: Continuation, point: Point, touch: Touch) -> Point:
-    """A motion that grazes, or one as near as can be if rounding makes it touch: a limiter then does something else."""
+def apart(curve: Continuation, point: Point, touch: Touch) -> Point:
+    """Return a motion that grazes, or one as near as can be if rounding makes it touch.
+
+    A limiter then does something else.
+    """
     if _is_apart(point, touch):
         return point
     for distance in _ASIDE:
