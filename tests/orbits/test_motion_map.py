@@ -103,6 +103,15 @@ def test_what_settles_after_two_periods_is_known_where_no_doubling_leads_to_it()
     assert [cell.rattling for cells in motions.cells for cell in cells] == [1] * 4
 
 
+def test_a_branch_that_leaves_and_is_not_followed_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gearrattle.orbits.further._leaving", lambda *_: [])
+    path = "torque.0.harmonics.0.amplitude"
+    branch = gr.continuation(gr.example("rattle_oscillator"), path, (3.0, 6.5), start="linear")
+    assert "Not everything that leaves at 1 period doubling" in branch.notes[0]
+    notes = branch.map(MEAN, (6.9, 7.6), across=2, up=1).notes
+    assert "In 1 row not everything that leaves at doublings and breakings of symmetry is followed." in notes
+
+
 def test_what_cannot_be_followed_to_the_next_row_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gearrattle.orbits.rows._MOST_POINTS", 2)
     motions = over_frequency().map(MEAN, (0.06, 0.46), across=2, up=1)

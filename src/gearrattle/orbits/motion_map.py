@@ -27,7 +27,7 @@ from gearrattle.model.quantity import CALLBACK, FLAG, Count, Reader, argument_pr
 from gearrattle.orbits.borders import Border, SpecialPoint, borders_of
 from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.followed import Followed
-from gearrattle.orbits.further import doublings_left
+from gearrattle.orbits.further import branches_missed, doublings_left
 from gearrattle.orbits.gradients import second_of
 from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
 from gearrattle.orbits.progress import stretch_of
@@ -224,6 +224,10 @@ def map_of(
     )
     notes += dict.fromkeys(note for row in rows for curve in row.curves for note in curve.notes)
     notes += doublings_left([curve for row in rows for curve in row.curves], branch.cycles, shown)
+    missed = [row for row in rows if branches_missed(row.curves, branch.cycles, plane.ends, shown)]
+    if missed:
+        in_rows = counted(len(missed), "row")
+        notes.append(f"In {in_rows} not everything that leaves at doublings and breakings of symmetry is followed.")
     if lost := sum(row.lost for row in rows):
         ends_lost = counted(lost, "end of a branch", "ends of branches")
         notes.append(f"{ends_lost} could not be followed from one row to the next: there may be further motions.")
