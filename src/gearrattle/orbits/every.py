@@ -161,7 +161,7 @@ class _Search:
         """What the user must know; how many branches all searches left."""
         notes = _notes(self.known)
         if self._over_speed.is_used_up:
-            stopped = f"Branches over the speed were left after {self._over_speed.points} points"
+            stopped = f"Branches over the speed were left after {counted(self._over_speed.points, 'point')}"
             notes += (f"{stopped}; they may lead to further motions.",)
         elif left:
             stopped = f"{counted(left, 'branch', 'branches')} over the speed could not be followed to the end"
