@@ -231,12 +231,11 @@ def test_no_motion_is_a_failure_that_says_what_to_try(capsys: pytest.CaptureFixt
     ],
 )
 def test_a_value_that_is_none_is_refused_before_motions_are_followed(
-    options: list[str], words: str, capsys: pytest.CaptureFixture[str]
+    options: list[str], words: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(gr, "continuation", lambda *_, **__: pytest.fail("motions were followed"))
     assert main(["continue", str(EXAMPLES / "driveline_lash.toml"), *options]) == 2
-    printed = capsys.readouterr().err
-    assert words in printed
-    assert "following" not in printed
+    assert words in capsys.readouterr().err
 
 
 def test_a_range_may_begin_with_a_minus(capsys: pytest.CaptureFixture[str]) -> None:

@@ -51,7 +51,7 @@ OF_BRANCH: dict[str, Callable[..., Any]] = {
         ("boundary", "event", 1.0, "event: found 1.0; must be a whole number from 0 to"),
         ("boundary", "event", True, "event: found true; must be a whole number from 0 to"),
         ("boundary", "second", "torque.0.mea", 'did you mean "mean"'),
-        ("boundary", "second", 3, "path: found 3; must be text"),
+        ("boundary", "second", 3, "second: found 3; must be text"),
         ("boundary", "second", oscillator.AMPLITUDE, "is what the branch is followed over"),
         ("boundary", "range", (7.0, NAN), f"{MEAN}: found nan; must be a finite number"),
         ("boundary", "range", (), r"range: found \[\]; must be two values"),

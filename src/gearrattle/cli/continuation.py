@@ -30,7 +30,7 @@ Ends = tuple[float | str, float | str]
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _ACROSS, _UP = 32, 20
-_OF_BRANCH = {name: f"--{name}" for name in ("path", "range", "cycles", "rate", "step_limit")}
+_OF_BRANCH = {name: f"--{name}" for name in ("path", "range", "cycles", "rate")}
 _OF_SECOND = {"event": "--boundary", "second": "--second", "range": "--second-range"}
 
 
@@ -71,7 +71,7 @@ def continue_(
     start
         Where the search for the first motion begins, as of periodic. Default: where a simulation has settled.
     step_limit
-        Largest change of the value between two points, e.g. "10 rpm".
+        Largest change of the value between two points, e.g. "10 rpm"; with a unit where the range has one.
     isolated
         Look for branches as well that are not connected to the first.
     second
@@ -229,6 +229,6 @@ def _limit(text: str, path: str, ends: Ends, model: Model) -> float:
     from gearrattle.model.path_values import change_in_si
 
     limit = number_or_text(text)
-    if isinstance(limit, float) and all(isinstance(end, str) for end in ends):
-        raise ModelError(Problem("--step-limit", text, "has no unit, but the range has one", 'such as "10 rpm"'))
+    if isinstance(limit, float) and limit > 0.0 and isinstance(ends[1], str):
+        raise ModelError(Problem("--step-limit", text, f'has no unit, but the range ends at "{ends[1]}"', "add it"))
     return change_in_si(path, limit, model, "positive", "--step-limit")

@@ -63,7 +63,7 @@ class Unlocated:
         """What the user must know of it."""
         between = f"between {self.shown(self.before.parameter)} and {self.shown(self.after.parameter)}"
         seen = ", ".join(changes_between(self.before, self.after)) or "no change"
-        return f"Events {between} are not located ({self.reason}); its two ends tell of: {seen}."
+        return f"Events {between} are not located ({self.reason}); its two ends show: {seen}."
 
 
 @dataclass(frozen=True)

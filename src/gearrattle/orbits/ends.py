@@ -20,8 +20,8 @@ _WIDTHS = 1e3  # of a range: the unit of its value is no larger
 _LEAST = 1e-9  # of the larger end: the ends must differ by more
 
 
-def ends_of(model: Model, path: str, ends: Sequence[float | str]) -> tuple[float, float]:
-    """Read the two ends of a range [SI].
+def ends_of(model: Model, path: str, ends: Sequence[float | str], argument: str = "path") -> tuple[float, float]:
+    """Read the two ends of a range [SI]; ``argument`` is what names the path, for messages.
 
     Raises
     ------
@@ -31,22 +31,22 @@ def ends_of(model: Model, path: str, ends: Sequence[float | str]) -> tuple[float
     if isinstance(ends, str) or not isinstance(ends, Sequence | np.ndarray) or len(ends) != 2:
         raise ModelError(Problem("range", shown(ends), "must be two values", "such as (100.0, 200.0)"))
     if not isinstance(path, str):
-        raise ModelError(Problem("path", shown(path), "must be text", "such as excitation.speed"))
+        raise ModelError(Problem(argument, shown(path), "must be text", "such as excitation.speed"))
     if path.partition(".")[0] == "simulation":
         rule = "is a setting of simulations, on which motions do not depend"
         raise ModelError(Problem(path, "", rule, "follow a value of the driveline"))
     if "." not in path:
         names = [name for name in ("excitation.speed", *path_names(model.to_tables())) if name.endswith(f".{path}")]
         remedy = f'did you mean "{names[0]}"?' if names else "such as excitation.speed"
-        raise ModelError(Problem("path", path, "leads to no number", remedy))
+        raise ModelError(Problem(argument, path, "leads to no number", remedy))
     own = value_at(model.to_tables(), path)
     if isinstance(own, str | bool):
-        raise ModelError(Problem("path", path, "leads to no number", "follow a number of the driveline"))
+        raise ModelError(Problem(argument, path, "leads to no number", "follow a number of the driveline"))
+    values = [in_si(path, end, model) for end in ends]
     has_unit = [isinstance(end, str) for end in ends if end != 0]
     if model.units == "SI" and len(set(has_unit)) > 1:
         rule, remedy = "one end has a unit, the other none", 'give both, such as ("1 deg", "2 deg")'
         raise ModelError(Problem("range", shown(list(ends)), rule, remedy))
-    values = [in_si(path, end, model) for end in ends]
     if path.rpartition(".")[2] == "order":
         rule = "cannot be followed: between two orders there are others without a common period"
         raise ModelError(Problem(path, "", rule, "follow another value of the model"))

@@ -113,7 +113,7 @@ def second_of(model: Model, path: str, second: str, ends: Sequence[float | str])
         the path leads to no number, to zero, or to what the branch is followed over; a range without sense, or one
         without the model's own value.
     """
-    low, high = sorted(ends_of(model, second, ends))
+    low, high = sorted(ends_of(model, second, ends, "second"))
     own = number_at(model, path, second, "second")
     if not low <= own <= high:
         first, last, inside = (shown_value(second, model, number, 6) for number in (low, high, own))

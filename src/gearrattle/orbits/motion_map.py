@@ -20,12 +20,13 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Pass
 from gearrattle.engine.periodic.point import Point
-from gearrattle.errors import ModelError
+from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, FLAG, Count, Reader, argument_problems
 from gearrattle.orbits.borders import Border, SpecialPoint, borders_of
 from gearrattle.orbits.curve import Curve
+from gearrattle.orbits.family import notes_at_end
 from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.further import branches_missed, doublings_left
 from gearrattle.orbits.gradients import second_of
@@ -208,10 +209,12 @@ def map_of(
     if problems := argument_problems({**rules, "progress": (CALLBACK, progress)}):
         raise ModelError(problems)
     own, ends = second_of(branch.model, branch.path, second, range)
+    if left := notes_at_end(branch.model, branch.path, branch.range):
+        raise ModelError(Problem("branch", repr(branch), left[0], "follow it to a value a little before that"))
     first, last = sorted(branch.range)
     plane = Plane(branch.model, branch.path, second, (first, last), ends, branch.cycles)
     values, seconds = middles(plane.ends, across), middles(plane.second_ends, up)
-    first_row = own_row(plane, own, branch.curves, branch.range[1], isolated=isolated)
+    first_row = own_row(plane, own, branch.curves, branch.range[1], isolated=isolated, progress=progress)
     rows = rows_of(plane, first_row, seconds.tolist(), isolated=isolated, progress=stretch_of(progress, 0.0, 0.5))
     cells = cells_of(plane, rows, values, stretch_of(progress, 0.5, 0.7))
     shown = partial(shown_value, branch.path, branch.model)
@@ -234,7 +237,8 @@ def map_of(
     if not isolated and 2 * branch.cycles <= CYCLES.most:
         longer, shorter = counted(2 * branch.cycles, "period"), counted(branch.cycles, "period")
         notes.append(
-            f"Motions of {longer} are known only where they leave a branch of {shorter}, not on isolated ones."
+            f"Motions of {longer} are known only where they leave a branch of {shorter}, or where a simulation settles "
+            "in them at an end of a row; isolated branches were not sought."
         )
     for reason in sorted({cell.not_counted for row in cells for cell in row} - {""}):
         notes.append(f"Where {reason} the signs cannot be counted: others may be missing.")

@@ -377,7 +377,7 @@ def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbi
         notes += (f"Disturbances grow {grown:.1g} times over the motion: its run leaves it before the end.",)
     if still.free.shape[1]:
         words = "a part of the driveline may stand elsewhere, or turn at another speed"
-        notes += (f"The motion is one of a family: {words}; the family says what, and how far.",)
+        notes += (f"The motion is one of a family: {words}; its family (orbit.family) says what, and how far.",)
     return Orbit(model, period_map.cycles, still.motion, still.residual, still.free.shape[1], notes)
 
 

@@ -1,14 +1,14 @@
 """The branches of a driveline at several values of a second number of its model, row by row.
 
-The branches at the model's own second value are those of the first end of the range, and the one of the motion that
-settles at its last end. The branches of a row end where the range of the first value ends. There each motion is
+The branches at the model's own second value are those of the first end of the range, and those of the motions that
+settle at both ends. The branches of a row end where the range of the first value ends. There each motion is
 followed over the second value, the first one held, to the next row, and begins a branch of that row unless it lies on
 one already. So does the motion in which a simulation settles at an end of the range, if it settles soon. Where the
 signs of the motions at an end show that one is missing, they are followed over the speed (``over_speed``). What rows
 have of their own in this way is followed back to the rows on the other side.
 
-A pair of motions that is born inside the plane may still be missed. Of those in which no corner is passed none is:
-there is one or none, that of the linear driveline, and ``in_contact`` gives it.
+A pair of motions that is born inside the plane may still be missed. Of those in which no corner is passed none is,
+without sliders: there is one or none, that of the linear driveline, and ``in_contact`` gives it.
 
 Takes the branches at the model's own second value; gives Rows.
 """
@@ -19,7 +19,10 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice, pairwise
+
+import numpy as np
 
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import Continuation
@@ -96,7 +99,15 @@ class Row:
     lost: int = 0
 
 
-def own_row(plane: Plane, second: float, curves: Sequence[Curve], last: float, *, isolated: bool) -> Row:
+def own_row(
+    plane: Plane,
+    second: float,
+    curves: Sequence[Curve],
+    last: float,
+    *,
+    isolated: bool,
+    progress: Callable[[float], None] | None = None,
+) -> Row:
     """Return the branches at the model's own second value, with those of the motions that settle at both ends.
 
     Beyond a fold the motions that settle are often not connected inside the range to those before it.
@@ -113,16 +124,20 @@ def own_row(plane: Plane, second: float, curves: Sequence[Curve], last: float, *
         the last end [SI].
     isolated
         whether branches are sought that are not connected to these.
+    progress
+        called with zero again and again; an exception from it ends the work.
     """
+    report = _repeated(progress, 0.0)
     followers = followers_of(plane.cycles, lambda n: plane.follower(second, n))
     row = [*curves]
     with suppress(ConvergenceError):
         state = periodic(plane.model_at(last, second), plane.cycles).motion.start
-        _add_through(followers.of[plane.cycles], state, last, row, plane.ends)
-    _add_settled(plane, followers, row, second)
-    row += _completing(plane, _alike(row, plane.cycles), second, None)
-    further = row[len(curves) :]
-    return Row(second, (*row, *further_curves(followers, further, plane.ends, isolated=isolated, others=curves)))
+        _add_through(followers.of[plane.cycles], state, last, row, plane.ends, progress=report)
+    _add_settled(plane, followers, row, second, report)
+    row += _completing(plane, _alike(row, plane.cycles), second, report)
+    begun, known = row[len(curves) :], curves
+    row += further_curves(followers, begun, plane.ends, isolated=isolated, others=known, progress=report)
+    return Row(second, tuple(row))
 
 
 def rows_of(
@@ -287,7 +302,7 @@ def _add_settled(
                 continue
             curve = followers.of[cycles]
             period_map = curve.family.map_at(first)
-            with suppress(ConvergenceError):
+            with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):  # there may be no rest to begin from
                 orbit = shooting.shoot(period_map, settled_state(model, period_map))
                 if len(states_of_periods(period_map, orbit.motion)) == cycles:
                     _add_through(curve, orbit.motion.start, first, curves, plane.ends, progress=progress)
@@ -331,8 +346,11 @@ def _completing(
     curve, further = plane.follower(second, plane.cycles), list[Curve]()
     for first in plane.ends:
         known = _known_at(curve, [*curves, *further], first)
-        over_speed = OverSpeed(plane.model_at(first, second), plane.cycles)
-        for motion in [] if known.not_counted else [*known.passes]:
+        if known.not_counted or known.index() == 1:
+            continue
+        at_point = None if progress is None else partial(progress, 0.0)
+        over_speed = OverSpeed(plane.model_at(first, second), plane.cycles, at_point)
+        for motion in [*known.passes]:
             if known.index() == 1:
                 break
             for other in over_speed.met_again(motion):

@@ -41,7 +41,11 @@ def multiplier_table(orbit: Orbit) -> Table:
         "An argument of 180° means that it changes its side from one passage to the next."
     )
     if exactly_one := len(orbit.multipliers) - len(orbit.own_multipliers):
-        note += f" {counted(exactly_one, 'multiplier')} of modulus 1 left out elsewhere: what is shifted stays shifted."
+        are = "is" if exactly_one == 1 else "are"
+        note += (
+            f" {counted(exactly_one, 'multiplier')} {are} exactly 1, for a free state or a train that turns as a "
+            "whole, and not counted in the largest modulus."
+        )
     return Table(("modulus", "argument", "a disturbance is"), tuple(rows), frozenset({2}), "Multipliers", note)
 
 

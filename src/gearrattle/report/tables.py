@@ -41,5 +41,5 @@ def shortened(table: Table, most: int = 12) -> Table:
     if left <= 0:
         return table
     return replace(
-        table, rows=table.rows[:most], note=f"{counted(left, 'row')} more on the page, where the result is saved."
+        table, rows=table.rows[:most], note=f"{counted(left, 'row')} more: save the result to see all of them."
     )

@@ -46,7 +46,7 @@ class HalfPeriodFamily(Family):
 
     def __init__(self, whole: Family) -> None:
         self._whole, self._half = whole, whole.part(0.0, 0.5 * whole.cycles)
-        self.scale, self.size, self.unit = whole.scale, whole.size, whole.unit
+        self.scale, self.size, self.unit, self.shown = whole.scale, whole.size, whole.unit, whole.shown
         self.cycles, self.clearances, self.memories = whole.cycles, whole.clearances, whole.memories
 
     def map_at(self, parameter: float) -> HalfPeriodMap:

@@ -12,9 +12,10 @@ motions and determinants differenced are exact. Beside a grazing, where determin
 order and over shorter steps: there is a gradient if all motions have the crossings of the event, and the root is nearly
 straight over them.
 
-At a grazing itself, motions on the touching side have such a root. There nothing is differenced: w_q follows from the
+At a grazing itself, motions on the touching side have such a root. There no motion is differenced: w_q follows from the
 slopes of the motion by q and by p, and tau is the depth of the touch, whose slopes by the state, by p and by q are
-known. They are those of the motion that grazes, followed without contact.
+known, but for the touch of a limiter, whose depth is differenced. They are those of the motion that grazes, followed
+without contact.
 
 Takes an event and families: on both sides of q, or over q; gives a derivative.
 """
@@ -178,7 +179,10 @@ class _Followed(NamedTuple):
         if self.row is not None:
             return float(self.row @ direction)
         own = direction[: self.guess.w.size]
-        step = _DEPTH_STEP / float(np.linalg.norm(own))
+        size = float(np.linalg.norm(own))
+        if size == 0.0:
+            raise ConvergenceError("the slope of the depth is not known")
+        step = _DEPTH_STEP / size
         behind, ahead = (self._depth(self.guess.w + side * own) for side in (-step, step))
         return (ahead - behind) / (2.0 * step)
 
