@@ -48,6 +48,10 @@ class Followed(Protocol):
         """The branches."""
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user must know."""
+
+    @property
     def points(self) -> tuple[Point, ...]:
         """The points of all branches."""
 

@@ -369,7 +369,9 @@ def _jump(branch: Followed, run: RunParts, ending: _Ending, rate: float) -> Jump
         for other in ending.others
         if (value := _crossing(run, ending, other)) is not None and _was_on(branch, run, other, beyond=loss.value)
     ]
-    first = (min if run.upward else max)(crossings, key=lambda pair: pair[0], default=None)
+    # the parts of a line share their crossing: of those that of the part which the run meets first
+    sign = 1.0 if run.upward else -1.0
+    first = min(crossings, key=lambda pair: (sign * pair[0], _ahead(run, pair[1], pair[0])), default=None)
     if _is_on_again(branch, run, ending, first[0] if first else float(run.value[-1])):
         return without(_AGAIN, apart_most)
     if first is None:
@@ -381,8 +383,16 @@ def _jump(branch: Followed, run: RunParts, ending: _Ending, rate: float) -> Jump
     delay = abs(jumped - lost)
     periods = _periods(branch, (loss.value, value), rate)
     decided_by = names[ending.decisive(other.at(value))]
-    settles = max(value, float(other.value[0])) if run.upward else min(value, float(other.value[-1]))
+    ahead = _ahead(run, other, value)
+    settles = value + sign * ahead if np.isfinite(ahead) else value
     return Jump(run.upward, loss.kind, loss.value, value, delay, periods, decided_by, settles=settles)
+
+
+def _ahead(run: RunParts, part: BranchPart, value: float) -> float:
+    """How far beyond a value a run meets a part: zero where that is on it, infinite where it has been passed."""
+    low, high = float(part.value[0]), float(part.value[-1])
+    begin, end = (low - value, high - value) if run.upward else (value - high, value - low)
+    return np.inf if end < 0.0 else max(begin, 0.0)
 
 
 def _is_on_again(branch: Followed, run: RunParts, ending: _Ending, value: float) -> bool:

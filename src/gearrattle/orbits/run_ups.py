@@ -178,7 +178,7 @@ def run_up_of(branch: Followed, rate: float | str, progress: Callable[[float], N
         jumps += seen
     if work is not None:
         work(1.0)
-    return RunUpJumps(branch, speed_rate, tuple(envelopes), tuple(jumps), tuple(notes))
+    return RunUpJumps(branch, speed_rate, tuple(envelopes), tuple(jumps), (*branch.notes, *notes))
 
 
 def _way(upward: bool) -> str:
