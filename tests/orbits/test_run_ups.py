@@ -538,8 +538,7 @@ def test_a_run_on_a_motion_that_became_unstable_before_has_a_note() -> None:
     runs = gr.continuation(spline(), "excitation.speed", ("6000 rpm", "2500 rpm")).run_up("100 rpm/s")
     assert [one.words for one in runs.jumps if one.upward].count("") == 1
     assert all(np.isnan(one.value) for one in runs.jumps if not one.upward)
-    (note,) = runs.notes
-    assert note.startswith("Going down, the run was on none of the motions that end")
+    assert runs.notes[-1].startswith("Going down, the run was on none of the motions that end")
 
 
 def test_the_sentence_of_a_branch_ends_its_stable_motions_where_the_range_without_one_begins() -> None:

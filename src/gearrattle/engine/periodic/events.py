@@ -38,6 +38,7 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.grazing import JUMP, RELEASE, RIGID, VERTICAL, Grazing, grazing_of
 from gearrattle.engine.periodic.period_map import Approach
 from gearrattle.engine.periodic.point import Point
+from gearrattle.engine.periodic.symmetry import is_symmetric
 from gearrattle.engine.periodic.touch import Touch, with_corner
 from gearrattle.engine.periodic.touching import Search
 from gearrattle.engine.periodic.turning import hidden_between, touches_beyond
@@ -58,6 +59,7 @@ FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, GRAZING, PATTERN = (
 _DEEPEST = 12  # halvings of a step that holds more than one change of the pattern
 _PARABOLAS = 12  # to the minimum of a test function
 _SAME = 1e-9  # of a step: a minimum is not known better
+_NEAR_ONE = 0.5  # sum of the distances of a multiplier from 1 at the ends of a step in which a symmetry may break twice
 _DEEP = 0.5  # of its least value so far: a minimum above that is no sign of two zeros
 _TOWARDS = 0.1  # of the way from a motion that touches to a grazing is left by the next one
 _APART = 1e-9  # arclength by which two events are told from one
@@ -178,7 +180,7 @@ def _beside_grazing(curve: Continuation, grazing: Event, touching: Point) -> Ite
     unit circle and back: up to where that root moves them by less than they are from it.
     """
     point, root = grazing.point, _root_of(grazing)
-    way = min(nearest(point)[1] for nearest in (*_NEAREST.values(), unit_circle.nearest_to_one))
+    way = min(nearest(point)[1] for nearest in _NEAREST.values())
     distance, share = abs(touching.parameter - point.parameter), _TOWARDS
     shortest = _APART / max(abs(touching.length - point.length), _APART)
     while distance > 0.0 and root * np.sqrt(share * distance) > way and share > shortest:
@@ -322,12 +324,16 @@ def _goes_back(before: Point, after: Point) -> bool:
 def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | None:
     """A point at which a test function has another sign than at both ends of a step; None if there is none.
 
-    Two doublings, or two Neimark-Sacker bifurcations, may lie within one step: a multiplier comes to the unit circle
-    and back.
+    Two doublings, two Neimark-Sacker bifurcations, or two breakings of a symmetric driveline may lie within one step: a
+    multiplier comes to the unit circle and back.
     """
     for kind, nearest in _NEAREST.items():
-        test = TESTS[kind]
-        if test(before) * test(after) > 0.0 and unit_circle.may_return(nearest(before), nearest(after)):
+        test, ends = TESTS[kind], (nearest(before), nearest(after))
+        may_return = unit_circle.may_return(*ends)
+        if kind == BREAKING:  # a multiplier that leaves the circle at 1 comes back without a fold
+            is_near = unit_circle.may_return(*ends, near=_NEAR_ONE)
+            may_return = is_near and is_symmetric(curve.family.map_at(before.parameter).system)
+        if may_return and test(before) * test(after) > 0.0:
             point = _beyond_zero(curve, before, after, test)
             if point is not None:
                 return point
@@ -459,4 +465,8 @@ TESTS: dict[str, Callable[[Point], float]] = {
 """By kind of event, a test function that is smooth along a branch and zero at the event."""
 
 
-_NEAREST = {DOUBLING: unit_circle.nearest_to_minus_one, NEIMARK_SACKER: unit_circle.nearest_pair}
+_NEAREST = {
+    DOUBLING: unit_circle.nearest_to_minus_one,
+    NEIMARK_SACKER: unit_circle.nearest_pair,
+    BREAKING: unit_circle.nearest_to_one,
+}

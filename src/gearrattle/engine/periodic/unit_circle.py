@@ -180,7 +180,10 @@ def nearest_pair(point: Point) -> tuple[complex, float]:
     return complex(pairs[nearest]), float(away[nearest])
 
 
-def may_return(before: tuple[complex, float], after: tuple[complex, float]) -> bool:
-    """Return whether a multiplier may have come to the circle and back between two points, by how far it moves."""
+def may_return(before: tuple[complex, float], after: tuple[complex, float], near: float = _NEAR) -> bool:
+    """Return whether a multiplier may have come to the circle and back between two points.
+
+    It may where it moves far, or where it is ``near``: both distances add up to less.
+    """
     way = before[1] + after[1]
-    return way < max(_NEAR, _FARTHER * abs(after[0] - before[0]))
+    return way < max(near, _FARTHER * abs(after[0] - before[0]))
