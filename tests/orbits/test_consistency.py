@@ -338,3 +338,43 @@ def test_events_of_random_drivelines_do_not_depend_on_the_steps(seed: int) -> No
     assert coarse["kind"].tolist() == fine["kind"].tolist()
     values = (table["value"].to_numpy(np.float64) for table in (coarse, fine))
     np.testing.assert_allclose(*values, rtol=1e-7, atol=1e-7)
+
+
+def test_two_breakings_of_symmetry_within_a_step_are_seen_from_every_motion() -> None:
+    """Between them the symmetric motion is stable; the motions at both ends of the range have no symmetry."""
+    free = {"stiffness": 0.0, "damping": 0.0, "until": 0.030679785782553517}
+    first = {"stiffness": 627.7778176655298, "damping": 0.3610934749494195, "until": 0.019519609225427913}
+    spline = [free, {"stiffness": 1790.2679683901483, "damping": 0.4411313230924941}]
+    shaft = [first, {"stiffness": 2671.4428719053817, "damping": 0.7448856424041294}]
+    harmonics = [
+        {"order": 1, "amplitude": 106.10329887963277, "phase": -1.197204143286052},
+        {"order": 3, "amplitude": 13.576119205836687, "phase": -1.5504426498665567},
+    ]
+    tables = {
+        "schema": 1,
+        "inertia": [
+            {"name": "motor", "J": 0.03794545781008381, "drag": 0.028284994686437893},
+            {"name": "load", "J": 0.034560778247544416, "drag": 0.04312718697073917},
+        ],
+        "coupling": [
+            {"name": "spline", "between": ["motor", "load"], "stages": spline},
+            {"name": "shaft", "between": ["load", "ground"], "stages": shaft},
+            {
+                "name": "centre",
+                "between": ["motor", "ground"],
+                "stiffness": 177.26076419657957,
+                "damping": 0.20205231006130198,
+            },
+        ],
+        "excitation": {"speed": 80.0},
+        "torque": [{"on": "motor", "harmonics": harmonics}],
+    }
+    model = gr.Model.from_tables(tables)
+    for ends in ((79.0, 84.0), (84.0, 79.0)):
+        branch = gr.continuation(model, "excitation.speed", ends)
+        assert set(branch.events["kind"]) <= {"symmetry breaking", "pattern"}
+        (own,) = (c for c in branch.curves if {c.points[0].parameter, c.points[-1].parameter} == {79.0, 84.0})
+        breakings = [event.point.parameter for event in own.events if event.kind == "symmetry breaking"]
+        assert breakings == pytest.approx([81.323909083, 81.764251689], abs=1e-8)
+        assert [not curve.notes for curve in branch.curves] == [True] * 5
+        assert branch.notes == ()

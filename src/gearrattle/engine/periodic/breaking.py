@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 
 SAME = 1e-4
 """Of w, the cube root of the residual: motions of the branch nearer than this to a fixed point of H are one."""
+_NEARER = (1.0, 0.1, 0.01)  # shares of a distance in which a breaking is sought
 _BESIDE = 1e-6  # of the parameter's unit: a driveline so near is of the same kind
 _ALONG = 0.999999  # cosine between the tangents of a motion and of the fixed point of H: both are known
 
@@ -186,10 +187,14 @@ def breaking_near(curve: Continuation, point: Point, farthest: float) -> Point |
         middle = 0.5 * (point.state + image.y) * point.scale / point.size
         at_parameter = np.append(np.zeros(len(middle)), 1.0)
         centre = halves.near(np.append(middle, point.w[-1]), at_parameter, replace(point, later=None))
-        before, after = (halves.moved_along(centre, side * farthest) for side in (-1.0, 1.0))
+        for share in _NEARER:  # of two breakings as near as this the multiplier tells nothing
+            before, after = (halves.moved_along(centre, side * share * farthest) for side in (-1.0, 1.0))
+            breaking = breaking_between(curve, before, replace(after, length=2.0 * share * farthest))
+            if breaking is not None:
+                return breaking
     except ConvergenceError:
         return None
-    return breaking_between(curve, before, replace(after, length=2.0 * farthest))
+    return None
 
 
 def _among(halves: Continuation, point: Point) -> Point:
