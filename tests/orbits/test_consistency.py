@@ -342,7 +342,7 @@ def test_events_of_random_drivelines_do_not_depend_on_the_steps(seed: int) -> No
 
 def test_two_breakings_of_symmetry_within_a_step_are_seen_from_every_motion() -> None:
     """Between them the symmetric motion is stable; the motions at both ends of the range have no symmetry."""
-    free = {"stiffness": 0.0, "damping": 0.0, "until": 0.030679785782553517}
+    free = {"stiffness": 0.0, "damping": 0.0, "until": 0.030679785582553517}
     first = {"stiffness": 627.7778176655298, "damping": 0.3610934749494195, "until": 0.019519609225427913}
     spline = [free, {"stiffness": 1790.2679683901483, "damping": 0.4411313230924941}]
     shaft = [first, {"stiffness": 2671.4428719053817, "damping": 0.7448856424041294}]
