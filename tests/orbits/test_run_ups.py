@@ -14,6 +14,7 @@ import gearrattle as gr
 from gearrattle.orbits import Branch, Orbit, run_ups, stable_ranges
 from gearrattle.orbits.jumps import Jump
 from gearrattle.orbits.run_ups import with_peaks
+from gearrattle.report.kinds import presentation_of
 from tests.orbits.test_friction import oscillator as with_friction
 
 SPEED = "excitation.speed"
@@ -545,3 +546,14 @@ def test_the_sentence_of_a_branch_ends_its_stable_motions_where_the_range_withou
     sentence = gr.continuation(spline(), "torque.0.mean", (0.0, 50.0)).sentence
     assert "stable motions from 0 to 5.408 N" in sentence
     assert "No branch leads through the range from 5.408 to 50 N" in sentence
+
+
+def test_the_page_has_every_event_and_the_terminal_the_first_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gearrattle.report.branches._MOST_EVENTS", 1)
+    runs = gr.continuation(gr.example("backlash_oscillator"), SPEED, (0.6, 0.9)).run_up(1e-3)
+    page = presentation_of(runs)
+    on_page, printed = (
+        next(table for table in tables if table.title == "Events") for tables in (page.tables(), page.answer())
+    )
+    assert len(on_page.rows) == len(runs.branch.events) > 1
+    assert len(printed.rows) == 1

@@ -74,6 +74,10 @@ class Plane:
         model = self.model.with_({self.second: second})
         return follower_over(model, self.path, self.ends, cycles, first=self.ends[0])
 
+    def followers(self, second: float) -> Followers:
+        """Return what follows motions over the first value, and those that these join or that leave them."""
+        return followers_of(self.cycles, lambda cycles: self.follower(second, cycles))
+
     def follower_across(self, first: float, second: float) -> Continuation:
         """Return what follows motions over the second value."""
         model = self.model.with_({self.path: first})
@@ -128,15 +132,14 @@ def own_row(
         called with zero again and again; an exception from it ends the work.
     """
     report = _repeated(progress, 0.0)
-    followers = followers_of(plane.cycles, lambda n: plane.follower(second, n))
-    row = [*curves]
+    followers, row = plane.followers(second), [*curves]
     with suppress(ConvergenceError):
         state = periodic(plane.model_at(last, second), plane.cycles).motion.start
         _add_through(followers.of[plane.cycles], state, last, row, plane.ends, progress=report)
     _add_settled(plane, followers, row, second, report)
     row += _completing(plane, _alike(row, plane.cycles), second, report)
-    begun, known = row[len(curves) :], curves
-    row += further_curves(followers, begun, plane.ends, isolated=isolated, others=known, progress=report)
+    begun = row[len(curves) :]
+    row += further_curves(followers, begun, plane.ends, isolated=isolated, others=curves, progress=report)
     return Row(second, tuple(row))
 
 
@@ -177,9 +180,10 @@ def rows_of(
         arrived: list[Curve] = []
         for before, second in pairwise(values):
             is_outward = (second - before) * (before - own.second) >= 0.0
-            arrived = rows.lead(arrived if is_outward else [*arrived, *rows.sought[before]], before, second, None)
+            report = _repeated(progress, done / work)
+            arrived = rows.lead(arrived if is_outward else [*arrived, *rows.sought[before]], before, second, report)
             if arrived:
-                rows.add_further(second, arrived)
+                rows.add_further(second, arrived, report)
             done += 1
             if progress is not None:
                 progress(done / work)
@@ -230,17 +234,17 @@ class _Rows:
     def seek(self, second: float, progress: Callable[[float], None] | None, *, isolated: bool) -> None:
         """Add the branches that no neighbouring row leads to, and those that leave others."""
         plane, curves = self._plane, self.curves[second]
-        followers, led = followers_of(plane.cycles, lambda n: plane.follower(second, n)), len(curves)
+        followers, led = plane.followers(second), len(curves)
         _add_settled(plane, followers, curves, second, progress)
         curves += _completing(plane, _alike(curves, plane.cycles), second, progress)
-        curves += further_curves(followers, curves, plane.ends, isolated=isolated)
+        curves += further_curves(followers, curves, plane.ends, isolated=isolated, progress=progress)
         self.sought[second] = _alike(curves[led:], plane.cycles)
 
-    def add_further(self, second: float, begun: Sequence[Curve]) -> None:
+    def add_further(self, second: float, begun: Sequence[Curve], progress: Callable[[float], None] | None) -> None:
         """Add the branches that leave the last ones of a row."""
         plane, curves = self._plane, self.curves[second]
-        followers, others = followers_of(plane.cycles, lambda n: plane.follower(second, n)), curves[: -len(begun)]
-        curves += further_curves(followers, begun, plane.ends, isolated=False, others=others)
+        followers, others = plane.followers(second), curves[: -len(begun)]
+        curves += further_curves(followers, begun, plane.ends, isolated=False, others=others, progress=progress)
 
 
 def _alike(curves: Sequence[Curve], cycles: int) -> list[Curve]:

@@ -117,7 +117,12 @@ class BranchesPage(ModelPresentation[Branch]):
         return replace(page, sections=tuple(sections))
 
     def answer(self) -> tuple[Table, ...]:
-        return shortened(self._range_table()), shortened(self._event_table(), _MOST_EVENTS)
+        ranges, events = self.tables_of_branch()
+        return shortened(ranges), shortened(events, _MOST_EVENTS)
+
+    def tables_of_branch(self) -> tuple[Table, Table]:
+        """Return the ranges of one stability and the events, with all rows."""
+        return self._range_table(), self._event_table()
 
     def content(self) -> dict[str, Any]:
         branch = self.result

@@ -12,6 +12,7 @@ from gearrattle.model.path_labels import in_shown_unit
 from gearrattle.orbits import Branch, RunUpJumps
 from gearrattle.orbits.jumps import Jump
 from gearrattle.report.branches import BranchesPage
+from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.axis_names import Measure
 from gearrattle.report.plots.branches import measure
 from gearrattle.report.plots.chart import Chart
@@ -68,7 +69,16 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
     def figures(self) -> tuple[Chart, ...]:
         return (run_up_chart(self.result),) if self.result.envelopes else ()
 
+    def sections(self) -> tuple[Section, ...]:
+        first = Section("summary", "Summary", self.sentence, tables=(self._jump_table(),))
+        tables = BranchesPage(cast(Branch, self.result.branch)).tables_of_branch()
+        branch = Section("branch", "Branches", tables=tables, folds=True)
+        return first, *figure_sections(self.figures()), branch, *notes_section(self.notes)
+
     def answer(self) -> tuple[Table, ...]:
+        return self._jump_table(), *BranchesPage(cast(Branch, self.result.branch)).answer()
+
+    def _jump_table(self) -> Table:
         (_, speed), shown = self._speed, self._shown
         unit = f" [{shown.unit}]" if shown.unit else ""
         head = (
@@ -82,8 +92,7 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
             "",
         )
         rows = tuple(self._row(jump) for jump in self.result.jumps)
-        jumps = Table(head, rows, frozenset({0, 1, 6, 7}), "Jumps beside those of the branches", _NOTE)
-        return jumps, *BranchesPage(cast(Branch, self.result.branch)).answer()
+        return Table(head, rows, frozenset({0, 1, 6, 7}), "Jumps beside those of the branches", _NOTE)
 
     def _row(self, jump: Jump) -> tuple[str, ...]:
         factor = self._shown.factor

@@ -331,10 +331,11 @@ def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | No
         test, ends = TESTS[kind], (nearest(before), nearest(after))
         if test(before) * test(after) <= 0.0:
             continue
-        may_return = unit_circle.may_return(*ends)
         if kind == BREAKING:  # a multiplier that leaves the circle at 1 comes back without a fold
-            is_near = unit_circle.may_return(*ends, near=_NEAR_ONE)
-            may_return = is_near and is_symmetric(curve.family.map_at(before.parameter).system)
+            may_return = unit_circle.may_return(*ends, near=_NEAR_ONE)
+            may_return = may_return and is_symmetric(curve.family.map_at(before.parameter).system)
+        else:
+            may_return = unit_circle.may_return(*ends)
         if may_return:
             point = _beyond_zero(curve, before, after, test)
             if point is not None:
