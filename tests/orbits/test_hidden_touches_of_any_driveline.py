@@ -163,6 +163,8 @@ def test_turning_points_are_those_of_the_compiled_loop(name: str) -> None:
     assert want.watch.size + want.dips.watch.size > 0
     for one, other in ((want, actual), (want.dips, actual.dips)):
         assert_alike(one, other, corner)
+    assert want.delay.size > 0
+    np.testing.assert_allclose(actual.delay, want.delay, rtol=1e-5, atol=1e-8 * np.abs(want.delay).max())
 
 
 def assert_alike(want: Turns | Dips, actual: Turns | Dips, corner: float) -> None:
@@ -183,7 +185,7 @@ def assert_alike(want: Turns | Dips, actual: Turns | Dips, corner: float) -> Non
 def in_order(turns: Turns | Dips) -> dict[str, np.ndarray]:
     """The arrays of turning points or dips, in an order that rounding does not change."""
     order = np.lexsort((turns.depth, turns.upward, turns.watch, np.round(turns.time, 7)))
-    return {name: part[order] for name, part in turns._asdict().items() if name != "dips"}
+    return {name: part[order] for name, part in turns._asdict().items() if name not in ("dips", "delay")}
 
 
 @pytest.mark.parametrize("path", PATHS)

@@ -64,6 +64,7 @@ def tables(crossed: tuple[float, ...]) -> dict[str, Any]:
         np.arange(1, events + 1) % 2,
         np.zeros(events),
         np.zeros(events),
+        np.zeros(events),
         np.empty((2, 1), np.int64),
     )
     turning_points.write_outside(crossings.clearance, crossings.upward, np.zeros(2, np.int64), crossings.outside)

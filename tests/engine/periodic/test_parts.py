@@ -45,7 +45,7 @@ def followed_both_ways(family: Family, guess: Guess, row: np.ndarray) -> tuple[P
 def sorted_turns(turns: Turns | None) -> tuple[np.ndarray, np.ndarray]:
     """Turning points and dips as tables, in order of time."""
     assert turns is not None
-    tables = [np.array(turns[:-1], dtype=float).T, np.array(turns.dips, dtype=float).T]
+    tables = [np.array(turns[:6], dtype=float).T, np.array(turns.dips, dtype=float).T]
     first, second = (table[np.lexsort((table[:, 0], np.round(table[:, 2], 9)))] for table in tables)
     return first, second
 
@@ -66,6 +66,9 @@ def test_a_motion_in_parts_is_the_whole(name: str, cycles: int, kind: str) -> No
     np.testing.assert_allclose(parted.crossings.time, whole.crossings.time, rtol=0, atol=1e-10 * whole.period)
     assert parted.period == pytest.approx(whole.period, rel=1e-14)
     assert parted.cycles == whole.cycles
+    assert parted.turns is not None
+    assert whole.turns is not None
+    close(parted.turns.delay, whole.turns.delay, 1e-6)
     for own, expected in zip(sorted_turns(parted.turns), sorted_turns(whole.turns), strict=True):
         assert own.shape == expected.shape
         close(own[:, :3], expected[:, :3])

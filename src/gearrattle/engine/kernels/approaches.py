@@ -86,6 +86,7 @@ class Crossings(NamedTuple):
     upward: IntVector
     jump: Vector  # of the damping
     shift: Vector  # of the corner
+    delay: Vector  # by how much each comes later along the direction of turning points [periods]
     outside: IntMatrix  # (2, K) 1 upwards, 0 downwards: before the start of the motion, after its end; -1: no crossing
 
 

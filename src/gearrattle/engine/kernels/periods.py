@@ -73,6 +73,7 @@ class Map(NamedTuple):
     row: Vector  # (N + 1,) the direction of slopes: see ALONG_ROW and ALONG_CHANGE
     turns: Matrix  # (MOST_TURNS, TURN_COLUMNS) all turning points
     turning: IntVector  # (1,) NO_TURNS, ALONG_ROW or ALONG_CHANGE; then how many there are, NO_TURNS: not known
+    delay: Vector  # (MOST_TURNS,) by how much crossings come later along the direction of the turning points [periods]
     outside: IntMatrix  # (2, K) of ``Crossings``; read along a change, written along a row
     reach: Vector  # (K,) to a corner of every clearance: turning points farther away are left out
 
@@ -401,7 +402,8 @@ def _follow(common, laws, regions, rates, log, events, initial, end, carried, sc
         np.empty((events + 1, states, states + 1)),
     )
     integers, numbers = np.empty((2, events), np.int64), np.empty((2, events))
-    crossings = Crossings(integers[0], integers[1], numbers[0], numbers[1], out.outside)
+    delay = out.delay[:events] if events <= out.delay.size else np.empty(events)
+    crossings = Crossings(integers[0], integers[1], numbers[0], numbers[1], delay, out.outside)
     _write_course(common, laws, regions, rates, log, initial, end, course, crossings)
     ranges = np.empty(slots, np.int64), np.empty(slots, np.int64)
     steps = Steps(np.empty((slots, 0, size, size)), np.empty((slots, 0, states, size)), ranges[0], ranges[1])

@@ -379,18 +379,23 @@ def _is_far(laws, piece, seen, k, h, reach):
 
 
 @strict
+def _delay(rates, crossings, i, by, now, seen):
+    """By how much crossing i - 1 comes later along the direction; ``seen`` is a look just behind it."""
+    crossed = crossings.clearance[i - 1]
+    moved = by * (dot(rates.deflection_shift, crossed, now.z) - crossings.shift[i - 1])
+    return -(moved + dot(rates.deflection, crossed, now.v)) / seen[1, crossed]
+
+
+@strict
 def _write_kinks(laws, clearances, regions, rates, course, crossings, i, by, now, last, seen, reach, turns, count):
     """Write the rates that come nearest to zero at crossing i - 1, where their derivatives jump from ``last``."""
-    slot, crossed, is_known = course.slot[i], crossings.clearance[i - 1], False
-    time_slope = 0.0
+    slot, time_slope, is_known = course.slot[i], crossings.delay[i - 1], False
     for k in range(clearances.size):
         rate, before, after = seen[1, k], last[2, k], seen[2, k]
         piece = laws.first[clearances[k]] + regions.piece[slot, k]
         distance = min(seen[0, k] - laws.lower[piece], laws.upper[piece] - seen[0, k])
         if rate * before < 0.0 < rate * after and distance < reach[k] and count[0] < turns.shape[0]:
             if not is_known:
-                moved = by * (dot(rates.deflection_shift, crossed, now.z) - crossings.shift[i - 1])
-                time_slope = -(moved + dot(rates.deflection, crossed, now.v)) / seen[1, crossed]
                 _write_both(rates.generator[slot], rates.shift[slot], by, now)
                 is_known = True
             moved = by * dot(rates.deflection_shift, k, now.z) + dot(rates.deflection, k, now.v)
@@ -406,6 +411,8 @@ def _write_kinks(laws, clearances, regions, rates, course, crossings, i, by, now
 @strict
 def write_turns(laws, clearances, regions, rates, steps, course, crossings, change, reach, turns, count):
     """Write the turning points that lie nearer than a reach to a corner ahead, or to one that they have passed.
+
+    The delays of the crossings are written as well.
 
     ``change`` is the direction along which their slopes are. Rates are looked at in blocks: of every block one state is
     made. The motion and its perturbation are carried to where a rate changes its sign, or may do so twice. Where there
@@ -434,6 +441,7 @@ def write_turns(laws, clearances, regions, rates, steps, course, crossings, chan
         columns = looks.columns[slot]
         _see(columns, 0, now.z, seen[:one_look])
         if i > 0:
+            crossings.delay[i - 1] = _delay(rates, crossings, i, by, now, table[0])
             _write_kinks(
                 laws, clearances, regions, rates, course, crossings, i, by, now, last, table[0], reach, turns, count
             )

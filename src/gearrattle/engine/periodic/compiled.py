@@ -54,6 +54,7 @@ class PeriodBatch(Batch):
             row=np.zeros(states + 1),
             turns=np.zeros((turning_points.MOST_TURNS, turning_points.TURN_COLUMNS)),
             turning=np.full(1, NO_TURNS),
+            delay=np.zeros(turning_points.MOST_TURNS),
             outside=np.full((2, len(pieces)), -1),
             reach=reaches(system),
         )
@@ -129,8 +130,8 @@ class PeriodBatch(Batch):
 
     def turns(self) -> Turns | None:
         """Return the turning points, if they were asked for and there is one direction for their slopes."""
-        count = int(self.out.turning[0])
-        if count < 0:
+        count, crossings = int(self.out.turning[0]), int(self.march.counts[packed.EVENTS])
+        if count < 0 or crossings > len(self.out.delay):
             return None
         rows = self.out.turns[:count]
         is_turn = rows[:, turning_points.UPWARD] < turning_points.FALLING
@@ -139,4 +140,4 @@ class PeriodBatch(Batch):
         every = watch, upward, time, depth, slope, time_slope, level, level_slope
         dips = Dips._make(part[~is_turn] for part in every)
         watch, upward, time, depth, slope, time_slope = (part[is_turn] for part in every[:6])
-        return Turns(watch, upward, time, depth, slope, time_slope, dips)
+        return Turns(watch, upward, time, depth, slope, time_slope, dips, self.out.delay[:crossings].copy())

@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic import patterns, unit_circle
 from gearrattle.engine.periodic.breaking import breaking_between
 from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.exchanges import exchange_between
 from gearrattle.engine.periodic.grazing import JUMP, RELEASE, RIGID, VERTICAL, Grazing, grazing_of
 from gearrattle.engine.periodic.period_map import Approach
 from gearrattle.engine.periodic.point import Point
@@ -105,7 +106,7 @@ def events_between(curve: Continuation, before: Point, after: Point, depth: int 
     ConvergenceError
         the branch cannot be followed in between.
     """
-    hidden = hidden_between(before, after)
+    hidden = hidden_between(before, after) or exchange_between(before, after)
     if hidden is not None and depth < _DEEPEST:
         return _events_of_parts(curve, before, after, hidden, depth)
     view = _view_of(curve, before, after)

@@ -211,7 +211,8 @@ class _Search:
 
     def __init__(self, course: Course, path: Passages, along: Along, reach: Array) -> None:
         self._course, self._path, self._reach = course, path, reach
-        self._by, self._outside, by = along.parameter, along.outside, along.parameter
+        self._outside, by = along.outside, along.parameter
+        self._delays = np.array([leap.delay for leap in course.leaps])
         pieces = np.array(course.pieces, np.int64)[:, list(course.setting.flow.system.clearances)]
         corners, changes = np.empty((2, *pieces.shape)), np.empty((2, *pieces.shape))
         for k, (own, shift) in enumerate(course.setting.corners):
@@ -295,7 +296,7 @@ class _Search:
         time_slope = np.tile(-seen.rate_change / seen.bend, 2)[chosen]
         order = np.argsort(twice[2], kind="stable")
         watch, way, time = (one[order] for one in twice)
-        return Turns(watch, way, time, depth[order], slopes[order], time_slope[order], dips)
+        return Turns(watch, way, time, depth[order], slopes[order], time_slope[order], dips, self._delays)
 
     def _is_visit(self, part: _Part, upward: IntArray) -> NDArray[np.bool_]:
         """Whether turning points lie beyond a corner that is crossed there before and back after them."""
@@ -327,7 +328,7 @@ class _Search:
         before = self._seen(part._replace(step=step - 1), np.ones(step.size)).bend
         is_kink = (seen.rate * before < 0.0) & (seen.rate * seen.bend > 0.0)
         part, seen = _chosen(part, is_kink), _Seen(*(one[is_kink] for one in seen))
-        delays = np.array([leap.delay for leap in course.leaps])
+        delays = self._delays
         time_slope = delays[course.interval[part.step] - 1] if delays.size else np.zeros(0)
         change = seen.rate_change + seen.bend * time_slope
         return self._dips_at(part, seen, course.begin[part.step], change, time_slope)

@@ -122,8 +122,10 @@ class PartedFamily:
                 return None
             turns.append(self._in_motion(own.turns, i))
         dips = Dips._make(np.concatenate(columns) for columns in zip(*(one.dips for one in turns), strict=True))
-        columns = (np.concatenate(columns) for columns in zip(*(one[:-1] for one in turns), strict=True))
-        return Turns._make((*columns, dips))
+        columns = {
+            name: np.concatenate([getattr(one, name) for one in turns]) for name in Turns._fields if name != "dips"
+        }
+        return Turns(**columns, dips=dips)
 
     def _within(self, touch: Touch | None) -> tuple[int, Touch | None]:
         """The part in which a touch lies, and the touch in it."""
@@ -150,7 +152,8 @@ class PartedFamily:
             depth=dips.depth / length,
             slope=dips.slope / length,
         )
-        return turns._replace(time=length * (index + turns.time), time_slope=length * turns.time_slope, dips=dips)
+        time, slopes = length * (index + turns.time), (length * turns.time_slope, length * turns.delay)
+        return turns._replace(time=time, time_slope=slopes[0], dips=dips, delay=slopes[1])
 
 
 def _before(motion: Pass, time: float) -> int:

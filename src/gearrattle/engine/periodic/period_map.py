@@ -97,12 +97,14 @@ class Turns(NamedTuple):
     slope: Array  # (E,) of the depth along a direction
     time_slope: Array  # (E,) of the time along it
     dips: Dips
+    delay: Array  # (C,) by how much each crossing of the motion comes later along it [periods]
 
     def scaled(self, factor: float) -> Turns:
         """Return them with slopes along a direction so many times as long."""
         slopes = {name: factor * getattr(self.dips, name) for name in ("slope", "time_slope", "level_slope")}
         dips = self.dips._replace(**slopes)
-        return self._replace(slope=factor * self.slope, time_slope=factor * self.time_slope, dips=dips)
+        ours = {name: factor * getattr(self, name) for name in ("slope", "time_slope", "delay")}
+        return self._replace(dips=dips, **ours)
 
 
 class Along(NamedTuple):

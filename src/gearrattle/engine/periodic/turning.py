@@ -73,7 +73,7 @@ def hidden_between(before: Point, after: Point) -> float | None:
         return None
     if min(_way_beyond(before, after), _way_beyond(after, before)) < 0.0:
         return 0.5
-    length = _length(before, after)
+    length = length_between(before, after)
     one, other = (turns._replace(dips=_near_corners(turns.dips, length)) for turns in (one, other))
     common, dips = _same(before, after, one, other), _same(before, after, one.dips, other.dips)
     if before.word == after.word and _passes_corner(before, after, one, other, common):
@@ -109,12 +109,31 @@ def _hidden(
 ) -> tuple[float, float]:
     """At which share of the way a depth lies highest beyond zero, and how high, over what it is at both ends."""
     i, j = common
-    low, high, side = one.depth[i], other.depth[j], -np.sign(one.depth[i])
-    rises, falls = side * length * one.slope[i], -side * length * other.slope[j]
-    nears = (rises > 0.0) & (falls > 0.0) & (low * high > 0.0)
+    return beyond_zero(one.depth[i], other.depth[j], length * one.slope[i], length * other.slope[j])
+
+
+def beyond_zero(before: Array, after: Array, slope_before: Array, slope_after: Array) -> tuple[float, float]:
+    """Return where values of one sign at both ends of a step lie farthest beyond zero, as their slopes tell.
+
+    Parameters
+    ----------
+    before, after
+        (E,) values at both ends.
+    slope_before, slope_after
+        (E,) their slopes there, over the whole step.
+
+    Returns
+    -------
+    tuple[float, float]
+        The share of the way, and how far beyond zero both tangents meet there, over the sum of both values; 0 where no
+        value comes nearer to zero from both ends.
+    """
+    side = -np.sign(before)
+    rises, falls = side * slope_before, -side * slope_after
+    nears = (rises > 0.0) & (falls > 0.0) & (before * after > 0.0)
     if not nears.any():
         return 0.5, 0.0
-    low, high, rises, falls = (np.abs(part[nears]) for part in (low, high, rises, falls))
+    low, high, rises, falls = (np.abs(part[nears]) for part in (before, after, rises, falls))
     meet = np.clip((falls - high + low) / (rises + falls), 0.0, 1.0)
     passed = (rises * meet - low) / (low + high)
     worst = int(np.argmax(passed))
@@ -136,7 +155,14 @@ def _lost(cycles: int, length: float, one: Turns, other: Turns, common: tuple[In
 
 def _without(turns: Turns, chosen: IntArray) -> Turns:
     """Turning points but for some, with all dips."""
-    return Turns._make([*(np.delete(part, chosen) for part in turns[:-1]), turns.dips])
+    return turns._replace(
+        watch=np.delete(turns.watch, chosen),
+        upward=np.delete(turns.upward, chosen),
+        time=np.delete(turns.time, chosen),
+        depth=np.delete(turns.depth, chosen),
+        slope=np.delete(turns.slope, chosen),
+        time_slope=np.delete(turns.time_slope, chosen),
+    )
 
 
 def _way_to_zero(cycles: int, length: float, ours: Turns, theirs: Turns) -> float:
@@ -191,7 +217,7 @@ def passed_between(apart: Point, touching: Point) -> Passed | None:
     if touches.size != 1:
         return None
     k = i[touches[0]]
-    length = _length(apart, touching)
+    length = length_between(apart, touching)
     touch = Touch(int(one.watch[k]), int(one.upward[k]), float(one.time[k]))
     return Passed(touch, float(one.depth[k]), float(length * one.slope[k]), float(length * one.time_slope[k]))
 
@@ -202,7 +228,7 @@ def _depths_of(before: Point, after: Point) -> _Depths | None:
     if one is None or other is None:
         return None
     i, j = _same(before, after, one, other)
-    length = _length(before, after)
+    length = length_between(before, after)
     first, second = length * one.slope, length * other.slope
     single = np.concatenate([np.delete(one.depth, i), np.delete(other.depth, j)])
     nearing = -np.sign(single) * np.concatenate([np.delete(first, i), -np.delete(second, j)])
@@ -223,7 +249,7 @@ def _way_beyond(grazing: Point, other: Point) -> float:
         return 0.0
     i, j = _same(grazing, other, turns, others)
     ours = i[grazes(grazing, turns)[i] & (others.depth[j] > 0.0)]
-    return _length(grazing, other) * float(turns.slope[ours].sum())
+    return length_between(grazing, other) * float(turns.slope[ours].sum())
 
 
 def rise_beyond(grazing: Point, touching: Point) -> float:
@@ -245,8 +271,8 @@ def grazes(point: Point, turns: Turns) -> NDArray[np.bool_]:
     return np.asarray(is_same & (np.abs(turns.time - point.touch.time) < _GRAZES))
 
 
-def _length(one: Point, other: Point) -> float:
-    """How far it is from one point to another [arclength]; negative if it goes backwards."""
+def length_between(one: Point, other: Point) -> float:
+    """Return how far it is from one point to another [arclength]; negative if it goes backwards."""
     step = other.w - one.w
     return float(np.copysign(np.linalg.norm(step), step @ one.tangent))
 
@@ -257,7 +283,7 @@ def _same(before: Point, after: Point, one: Turns | Dips, other: Turns | Dips) -
     Their instants move along the branch, in a row of rebounds by more than the time from one to the next. So the change
     of the instant is compared with the mean of both slopes.
     """
-    cycles, length = before.motion.cycles, _length(before, after)
+    cycles, length = before.motion.cycles, length_between(before, after)
     middle, other_middle = one.time + 0.5 * length * one.time_slope, other.time - 0.5 * length * other.time_slope
     apart = _times_between(middle, other_middle, cycles)
     kinds, other_kinds = (_KINDS * turns.watch + turns.upward for turns in (one, other))

@@ -48,14 +48,21 @@ class Passages:
         Two sliders of one element stick at the same instant, and equal clearances touch at once: rounding decides in
         what order these are known.
         """
-        within = _TOGETHER * float(self.time.max(initial=0.0))
-        are_apart = np.diff(self.time) > within
-        if are_apart.all():
+        group = self._groups()
+        if group is None:
             return self
-        group = np.append(0, np.cumsum(are_apart))
-        order = np.lexsort((self.upward, self.watch, group))
         first = self.time[np.searchsorted(group, group)]
-        return replace(self.where(order), time=first)
+        return replace(self.where(self.order()), time=first)
+
+    def order(self) -> IntArray:
+        """Return (E,) the indices of the crossings that ``in_order`` returns."""
+        group = self._groups()
+        return np.arange(len(self.time)) if group is None else np.lexsort((self.upward, self.watch, group))
+
+    def _groups(self) -> IntArray | None:
+        """Numbers that are equal for crossings at one instant; None: no two are at one."""
+        are_apart = np.diff(self.time) > _TOGETHER * float(self.time.max(initial=0.0))
+        return None if are_apart.all() else np.append(0, np.cumsum(are_apart))
 
     def and_later(self, time: float, watches: IntArray) -> Passages:
         """Return the same and changes by the clock at a later time [s], none of which changes a memory."""
