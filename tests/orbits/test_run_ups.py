@@ -122,7 +122,20 @@ def test_the_reasons_why_there_is_no_jump() -> None:
     alone = gr.continuation(over_speed().model, SPEED, (0.8, 0.86), start="linear").run_up(1e-3)
     assert [jump.words for jump in alone.jumps] == ["no other stable motion is known there"]
     assert alone.notes == ("No stable motion is known at excitation.speed = 0.86: no run begins there.",)
-    assert alone.sentence == "At the rate 0.001 no jump is known: no other stable motion is known there."
+    seen, down = "At the rate 0.001 no jump is known: no other stable motion is known there.", "No run down begins"
+    assert alone.sentence == f"{seen} {down}: no stable motion is known at 0.86."
+
+
+def test_where_no_run_can_begin_the_sentence_says_so_and_why() -> None:
+    """At both ends of the range the one branch known is between its folds."""
+    unstable = np.flatnonzero(~over_speed().data["stable"].values)
+    first = int(unstable[len(unstable) // 2])
+    begin = float(over_speed().data["value"][first])
+    branch = gr.continuation(over_speed().model, SPEED, (begin, begin + 2e-3), start=over_speed().orbit(first))
+    runs = branch.run_up(1e-5)
+    assert runs.jumps == runs.envelopes == ()
+    ends = f"{begin:.5g} and {begin + 2e-3:.5g}"
+    assert runs.sentence == f"No run begins: no stable motion is known at either end of the range, {ends}."
 
 
 def test_rates_with_units() -> None:

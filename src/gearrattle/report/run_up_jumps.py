@@ -33,6 +33,11 @@ _NOTE = (
 )
 
 
+def _way(upward: bool) -> str:
+    """The word for a run-up or a run-down."""
+    return "up" if upward else "down"
+
+
 class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
     """Jumps of a run-up and a run-down."""
 
@@ -41,12 +46,23 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
 
     @property
     def sentence(self) -> str:
+        begun = {run.upward for run in self.result.envelopes}
+        ends = dict(zip((True, False), sorted(self.result.branch.range), strict=True))
+        if not begun:
+            words = listed([self._shown.with_unit(end, 6) for end in ends.values()])
+            return f"No run begins: no stable motion is known at either end of the range, {words}."
+        missing = [(up, self._shown.with_unit(end, 6)) for up, end in ends.items() if up not in begun]
+        not_begun = [f" No run {_way(up)} begins: no stable motion is known at {end}." for up, end in missing]
+        return "".join([self._seen(), *not_begun])
+
+    def _seen(self) -> str:
+        """What the runs show."""
         factor, unit = self._speed
         rate = quantity(self.result.rate * factor, f"{unit}/s" if unit else "")
         jumps = self.result.jumps
         seen = [jump for jump in jumps if not jump.words]
         parts = [
-            f"{'up' if jump.upward else 'down'} at {self._shown.with_unit(jump.value, 6)}, "
+            f"{_way(jump.upward)} at {self._shown.with_unit(jump.value, 6)}, "
             f"{quantity(jump.delay * factor, unit, 3)} or {numeral(jump.periods, 3)} T behind the {jump.kind}"
             for jump in seen
         ]
@@ -97,7 +113,7 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
     def _row(self, jump: Jump) -> tuple[str, ...]:
         factor = self._shown.factor
         return (
-            "up" if jump.upward else "down",
+            _way(jump.upward),
             jump.kind,
             numeral(jump.end * factor, 8),
             numeral(jump.value * factor, 6),
@@ -124,7 +140,7 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
             "rate": jumps.rate,
             "jumps": [
                 {
-                    "going": "up" if jump.upward else "down",
+                    "going": _way(jump.upward),
                     **{key: json_value(getattr(jump, name)) for name, key in keys.items()},
                     "why_none": jump.words,
                 }
