@@ -1,15 +1,17 @@
-"""Plurals, articles and lists in English sentences, and text in columns.
+"""Plurals, articles and lists in English sentences, prefixes of units, and text in columns.
 
-Takes numbers, nouns and cells; gives text for messages, notes, pages and terminals.
+Takes numbers, nouns, units and cells; gives text for messages, notes, pages and terminals.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Sequence
 
 _SILENT_H = ("hour", "honest", "heir")
 _Y_SOUND = ("uni", "use", "eu", "one")
 _NARROWEST = 24
+_PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 
 def counted(number: float, noun: str, plural: str | None = None) -> str:
@@ -53,6 +55,51 @@ def with_article(noun: str) -> str:
 def listed(names: Sequence[str], last: str = "and") -> str:
     """Return names as a list in a sentence: "a", "a and b", "a, b and c"; ``last`` is the word before the last name."""
     return f" {last} ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def prefixed(largest: float, unit: str) -> tuple[float, str]:
+    """Choose an SI prefix so that magnitudes up to ``largest`` read well.
+
+    Parameters
+    ----------
+    largest
+        a magnitude in ``unit``.
+    unit
+        an SI unit; the empty one, ``"1"`` and those in kg take no prefix.
+
+    Returns
+    -------
+    tuple[float, str]
+        The factor to multiply values with, and the unit they are then in.
+    """
+    if unit in ("", "1") or unit.startswith("kg") or not 0.0 < largest < math.inf:
+        return 1.0, unit
+    if largest >= 2e7 and unit.startswith("N"):
+        return 1e-6, f"M{unit}"
+    if largest >= 2e4 and unit.startswith("N"):
+        return 1e-3, f"k{unit}"
+    for step, prefix in _PREFIXES:
+        if largest >= 0.5 * step:
+            return 1.0 / step, f"{prefix}{unit}"
+    return 1.0, unit
+
+
+def measured(value: float, unit: str, digits: int = 9, largest: float | None = None) -> str:
+    """Return a number with its unit as messages write it: with the SI prefix of a table beside it.
+
+    Parameters
+    ----------
+    value
+        in the unit.
+    unit
+        an SI unit; empty for none.
+    digits
+        significant digits.
+    largest
+        magnitude of the numbers in the table; None: the value stands alone.
+    """
+    factor, scaled = prefixed(abs(value) if largest is None else largest, unit)
+    return f"{value * factor:.{digits}g} {scaled}".rstrip()
 
 
 def columns(

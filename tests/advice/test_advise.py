@@ -103,7 +103,7 @@ def test_what_counts_as_right() -> None:
 def test_the_papers_rk4_step_is_advised_against() -> None:
     actual = advise(case("case3_loaded"), algorithm="rk4", step=0.0128 / 150, cycles=40)
     line = actual.line("algorithm")
-    assert line.words.startswith("Do not use rk4 with the planned step of 8.533e-05 s: it is unstable.")
+    assert line.words.startswith("Do not use rk4 with the planned step of 85.33 µs: it is unstable.")
     assert "multiplies a mode by 1.688" in line.evidence[0]
     stable = advise(case("case3_loaded"), algorithm="rk4", step=0.0119 / 150, cycles=40)
     assert stable.line("algorithm").words.startswith("Use exact")

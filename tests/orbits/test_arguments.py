@@ -11,10 +11,13 @@ from typing import Any
 import pytest
 
 import gearrattle as gr
-from gearrattle.model.path_labels import dimension_at
+from gearrattle.model.path_labels import dimension_at, shown_value
 from gearrattle.model.path_values import change_in_si, in_si
 from gearrattle.orbits import Branch, Orbit
-from gearrattle.orbits.gradients import numbers_of
+from gearrattle.orbits.family import follower_over
+from gearrattle.orbits.gradients import numbers_of, second_of
+from gearrattle.orbits.state import check_repeats
+from gearrattle.report.plots.branches import measure_over
 from tests.studies import oscillator
 
 MEAN = "torque.0.mean"
@@ -189,6 +192,43 @@ def test_progress_of_a_boundary_and_of_pulses_reaches_the_end_and_stops_the_work
 
         with pytest.raises(gr.Cancelled):
             work(stop)
+
+
+@pytest.mark.parametrize("size", [3.0, 2e-3, 7e-5, 4e-8])
+def test_messages_write_a_value_in_the_unit_of_the_tables(size: float) -> None:
+    """Of every number of a model, whatever the range of it that is followed, small values within it as well."""
+    model = gr.example("case3")
+    for path in numbers_of(model, ""):
+        shown = measure_over(model, path, (0.2 * size, size))
+        for value in (size, 0.2 * size, 1e-3 * size):
+            words = shown_value(path, model, value, 6, size)
+            assert words == f"{value * shown.factor:.6g} {shown.unit}".rstrip(), path
+
+
+def test_notes_of_branches_write_a_value_in_the_unit_of_the_tables() -> None:
+    model, path = gr.example("case3"), "mesh.gear.backlash"
+    follower = follower_over(model, path, (8e-5, 2e-5), 1, first=8e-5)
+    assert [follower.family.shown(value) for value in (8e-5, 2.3e-7)] == ["80 µm", "0.23 µm"]
+    assert measure_over(model, path, (8e-5, 2e-5)).unit == "µm"
+    with pytest.raises(gr.ModelError, match=r"found 200 µm to 300 µm; must contain the model's own .*, 100 µm"):
+        second_of(model, "excitation.speed", path, ("0.2 mm", "0.3 mm"))
+
+
+def test_a_torque_left_over_has_the_unit_of_the_model() -> None:
+    """Two gears that turn freely, pushed by 0.2 N m more than they are held."""
+    mesh = {"name": "gear", "between": ["a", "b"], "radii": ["50 mm", "50 mm"], "stiffness": 1e6, "damping": 10.0}
+    tables = {
+        "schema": 1,
+        "inertia": [{"name": "a", "J": 1.0}, {"name": "b", "J": 1.0}],
+        "mesh": [mesh],
+        "excitation": {"speed": 1.0},
+        "torque": [{"on": "a", "mean": 2e-4, "harmonics": [{"order": 1, "amplitude": 0.1}]}],
+    }
+    with pytest.raises(gr.ModelError, match=r"found 200 µN m left over"):
+        check_repeats(gr.Model.from_tables(tables))
+    plain = {**mesh, "radii": [0.05, 0.05]}
+    with pytest.raises(gr.ModelError, match=r"found 0\.0002 left over"):
+        check_repeats(gr.Model.from_tables({**tables, "mesh": [plain], "units": "dimensionless"}))
 
 
 def test_a_step_limit_may_have_a_unit() -> None:

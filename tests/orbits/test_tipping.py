@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import gearrattle as gr
@@ -317,6 +318,21 @@ def test_pulses_that_are_not_known_are_counted(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(tipping._Basin, "_border", border)
     (note,) = quiet().tipping("body", instants=2).attrs["notes"]
     assert note.startswith("2 of 4 smallest pulses are not known (NaN)")
+
+
+@pytest.mark.parametrize(
+    ("known", "unit", "words"),
+    [
+        (2e-4, "N m s", "230 µN m s"),
+        (0.02, "N m s", "0.23 mN m s"),
+        (np.nan, "N m s", "230 µN m s"),
+        (2e-4, "", "0.00023"),
+    ],
+)
+def test_the_largest_pulse_tried_is_in_the_unit_of_the_table(known: float, unit: str, words: str) -> None:
+    table = pd.DataFrame({"forward": [np.nan, known], "backward": [np.nan, -known]})
+    (note,) = tipping._missing(table, 2.3e-4, unit)
+    assert f"no pulse up to {words} is known" in note
 
 
 @pytest.mark.parametrize("instants", [1, 2, 4])

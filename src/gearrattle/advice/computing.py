@@ -13,7 +13,7 @@ from gearrattle.advice.pilot import Pilot
 from gearrattle.advice.record import Line
 from gearrattle.model import Model
 from gearrattle.simulation.steps import step_limits
-from gearrattle.wording import counted
+from gearrattle.wording import counted, measured
 
 
 def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
@@ -28,8 +28,10 @@ def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
     visited = pilot.visited
     where = "the regions visited" if len(visited.regions) == visited.count else visited.words
     limits = step_limits(model, visited.regions, model.simulation.step)
-    unit = " s" if model.units == "SI" else ""
-    evidence = [f"{limit.algorithm}: largest stable step {limit.largest_step:.4g}{unit} in {where}" for limit in limits]
+    unit = "s" if model.units == "SI" else ""
+    evidence = [
+        f"{limit.algorithm}: largest stable step {measured(limit.largest_step, unit, 4)} in {where}" for limit in limits
+    ]
     no_crossing = quiet and not len(pilot.run.trajectory.events)
     other = (
         "any algorithm with error control is suitable too, because no corner is crossed."
@@ -39,16 +41,17 @@ def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
     planned = model.simulation.algorithm
     for limit in limits:
         if limit.algorithm == planned and limit.growth > 1.0 + 1e-9:
-            evidence.insert(0, _unstable(planned, limit.step, limit.growth, limit.labels))
-            step = f"Do not use {planned} with the planned step of {limit.step:.4g} s: it is unstable. "
+            shown_step = measured(limit.step, unit, 4)
+            evidence.insert(0, _unstable(planned, shown_step, limit.growth, limit.labels))
+            step = f"Do not use {planned} with the planned step of {shown_step}: it is unstable. "
             return Line("algorithm", f"{step}Use exact: it has no step; {other}", tuple(evidence))
     return Line("algorithm", f"Use exact: it has no step to choose; {other}", tuple(evidence))
 
 
-def _unstable(algorithm: str, step: float, growth: float, labels: dict[str, int]) -> str:
+def _unstable(algorithm: str, step: str, growth: float, labels: dict[str, int]) -> str:
     region = ", ".join(f"{name} {label}" for name, label in labels.items())
     return (
-        f"{algorithm} with a step of {step:.4g} s multiplies a mode by {growth:.4g} per step in region {region}: its "
+        f"{algorithm} with a step of {step} multiplies a mode by {growth:.4g} per step in region {region}: its "
         "motion there is a numerical artefact"
     )
 

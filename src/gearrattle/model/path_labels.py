@@ -20,6 +20,7 @@ from gearrattle.model.quantity import Quantity
 from gearrattle.model.signal import OverTime
 from gearrattle.model.table import Table
 from gearrattle.model.units import ANGULAR_VELOCITY, Dimension
+from gearrattle.wording import prefixed
 
 INITIAL = "initial."
 """Before the name of a quantity: its value at the start, not that of the settled motion."""
@@ -102,27 +103,45 @@ def path_label(path: str, model: Model) -> PathLabel:
     return PathLabel(words, unit)
 
 
-def in_shown_unit(path: str, unit: str) -> tuple[float, str]:
-    """Return the factor and the unit with which a number in an SI unit at a path is shown: the reference speed in rpm.
+def in_shown_unit(path: str, unit: str, largest: float = 1.0) -> tuple[float, str]:
+    """Return the factor and the unit with which numbers in an SI unit at a path are shown.
+
+    The reference speed is shown in rpm, others with the SI prefix that suits the ``largest`` of them.
 
     Examples
     --------
     >>> in_shown_unit("excitation.speed", "rad/s")
     (9.549296585513721, 'rpm')
+    >>> in_shown_unit("mesh.gear.backlash", "m", 1e-4)
+    (1000000.0, 'µm')
     """
     is_speed = unit == "rad/s" and path.startswith("excitation.")
-    return (30.0 / math.pi, "rpm") if is_speed else (1.0, unit)
+    return (30.0 / math.pi, "rpm") if is_speed else prefixed(largest, unit)
 
 
-def shown_value(path: str, model: Model, value: float, digits: int = 9) -> str:
-    """Return a number in SI at a path as messages write it: with its unit.
+def shown_value(path: str, model: Model, value: float, digits: int = 9, largest: float | None = None) -> str:
+    """Return a number in SI at a path as messages write it: in the unit of the tables beside it.
+
+    Parameters
+    ----------
+    path
+        of the number.
+    model
+        whose path it is.
+    value
+        the number.
+    digits
+        significant digits.
+    largest
+        magnitude of the numbers in the tables, such as the larger end of a range; None: the value stands alone.
 
     Examples
     --------
     >>> shown_value("mesh.gear.backlash", model, 1e-4)
-    '0.0001 m'
+    '100 µm'
     """
-    factor, unit = in_shown_unit(path, path_label(path, model).unit)
+    size = abs(value) if largest is None else largest
+    factor, unit = in_shown_unit(path, path_label(path, model).unit, size)
     return f"{value * factor:.{digits}g} {unit}".rstrip()
 
 

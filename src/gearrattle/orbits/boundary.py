@@ -157,7 +157,8 @@ def boundary_of(
     rows = [*reversed(sides[0][1:]), *sides[1]]
     if progress is not None:
         progress(1.0)
-    notes = [_note(model, second, side) for side, end in zip(sides, ends, strict=True) if side[-1].second != end]
+    shown = partial(shown_value, second, model, digits=6, largest=max(abs(row.second) for row in rows))
+    notes = [_note(second, shown, side) for side, end in zip(sides, ends, strict=True) if side[-1].second != end]
     attributes = {
         "result": "event boundary",
         "path": path,
@@ -179,10 +180,10 @@ def boundary_of(
     return xr.Dataset(variables, attrs=attributes)
 
 
-def _note(model: Model, second: str, rows: list[_Row]) -> str:
+def _note(second: str, shown: Callable[[float], str], rows: list[_Row]) -> str:
     """What is said of a curve that ends inside the range."""
     last = rows[-1]
-    limit = f"{second} = {shown_value(second, model, last.second, 6)}"
+    limit = f"{second} = {shown(last.second)}"
     if len(rows) >= _MOST:
         return f"The event is not followed beyond {limit}: more than {_MOST} points."
     reason = f": {last.special}" if last.special else ""

@@ -50,11 +50,13 @@ def follower_over(
         largest change of the value in a step [SI]; None: that of an even spacing.
     """
     unit, even = unit_of(ends), abs(ends[1] - ends[0]) / _POINTS
-    family = family_of(model, path, first, cycles, unit)
+    family = family_of(model, path, first, cycles, unit, largest=max(map(abs, ends)))
     return Continuation(family, longest=1.0 / _POINTS, step_limit=min(even, step_limit or even))
 
 
-def family_of(model: Model, path: str, first: float, cycles: int, unit: float) -> Family:
+def family_of(
+    model: Model, path: str, first: float, cycles: int, unit: float, *, largest: float | None = None
+) -> Family:
     """Return the family of a model over the value at a path.
 
     Parameters
@@ -70,6 +72,8 @@ def family_of(model: Model, path: str, first: float, cycles: int, unit: float) -
     unit
         scale of the value [SI]: a change by one unit counts as much as a change of the state by the largest corner.
     """
+    largest
+        of the values that messages write beside others [SI]; None: every value is written by itself.
 
     def system_of(value: float) -> PiecewiseSystem:
         try:
@@ -77,7 +81,7 @@ def family_of(model: Model, path: str, first: float, cycles: int, unit: float) -
         except ModelError as error:
             raise ConvergenceError(f"there is no such driveline: {error}", remedy="a narrower range") from None
 
-    general = GeneralFamily(system_of, first, cycles, unit, partial(shown_value, path, model))
+    general = GeneralFamily(system_of, first, cycles, unit, partial(shown_value, path, model, largest=largest))
     base = model.with_({path: float(first)})
     system = assemble(base).system
     if bound_of(base, path) is None or not is_compiled(system):
@@ -116,7 +120,7 @@ def check_begin(model: Model, path: str, ends: tuple[float, float]) -> None:
     if changed := sorted({*corners, *sliders}):
         rule = f"a branch cannot begin here, where a corner or a slider of {listed(changed)} comes or goes"
         remedy = "begin at the other end, or at a value a little inside"
-        raise ModelError(Problem("range", shown_value(path, model, ends[0], 6), rule, remedy))
+        raise ModelError(Problem("range", shown_value(path, model, ends[0], 6, max(map(abs, ends))), rule, remedy))
 
 
 def notes_at_end(model: Model, path: str, ends: tuple[float, float]) -> list[str]:
@@ -124,7 +128,7 @@ def notes_at_end(model: Model, path: str, ends: tuple[float, float]) -> list[str
     _, sliders = _changed(model, path, ends[::-1])
     if not sliders:
         return []
-    end, changed = shown_value(path, model, ends[1], 6), listed(sorted(sliders))
+    end, changed = shown_value(path, model, ends[1], 6, max(map(abs, ends))), listed(sorted(sliders))
     return [f"At {path} = {end} a slider of {changed} comes or goes: branches end just before."]
 
 

@@ -116,7 +116,7 @@ def second_of(model: Model, path: str, second: str, ends: Sequence[float | str])
     low, high = sorted(ends_of(model, second, ends, "second"))
     own = number_at(model, path, second, "second")
     if not low <= own <= high:
-        first, last, inside = (shown_value(second, model, number, 6) for number in (low, high, own))
+        first, last, inside = (shown_value(second, model, number, 6, max(-low, high)) for number in (low, high, own))
         rule = f"must contain the model's own {second}, {inside}"
         raise ModelError(Problem("range", f"{first} to {last}", rule))
     return own, (low, high)

@@ -217,7 +217,7 @@ def map_of(
     first_row = own_row(plane, own, branch.curves, branch.range[1], isolated=isolated, progress=progress)
     rows = rows_of(plane, first_row, seconds.tolist(), isolated=isolated, progress=stretch_of(progress, 0.0, 0.5))
     cells = cells_of(plane, rows, values, stretch_of(progress, 0.5, 0.7))
-    shown = partial(shown_value, branch.path, branch.model)
+    shown = partial(shown_value, branch.path, branch.model, largest=max(map(abs, branch.range)))
     borders, special_points, notes = borders_of(
         branch.events,
         lambda event: branch.boundary(event, second, ends),

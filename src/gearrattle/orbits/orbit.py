@@ -226,7 +226,10 @@ class Orbit(Result):
             rule = "pulses are for a stable motion that is isolated"
             raise ModelError(Problem("orbit", repr(self), rule, "take another motion, of gr.periodic(..., every=True)"))
         inertia = free_names(self.model).index(on)
-        table = tipping_table(self.period_map, self.motion, inertia, instants=instants, best=best, progress=progress)
+        unit = "N m s" if self.model.units == "SI" else ""
+        table = tipping_table(
+            self.period_map, self.motion, inertia, instants=instants, best=best, unit=unit, progress=progress
+        )
         about = {"result": "tipping pulses", "title": self.model.name, "on": on, "cycles": self.cycles}
         table.attrs = about | {"units": self.model.units} | table.attrs
         return table

@@ -188,7 +188,7 @@ def _way(upward: bool) -> str:
 
 def _shown(branch: Followed, value: float) -> str:
     """A value of the branch, as notes write it."""
-    return shown_value(branch.path, branch.model, value, 6)
+    return shown_value(branch.path, branch.model, value, 6, max(map(abs, branch.range)))
 
 
 def _on_none(upward: bool) -> str:

@@ -22,6 +22,7 @@ from gearrattle.results import Run
 from gearrattle.simulation.limits import check_memory
 from gearrattle.simulation.simulate import Plan, prepare
 from gearrattle.trajectory import Trajectory
+from gearrattle.wording import measured
 
 Array = NDArray[np.float64]
 
@@ -51,7 +52,8 @@ def check_repeats(model: Model) -> None:
         if abs(torque) > _BALANCED * total and not is_held:
             rule = "the mean torques on a train that turns freely without drag must balance"
             remedy = "change a mean torque, or give an inertia of the train a drag"
-            raise ModelError(Problem("torque", f"{torque:.6g} N m left over", rule, remedy))
+            left = measured(float(torque), "N m" if model.units == "SI" else "", 6)
+            raise ModelError(Problem("torque", f"{left} left over", rule, remedy))
 
 
 def state_of(model: Model, period_map: PeriodMap, start: Start | None) -> State:

@@ -44,7 +44,7 @@ from gearrattle.orbits.destinations import (
     smallest_corner,
 )
 from gearrattle.orbits.progress import Progress
-from gearrattle.wording import counted, listed
+from gearrattle.wording import counted, listed, measured
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -90,6 +90,7 @@ def tipping_table(
     *,
     instants: int,
     best: bool,
+    unit: str,
     progress: Progress | None,
 ) -> pd.DataFrame:
     """Return the smallest pulses that tip a stable, isolated motion over; see ``Orbit.tipping``.
@@ -104,6 +105,8 @@ def tipping_table(
         on which the pulses act, by its number among the free ones.
     instants, best
         see ``Orbit.tipping``.
+    unit
+        of pulses; empty for none.
     progress
         called with the finished share; an exception from it ends the work.
     """
@@ -127,18 +130,21 @@ def tipping_table(
         progress(1.0)
     columns = ["share", "time", "forward", "backward", "forward_error", "backward_error"]
     table = pd.DataFrame(rows, columns=columns)
-    table.attrs["notes"] = [*basin.notes, *_missing(table, basin.largest)]
+    table.attrs["notes"] = [*basin.notes, *_missing(table, basin.largest, unit)]
     return table
 
 
-def _missing(table: pd.DataFrame, largest: float) -> list[str]:
+def _missing(table: pd.DataFrame, largest: float, unit: str) -> list[str]:
     """What to say of smallest pulses that are not known."""
-    missing = int(table[["forward", "backward"]].isna().to_numpy().sum())
+    sizes = np.abs(table[["forward", "backward"]].to_numpy())
+    missing = int(np.isnan(sizes).sum())
     if not missing:
         return []
-    verb, total = "is" if missing == 1 else "are", len(_SIGNS) * len(table)
+    verb, total = "is" if missing == 1 else "are", sizes.size
+    known = sizes[~np.isnan(sizes)]
+    shown = measured(largest, unit, 3, float(known.max()) if known.size else None)
     return [
-        f"{missing} of {counted(total, 'smallest pulse')} {verb} not known (NaN): no pulse up to {largest:.3g} is "
+        f"{missing} of {counted(total, 'smallest pulse')} {verb} not known (NaN): no pulse up to {shown} is "
         "known to tip the motion over there."
     ]
 

@@ -28,7 +28,7 @@ from gearrattle.report.orbit_tables import (
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.clearances import deflections, forces
 from gearrattle.report.plots.histories import accelerations, speeds
-from gearrattle.report.plots.numerals import numeral
+from gearrattle.report.plots.numerals import engineering, numeral
 from gearrattle.report.plots.orbits import multipliers_chart, overlaid_chart, phase_chart
 from gearrattle.report.plots.regions import regions
 from gearrattle.report.presentation import ModelPresentation, Presentation
@@ -66,8 +66,7 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
     def sentence(self) -> str:
         orbit = self.result
         stability = "A stable" if orbit.stable else "An unstable"
-        unit = unit_of(orbit, "s")
-        length = f" ({_number(orbit.period)}{f' {unit}' if unit else ''})"
+        length = f" ({engineering(orbit.period, unit_of(orbit, 's'), 4)})"
         return (
             f"{stability} motion that repeats after {orbit.cycles} T{length}: {RATTLE[orbit.verdict.verdict]}; "
             f"the largest multiplier has the modulus {_number(orbit.largest_modulus)}."

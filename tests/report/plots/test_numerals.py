@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gearrattle.report.plots.numerals import engineering, grouped, numeral, prefixed, quantity, unbroken
+from gearrattle.report.plots.numerals import engineering, grouped, numeral, quantity, unbroken
+from gearrattle.wording import prefixed
 
 RAISED = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gearrattle.model.path_labels import in_shown_unit
-from gearrattle.report.plots.numerals import numeral, prefixed, quantity
+from gearrattle.report.plots.numerals import numeral, quantity
 from gearrattle.studies.boundary import is_logarithmic
 from gearrattle.trajectory import Array
 
@@ -75,9 +75,7 @@ def measure_of(data: xr.Dataset, name: str) -> Measure:
 
 def measure_at(path: str, words: str, unit: str, largest: float) -> Measure:
     """Return the measure of numbers up to a size, in an SI unit, at a path: the reference speed is in rpm."""
-    factor, shown = in_shown_unit(path, unit)
-    if shown == unit:
-        factor, shown = prefixed(largest, unit)
+    factor, shown = in_shown_unit(path, unit, largest)
     return Measure(words, shown, factor)
 
 

@@ -9,39 +9,13 @@ import math
 import re
 from collections.abc import Iterable
 
+from gearrattle.wording import prefixed
+
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 UNBROKEN = "\u00a0"
 """A blank at which no line is broken."""
 _BEFORE_UNIT = re.compile(r"(?<=[\d⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=[%×±]|[kMmµn]?(?:N|m|s|g|rad|rpm|Hz|dB|T)\b)|(?<=[×±]) (?=\d)")
 _EXPONENT, _JOINER = re.compile(r"(?<=\de-)(?=\d)"), "\u2060"  # no line ends at the hyphen of 1e-14
-_PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
-
-
-def prefixed(largest: float, unit: str) -> tuple[float, str]:
-    """Choose an SI prefix so that magnitudes up to ``largest`` read well.
-
-    Parameters
-    ----------
-    largest
-        a magnitude in ``unit``.
-    unit
-        an SI unit; the empty one, ``"1"`` and those in kg take no prefix.
-
-    Returns
-    -------
-    tuple[float, str]
-        The factor to multiply values with, and the unit they are then in.
-    """
-    if unit in ("", "1") or unit.startswith("kg") or not 0.0 < largest < math.inf:
-        return 1.0, unit
-    if largest >= 2e7 and unit.startswith("N"):
-        return 1e-6, f"M{unit}"
-    if largest >= 2e4 and unit.startswith("N"):
-        return 1e-3, f"k{unit}"
-    for step, prefix in _PREFIXES:
-        if largest >= 0.5 * step:
-            return 1.0 / step, f"{prefix}{unit}"
-    return 1.0, unit
 
 
 def numeral(value: float, digits: int = 4, *, times: str = " × ") -> str:

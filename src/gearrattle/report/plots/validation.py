@@ -11,10 +11,11 @@ import numpy as np
 
 from gearrattle.measured.validation import Level, Pair, Validation
 from gearrattle.report.plots.chart import Cells, Chart, Key, Line, Panel, Rule
-from gearrattle.report.plots.numerals import numeral, prefixed
+from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.palette import CENTRE, COAST, DRIVE, INK, MUTED
 from gearrattle.report.plots.rows import ROW, interval_lines, with_names
 from gearrattle.trajectory import Array
+from gearrattle.wording import prefixed
 
 MOST = 8
 MEASURED, SIMULATED = INK, DRIVE

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.report.plots.numerals import prefixed
 from gearrattle.report.plots.thinning import thin
 from gearrattle.signals import Window, last_cycles
 from gearrattle.trajectory import Array, Trajectory
+from gearrattle.wording import prefixed
 
 DETAIL_CYCLES = 4
 DETAIL_POINTS = 4000
