@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point, interpolated
 from gearrattle.engine.periodic.touch import Touch
 
@@ -92,6 +93,10 @@ class Stretch:
         following = self._curve.on_the_way(self.before, replace(following, length=length), self.after)
         self._known.append((share, following))
         return following
+
+    def map_at(self, parameter: float) -> PeriodMap:
+        """Return the period map of one driveline of the stretch."""
+        return self._curve.family.map_at(parameter)
 
     def again(self, point: Point, touch: Touch) -> Point:
         """Return a motion of the stretch once more, with its approach to a corner; errors as in ``at``."""

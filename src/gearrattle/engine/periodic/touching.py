@@ -2,6 +2,8 @@
 
 From the side without contact the depth of the touch (``touch``) is smooth. The share of the way at which it is zero is
 extrapolated from the last motions, and the next motion leaves a little of the way to there, so that it does not touch.
+A motion that cannot be followed tells nothing: the next one is nearer to those that do not touch. At last the depth of
+the motion that is located must be zero.
 Where there is no depth, as at the bounds of sliders, motions that cross are followed instead: their velocity v grows
 with the square root of the distance, so v^2 is extrapolated.
 
@@ -21,7 +23,7 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Approach
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.stretch import Stretch
-from gearrattle.engine.periodic.touch import Touch
+from gearrattle.engine.periodic.touch import Touch, depth
 from gearrattle.engine.periodic.views import View, touch_between
 from gearrattle.errors import ConvergenceError
 
@@ -31,10 +33,12 @@ _FIRST_LEFT = 0.25  # the same, where only a tangent leads to the expected grazi
 _WIDEST_LEFT = 0.5
 _FEW, _ENOUGH = 4, 3  # motions that a grazing is extrapolated from: at most by depths, and by velocities
 _ASIDE = 1e-3  # share of the way from the first motion without contact to the next
-_OUTSIDE = 0.1  # times what a grazing is located to: so far from it its motion still does not touch
+_OUTSIDE = 0.1  # times what a grazing is located to, or may be missed by: so far from it its motion does not touch
 _ROUNDING = 1e-2  # of the depth before: one that lies beyond zero by less does so by rounding
 _LITTLE, _LITTLE_ARC = 1e-4, 1e-10  # by which an expected grazing may move at last: share of the way, and arclength
+_MISSED = 1e-9  # arclength by which a grazing may be missed
 _ANOTHER = 1.0 / 64.0  # periods: touches farther apart are different ones
+_NOT_LOCATED = "the motion that grazes is not reached"
 
 
 class _Depth(NamedTuple):
@@ -69,6 +73,7 @@ class Search:
         self.is_after = is_after = len(view(after)) > len(view(before))
         self._stretch, self._view = Stretch(curve, before, after), view
         self._inner, self._outer = (1.0, 0.0) if is_after else (0.0, 1.0)
+        self._refused: float | None = None  # the share of the last motion, if it could not be followed
         apart, touching = (before, after) if is_after else (after, before)
         self._fewer, self._more, self._nearest = view(apart), view(touching), apart
         velocity, touch = touch_between(apart, touching, view)
@@ -142,6 +147,8 @@ class Search:
                 limit = min(max(expected, low), high)
             left = max(_FIRST_LEFT, self._left) if len(self._depths) == 2 else self._left
             share = limit + left * (start - limit) if np.isfinite(expected) else limit
+        if self._refused is not None and abs(share - self._outer) >= abs(self._refused - self._outer):
+            share = 0.5 * (self._outer + self._refused)
         return self._follow_apart(share) if self._depths else self._follow_any(share)
 
     def _follow_apart(self, share: float) -> bool:
@@ -149,9 +156,11 @@ class Search:
         try:
             touch = replace(self._touch, time=self._time_at(share))
             point = self._stretch.at(share, is_trial=True, touch=touch, among=self._is_apart)
-        except ConvergenceError:  # contact so stiff that Newton's method goes round in circles
-            point = None
-        if point is None or not self._is_apart(point):
+        except ConvergenceError:  # such as contact so stiff that Newton's method goes round in circles
+            self._refused = share
+            return False
+        self._refused = None
+        if not self._is_apart(point):
             self._inner, self._left = share, min(_WIDEST_LEFT, 4.0 * self._left)
             return False
         self._outer, self._nearest, self._left = share, point, max(_NEARER, 0.5 * self._left)
@@ -176,13 +185,35 @@ class Search:
 
     def _limit(self, expected: float) -> tuple[Point, Touch]:
         """The motion at the expected share, and its touch."""
-        share = expected if self._is_enclosed(expected) else 0.5 * (self._inner + self._outer)
+        is_enclosed = self._is_enclosed(expected)
+        share = expected if is_enclosed else 0.5 * (self._inner + self._outer)
         if not self._depths:
+            if not is_enclosed and abs(self._inner - self._outer) * self._stretch.distance > _MISSED:
+                raise ConvergenceError(_NOT_LOCATED)
             return self._stretch.at(share), self._touch
-        aside = min(_OUTSIDE * self._stretch.located, abs(share - self._outer))
-        share += aside if self._outer > self._inner else -aside
-        self._stretch.at(share, is_trial=True, among=self._is_apart)
-        return self._stretch.at(share, among=self._is_apart, touch=self._touch), self._touch
+        towards = np.sign(self._outer - self._inner)
+        for outside in (_OUTSIDE * self._stretch.located, _OUTSIDE * _MISSED / self._stretch.distance):
+            nearby = share + towards * min(outside, abs(share - self._outer))
+            self._stretch.at(nearby, is_trial=True, among=self._is_apart)
+            point = self._stretch.at(nearby, among=self._is_apart, touch=self._touch)
+            if self._is_at_corner(nearby, point):
+                return point, self._touch
+        raise ConvergenceError(_NOT_LOCATED)
+
+    def _is_at_corner(self, share: float, point: Point) -> bool:
+        """Whether a motion is as near to its corner as a grazing can be located, as its depth tells.
+
+        By rounding it may lie beyond the corner, and its approach be that to another one.
+        """
+        first, approach = self._depths[0], point.motion.approach
+        way, at_most = self._stretch.distance * abs(share - first.share), _MISSED
+        if approach is not None and abs(approach.depth) * way <= at_most * abs(approach.depth - first.depth):
+            return True
+        try:
+            own = depth(self._stretch.map_at(point.parameter), point.motion.start, self._touch)[0]
+        except ConvergenceError:
+            return False
+        return abs(own) * way <= at_most * abs(own - first.depth)
 
     def _is_apart(self, point: Point) -> bool:
         """Whether a motion has the pattern of those that do not touch.
