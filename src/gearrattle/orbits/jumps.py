@@ -1,10 +1,10 @@
 """Where a run leaves a motion that has ended, or has become unstable.
 
 Events at which motions end are the losses of stability of ``stable_ranges``; those from which a stable motion leads on
-are left out. A run was on the motion that ends if, at the speed of one of the motions before that, its state at the
-start of a period is nearer to that motion than to any other one, stable or not, and would settle there, held at this
-speed. So it does not matter how far the run lags behind the motion, or how it is sampled. Beside a fold a run that lags
-may have passed the unstable motion already, so motions ever farther before it are tried.
+are left out. A run was on the motion that ends if, at the start of one of the periods before that, its state is nearer
+to that motion than to any other one, stable or not, and would settle there, held at this speed (``on_motion``). So it
+does not matter how far the run lags behind the motion, or how it or the branch is sampled. Beside a fold a run that
+lags may have passed the unstable motion already, so periods ever farther before it are tried.
 
 Where a run leaves a motion is told by the shape of its deflections, not by their swing: a motion that folds often goes
 on to one with nearly the same swing, and a run that lags has another swing than either. The run and the motions are
@@ -28,31 +28,25 @@ Takes a Branch and a run in parts of a period; gives Jumps.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, period_of
-from gearrattle.engine.periodic.period_map import PeriodMap, State
-from gearrattle.engine.periodic.point import Point
-from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
-from gearrattle.orbits.deflections import Course, Grid
+from gearrattle.orbits.deflections import Course
 from gearrattle.orbits.followed import Followed
-from gearrattle.orbits.settled import Attractor, passes_to_settle
-from gearrattle.orbits.stable_ranges import Loss, courses_of, halfway, losses_of
+from gearrattle.orbits.on_motion import was_on
+from gearrattle.orbits.parts import BranchPart, RunParts
+from gearrattle.orbits.stable_ranges import Loss, losses_of
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_SAME = 1e-6  # of an event's value and of the swings there: motions that differ by less are copies
-_ROUNDING = 1e-13  # of a value: a smaller step does not turn back
-_SAME_STATE = 1e-4  # of the units of a motion: states that differ by less are one
-_MOST_PASSES = 2000  # of a motion in which a run is held, where another motion of the branch needs no more
+_SAME = 1e-6  # of the swings at an event: motions that differ by less are copies
 _NEAR = 0.5  # of the distance of two motions: a run is near to one of them, or has left it
 _BLOCK = 256  # parts of a run that are compared at once
 _TINY = 1e-9  # of the largest scale: a swing below it is rounding
@@ -102,91 +96,6 @@ class Jump:
     clearance: str
     words: str = ""
     settles: float = np.nan
-
-
-@dataclass(frozen=True)
-class BranchPart:
-    """A part of a branch of one stability over which its value only grows, or only falls.
-
-    Attributes
-    ----------
-    is_stable
-        whether its motions are.
-    line
-        a number: parts of one line follow each other with no fold in between.
-    cycles
-        periods T after which its motions repeat.
-    value
-        (N,) growing [SI].
-    peak_to_peak
-        (N, K) deflections of the K clearances [rad or m].
-    branch
-        number of the branch.
-    points
-        its motions between both ends, by their values.
-    nodes
-        N motions, those of events included.
-    events
-        those at its two ends: rows of ``Branch.events``, or -1.
-    """
-
-    is_stable: bool
-    line: int
-    cycles: int
-    value: Array
-    peak_to_peak: Array
-    branch: int
-    points: tuple[Point, ...]
-    nodes: tuple[Point, ...]
-    events: tuple[int, int]
-
-    def at(self, value: float | Array) -> Array:
-        """(..., K) peak-to-peak deflections at values; those of the end beyond it."""
-        swings: Array = np.stack([np.interp(value, self.value, column) for column in self.peak_to_peak.T], axis=-1)
-        return swings
-
-    def reaches(self, value: float) -> bool:
-        """Whether there is a motion at a value; ends but for rounding included."""
-        rounding = _SAME * abs(value)
-        return bool(self.value[0] - rounding <= value <= self.value[-1] + rounding)
-
-
-@dataclass(frozen=True)
-class RunParts:
-    """A run in parts of a period.
-
-    Attributes
-    ----------
-    upward
-        whether the speed grows.
-    per_period
-        parts of a period T.
-    value
-        (Q,) in the middle of every part [SI].
-    highest, lowest
-        (Q, K) deflections in every part [rad or m].
-    deflection
-        (Q, M, K) at M instants of every part, evenly spread from its begin on [rad or m].
-    state_before
-        gives, for a value and a period map, the state at the start of the period in which the value is reached.
-    """
-
-    upward: bool
-    per_period: int
-    value: Array
-    highest: Array
-    lowest: Array
-    deflection: Array
-    state_before: Callable[[float, PeriodMap], State]
-
-    @property
-    def grid(self) -> Grid:
-        """The instants of a period."""
-        return Grid(self.per_period, self.deflection.shape[1])
-
-    def passed(self, value: float) -> NDArray[np.bool_]:
-        """(Q,) whether the middle of a part lies beyond a value."""
-        return self.value > value if self.upward else self.value < value
 
 
 @dataclass(frozen=True)
@@ -249,38 +158,6 @@ def speed_of(model: Model, path: str, value: float) -> float:
     return model.with_({path: value}).excitation.omega
 
 
-def branch_parts(branch: Followed) -> Sequence[BranchPart]:
-    """The parts of all branches of one stability, ends at events included."""
-    swings, event_swings = branch.data["peak_to_peak"].values, branch.event_levels[:, 1] - branch.event_levels[:, 0]
-    located = [event.point for events in branch.events_of_curves for event in events]
-    motions, first_line = list[BranchPart](), 0
-    for number, (course, curve) in enumerate(zip(courses_of(branch), branch.curves, strict=True)):
-        lines = first_line + _turns(course.value)
-        first_line = int(lines[-1]) + 1 if course.stable else first_line
-        steps = enumerate(zip(course.stable, lines.tolist(), strict=True))
-        for (is_stable, line), group in groupby(steps, key=lambda step: step[1]):
-            own = [step for step, _ in group]
-            part = slice(own[0], own[-1] + 2)
-            value, nodes = course.value[part], course.nodes[part]
-            swing = np.array([swings[i] if e < 0 else event_swings[e] for i, e in nodes])
-            order = np.argsort(value, kind="stable")
-            points = tuple(branch.points[nodes[k][0]] for k in order if nodes[k][1] < 0)
-            every = tuple(branch.points[i] if e < 0 else located[e] for i, e in (nodes[k] for k in order))
-            ends = nodes[0][1], nodes[-1][1]
-            known = (number, points, every, ends)
-            motions.append(BranchPart(is_stable, line, curve.cycles, value[order], swing[order], *known))
-    return motions
-
-
-def _turns(value: Array) -> NDArray[np.int64]:
-    """(N - 1,) how often (N,) values have turned back before each of their steps."""
-    steps = np.diff(value)
-    signs = np.sign(np.where(np.abs(steps) <= _ROUNDING * np.abs(value[1:]), 0.0, steps))
-    moved = np.maximum.accumulate(np.where(signs != 0.0, np.arange(len(signs)), 0))
-    filled = signs[moved]
-    return np.concatenate([[0], np.cumsum(filled[1:] * filled[:-1] < 0.0)])[: len(steps)]
-
-
 def jumps_of(branch: Followed, run: RunParts, motions: Sequence[BranchPart], rate: float) -> list[Jump]:
     """The losses of stability that a run passes, in its order; those of copies of a motion once."""
     ended = list[tuple[Loss, list[BranchPart]]]()
@@ -333,7 +210,8 @@ def _course(branch: Followed, run: RunParts, line: int, motions: Sequence[Branch
     """The motions of a line, stable or not."""
     parts = sorted((one for one in motions if one.line == line), key=lambda one: float(one.value[0]))
     value = np.concatenate([one.value for one in parts])
-    return Course(branch, parts[0].cycles, value, [node for one in parts for node in one.nodes], run.grid)
+    curve = branch.curves[parts[0].branch]
+    return Course(branch, curve, value, [node for one in parts for node in one.nodes], run.grid)
 
 
 def _ending(
@@ -362,12 +240,12 @@ def _jump(branch: Followed, run: RunParts, ending: _Ending, rate: float) -> Jump
         return without(_NONE_KNOWN)
     neighbour = ending.nearest()
     apart_most = names[ending.decisive(neighbour.at(loss.value))]
-    if not any(_was_on(branch, run, one) for one in ending.copies):
+    if not any(was_on(branch, run, one) for one in ending.copies):
         return without(NOT_ON, apart_most)
     crossings = [
         (value, other)
         for other in ending.others
-        if (value := _crossing(run, ending, other)) is not None and _was_on(branch, run, other, beyond=loss.value)
+        if (value := _crossing(run, ending, other)) is not None and was_on(branch, run, other, beyond=loss.value)
     ]
     # the parts of a line share their crossing: of those that of the part which the run meets first
     sign = 1.0 if run.upward else -1.0
@@ -399,51 +277,7 @@ def _is_on_again(branch: Followed, run: RunParts, ending: _Ending, value: float)
     """Whether, beyond the loss and before a value, the motion is stable again and the run on it."""
     low, high = sorted((ending.loss.value, value))
     begin = 0 if run.upward else -1
-    return any(low < one.value[begin] < high and _was_on(branch, run, one) for one in ending.again)
-
-
-def _was_on(branch: Followed, run: RunParts, part: BranchPart, beyond: float | None = None) -> bool:
-    """Whether a run was on a motion of a part, beyond a value: on the one that it passes last, or the one before, ...
-
-    Every next one tried has twice as many behind it. Those that settle too slowly are left out, unless all of them do.
-    """
-    motions = [
-        motion
-        for motion in _motions_of(branch, part)[:: -1 if run.upward else 1]
-        if beyond is None or (motion.parameter > beyond) == run.upward
-    ]
-    passes = [passes_to_settle(motion.multipliers, motion.free) for motion in motions]
-    soon = [k for k, needed in enumerate(passes) if needed <= _MOST_PASSES] or np.argsort(passes)[:1].tolist()
-    tried = [soon[2**n - 1] for n in range(len(soon).bit_length())]
-    return any(_is_on(branch, run, (motions[k], part.cycles), passes[k]) for k in tried)
-
-
-def _is_on(branch: Followed, run: RunParts, of: tuple[Point, int], passes: int) -> bool:
-    """Whether a run is nearest to a motion, of so many periods, and settles there within some passes."""
-    value = of[0].parameter
-    motion = Attractor(branch.orbit_at(*of))
-    state = run.state_before(value, motion.orbit.period_map)
-    try:
-        if not motion.attracts(state, passes):
-            return False
-    except ConvergenceError:
-        return False
-    others = [
-        branch.orbit_at(point, curve.cycles)
-        for curve in branch.curves
-        for _, point in curve.motions_at(branch.follower(curve), value)
-    ]
-    rivals = [Attractor(other) for other in others if not motion.is_near(other.motion.start, _SAME_STATE)]
-    return all(motion.distance(state) < rival.distance(state) for rival in rivals)
-
-
-def _motions_of(branch: Followed, part: BranchPart) -> Sequence[Point]:
-    """The motions between the ends of a part, by their values; without a point among them the one halfway."""
-    if part.points or min(part.events) < 0:
-        return part.points
-    located = [event.point for events in branch.events_of_curves for event in events]
-    middle = halfway(branch.follower(branch.curves[part.branch]), *(located[event] for event in part.events))
-    return () if middle is None else (middle,)
+    return any(low < one.value[begin] < high and was_on(branch, run, one) for one in ending.again)
 
 
 def _lean(run: RunParts, ending: _Ending, other: Course, parts: IntArray) -> Array:
@@ -463,14 +297,19 @@ def _crossing(run: RunParts, ending: _Ending, other: BranchPart) -> float | None
     Where it is nearer already in the last part before, it is the end.
     """
     end, last, width = ending.loss.value, len(run.value), run.per_period
+    compared = [ending.courses[line] for line in {other.line, *(one.line for one in ending.copies)}]
     beyond = np.flatnonzero(run.passed(end))
     for begin in beyond[::_BLOCK].tolist():
         parts = np.arange(max(begin - 1, 0), min(begin + _BLOCK + width, last))
-        lean = _lean(run, ending, ending.courses[other.line], parts)
-        over_period = sliding_window_view(np.concatenate([lean, np.zeros(width - 1)]), width).sum(axis=1)
-        crossed = np.flatnonzero((lean > 0.0) & (over_period > 0.0))
-        if crossed.size:
+        while True:
+            lean = _lean(run, ending, ending.courses[other.line], parts)
+            over_period = sliding_window_view(np.concatenate([lean, np.zeros(width - 1)]), width).sum(axis=1)
+            crossed = np.flatnonzero((lean > 0.0) & (over_period > 0.0))
+            if not crossed.size:
+                break
             k = int(crossed[0])
+            if sum(course.refine(run.value[parts[max(k - 1, 0) : k + width]]) for course in compared):
+                continue
             before, after = run.value[parts[max(k - 1, 0)]], run.value[parts[k]]
             share = lean[k - 1] / (lean[k - 1] - lean[k]) if k and -np.inf < lean[k - 1] < 0.0 else 1.0
             crossing = float(before + share * (after - before))
@@ -484,6 +323,8 @@ def _has_left(run: RunParts, ending: _Ending, neighbour: BranchPart) -> bool:
     phase, value = parts % run.per_period, run.value[parts]
     at_end = np.full(len(parts), ending.loss.value)
     lost = [ending.courses[one.line] for one in ending.copies]
+    while any(one.refine(value) for one in lost):
+        pass
     away = np.min([one.off(run.deflection[parts], value, phase, ending.scale) for one in lost], axis=0)
     between = [
         lost[0].off(one, at_end, phase, ending.scale)

@@ -31,8 +31,9 @@ from gearrattle.model.path_labels import in_shown_unit, path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, Plain, checked
 from gearrattle.model.table import shown
 from gearrattle.orbits.followed import Followed
-from gearrattle.orbits.jumps import NOT_ON, Jump, RunParts, branch_parts, jumps_of, periods_between, speed_of
+from gearrattle.orbits.jumps import NOT_ON, Jump, jumps_of, periods_between, speed_of
 from gearrattle.orbits.orbit import Orbit
+from gearrattle.orbits.parts import RunParts, branch_parts
 from gearrattle.orbits.progress import Progress, never_falling, part_of
 from gearrattle.orbits.state import plan_from, state_at
 from gearrattle.result import Result
@@ -351,15 +352,20 @@ def _run(run: _RunPlan, progress: Progress | None) -> RunParts:
     traced = traced.reshape(-1, instants, deflection.shape[1])
     middle = 0.5 * (time[begins[:-1]] + time[begins[1:]])
 
+    def start_of(number: Array) -> Array:
+        angle = 2.0 * np.pi * turns * number
+        return np.asarray(2.0 * angle / (first + np.sqrt(first**2 + 2.0 * signed * angle)))
+
     def state_before(value: float, period_map: PeriodMap) -> State:
         seconds = (value / run.to_value - first) / signed
         whole = np.floor((first * seconds + 0.5 * signed * seconds**2) / (2.0 * np.pi * turns) + _ROUNDING)
-        angle = 2.0 * np.pi * turns * whole
-        start = 2.0 * angle / (first + np.sqrt(first**2 + 2.0 * signed * angle))
-        return state_at(period_map, trajectory, free_of(run.model), start)
+        return state_at(period_map, trajectory, free_of(run.model), float(start_of(whole)))
 
     value = (first + signed * middle) * run.to_value
-    return RunParts(last > first, per_period, value, high, low, traced, state_before)
+    starts = (first + signed * start_of(np.arange(whole_parts // per_period + 1.0))) * run.to_value
+    lowest, highest = sorted((first * run.to_value, last * run.to_value))
+    starts = np.clip(starts, lowest, highest)
+    return RunParts(last > first, per_period, value, high, low, traced, starts, state_before)
 
 
 def with_peaks(sampled: Array) -> Array:

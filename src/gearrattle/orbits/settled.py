@@ -51,6 +51,7 @@ _ABOUT_REPEATS = 1e-2  # the same at the last look: a train with little drag set
 _NEAR = 0.02  # of the units of a motion: one that has settled is as near as this
 _SAME = 1e-4  # of the units of a motion: those that Newton's method gives are the same
 _CHUNK = 8  # passes between two looks at whether a motion has settled
+_DETOUR = 3.0  # times what is left of a distance that falls evenly: what is farther has left a motion
 _SETTLING = 2.0  # times as long as small disturbances need, where the motion is about linear
 _SAMPLES = 32  # of a period in which swings are taken
 _STILL = 1e-6  # of the largest part of a free direction: a deflection that moves by less stays
@@ -109,7 +110,10 @@ class Attractor:
         return self.distance(state) < tolerance
 
     def attracts(self, state: State, passes: int) -> bool:
-        """Return whether the motion from a state at the start of a period settles in this one.
+        """Return whether the motion from a state at the start of a period settles in this one without a detour.
+
+        It is given up once it is farther away than what settles evenly in so many passes, times three. A motion that
+        wanders between others first may settle in this one in the end, but rounding decides that.
 
         Parameters
         ----------
@@ -123,9 +127,13 @@ class Attractor:
         ConvergenceError
             it could not be followed.
         """
-        for _ in range(-(-passes // _CHUNK)):
-            if self.is_near(state, _SAME):
+        begin = self.distance(state)
+        for done in range(0, passes, _CHUNK):
+            distance = self.distance(state)
+            if distance < _SAME:
                 return True
+            if distance > _DETOUR * begin * _SAME ** (done / passes):
+                return False
             state = self.orbit.period_map.later(state, _CHUNK)
         return self.is_near(state, _SAME)
 

@@ -147,6 +147,8 @@ def courses_of(branch: Followed) -> list[Course]:
 
 def _stability_of_step(branch: Followed, number: int, point: int, events: Sequence[int]) -> list[bool]:
     """Whether motions are stable before, between and after the events of a step."""
+    if not events:
+        return [bool(branch.data["stable"].values[point])]
     stable, part, curve = branch.data["stable"].values, slices_of(branch)[number], branch.curves[number]
     kinds = branch.events["kind"].iloc[list(events)].tolist()
     changes = [k for k, kind in enumerate(kinds) if kind in CHANGES]
