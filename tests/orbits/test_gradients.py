@@ -6,11 +6,20 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
+from gearrattle.orbits import Branch
 from gearrattle.orbits.stable_ranges import losses_of
-from tests.orbits.test_branch import OSCILLATOR, over_amplitude, over_frequency
+from tests.orbits.test_branch import (
+    AMPLITUDE,
+    OSCILLATOR,
+    body_with_backlash,
+    over_amplitude,
+    over_frequency,
+    symmetric,
+)
 from tests.orbits.test_friction import oscillator as with_friction
 from tests.orbits.test_run_ups import oscillator as with_gap
 
+FREQUENCY = "excitation.frequency"
 PATHS = ("torque.0.mean", "coupling.gap.kinematic_error.0.amplitude", "coupling.gap.damping", "inertia.body.J")
 
 
@@ -248,3 +257,88 @@ def test_a_neimark_sacker_bifurcation_beside_a_grazing_moves_as_those_of_changed
     assert own == pytest.approx(6.35174, abs=1e-5)
     moved = branches[1].gradients(rows[1], ["excitation.speed"])["gradient"].iloc[0]
     assert moved == pytest.approx((high - low) / (2.0 * share * speed), rel=1e-7)
+
+
+@pytest.fixture(scope="module")
+def closing() -> Branch:
+    """A branch of 2 T that closes in a period doubling of that of 1 T, which is followed from there."""
+    return gr.continuation(body_with_backlash(0.1216, 0.1555, 0.216, 0.46), FREQUENCY, (0.462, 0.466), cycles=2)
+
+
+@pytest.fixture(scope="module")
+def rejoining() -> Branch:
+    """A branch without symmetry that ends where it joins the symmetric one."""
+    return gr.continuation(symmetric(0.0), AMPLITUDE, (0.42, 0.37))
+
+
+def test_the_doubling_at_which_a_branch_closes_moves_as_on_the_branch_that_it_joins(closing: Branch) -> None:
+    assert closing.events["kind"].tolist() == ["period doubling"] * 2
+    assert [curve.cycles for curve in closing.curves] == [2, 1]
+    one, other = (closing.gradients(row).set_index("path")["gradient"] for row in (0, 1))
+    assert other.notna().all()
+    np.testing.assert_allclose(one[other.index], other, rtol=1e-7, atol=1e-10)
+    deviations = {"torque.0.mean": 0.01, "inertia.body.drag": 0.002}
+    assert closing.scatter(0, deviations) == pytest.approx(closing.scatter(1, deviations), rel=1e-7)
+
+
+@pytest.mark.slow
+def test_the_doubling_at_which_a_branch_closes_moves_as_those_of_changed_models_do(closing: Branch) -> None:
+    path, drag, share = "inertia.body.drag", 0.1216, 1e-5
+    low, high = (
+        gr.continuation(closing.model.with_({path: drag * (1.0 + side)}), FREQUENCY, (0.462, 0.466), cycles=2)
+        for side in (-share, share)
+    )
+    moved = float(high.events["value"][0] - low.events["value"][0])
+    gradient = closing.gradients(0, [path])["gradient"].iloc[0]
+    assert gradient == pytest.approx(moved / (2.0 * share * drag), rel=1e-7)
+
+
+@pytest.mark.slow
+def test_the_border_of_the_doubling_at_which_a_branch_closes_is_that_of_the_other_branch(closing: Branch) -> None:
+    one, other = (closing.boundary(row, "inertia.body.drag", (0.12, 0.123)) for row in (0, 1))
+    assert one.attrs["notes"] == other.attrs["notes"] == []
+    np.testing.assert_allclose(one["second"], other["second"], rtol=1e-9)
+    np.testing.assert_allclose(one["value"], other["value"], rtol=1e-12)
+
+
+def test_a_breaking_of_symmetry_moves_alike_on_both_branches(rejoining: Branch) -> None:
+    """The motion scales with the gap and the torque together."""
+    assert rejoining.events["kind"].tolist() == ["symmetry breaking"] * 2
+    one, other = (rejoining.gradients(row).set_index("path")["gradient"] for row in (0, 1))
+    assert other.notna().all()
+    np.testing.assert_allclose(one[other.index], other, rtol=1e-7, atol=1e-10)
+    assert one["coupling.gap.clearance"] == pytest.approx(float(rejoining.events["value"][0]), rel=1e-8)
+
+
+@pytest.mark.slow
+def test_a_breaking_of_symmetry_moves_as_those_of_changed_models_do(rejoining: Branch) -> None:
+    table = rejoining.gradients(0).set_index("path")
+    for path in ("inertia.body.drag", "coupling.gap.damping", "excitation.speed"):
+        value, share = float(table.loc[path, "value"]), 1e-5
+        low, high = (
+            gr.continuation(rejoining.model.with_({path: value * (1.0 + side)}), AMPLITUDE, (0.42, 0.37))
+            for side in (-share, share)
+        )
+        moved = float(high.events["value"][0] - low.events["value"][0])
+        assert table.loc[path, "gradient"] == pytest.approx(moved / (2.0 * share * value), rel=1e-7)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("row", [0, 1])
+def test_the_border_of_a_breaking_of_symmetry_goes_with_the_gap(rejoining: Branch, row: int) -> None:
+    curve = rejoining.boundary(row, "coupling.gap.clearance", (0.5, 2.0))
+    assert curve.attrs["kind"] == "symmetry breaking"
+    assert curve.attrs["notes"] == []
+    assert curve["second"].values[[0, -1]].tolist() == [0.5, 2.0]
+    assert np.ptp(curve["value"].values / curve["second"].values) < 1e-11
+
+
+def test_a_number_that_takes_the_symmetry_away_moves_no_breaking_of_it() -> None:
+    """Two mean torques that cancel."""
+    tables = symmetric(0.0).to_tables()
+    tables["torque"] = [{**tables["torque"][0], "mean": 0.1}, {"on": "body", "mean": -0.1}]
+    branch = gr.continuation(gr.Model.from_tables(tables), AMPLITUDE, (0.42, 0.37))
+    table = branch.gradients(0).set_index("path")["gradient"]
+    assert table[table.isna()].index.tolist() == ["torque.0.mean", "torque.1.mean"]
+    with pytest.raises(gr.ModelError, match="cannot be changed alone for a breaking of symmetry"):
+        branch.boundary(0, "torque.0.mean", (0.05, 0.2))

@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from gearrattle.engine.periodic.boundary import missed_after, polynomial_at, relocated, word_but_for_touch
+from gearrattle.engine.periodic.breaking import HalfPeriodFamily
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import slope_along
 from gearrattle.engine.periodic.events import FOLD, GRAZING, NEIMARK_SACKER, Event
@@ -51,14 +52,13 @@ from gearrattle.engine.periodic.special import (
     tangency,
 )
 from gearrattle.engine.periodic.unit_circle import nearest_pair
-from gearrattle.errors import ConvergenceError, ModelError
-from gearrattle.model import Model
+from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, checked
-from gearrattle.orbits.family import check_alike, family_of, watched_names
+from gearrattle.orbits.family import alike, family_of, watched_names
 from gearrattle.orbits.family_end import EDGE, end_again, slope_of_length
 from gearrattle.orbits.followed import Followed
-from gearrattle.orbits.gradients import check_kind, second_of
+from gearrattle.orbits.gradients import moved_as, second_of
 from gearrattle.orbits.progress import Progress, part_of
 
 if TYPE_CHECKING:
@@ -96,6 +96,7 @@ _BACK = 7  # last points of a fold from which a grazing near is sought, and of a
 _NEAR_HALF, _NOT_ROUNDING = 1e-3, 5e-4  # of the size of the state: such a motion nearly repeats after half its periods
 _STAYS = 0.01  # of how much its motion misses: a grazing so near to a fold stays there
 _SPACED, _LEVEL = 1.4, 0.2  # of the slope of a length: of the next one for the extrapolation, and what is left of it
+_BESIDE = 1e-6  # of the second value: a driveline so near has the same symmetry
 _TRIED = 0.1  # of the distance between two points: the first step from there to where a fold meets a grazing
 
 
@@ -138,14 +139,15 @@ def boundary_of(
     checked(CALLBACK, progress, "progress")
     model, path = branch.model, branch.path
     own, ends = second_of(model, path, second, range)
-    chosen, curve = event
-    check_kind(chosen)
+    chosen, curve = moved_as(*event)
 
     def follower(value: float) -> Continuation:
-        changed = model.with_({second: value})
-        family = family_of(changed, path, chosen.point.parameter, curve.family.cycles, curve.family.unit)
-        check_alike(family, curve.family)
-        return curve.of(family)
+        changed, near = model.with_({second: value}), chosen.point.parameter
+        family = family_of(changed, path, near, curve.family.cycles, curve.family.unit)
+        return curve.of(alike(family, curve.family, near))
+
+    if isinstance(curve.family, HalfPeriodFamily):
+        _check_symmetry(follower, second, own)
 
     def across(value: float, near: float) -> Continuation:
         family = family_of(model.with_({path: value}), second, near, curve.family.cycles, abs(own) or 1.0)
@@ -164,7 +166,7 @@ def boundary_of(
         "path": path,
         "second": second,
         "own": own,
-        "kind": chosen.kind,
+        "kind": event[0].kind,
         "clearance": watched_names(model)[chosen.watch] if chosen.watch >= 0 else "",
         "notes": notes,
         "title": model.name,
@@ -178,6 +180,21 @@ def boundary_of(
         "error": ("point", np.array([row.event.point.error for row in rows])),
     }
     return xr.Dataset(variables, attrs=attributes)
+
+
+def _check_symmetry(follower: Follower, second: str, own: float) -> None:
+    """Refuse a second value without which there is no symmetry that could break.
+
+    Raises
+    ------
+    ModelError
+        the driveline is not symmetric beside its own second value.
+    """
+    try:
+        follower(own * (1.0 + _BESIDE))
+    except ConvergenceError as error:
+        rule = f"cannot be changed alone for a breaking of symmetry: {error.message}"
+        raise ModelError(Problem("second", second, rule, "name another number")) from None
 
 
 def _note(second: str, shown: Callable[[float], str], rows: list[_Row]) -> str:

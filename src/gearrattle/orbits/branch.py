@@ -24,7 +24,7 @@ from gearrattle.orbits.boundary import boundary_of
 from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.ends import check_index, unit_of
 from gearrattle.orbits.family import family_of, watched_names
-from gearrattle.orbits.gradients import check_kind, gradients_of, scatter_of, tolerances_of
+from gearrattle.orbits.gradients import gradients_of, scatter_of, tolerances_of
 from gearrattle.orbits.means import Levels, corners_of, levels_of, mean_events
 from gearrattle.orbits.motion_map import MotionMap, map_of
 from gearrattle.orbits.orbit import Orbit
@@ -150,7 +150,8 @@ class Branch(Result):
         Parameters
         ----------
         event
-            its row in ``events``; a fold, period doubling, Neimark-Sacker, grazing or end of a family.
+            its row in ``events``; a fold, period doubling, Neimark-Sacker, grazing, symmetry breaking or end of a
+            family.
         paths
             of the numbers; None: of all that are not zero.
 
@@ -175,7 +176,6 @@ class Branch(Result):
         0.1
         """
         chosen, curve = self._located(event)
-        check_kind(chosen)
         return gradients_of(self.model, self.path, curve, chosen, paths)
 
     def boundary(
@@ -191,7 +191,8 @@ class Branch(Result):
         Parameters
         ----------
         event
-            its row in ``events``; a fold, period doubling, Neimark-Sacker, grazing or end of a family.
+            its row in ``events``; a fold, period doubling, Neimark-Sacker, grazing, symmetry breaking or end of a
+            family.
         second
             path of the other value.
         range

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble
 from gearrattle.assembly.variants import bound_of, coefficients, repeated
 from gearrattle.engine.kernels.variants import Coefficients
+from gearrattle.engine.periodic.breaking import HalfPeriodFamily, are_symmetric, half_of
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.family import CompiledFamily, Family, GeneralFamily
 from gearrattle.engine.solvers.choice import MANY_INERTIAS, is_large_for_periods
@@ -71,9 +72,9 @@ def family_of(
         periods that a motion lasts.
     unit
         scale of the value [SI]: a change by one unit counts as much as a change of the state by the largest corner.
-    """
     largest
         of the values that messages write beside others [SI]; None: every value is written by itself.
+    """
 
     def system_of(value: float) -> PiecewiseSystem:
         try:
@@ -106,6 +107,31 @@ def check_alike(family: Family, like: Family) -> None:
     """
     if (family.clearances, family.memories) != (like.clearances, like.memories):
         raise ConvergenceError("a clearance closes or opens there, or a slider goes or comes")
+
+
+def alike(family: Family, like: Family, parameter: float) -> Family:
+    """Return the family of a changed driveline; of half-period maps if that of the unchanged one is of these.
+
+    Parameters
+    ----------
+    family
+        over whole lengths.
+    like
+        of the unchanged driveline.
+    parameter
+        of the event.
+
+    Raises
+    ------
+    ConvergenceError
+        a clearance or a slider is in one of them alone, or the changed driveline has no symmetry.
+    """
+    check_alike(family, like)
+    if not isinstance(like, HalfPeriodFamily):
+        return family
+    if not are_symmetric(family, parameter):
+        raise ConvergenceError("the driveline has no symmetry there")
+    return half_of(family)
 
 
 def check_begin(model: Model, path: str, ends: tuple[float, float]) -> None:

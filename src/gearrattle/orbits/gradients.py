@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearrattle.engine.periodic.breaking import as_doubling
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import KINDS, Drift, FamiliesOf, gradient_of_grazing
-from gearrattle.engine.periodic.events import GRAZING, Event
+from gearrattle.engine.periodic.events import BREAKING, DOUBLING, GRAZING, Event
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.grazing import JUMP, RELEASE
 from gearrattle.errors import ConvergenceError, ModelError, Problem
@@ -22,13 +23,13 @@ from gearrattle.model.path_values import change_in_si
 from gearrattle.model.paths import path_names, value_at
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.orbits.ends import ends_of
-from gearrattle.orbits.family import check_alike, family_of
+from gearrattle.orbits.family import alike, check_alike, family_of
 from gearrattle.orbits.family_end import EDGE, gradient_of_end
 
 if TYPE_CHECKING:
     import pandas as pd
 
-MOVED = (*KINDS, EDGE)
+MOVED = (*KINDS, BREAKING, EDGE)
 """Kinds of events that have a gradient and can be followed over a second value."""
 _SPEED = "excitation.speed"
 _SAME = {_SPEED, "excitation.frequency"}
@@ -122,14 +123,37 @@ def second_of(model: Model, path: str, second: str, ends: Sequence[float | str])
     return own, (low, high)
 
 
-def check_kind(event: Event) -> None:
-    """Refuse an event of a branch that does not move smoothly with numbers of the model.
+def moved_as(event: Event, curve: Continuation) -> tuple[Event, Continuation]:
+    """Return the event by which an event of a branch moves with numbers of the model, and the Continuation of that.
+
+    It is the event itself. But where the branch joins one of half its period, or the symmetry breaks, I - M is singular
+    in two ways: the event is the doubling of the motion of half its length, where I - DH is regular.
+
+    Parameters
+    ----------
+    event
+        of the branch.
+    curve
+        the Continuation of the branch.
 
     Raises
     ------
     ModelError
-        it does not.
+        it does not move smoothly.
     """
+    _check_kind(event)
+    doubling = as_doubling(curve, event.point) if event.kind in (DOUBLING, BREAKING) else None
+    if doubling is not None:
+        halves, point = doubling
+        return Event(DOUBLING, point), halves
+    if event.kind == BREAKING:
+        rule = "is that of no symmetric motion, and does not move smoothly"
+        raise ModelError(Problem("event", event.kind, rule, "name another event"))
+    return event, curve
+
+
+def _check_kind(event: Event) -> None:
+    """Refuse a kind of event that does not move smoothly with numbers of the model."""
     jumps = event.is_collision or (event.grazing is not None and event.grazing.kind in (JUMP, RELEASE))
     if event.kind in MOVED and not jumps:
         return
@@ -163,6 +187,7 @@ def gradients_of(
     """
     import pandas as pd
 
+    event, curve = moved_as(event, curve)
     rows, gradient = [], _gradient_by(model, path, curve, event)
     for other in numbers_of(model, path) if paths is None else paths_of(paths):
         value = number_at(model, path, other)
@@ -200,10 +225,9 @@ def _families(model: Model, path: str, curve: Continuation, event: Event, number
     def families_of(change: float) -> tuple[Family, Family]:
         first, cycles, unit = event.point.parameter, family.cycles, family.unit
         low, high = (
-            family_of(model.with_({other: value + side}), path, first, cycles, unit) for side in (-change, change)
+            alike(family_of(model.with_({other: value + side}), path, first, cycles, unit), family, first)
+            for side in (-change, change)
         )
-        for one in (low, high):
-            check_alike(one, family)
         return low, high
 
     return families_of

@@ -1,7 +1,7 @@
 """What moves the jumps of a branch: by how much 10 % more of every number of the model shifts them.
 
 A jump is a fold at which stable motions end, or a hard loss of stability. One in a corner of the branch, where the
-motion or its gradient jumps, and one at which the symmetry breaks have no gradient, and are left out.
+motion or its gradient jumps, has no gradient, and is left out.
 
 Takes a Branch; gives a Table.
 """

@@ -6,7 +6,7 @@ P = H(H(y)). Where a multiplier of H is -1 the period doubles, or the symmetry b
 branch goes on smoothly. P has a multiplier 1 there. Three branches of its fixed points cross, and to a residual r the
 motion is known to the cube root of r alone, the event to its square.
 
-Takes a Continuation of whole lengths and its Points; gives Points.
+Takes a Continuation of whole lengths and its Points; gives Points, also of half the length.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from gearrattle.engine.periodic.period_map import Along, Pass, State
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
 from gearrattle.engine.periodic.touch import Touch
-from gearrattle.engine.periodic.unit_circle import det_plus
+from gearrattle.engine.periodic.unit_circle import det_plus, nearest_to_minus_one
 from gearrattle.engine.periodic.zero import zero_between
 from gearrattle.errors import ConvergenceError
 
@@ -37,7 +37,7 @@ _ALONG = 0.999999  # cosine between the tangents of a motion and of the fixed po
 
 
 class HalfPeriodFamily(Family):
-    """The family of the half-period maps of symmetric drivelines, without turning points.
+    """The family of the half-period maps of symmetric drivelines. Its motions have no turning points.
 
     Parameters
     ----------
@@ -62,10 +62,11 @@ class HalfPeriodFamily(Family):
         Raises
         ------
         NotImplementedError
-            a touch or turning points are asked for.
+            a touch is asked for.
         """
-        if touch is not None or turns_along is not None:
+        if touch is not None:
             raise NotImplementedError
+        del turns_along  # which are not sought
         motion, slope = self._half.follow(state, parameter)
         if motion.end.auxiliary_pieces is None:
             end, gradient, slope = State(-motion.end.y), -motion.gradient, -slope
@@ -97,19 +98,44 @@ def half_curve(curve: Continuation, parameter: float) -> Continuation | None:
         of the driveline.
     """
     family = curve.family
-    if family.cycles % 2 == 1 and not _are_symmetric(family, parameter):
+    if family.cycles % 2 == 1 and not are_symmetric(family, parameter):
         return None
     return curve.of(half_of(family))
 
 
-def _are_symmetric(family: Family, parameter: float) -> bool:
-    """Whether drivelines are symmetric at a parameter and beside it: not where a mean torque is zero."""
+def are_symmetric(family: Family, parameter: float) -> bool:
+    """Return whether drivelines are symmetric at a parameter and beside it: not where a mean torque is zero."""
     if not is_symmetric(family.map_at(parameter).system):
         return False
     for side in (1.0, -1.0):
         with suppress(ConvergenceError):
             return is_symmetric(family.map_at(parameter + side * _BESIDE * family.unit).system)
     return True
+
+
+def as_doubling(curve: Continuation, point: Point) -> tuple[Continuation, Point] | None:
+    """Return the motion of half the length whose period doubles at a point, and what follows it; None: none does.
+
+    That is where a branch of twice the period or without symmetry joins the other one, seen from the other one.
+
+    Parameters
+    ----------
+    curve
+        the Continuation of the branch of whole lengths.
+    point
+        of an event on it.
+    """
+    halves = half_curve(curve, point.parameter)
+    if halves is None:
+        return None
+    at_parameter = np.append(np.zeros(len(point.state)), 1.0)
+    try:
+        own = halves.near(point.w, at_parameter, replace(point, tangent=at_parameter, later=None))
+    except ConvergenceError:
+        return None
+    is_near = float(np.linalg.norm(own.w - point.w)) < SAME
+    own_distance, distance = (nearest_to_minus_one(one)[1] for one in (own, point))
+    return (halves, own) if is_near and own_distance < distance else None
 
 
 def as_fixed_point(curve: Continuation, point: Point, *, upward: bool) -> Point:
