@@ -328,8 +328,7 @@ class _Search:
         before = self._seen(part._replace(step=step - 1), np.ones(step.size)).bend
         is_kink = (seen.rate * before < 0.0) & (seen.rate * seen.bend > 0.0)
         part, seen = _chosen(part, is_kink), _Seen(*(one[is_kink] for one in seen))
-        delays = self._delays
-        time_slope = delays[course.interval[part.step] - 1] if delays.size else np.zeros(0)
+        time_slope = self._delays[course.interval[part.step] - 1] if self._delays.size else np.zeros(0)
         change = seen.rate_change + seen.bend * time_slope
         return self._dips_at(part, seen, course.begin[part.step], change, time_slope)
 

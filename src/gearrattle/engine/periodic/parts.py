@@ -152,8 +152,12 @@ class PartedFamily:
             depth=dips.depth / length,
             slope=dips.slope / length,
         )
-        time, slopes = length * (index + turns.time), (length * turns.time_slope, length * turns.delay)
-        return turns._replace(time=time, time_slope=slopes[0], dips=dips, delay=slopes[1])
+        return turns._replace(
+            time=length * (index + turns.time),
+            time_slope=length * turns.time_slope,
+            dips=dips,
+            delay=length * turns.delay,
+        )
 
 
 def _before(motion: Pass, time: float) -> int:

@@ -88,7 +88,10 @@ class Dips(NamedTuple):
 
 
 class Turns(NamedTuple):
-    """The E turning points of a motion's deflections, each by a corner that it has not reached, or has passed."""
+    """The E turning points of a motion's deflections, each by a corner that it has not reached, or has passed.
+
+    With them come its dips, and the slopes of the instants of its C crossings.
+    """
 
     watch: IntArray  # (E,) clearance
     upward: IntArray  # (E,) 1: its deflection grows towards the corner
