@@ -29,7 +29,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-slow test-long coverage mutation lint docs same bench peers growth cost orders variants inputs loops advice forecast metrics horizon balance scaling compositions fuzz reliability images constraints wheel pythons lowest clean distclean
+.PHONY: help run test test-slow test-long plain coverage mutation lint docs same bench peers growth cost orders variants inputs loops advice forecast metrics horizon balance scaling compositions fuzz reliability images constraints wheel pythons lowest clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -38,16 +38,21 @@ run: $(VENV)/.package       ## simulate MODEL, write the report to OUT, print th
 	@$(VENV)/bin/gearrattle run $(MODEL) -o $(OUT)
 
 test: $(VENV)/.test         ## all tests but the slow and the long ones
-	$(PY) -m pytest -n auto --dist worksteal -m "not slow and not long" $(PYTEST_ARGS)
+	$(PY) -m pytest -n auto --dist worksteal -m "not slow and not long" $(TESTS) $(PYTEST_ARGS)
 
-test-slow: $(VENV)/.test    ## browsers, whole processes, searches: the rest of what every change must pass
-	$(PY) -m pytest -n auto --dist worksteal -m "slow and not long" $(PYTEST_ARGS)
+test-slow: $(VENV)/.test    ## browsers and whole processes: the rest of what every change must pass
+	$(PY) -m pytest -n auto --dist worksteal -m "slow and not long" $(TESTS) $(PYTEST_ARGS)
 
-test-long: $(VENV)/.test-long  ## the long, seeded attacks; JupyterLab
-	$(PY) -m pytest -n auto -m long $(PYTEST_ARGS)
+test-long: $(VENV)/.test-long  ## the long, seeded attacks; searches over many motions; JupyterLab
+	$(PY) -m pytest -n auto -m long $(TESTS) $(PYTEST_ARGS)
 
-coverage: $(VENV)/.test     ## how much of the source the tests run, the kernels as plain Python (before: `make test PYTEST_ARGS=--cov`, `make test-slow PYTEST_ARGS="--cov --cov-append"`)
-	NUMBA_DISABLE_JIT=1 $(PY) -m pytest -n auto -m "not long" --cov --cov-append --cov-report= $(INTERPRETED)
+plain: $(VENV)/.test        ## kernels as plain Python, and what is tried of them one by one
+	NUMBA_DISABLE_JIT=1 $(PY) -m pytest -n auto --dist worksteal -m "not long" $(INTERPRETED) $(PYTEST_ARGS)
+
+coverage: $(VENV)/.test     ## how much of the source all tests but the long ones run, kernels as plain Python included (minutes)
+	rm -f .coverage .coverage.*
+	$(MAKE) test PYTEST_ARGS="-m 'not long' --cov --cov-report="
+	$(MAKE) plain PYTEST_ARGS="--cov --cov-append --cov-report="
 	$(PY) -m coverage report --skip-covered --fail-under=95
 
 mutation: $(VENV)/.test     ## wrong signs and comparisons in the kernels that no test notices; MUTATION_ARGS="--count 200 --seed 1" (minutes)

@@ -229,7 +229,7 @@ def test_theodossiades_the_parametric_resonance_begins_and_ends_where_the_period
     assert note.endswith("its motions have grown a thousandfold.")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_motions_that_a_linear_resonance_leaves_free_are_no_folds() -> None:
     """At its bound the motion in contact may have any amplitude of twice the period: a branch at one speed."""
     branch = gr.continuation(loaded_pair(1545.0), "excitation.speed", (1545.0, 1530.0), start=in_contact(1545.0))

@@ -46,7 +46,7 @@ def branch_of(phase: float = 0.0) -> Branch:
     return gr.continuation(pair(phase), "excitation.speed", (1.54, 1.58))
 
 
-@pytest.mark.parametrize("phase", ORIGINS[1:])
+@pytest.mark.parametrize("phase", [pytest.param(ORIGINS[1], marks=pytest.mark.long), ORIGINS[2]])
 def test_events_do_not_depend_on_the_origin_of_time(phase: float) -> None:
     """Here two crossings of the gap and a change of the stiffness are exchanged at 1.548511."""
     columns = ["branch", "kind", "clearance", "grazing"]
@@ -147,7 +147,7 @@ def test_a_sweep_needs_no_harmonic_beside_the_alternation() -> None:
     assert np.ptp(one.deflection[-100:]) > 0.1
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_run_up_follows_the_alternation() -> None:
     """A Runge-Kutta run with 5000 steps a period: its deflection over a period becomes nearer to the large motion at
     1.66813. Both motions come from the same steps at a constant speed; a period takes 1.1e-3 of speed.
@@ -159,7 +159,7 @@ def test_a_run_up_follows_the_alternation() -> None:
     assert jump.value == pytest.approx(1.66813, abs=3e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_isolated_branches_that_only_an_end_of_the_range_meets_are_seen() -> None:
     """Two motions of 2 T swing by 5.79 and 5.86 at the speed 1.2781: ``every`` gives them. They meet at 1.27664."""
     tables = pair().to_tables()

@@ -86,7 +86,7 @@ def test_a_fold_passes_the_grazing_that_it_meets() -> None:
     np.testing.assert_allclose([value, mean], [float(x) for x in want], rtol=0, atol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("own", [0.0088, 0.0089])
 def test_a_fold_passes_a_grazing_wherever_it_is_followed_from(own: float) -> None:
     model = oscillator().with_({"torque.0.mean": own})
@@ -113,6 +113,7 @@ def test_a_grazing_passes_the_fold_that_it_meets_at_the_same_point() -> None:
     np.testing.assert_allclose(actual, want, rtol=0, atol=1e-8)
 
 
+@pytest.mark.long
 def test_a_grazing_of_two_periods_does_not_become_one_of_the_motion_of_one_period() -> None:
     """Where it ends, another grazing of the same corner lies near: that of the quiet motion."""
     branch = gr.continuation(oscillator().with_({"torque.0.mean": 0.02}), "excitation.frequency", (0.3, 1.6))
@@ -129,6 +130,7 @@ def test_a_grazing_of_two_periods_does_not_become_one_of_the_motion_of_one_perio
     assert ends[0] == pytest.approx(ends[1], abs=1e-8)
 
 
+@pytest.mark.long
 def test_two_grazings_of_a_doubled_branch_end_in_one_turning_point() -> None:
     """Both lie 1e-5 apart at the end, beside other events: at 0.0106456 neither exists, at 0.0106458 both do."""
     branch = gr.continuation(oscillator().with_({"torque.0.mean": 0.0107}), "excitation.frequency", (0.3, 1.3))
@@ -146,7 +148,7 @@ def test_two_grazings_of_a_doubled_branch_end_in_one_turning_point() -> None:
     assert 0.0106456 < ends[0][0] < 0.0106458
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_fold_ends_in_its_own_cusp_though_another_fold_lies_beyond() -> None:
     """A swallowtail: of four folds within 1e-4 of frequency two vanish, and another one goes on as the first began."""
     branch = gr.continuation(oscillator().with_({"torque.0.mean": 0.005}), "excitation.frequency", (0.3, 1.6))
@@ -168,6 +170,7 @@ def test_a_fold_ends_in_its_own_cusp_though_another_fold_lies_beyond() -> None:
     assert set(passed["special"].values) == {"", "fold meets grazing"}
 
 
+@pytest.mark.long
 def test_an_isolated_branch_shrinks_to_a_turning_point_of_its_folds() -> None:
     """Followed from two loads, which take other steps."""
     ends = []
@@ -208,9 +211,9 @@ def two_steps(until: float, mean: float = 1.0, amplitude: float = 3.5) -> gr.Mod
     ("until", "speeds", "ends"),
     [
         (0.96, (1.89, 1.92), (0.94, 0.97)),
-        (0.96, (1.89, 1.92), (0.92, 0.961)),
-        pytest.param(0.945, (1.91, 1.925), (0.9, 0.96), marks=pytest.mark.slow),
-        pytest.param(0.945, (1.91, 1.925), (0.944, 1.0), marks=pytest.mark.slow),
+        pytest.param(0.96, (1.89, 1.92), (0.92, 0.961), marks=pytest.mark.long),
+        pytest.param(0.945, (1.91, 1.925), (0.9, 0.96), marks=pytest.mark.long),
+        pytest.param(0.945, (1.91, 1.925), (0.944, 1.0), marks=pytest.mark.long),
     ],
 )
 def test_a_grazing_passes_the_doubling_that_it_comes_from(
@@ -229,7 +232,7 @@ def test_a_grazing_passes_the_doubling_that_it_comes_from(
     np.testing.assert_allclose(own["value"], float(special["value"][0]), rtol=0, atol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_fold_that_stays_at_a_grazing_ends_where_that_meets_its_doubling() -> None:
     branch = gr.continuation(two_steps(0.99), "excitation.speed", (1.7, 1.75))
     row = branch.events.index[(branch.events["kind"] == "fold") & (branch.events["branch"] == 1)][0]
@@ -257,7 +260,7 @@ def two_bodies(damping: float) -> gr.Model:
     return gr.Model.from_tables({"schema": 1, "name": "two bodies", "units": "dimensionless", **tables})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_fold_of_a_doubled_branch_ends_at_the_doubling() -> None:
     """Its distance from the doubling falls with the square of the damping's way to there: from other branches."""
     branches = {
@@ -303,6 +306,7 @@ def folds_of_doubled_branches(mean: float) -> tuple[Branch, pd.Series]:
     return branch, branch.events.loc[doubled, "value"]
 
 
+@pytest.mark.long
 def test_a_sharp_fold_beside_the_doubling_it_comes_from_is_followed() -> None:
     branch, folds = folds_of_doubled_branches(-2.0)
     curve = branch.boundary(int(folds.index[0]), "torque.1.mean", (-2.01, -1.99))
@@ -349,7 +353,7 @@ def clipped(mean: float) -> Branch:
     return gr.continuation(model, "excitation.speed", (1.34, 1.29))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["gap.pull", "gap.push"])
 def test_the_touch_of_a_limiter_is_followed(name: str) -> None:
     """The gradient is continuous there: its trace, by matrix exponentials, changes by -5.74 times the root beyond.
@@ -367,7 +371,7 @@ def test_the_touch_of_a_limiter_is_followed(name: str) -> None:
     assert moved == pytest.approx((values[2] - values[0]) / 2e-3, abs=2e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_neimark_sacker_bifurcation_ends_where_its_pair_comes_to_minus_one() -> None:
     """The square of the angle from -1 falls to zero in proportion to the distance; the curve itself does not turn."""
     shaft = "coupling.shaft.stiffness"
@@ -414,7 +418,7 @@ def doubled(amplitude: float, begin: float, end: float, start: tuple[float, floa
     return gr.continuation(model, "excitation.speed", (begin, end), cycles=2, start=states)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_grazing_ends_where_its_extremum_meets_the_next_one() -> None:
     """Beside a cubic tangency a maximum and a minimum graze on one side, and neither does on the other."""
     branch = doubled(3.5, 1.5205, 1.53, (-1.6385, 1.005))
@@ -431,7 +435,7 @@ def test_a_grazing_ends_where_its_extremum_meets_the_next_one() -> None:
     assert counts == [2, 0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_neimark_sacker_bifurcation_ends_with_its_pair() -> None:
     """Beyond the resonance the pair is two real multipliers that are inverse, and no event.
 

@@ -260,7 +260,7 @@ def shown_by(span: tuple[float, float]) -> tuple[list[list[float]], list[float]]
     return ends, (branch.events["value"] - BREAKING).tolist()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("off", [0.0, 1e-13, -1e-13, 1e-11, -1e-11, 1e-9, -1e-9, 1e-8, -1e-8])
 def test_a_range_may_end_at_a_breaking_of_symmetry(off: float) -> None:
     """Three branches lie above it, one below. Nearer than 1e-8 their motions cannot be told apart."""

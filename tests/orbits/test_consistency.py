@@ -147,7 +147,7 @@ def test_a_doubled_branch_that_folds_soon_after_it_leaves_has_its_fold() -> None
     assert doubling < tables[0]["value"].iloc[0] < tables[0]["value"].iloc[1]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_narrow_range_has_the_branches_of_a_wider_one() -> None:
     """Grazings with folds and period doublings 1e-9 beside them, seen from 1 and from 0.1 rad/s of 180."""
     wide, narrow = (gr.continuation(gr.example("case1"), SPEED, ends) for ends in ((181.0, 180.0), (180.3, 180.2)))
@@ -162,7 +162,7 @@ def test_a_narrow_range_has_the_branches_of_a_wider_one() -> None:
         assert np.abs(values - event.point.parameter).min() < 1e-8
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_where_motions_jump_does_not_depend_on_the_steps() -> None:
     """In steps of the length that the branch allows, the last one of a doubled branch holds another doubling."""
     losses = []
@@ -212,6 +212,7 @@ def symmetric_clutch() -> gr.Model:
     )
 
 
+@pytest.mark.long
 def test_both_branches_leave_a_breaking_beside_a_grazing_and_a_fold() -> None:
     """They are mirror images: their events are the same, whichever way and with whatever steps they are followed."""
     model, tables = symmetric_clutch(), []
@@ -234,6 +235,7 @@ def test_both_branches_leave_a_breaking_beside_a_grazing_and_a_fold() -> None:
         assert note.startswith(f"Not everything that leaves at {left} (40.")
 
 
+@pytest.mark.long
 def test_folds_beside_a_grazing_beside_a_doubling_are_there_both_ways() -> None:
     """Two folds 1.4e-6 rad/s apart beside a grazing: the last step down to the doubling holds all three."""
     model = trains(
@@ -340,6 +342,7 @@ def test_events_of_random_drivelines_do_not_depend_on_the_steps(seed: int) -> No
     np.testing.assert_allclose(*values, rtol=1e-7, atol=1e-7)
 
 
+@pytest.mark.long
 def test_two_breakings_of_symmetry_within_a_step_are_seen_from_every_motion() -> None:
     """Between them the symmetric motion is stable; the motions at both ends of the range have no symmetry."""
     free = {"stiffness": 0.0, "damping": 0.0, "until": 0.030679785582553517}

@@ -88,7 +88,7 @@ def test_a_family_is_listed_once_and_no_rattle_at_its_edge(speed: float, amplitu
     assert sorted((orbit.cycles, orbit.free, orbit.stable) for orbit in others) == [(1, 0, False), (1, 0, True)]
 
 
-@pytest.mark.parametrize("cycles", [2, 4])
+@pytest.mark.parametrize("cycles", [2, pytest.param(4, marks=pytest.mark.long)])
 def test_motions_of_a_divisor_are_those_that_it_alone_gives(cycles: int) -> None:
     """The family in the gap, the rattle, and the unstable motion between them."""
     model = floating(1.0, 1.0, 0.1)
@@ -98,7 +98,7 @@ def test_motions_of_a_divisor_are_those_that_it_alone_gives(cycles: int) -> None
     assert sum(orbit.free for orbit in once) == sum(orbit.free for orbit in more) == 1
 
 
-@pytest.mark.parametrize("cycles", [1, 2, 3, 4])
+@pytest.mark.parametrize("cycles", [1, 2, *(pytest.param(n, marks=pytest.mark.long) for n in (3, 4))])
 def test_a_motion_of_a_symmetric_driveline_is_kept_with_its_mirror_image(cycles: int) -> None:
     """The mirror image of x(t) is -x(t + T/2), whatever number of periods."""
     model = floating(0.4 * 2.0 * np.pi / 6.0, 1.0, 0.1)

@@ -74,7 +74,7 @@ def loop(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Non
         monkeypatch.setattr(family, "is_compiled", lambda _: False)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.usefixtures("loop")
 @pytest.mark.parametrize("ends", [ENDS, ENDS[::-1]])
 def test_an_order_that_is_exchanged_and_back_within_a_step_is_two_events(ends: tuple[float, float]) -> None:

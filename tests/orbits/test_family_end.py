@@ -96,6 +96,7 @@ def test_the_gradient_of_the_end_of_a_family_is_that_of_its_closed_form(
     assert table["gradient"][0] == pytest.approx(difference, rel=1e-6)
 
 
+@pytest.mark.long
 def test_an_end_that_moves_fast_has_the_gradient_of_its_closed_form() -> None:
     """Near the resonance: with less than 0.199 the gear never touches, whatever the speed."""
     amplitude = 0.1992
@@ -147,6 +148,7 @@ def test_the_end_of_a_family_between_two_bodies_moves_with_both_gaps() -> None:
     np.testing.assert_allclose(table["gradient"], values, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_what_a_family_does_not_depend_on_does_not_move_its_end() -> None:
     """A mean torque on the driven body moves the middle of the family, but not how long that is."""
     model = loose_gear(mean=0.05)
@@ -162,7 +164,7 @@ def test_what_a_family_does_not_depend_on_does_not_move_its_end() -> None:
     np.testing.assert_allclose(table["gradient"], 0.0, rtol=0, atol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @DRIVELINES
 def test_the_end_of_a_family_is_followed_over_a_second_value(
     driveline: Callable[[float], gr.Model], end: Callable[[float], float]
@@ -177,7 +179,7 @@ def test_the_end_of_a_family_is_followed_over_a_second_value(
     np.testing.assert_allclose(curve["value"].values, values, rtol=0, atol=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_a_curve_of_ends_of_families_ends_where_it_turns_back(way: float) -> None:
     """Two ends meet at the resonance: with less the gear never touches."""
@@ -196,7 +198,7 @@ def test_a_curve_of_ends_of_families_ends_where_it_turns_back(way: float) -> Non
     np.testing.assert_allclose([gap_closed(one) for one in values], curve["second"], rtol=0, atol=1e-11)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_map_draws_where_a_gear_begins_to_touch() -> None:
     branch = gr.continuation(loose_gear(0.6), AMPLITUDE, (0.5, 0.8))
     motions = branch.map("excitation.speed", (0.55, 0.65), across=3, up=2)
@@ -278,7 +280,7 @@ TRAINS = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", TRAINS)
 def test_a_family_ends_the_same_on_both_ways(name: str) -> None:
     model, ends, kinds = TRAINS[name]
@@ -289,7 +291,9 @@ def test_a_family_ends_the_same_on_both_ways(name: str) -> None:
     assert_same_back(branch)
 
 
-@pytest.mark.parametrize("beyond", [1e-6, 1e-7, 1e-9, 0.0, -1e-9, -1e-7, -1e-5])
+@pytest.mark.parametrize(
+    "beyond", [1e-6, 1e-9, 0.0, -1e-9, *(pytest.param(x, marks=pytest.mark.long) for x in (1e-7, -1e-7, -1e-5))]
+)
 def test_a_range_may_end_at_the_end_of_a_family(beyond: float) -> None:
     """The event is named as soon as the range leads beyond it by more than rounding."""
     own = gap_closed(0.6)
@@ -300,7 +304,7 @@ def test_a_range_may_end_at_the_end_of_a_family(beyond: float) -> None:
     assert all(branch.curves[0].points[i].free for i in range(-3, -1)) or beyond > 0.0
 
 
-@pytest.mark.parametrize("before", [1e-5, 1e-6, 1e-7])
+@pytest.mark.parametrize("before", [1e-7, *(pytest.param(x, marks=pytest.mark.long) for x in (1e-5, 1e-6))])
 @pytest.mark.parametrize("share", [0.04, 0.5, 0.9])
 def test_a_range_may_begin_anywhere_in_a_family_near_its_end(share: float, before: float) -> None:
     """Also where the first motion is not in the middle of its family, and the first step leads beyond the end."""

@@ -76,7 +76,7 @@ def test_a_note_says_where_a_simulation_does_not_come_to_the_motion(name: str) -
     assert any("may show another" in note for note in motion.notes) == (not comes_to_it)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_motion_with_friction_that_settles_after_two_periods_says_so() -> None:
     with pytest.raises(gr.ConvergenceError, match=r"settles in one that repeats after 2 periods; try: cycles=2"):
         gr.periodic(gr.example("clutch_friction"))

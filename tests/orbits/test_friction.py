@@ -51,7 +51,7 @@ def test_a_slider_that_sticks_at_the_end_of_the_period_or_at_its_start_is_no_eve
         assert np.array_equal(start.auxiliary_pieces, end.auxiliary_pieces)
 
 
-@pytest.mark.parametrize("begin", [1.46, 1.6])
+@pytest.mark.parametrize("begin", [pytest.param(1.46, marks=pytest.mark.long), 1.6])
 def test_the_root_of_a_grazing_is_that_of_the_multipliers_beside_it(begin: float) -> None:
     """The slider sticks where the corner is touched: both happen at once, in an order that rounding decides."""
     branch = gr.continuation(oscillator(begin), SPEED, (begin, 1.3))
@@ -107,7 +107,7 @@ def symmetric_pair(amplitude: float) -> gr.Model:
     return gr.Model.from_tables({"schema": 1, "name": "pair", "units": "dimensionless", **tables})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_grazing_is_of_what_crosses_its_bound_on_one_side_only() -> None:
     """Both halves touch at once; another corner is crossed more slowly, on both sides of the grazing."""
     ends = (4.35, 4.75)
@@ -156,7 +156,7 @@ def test_a_branch_ends_where_a_slider_is_let_go_with_its_torque() -> None:
     assert above < 0.45
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_unstable_motions_end_where_the_visit_that_lets_a_slider_go_vanishes() -> None:
     """The speed of that visit falls in proportion to the distance; beyond, Newton's method finds no motion nearby."""
     branch = gr.continuation(late_friction(0.85), "torque.0.harmonics.0.amplitude", (0.85, 0.7))
@@ -201,7 +201,7 @@ def three_stages(speed: float) -> gr.Model:
     return gr.Model.from_tables({"schema": 1, "name": "three stages", "units": "dimensionless", **tables})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("ends", [(1.49, 1.5), (1.5, 1.49)])
 def test_a_crossing_that_lets_a_slider_go_may_pass_the_begin_of_the_period(ends: tuple[float, float]) -> None:
     """At 1.494737. The slider holds its torque at the begin on one side only; the motion settles alike."""
@@ -216,7 +216,7 @@ def test_a_crossing_that_lets_a_slider_go_may_pass_the_begin_of_the_period(ends:
     assert np.ptp(branch.data["peak_to_peak"].values) == pytest.approx(5.05e-2, rel=2e-2)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("last", [0.75, pytest.param(1.4, marks=pytest.mark.long)])
 def test_the_end_of_a_branch_does_not_depend_on_its_steps(last: float) -> None:
     """A long step leads over the end to another branch; shorter ones go on from where it began."""
@@ -260,7 +260,7 @@ def clutch_between(
     }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_slider_that_is_let_go_sooner_than_it_slips_changes_the_pattern() -> None:
     """At 1.115218 the corner and the slip of the outermost stage exchange; the gradient is continuous."""
     stages = [
@@ -281,7 +281,7 @@ def test_a_slider_that_is_let_go_sooner_than_it_slips_changes_the_pattern() -> N
     assert np.abs(neighbours[0].gradient - neighbours[1].gradient).max() < 1e-5 * np.abs(neighbours[0].gradient).max()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_begin_that_lets_a_slider_go_is_passed_without_a_note() -> None:
     """A step that leads over it by itself: at 1.6601857 the memory at the begin jumps, the motion does not."""
     stages = [
@@ -298,7 +298,7 @@ def test_a_begin_that_lets_a_slider_go_is_passed_without_a_note() -> None:
     assert branch.points[-1].parameter == ends[1]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sliders_that_stick_at_one_instant_do_so_in_any_order() -> None:
     """From 1.178751 on the outer stage slips as well; then both sliders stick where the rate turns."""
     stages = [
@@ -352,7 +352,7 @@ def test_a_search_may_begin_on_a_motion_of_a_model_with_other_sliders(own: float
     assert gr.periodic(model, start=start.run).residual < 1e-9
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_branch_ends_just_before_its_slider_goes() -> None:
     path = "coupling.joint.hysteresis"
     branch = gr.continuation(oscillator(1.46), path, (0.02, 0.0))
@@ -364,7 +364,7 @@ def test_a_branch_ends_just_before_its_slider_goes() -> None:
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_curve_of_an_event_ends_just_before_its_slider_goes() -> None:
     path = "coupling.joint.hysteresis"
     branch = gr.continuation(oscillator(1.46), SPEED, (1.46, 1.3))

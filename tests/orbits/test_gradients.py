@@ -38,7 +38,7 @@ def test_a_grazing_moves_as_its_closed_form_does(event: int) -> None:
     assert abs(table.loc["coupling.gap.clearance", "gradient"]) < 1e-6  # the motion moves with its corner
 
 
-@pytest.mark.parametrize("phase", [3.0, 4.0])
+@pytest.mark.parametrize("phase", [3.0, pytest.param(4.0, marks=pytest.mark.long)])
 def test_a_grazing_does_not_depend_on_the_origin_of_time(phase: float) -> None:
     """The lower corner is touched between two crossings of the upper one that have the same directions."""
     path, grazings = "torque.0.harmonics.0.amplitude", []
@@ -64,7 +64,7 @@ def test_a_grazing_does_not_depend_on_the_origin_of_time(phase: float) -> None:
     assert grazings[0][2] == pytest.approx(chord, rel=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_grazing_beside_a_slip_moves_as_those_of_changed_models_do() -> None:
     """The slider begins to stick and the lower corner is touched at once."""
     path, ends = "excitation.speed", (0.80, 0.815)
@@ -81,7 +81,7 @@ def test_a_grazing_beside_a_slip_moves_as_those_of_changed_models_do() -> None:
         assert gradient == pytest.approx((moved[1] - moved[0]) / (4e-4 * value), rel=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("event", "ends"), [(1, (0.79, 0.84)), pytest.param(3, (0.3, 1.6), marks=pytest.mark.long)], ids=["upper", "lower"]
 )
@@ -180,6 +180,7 @@ def test_numbers_that_cannot_move_an_event_are_refused(path: str, words: str) ->
         over_frequency().gradients(1, [path])
 
 
+@pytest.mark.long
 def test_a_doubling_beside_a_grazing_moves_as_those_of_changed_models_do() -> None:
     """The grazing lies 1.1e-5 of arclength beside it: steps as long as that gave 0.6819."""
     branches = [
@@ -246,7 +247,7 @@ def spline(speed: float) -> gr.Model:
     return gr.Model.from_tables({"schema": 1, "name": "spline", **tables})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_neimark_sacker_bifurcation_beside_a_grazing_moves_as_those_of_changed_models_do() -> None:
     """The grazing lies 1.2e-3 before it; differences of second order over steps of 1e-5 were off by 1e-4."""
     speed, share = 79.32908, 1e-6
@@ -293,7 +294,7 @@ def test_the_doubling_at_which_a_branch_closes_moves_as_those_of_changed_models_
     assert gradient == pytest.approx(moved / (2.0 * share * drag), rel=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_border_of_the_doubling_at_which_a_branch_closes_is_that_of_the_other_branch(closing: Branch) -> None:
     one, other = (closing.boundary(row, "inertia.body.drag", (0.12, 0.123)) for row in (0, 1))
     assert one.attrs["notes"] == other.attrs["notes"] == []
@@ -323,7 +324,7 @@ def test_a_breaking_of_symmetry_moves_as_those_of_changed_models_do(rejoining: B
         assert table.loc[path, "gradient"] == pytest.approx(moved / (2.0 * share * value), rel=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("row", [0, 1])
 def test_the_border_of_a_breaking_of_symmetry_goes_with_the_gap(rejoining: Branch, row: int) -> None:
     curve = rejoining.boundary(row, "coupling.gap.clearance", (0.5, 2.0))

@@ -64,7 +64,7 @@ def general(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(family, "is_compiled", lambda _: False)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.usefixtures("general")
 @pytest.mark.parametrize("limit", [pytest.param(0.01, marks=pytest.mark.long), 0.05, 0.5, None])
 def test_a_touch_that_comes_and_goes_within_a_step_is_two_grazings(limit: float | None) -> None:
@@ -73,7 +73,7 @@ def test_a_touch_that_comes_and_goes_within_a_step_is_two_grazings(limit: float 
     np.testing.assert_allclose(grazings, hidden.grazings, rtol=0, atol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.usefixtures("general")
 @pytest.mark.parametrize("limit", [pytest.param(0.01, marks=pytest.mark.long), None])
 def test_a_touch_that_goes_and_comes_back_within_a_step_is_two_grazings(limit: float | None) -> None:
@@ -82,7 +82,7 @@ def test_a_touch_that_goes_and_comes_back_within_a_step_is_two_grazings(limit: f
     np.testing.assert_allclose(grazings, hidden.grazings, rtol=0, atol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("limit", [0.05, None])
 def test_with_a_slider_behind_the_stop_that_does_not_slip_they_are_the_same(limit: float | None) -> None:
     """Up to the stop the motion is linear, and a touch so light does not carry the slider to its torque."""

@@ -347,6 +347,7 @@ def test_a_body_between_soft_stops_goes_on_beyond_its_family() -> None:
     assert_same_back(branch)
 
 
+@pytest.mark.long
 def test_a_slider_slips_where_its_family_ends() -> None:
     """While it sticks the body swings by amplitude / |3 - W^2 + 0.15 i W|; at 0.125 its spring carries what it can."""
     slider = {"stiffness": 1.0, "damping": 0.05, "hysteresis": 0.5, "stick_stiffness": 2.0}
@@ -365,7 +366,7 @@ def test_a_slider_slips_where_its_family_ends() -> None:
     assert_same_back(branch)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_loose_gear_folds_just_beyond_its_family() -> None:
     """Motions that touch both sides twice a period exist up to 2.5e-6 beyond its end, and lead back.
 
@@ -408,7 +409,7 @@ def test_what_a_start_of_its_own_leads_to_is_stable_or_says_so() -> None:
     assert orbit.stable or any("unstable" in note for note in orbit.notes)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_motion_of_a_symmetric_driveline_has_its_mirror_image() -> None:
     """At W = 0.4 the symmetric motion is unstable, two stable ones are mirror images: the signs sum to one."""
     orbits = gr.periodic(symmetric(0.4), every=True)
@@ -418,6 +419,7 @@ def test_every_motion_of_a_symmetric_driveline_has_its_mirror_image() -> None:
     np.testing.assert_allclose(means, -np.array(means[::-1]), rtol=0, atol=1e-9)
 
 
+@pytest.mark.long
 def test_where_every_free_vibration_repeats_the_branch_is_left() -> None:
     """Without damping at half the natural frequency every motion does, however large."""
     spring = {"name": "spring", "between": ["body", "ground"], "stiffness": 1.0}

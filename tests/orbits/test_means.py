@@ -42,7 +42,7 @@ def test_a_mean_that_keeps_its_distance_from_a_moved_corner_is_no_event(ends: tu
     assert branch.events.empty
 
 
-@pytest.mark.parametrize("ends", [(0.05, 0.3), (0.3, 0.05)])
+@pytest.mark.parametrize("ends", [pytest.param((0.05, 0.3), marks=pytest.mark.long), (0.3, 0.05)])
 def test_a_moved_corner_that_passes_the_mean_is_one_either_way(ends: tuple[float, float]) -> None:
     branch = gr.continuation(oscillator(ends[0], 0.5), CLEARANCE, ends)
     assert list(branch.events["kind"]) == [MEAN]

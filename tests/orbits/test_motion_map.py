@@ -206,6 +206,7 @@ def test_a_saddle_without_its_neighbours_shows_that_motions_are_missing() -> Non
     assert {cell.code for cell in cells} == {BESIDE}
 
 
+@pytest.mark.long
 def test_isolated_branches_are_sought_on_request() -> None:
     """The branch of the large motion alone does not reach an end of the range: it is found when it is sought."""
     model = over_frequency().model.with_({"excitation.frequency": 0.75})

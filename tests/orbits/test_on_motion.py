@@ -42,7 +42,7 @@ def assert_same(runs: gr.RunUpJumps, others: gr.RunUpJumps) -> None:
         np.testing.assert_allclose(values, expected, rtol=0.0, atol=1e-5 * span)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_fast_run_is_told_the_same_whichever_way_the_branch_was_followed() -> None:
     """Going down the run passes the part above the doubling at 293.08 within a period or two."""
     there = gr.continuation(spline(), SPEED, ("2500 rpm", "6000 rpm"))

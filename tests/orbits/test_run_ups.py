@@ -262,7 +262,7 @@ def oscillator(damping: float, amplitude: float, mean: float) -> gr.Model:
 NOT_ON = "the run was not on the motion that ends there"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("numbers", "ends", "expected"),
     [
@@ -310,6 +310,7 @@ def test_a_fold_of_copies_is_passed_once() -> None:
     assert twice.run_up(1e-3).jumps == branch.run_up(1e-3).jumps
 
 
+@pytest.mark.long
 def test_a_period_of_many_load_cycles_changes_no_jump() -> None:
     """A load of order 16 beside a negligible one of order 1: T holds 16 load cycles."""
     model = gr.example("backlash_oscillator")
@@ -344,7 +345,7 @@ def test_a_run_begins_with_the_sliders_as_the_motion_has_them(upward: bool) -> N
     np.testing.assert_allclose(run.peak_to_peak[:3, 0], swing, rtol=5e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("rate", "jump"), [(3e-5, 0.689923), (1e-5, 0.686352)])
 def test_a_hard_doubling_is_a_jump(rate: float, jump: float) -> None:
     """At 0.684286 the period doubles; what leaves is unstable, leads backwards and folds within 1e-5.
@@ -365,7 +366,7 @@ def test_a_hard_doubling_is_a_jump(rate: float, jump: float) -> None:
     assert "T behind the period doubling" in runs.sentence
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_whether_a_run_was_on_a_motion_does_not_depend_on_its_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     """Between folds 1.2e-4 apart the swings of three motions differ by 4e-3, and the run lags behind by more.
 
@@ -419,7 +420,7 @@ def late_at(rate: float, last: float = 0.49) -> Jump:
     return jump
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_jump_to_a_motion_with_nearly_the_same_swing_is_late_as_well() -> None:
     """Runge-Kutta runs with 4000 steps a period, compared with the fold's motion and the one settled at their speed.
 
@@ -482,7 +483,7 @@ def jumps_one_way(runs: gr.RunUpJumps, upward: bool) -> list[Jump]:
     return rows
 
 
-@pytest.mark.parametrize("rate", [100.0, 500.0])
+@pytest.mark.parametrize("rate", [100.0, pytest.param(500.0, marks=pytest.mark.long)])
 def test_a_fast_run_past_two_folds_jumps_once(rate: float) -> None:
     """The folds at 106.919 of two periods and at 106.481 of one are less than a period apart.
 
@@ -513,7 +514,7 @@ def joint_with_friction() -> gr.Model:
     return gr.Model.from_tables({"schema": 1, "name": "joint with friction", "units": "dimensionless", **tables})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_run_that_is_on_the_motion_again_did_not_jump_at_the_loss_before() -> None:
     """Going down the motion of one period is unstable from 0.3965 to 0.3914, from 0.3860 to 0.3810 and below 0.3735.
 

@@ -265,7 +265,7 @@ def test_two_period_doublings_within_a_step_are_seen() -> None:
     assert doublings(0.03229) == []
 
 
-@pytest.mark.parametrize("span", [(0.33, 0.30), (0.316, 0.313)])
+@pytest.mark.parametrize("span", [pytest.param((0.33, 0.30), marks=pytest.mark.long), (0.316, 0.313)])
 def test_two_breakings_of_symmetry_within_a_step_are_no_folds(span: tuple[float, float]) -> None:
     contact = {"stiffness": 1.0, "damping": 0.23286, "damping_ratio": 1.0, "stiffness_ratio": 0.05, "clearance": 1.0}
     model = gr.Model.from_tables(
@@ -286,7 +286,7 @@ def test_two_breakings_of_symmetry_within_a_step_are_no_folds(span: tuple[float,
     assert breakings == pytest.approx([0.3141919, 0.3140819], abs=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_branches_join_alike_whatever_the_steps() -> None:
     """A branch of 2 T folds twice beside its joint; a step over all of that must not go on along its own image."""
 
@@ -305,7 +305,7 @@ def test_branches_join_alike_whatever_the_steps() -> None:
         assert course(step_limit) == free
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_limiter_changes_in_the_step_in_which_contact_is_lost() -> None:
     """Where contact is nearly lost the damping is limited twice more; then contact is lost."""
     contact = {"stiffness": 10.0, "damping": 0.5, "clearance": 1.0, "contact_damping": "clipped"}

@@ -163,6 +163,7 @@ def comes_back(orbit: Orbit, pulse: float, periods: int = 8000) -> bool:
 
 
 @pytest.mark.parametrize("beyond", [1e-6, 1e-5, 1e-4, 1e-3])
+@pytest.mark.long
 def test_beside_a_slow_saddle_a_pulse_tips_the_motion_over_only_if_it_never_comes_back(beyond: float) -> None:
     """The saddle has a multiplier of 1.0034 at the nearest to the fold."""
     orbit = duffing(0.6638636 + beyond)
@@ -174,7 +175,7 @@ def test_beside_a_slow_saddle_a_pulse_tips_the_motion_over_only_if_it_never_come
         assert comes_back(orbit, pulse - sign * error)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("beyond", [1e-3, 1e-2, 3e-2])
 @pytest.mark.parametrize("way", ["forward", "backward"])
 def test_no_smaller_pulse_tips_the_motion_over(beyond: float, way: str) -> None:
@@ -184,7 +185,7 @@ def test_no_smaller_pulse_tips_the_motion_over(beyond: float, way: str) -> None:
     assert all(comes_back(orbit, share * pulse, 1000) for share in np.arange(0.02, 0.9999, 0.01))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_twice_as_many_instants_never_give_a_larger_least_pulse() -> None:
     orbit = duffing(0.69)
     tables = [orbit.tipping("gear", instants=instants, best=True) for instants in (2, 4, 8)]
@@ -238,7 +239,7 @@ def with_another_body(gap: float) -> Orbit:
     return gr.periodic(gr.Model.from_tables(tables), start="linear")
 
 
-@pytest.mark.parametrize("gap", [1e-1, 1e-3, 1e-5])
+@pytest.mark.parametrize("gap", [1e-1, pytest.param(1e-3, marks=pytest.mark.long), 1e-5])
 def test_pulses_go_with_the_gap_of_their_body_whatever_others_there_are(gap: float) -> None:
     alone, small = (orbit.tipping("gear", instants=2) for orbit in (duffing(0.75), with_another_body(gap)))
     for way in ("forward", "backward"):
@@ -246,6 +247,7 @@ def test_pulses_go_with_the_gap_of_their_body_whatever_others_there_are(gap: flo
 
 
 @pytest.mark.parametrize("beyond", [1e-7, 1e-6, 1e-5])
+@pytest.mark.long
 def test_a_motion_is_not_back_while_a_saddle_is_nearer_than_what_counts_as_near(beyond: float) -> None:
     """At a millionth the backward pulse is 4.457e-4; a fixed distance gives 4.643e-4."""
     orbit = stiff_stop(0.8150310600942546 + beyond)
@@ -264,7 +266,7 @@ LONG = {
 """Drivelines with a stable motion of so many periods T, with periods and state of a shorter one."""
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("periods", LONG)
 def test_a_motion_of_many_periods_is_another_one(periods: int) -> None:
     """That of 16 T about repeats after 8 T."""

@@ -62,6 +62,7 @@ def test_two_pairs_that_meet_leave_the_circle_in_fours() -> None:
     assert not branch.events["collision"][row]
 
 
+@pytest.mark.long
 def test_where_two_pairs_meet_moves_as_in_changed_models() -> None:
     branch, row = meeting(2.7)
     changed = [meeting(2.7 * (1.0 + sign * 1e-4)) for sign in (-1.0, 1.0)]

@@ -14,7 +14,7 @@ from gearrattle.engine.kernels import approaches, turning_points
 from gearrattle.engine.kernels._jit import is_compiling
 from gearrattle.engine.kernels.workspace import PERIOD
 
-pytestmark = pytest.mark.skipif(is_compiling(), reason="calls plain kernels one by one: make coverage")
+pytestmark = pytest.mark.skipif(is_compiling(), reason="calls plain kernels one by one: make plain")
 
 STIFFNESS, DRAG, FORCE = 400.0, 2.0, 30.0
 START = np.array([0.3, -4.0, 1.0])

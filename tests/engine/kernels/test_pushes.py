@@ -14,7 +14,7 @@ from gearrattle.engine.kernels import majorant, pushes
 from gearrattle.engine.kernels._jit import is_compiling
 from gearrattle.engine.kernels.workspace import CHAIN_PACE, HORIZON
 
-pytestmark = pytest.mark.skipif(is_compiling(), reason="calls plain kernels one by one: make coverage")
+pytestmark = pytest.mark.skipif(is_compiling(), reason="calls plain kernels one by one: make plain")
 
 STATES, LINKS, CHAINS, PACE, LENGTH = 3, 4, 2, 0.7, 0.5
 

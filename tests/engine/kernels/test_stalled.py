@@ -8,7 +8,7 @@ import gearrattle as gr
 from gearrattle.engine.kernels import march, steps, sweep
 from gearrattle.engine.kernels._jit import is_compiling
 
-pytestmark = pytest.mark.skipif(is_compiling(), reason="changes a limit of plain kernels: make coverage")
+pytestmark = pytest.mark.skipif(is_compiling(), reason="changes a limit of plain kernels: make plain")
 
 START = {"angle": [-0.3], "velocity": [-3.9]}
 

@@ -131,7 +131,7 @@ def test_a_stop_of_a_stiffness_that_is_not_resolved_is_rigid() -> None:
     assert quotients[1] < 2.0 * quotients[0] < -4e5
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_where_a_slider_begins_to_slip_the_gradient_jumps_and_the_period_doubles_there() -> None:
     branch = branch_with_slider()
     event, curve = first_grazing(branch, 1)
@@ -166,7 +166,7 @@ def test_where_a_slider_begins_to_slip_amplitude_and_determinants_are_those_of_t
             assert np.sign(want[1]) == side
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_doubled_branch_ends_where_it_joins_the_other_in_the_jump() -> None:
     """Beyond, both halves of its motions are the same: there is no branch of its own any more."""
     branch = branch_with_slider()

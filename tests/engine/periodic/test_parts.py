@@ -137,7 +137,7 @@ def test_motions_are_followed_as_a_whole_again_where_disturbances_grow_little(mo
     assert contradictions_of(curve) == []
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_branch_whose_motions_grow_disturbances_a_hundred_million_times() -> None:
     """Case 2 of the paper, from 300 rad/s: with whole motions steps could not be longer than 1.5e-5."""
     model = gr.example("case2").with_({SPEED: 300.0})
