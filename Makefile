@@ -58,7 +58,7 @@ coverage: $(VENV)/.test     ## how much of the source all tests but the long one
 mutation: $(VENV)/.test     ## wrong signs and comparisons in the kernels that no test notices; MUTATION_ARGS="--count 200 --seed 1" (minutes)
 	$(PY) -m tests.mutation --tests $(INTERPRETED) $(MUTATION_ARGS)
 
-lint: $(VENV)/.lint         ## style, types, import contracts
+lint: $(VENV)/.test $(VENV)/.lint  ## style, types, import contracts
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
