@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 
 import h5py
@@ -158,6 +159,37 @@ def test_an_unfinished_mdf(tmp_path: Path) -> None:
     path = tmp_path / "x.mf4"
     path.write_bytes(b"UnFinMF 4.10    " + bytes(200))
     assert "its writer was interrupted" in _refused(path)
+
+
+def test_a_refusal_of_an_mdf_takes_no_longer_in_a_large_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only the youngest objects are looked through for what the library leaves, and it complains of nothing."""
+    path = tmp_path / "x.mf4"
+    gr.write(rig(), path)
+    path.write_bytes(path.read_bytes()[:1300])
+    complaints: list[object] = []
+    monkeypatch.setattr("sys.unraisablehook", complaints.append)
+    _refused(path)  # the library is imported
+    gc.collect()  # nothing else makes the old objects due
+    _refused(path)  # the library is imported
+    gc.collect()  # nothing else makes the old objects due
+    generations: list[int] = []
+
+    def note(phase: str, info: dict[str, int]) -> None:
+        if phase == "start":
+            generations.append(info["generation"])
+
+    gc.callbacks.append(note)
+    try:
+        message = _refused(path)
+    finally:
+        gc.callbacks.remove(note)
+    assert "damaged" in message
+    assert 0 in generations
+    assert 2 not in generations
+    gc.collect()
+    assert complaints == []
 
 
 def test_mdf_without_its_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

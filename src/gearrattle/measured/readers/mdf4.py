@@ -143,18 +143,24 @@ def write(recording: Recording, path: Path) -> None:
 
 
 def _opened(mdf: Any, path: Path) -> Any:
-    """Open a file; where that fails, asammdf's half-made object is cleared away before it complains on stderr."""
-    hook = sys.unraisablehook
+    """Open a file; where that fails, asammdf's half-made object is cleared away before it complains on stderr.
+
+    Until then nothing is collected: the object is in the youngest generation, which alone is looked through.
+    """
+    hook, is_collecting = sys.unraisablehook, gc.isenabled()
+    gc.disable()
     try:
-        return mdf(path)
-    except Exception as error:
-        words = " ".join(str(error).split()) or type(error).__name__
-        error.__traceback__ = error.__context__ = None
-    sys.unraisablehook = lambda _unraisable: None
-    try:
-        gc.collect()
+        try:
+            return mdf(path)
+        except Exception as error:
+            words = " ".join(str(error).split()) or type(error).__name__
+            error.__traceback__ = error.__context__ = None
+        sys.unraisablehook = lambda _unraisable: None
+        gc.collect(0)
     finally:
         sys.unraisablehook = hook
+        if is_collecting:
+            gc.enable()
     raise ValueError(words)
 
 
