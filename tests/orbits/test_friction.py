@@ -217,7 +217,7 @@ def test_a_crossing_that_lets_a_slider_go_may_pass_the_begin_of_the_period(ends:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("last", [0.75, pytest.param(1.4, marks=pytest.mark.long)])
+@pytest.mark.parametrize("last", [0.75, 1.4])
 def test_the_end_of_a_branch_does_not_depend_on_its_steps(last: float) -> None:
     """A long step leads over the end to another branch; shorter ones go on from where it began."""
     friction = {"hysteresis": 0.15, "stick_stiffness": 5.5}

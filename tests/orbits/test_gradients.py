@@ -81,7 +81,7 @@ def test_a_grazing_beside_a_slip_moves_as_those_of_changed_models_do() -> None:
         assert gradient == pytest.approx((moved[1] - moved[0]) / (4e-4 * value), rel=1e-4)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("event", "ends"), [(1, (0.79, 0.84)), pytest.param(3, (0.3, 1.6), marks=pytest.mark.long)], ids=["upper", "lower"]
 )

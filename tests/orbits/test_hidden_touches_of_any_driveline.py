@@ -66,7 +66,7 @@ def general(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("general")
-@pytest.mark.parametrize("limit", [pytest.param(0.01, marks=pytest.mark.long), 0.05, 0.5, None])
+@pytest.mark.parametrize("limit", [0.01, 0.05, 0.5, None])
 def test_a_touch_that_comes_and_goes_within_a_step_is_two_grazings(limit: float | None) -> None:
     hidden = over_frequency()
     grazings = grazings_of(model_of(harmonics(hidden)), FREQUENCY, hidden.span, limit)
@@ -75,7 +75,7 @@ def test_a_touch_that_comes_and_goes_within_a_step_is_two_grazings(limit: float 
 
 @pytest.mark.long
 @pytest.mark.usefixtures("general")
-@pytest.mark.parametrize("limit", [pytest.param(0.01, marks=pytest.mark.long), None])
+@pytest.mark.parametrize("limit", [0.01, None])
 def test_a_touch_that_goes_and_comes_back_within_a_step_is_two_grazings(limit: float | None) -> None:
     hidden = over_phase()
     grazings = grazings_of(model_of(harmonics(hidden)), PHASE, hidden.span, limit)

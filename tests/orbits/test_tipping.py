@@ -162,8 +162,8 @@ def comes_back(orbit: Orbit, pulse: float, periods: int = 8000) -> bool:
     return bool(np.abs(end - start).max() < 1e-6)
 
 
-@pytest.mark.parametrize("beyond", [1e-6, 1e-5, 1e-4, 1e-3])
 @pytest.mark.long
+@pytest.mark.parametrize("beyond", [1e-6, 1e-5, 1e-4, 1e-3])
 def test_beside_a_slow_saddle_a_pulse_tips_the_motion_over_only_if_it_never_comes_back(beyond: float) -> None:
     """The saddle has a multiplier of 1.0034 at the nearest to the fold."""
     orbit = duffing(0.6638636 + beyond)
@@ -246,8 +246,8 @@ def test_pulses_go_with_the_gap_of_their_body_whatever_others_there_are(gap: flo
         assert (small[way] / gap).tolist() == pytest.approx(alone[way].tolist(), rel=2e-6)
 
 
-@pytest.mark.parametrize("beyond", [1e-7, 1e-6, 1e-5])
 @pytest.mark.long
+@pytest.mark.parametrize("beyond", [1e-7, 1e-6, 1e-5])
 def test_a_motion_is_not_back_while_a_saddle_is_nearer_than_what_counts_as_near(beyond: float) -> None:
     """At a millionth the backward pulse is 4.457e-4; a fixed distance gives 4.643e-4."""
     orbit = stiff_stop(0.8150310600942546 + beyond)
