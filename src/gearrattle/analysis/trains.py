@@ -58,7 +58,7 @@ def _accelerated(
 ) -> Iterator[str]:
     """Yield for every train that accelerates the torque left over at its first body, and how fast that is."""
     torque, rate = (" N m", " rad/s^2") if si else ("", "")
-    for bodies, freedoms in _trains(system):
+    for bodies, freedoms in trains(system):
         moving = bodies[acceleration[bodies] != 0.0]
         if not moving.size:
             continue
@@ -72,7 +72,7 @@ def _accelerated(
         yield f"{abs(left):.4g}{torque} are {are} at {first}, {moves}"
 
 
-def _trains(system: PiecewiseSystem) -> Iterator[tuple[NDArray[np.int64], int]]:
+def trains(system: PiecewiseSystem) -> Iterator[tuple[NDArray[np.int64], int]]:
     """Yield the bodies of every free train, in order, and in how many ways it turns without deflecting anything."""
     motions = relative_coordinates(system, elastic_elements(system)).angle_from_reference != 0.0
     left = list(range(motions.shape[1]))

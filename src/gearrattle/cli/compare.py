@@ -27,7 +27,7 @@ class Contest:
     samples_per_cycle: Annotated[Whole | None, Parameter(help="Output samples a cycle.")] = None
     tolerance: Annotated[float, Parameter(help="Of the algorithms that choose their steps.")] = 1e-6
     step: Annotated[str | None, Parameter(help='Of those of fixed step: seconds, or e.g. "20 us".')] = None
-    initial: Annotated[Literal["static", "zero"] | None, Parameter(help="Where the runs start.")] = None
+    initial: Annotated[Literal["steady", "static", "zero"] | None, Parameter(help="Where the runs start.")] = None
     budget: Annotated[float, Parameter(help="Longest time for each contender [s].")] = 60.0
 
     def arguments(self) -> dict[str, Any]:

@@ -41,7 +41,7 @@ def continue_(
     path: str,
     over: Annotated[str, Parameter(name="--range", allow_leading_hyphen=True)],
     cycles: Whole = 1,
-    start: Literal["static", "zero", "linear"] | None = None,
+    start: Literal["steady", "static", "zero", "linear"] | None = None,
     step_limit: str | None = None,
     isolated: Annotated[bool, Parameter(negative="")] = False,
     second: str | None = None,

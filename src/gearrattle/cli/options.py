@@ -59,7 +59,7 @@ class Settings:
     samples_per_cycle: Annotated[Whole | None, Parameter(help="Output samples a cycle.")] = None
     tolerance: Annotated[float | None, Parameter(help="Accuracy; its meaning depends on the algorithm.")] = None
     step: Annotated[str | None, Parameter(help='Step of a fixed-step algorithm: seconds, or e.g. "20 us".')] = None
-    initial: Annotated[Literal["static", "zero"] | None, Parameter(help="Where the run starts.")] = None
+    initial: Annotated[Literal["steady", "static", "zero"] | None, Parameter(help="Where the run starts.")] = None
 
     def arguments(self) -> dict[str, Any]:
         """Return the settings as keyword arguments of ``simulate``."""

@@ -27,7 +27,7 @@ def periodic(
     /,
     *,
     cycles: Whole = 1,
-    start: Literal["static", "zero", "linear"] | None = None,
+    start: Literal["steady", "static", "zero", "linear"] | None = None,
     every: Annotated[bool, Parameter(negative="")] = False,
     tipping: str | None = None,
     instants: Whole | None = None,

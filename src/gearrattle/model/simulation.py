@@ -34,7 +34,7 @@ ALGORITHMS = (
     "dop853",
     "radau",
 )
-STARTS = ("static", "zero")
+STARTS = ("steady", "static", "zero")
 
 
 class Initial(Table):
@@ -55,7 +55,9 @@ class _Start:
                 return inner(value)
             if value in STARTS:
                 return value
-            raise breach('must be "static", "zero" or { angle = [...], velocity = [...] }', did_you_mean(value, STARTS))
+            raise breach(
+                'must be "steady", "static", "zero" or { angle = [...], velocity = [...] }', did_you_mean(value, STARTS)
+            )
 
         return core_schema.no_info_wrap_validator_function(check, handler.generate_schema(Initial))
 
@@ -72,7 +74,7 @@ class Simulation(Shown):
     algorithm: Annotated[str, Choice(ALGORITHMS)] | None = None
     """Name of the algorithm."""
     initial: Annotated[str | Initial, _Start()] | None = None
-    """"static", "zero" or an initial state."""
+    """"steady", "static", "zero" or an initial state."""
     cycles: Annotated[int, Count(1)] | None = None
     """Length of the run in periods T of all orders together."""
     discard: Annotated[int, Count(0)] | None = None
@@ -98,7 +100,7 @@ class Defaults:
     """Settings of last resort; None where the value depends on the algorithm or the model."""
 
     algorithm: str = "exact"
-    initial: str = "static"
+    initial: str = "steady"
     cycles: int = 200
     discard: int = 100
     samples_per_cycle: int = 512

@@ -68,11 +68,12 @@ def periodic(
     cycles
         periods T of all orders after which the motion repeats.
     start
-        a state near the motion: "static", "zero", {"angle": [...], "velocity": [...]} of all inertias [rad, rad/s],
-        a run (its end) or an orbit. "linear": the motion that grows out of the rest as all harmonics grow from zero to
-        their full size. None: the model's own start is followed for 32 periods or more, so that the motion
-        is one that a simulation shows if it has settled by then. Where it does not settle, one that it nearly repeats,
-        mostly unstable; without that, "linear". Neither where friction or alternation would make that take minutes.
+        a state near the motion: "steady", "static", "zero", {"angle": [...], "velocity": [...]} of all inertias
+        [rad, rad/s], a run (its end) or an orbit. "linear": the motion that grows out of the rest as all harmonics grow
+        from zero to their full size. None: the model's own start is followed for 32 periods or more, so that the
+        motion is one that a simulation shows if it has settled by then. Where it does not settle, one that it nearly
+        repeats, mostly unstable; without that, "linear". Neither where friction or alternation would make that take
+        minutes.
     every
         whether all motions that repeat after ``cycles`` periods are sought.
     progress

@@ -27,7 +27,7 @@ from gearrattle.wording import measured
 Array = NDArray[np.float64]
 
 Start = str | Mapping[str, Sequence[float]] | Run
-"""A start: "static", "zero", angles and velocities of all inertias [rad, rad/s], or a run, which gives its end."""
+"""A start: "steady", "static", "zero", angles and velocities of all inertias [rad, rad/s], or a run: its end."""
 
 _BALANCED = 1e-12  # of the sum of all mean torques
 
@@ -101,7 +101,7 @@ def _about_start(error: ModelError, start: object) -> ModelError:
     is_own = [problem.place.endswith("simulation.initial") for problem in error.problems]
     if not all(is_own):
         return error
-    rule = 'must be "static", "zero", "linear", a run, an orbit, or angles and velocities of all inertias'
+    rule = 'must be "steady", "static", "zero", "linear", a run, an orbit, or angles and velocities of all inertias'
     return ModelError(Problem("start", shown(start), rule, 'such as {"angle": [0.1], "velocity": [0.0]}'))
 
 

@@ -9,26 +9,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.analysis.statics import named_equilibrium
 from gearrattle.assembly import (
     Driveline,
     assemble,
-    carried_along,
     check_length,
     component_notes,
-    free_of,
-    moved,
     period_of,
     whole_trajectory,
 )
 from gearrattle.engine.solvers import Task
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Initial, Model, check_model
+from gearrattle.model import Model, check_model
 from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
 from gearrattle.results import Run
 from gearrattle.simulation.integrate import integrate
 from gearrattle.simulation.limits import check_memory, check_rates, check_tables
+from gearrattle.simulation.mean_speed import mean_speed_notes
 from gearrattle.simulation.settings import settled
+from gearrattle.simulation.start import start_of
 from gearrattle.trajectory import Layout, Trajectory
 
 Array = NDArray[np.float64]
@@ -69,7 +67,9 @@ def simulate(
     step
         fixed-step algorithms: the step [s] or a string with a unit.
     initial
-        "static", "zero" or {"angle": [...], "velocity": [...]} [rad, rad/s].
+        "steady" (the equilibrium under the means, every free train turning as in its periodic response, so that its
+        mean fluctuation of speed is zero), "static" (the same with velocities zero), "zero" or {"angle": [...],
+        "velocity": [...]} [rad, rad/s].
     audit
         whether to audit the energy (exact only; takes about as long as the run itself).
     progress
@@ -136,7 +136,8 @@ class Plan:
     def run(self, trajectory: Trajectory) -> Run:
         """The run a trajectory of this plan makes."""
         every = whole_trajectory(self.model, trajectory)
-        return Run(replace(every, notes=(*self.notes, *trajectory.notes)), self.model)
+        of_speed = mean_speed_notes(self.model, self.task.system, trajectory)
+        return Run(replace(every, notes=(*self.notes, *trajectory.notes, *of_speed)), self.model)
 
 
 def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
@@ -166,7 +167,7 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     check_rates(driveline)
     if settings.algorithm == "exact":
         check_tables(driveline.system)
-    angle, velocity, notes = _start(settings.initial, driveline)
+    angle, velocity, notes = start_of(settings.initial, driveline)
     grid = (settings.cycles, settings.samples_per_cycle)
     task = Task(driveline.system, angle, velocity, *grid, settings.tolerance, settings.step, audit)
     notes = (*period_of(model).notes, *component_notes(model), *_sweep_notes(model), *notes)
@@ -201,18 +202,3 @@ def _sweep_notes(model: Model) -> tuple[str, ...]:
         return ()
     span = f"the speed goes from {sweep.begin:.6g} to {sweep.end:.6g} rad/s over {sweep.over:.6g} s"
     return (f"{span}: cycles, order lines and rates per cycle refer to the first speed.",)
-
-
-def _start(initial: str | Initial | None, driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
-    """Angles, velocities and notes of the initial state."""
-    system = driveline.system
-    if isinstance(initial, Initial):
-        free = free_of(driveline.model)
-        return np.array(initial.angle, dtype=float)[free], np.array(initial.velocity, dtype=float)[free], ()
-    if initial == "zero":
-        return np.zeros(system.size), np.zeros(system.size), ()
-    named, rest = named_equilibrium(driveline)
-    if not driveline.model.motions:
-        return rest.angle, np.zeros(system.size), named.notes
-    angle, velocity = (carried_along(driveline.model, moved(driveline.model, np.zeros(1), d)[0]) for d in (0, 1))
-    return rest.angle + angle, velocity, named.notes

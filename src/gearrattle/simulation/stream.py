@@ -71,7 +71,7 @@ def stream(
     step
         fixed-step algorithms: the step [s] or a string with a unit.
     initial
-        "static", "zero" or {"angle": [...], "velocity": [...]} [rad, rad/s].
+        "steady", "static", "zero" or {"angle": [...], "velocity": [...]} [rad, rad/s].
     audit
         whether to audit the energy of every chunk (half a millisecond a cycle: far longer than the motion).
     progress

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, free_of
 from gearrattle.assembly.variants import coefficients, static_velocities
+from gearrattle.engine.kernels.many import AS_GIVEN, STATIC, STEADY
 from gearrattle.engine.kernels.variants import Tallies, picked
 from gearrattle.engine.solvers.many import Pattern, has_loop, march_variants
 from gearrattle.errors import GearRattleError
@@ -36,6 +37,7 @@ Values = dict[str, NDArray[Any]]
 FEWEST = 4
 """Cases that are worth a loop of their own."""
 _STRUCTURES = 3  # of a chunk's cases, tried one after the other
+_STARTS = {"steady": STEADY, "static": STATIC, "zero": AS_GIVEN}
 _COUNTED = ("crossings per cycle", "function calls")
 
 
@@ -141,7 +143,8 @@ class _Alike:
         system, layout = driveline.system, driveline.layout
         assert settings.cycles is not None and settings.discard is not None  # noqa: PT018 - the plan's model is settled
         assert settings.samples_per_cycle is not None
-        pattern = Pattern(system, settings.initial == "static", settings.cycles, judged_of(layout))
+        start = _STARTS[settings.initial] if isinstance(settings.initial, str) else AS_GIVEN
+        pattern = Pattern(system, start, settings.cycles, judged_of(layout))
         columns, is_number = _floats(varied, count)
         numbers, good = coefficients(model, columns, count)
         good &= is_number
@@ -149,7 +152,7 @@ class _Alike:
         if isinstance(settings.initial, Initial):
             free = free_of(model)
             angle[:], velocity[:] = np.array(settings.initial.angle)[free], np.array(settings.initial.velocity)[free]
-        elif settings.initial == "static":
+        elif start != AS_GIVEN:
             fitting = {path: column[good] for path, column in columns.items()}
             velocity[good], level = static_velocities(model, fitting, int(good.sum()))
             good[good] = level

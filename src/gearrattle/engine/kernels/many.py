@@ -31,6 +31,9 @@ FOLLOWED, LEFT = 1, 2
 finite, chatter)."""
 AT, UNDER_WAY, SLOTS, TABLES, CURSOR = range(5)
 """Where the loop stands: variant; whether it is under way; slots and tables used."""
+AS_GIVEN, STATIC, STEADY = range(3)
+"""How variants start: with the angles and velocities given; in their equilibrium with the velocities given; there, with
+the rigid response of their free trains added."""
 
 
 class Entries(NamedTuple):
@@ -45,6 +48,7 @@ class Entries(NamedTuple):
     rest: int
     is_loose: int
     turn: int
+    respond_rigidly: int
     finish: int
     march_on: int
     work_out_samples: int
@@ -62,10 +66,10 @@ class Cases(NamedTuple):
     frame: Frame
     statics: Statics
     judged: Judged
-    angle: Matrix  # (V, n) at the start; written where the equilibrium is sought
+    angle: Matrix  # (V, n) at the start, where it is given
     velocity: Matrix  # (V, n)
     window: Matrix  # (V, 3) steady part [s], begin and end; period
-    is_static: IntVector  # (1,) whether the start is the equilibrium
+    start: IntVector  # (1,) AS_GIVEN, STATIC or STEADY
     outcome: IntVector  # (V,) FOLLOWED or LEFT, written
 
 
@@ -74,6 +78,9 @@ class Buffers(NamedTuple):
 
     scales: Scales
     deflection: Vector  # (r,)
+    angle: Vector  # (n,) at the start
+    velocity: Vector  # (n,)
+    rest: Vector  # (n,) angles of the equilibrium
     acceleration: Vector  # (n,)
     sought: Vector  # deflections of the elements with stiffness
     travel: Vector  # (E,)
@@ -123,7 +130,7 @@ def _slot_of(at, workspace, regions, cursor):
 
 
 @strict
-def _find_start(at, system, cases, buffers, v):
+def _rest(at, system, cases, buffers):
     """Write the angles of the static equilibrium; False where they cannot be told here."""
     acceleration, x, travel = buffers.acceleration, buffers.sought, buffers.travel
     call_silent(at.accelerate_rigidly, (system, cases.statics.motion, acceleration))
@@ -131,7 +138,28 @@ def _find_start(at, system, cases, buffers, v):
         return False
     if call_truth(at.is_loose, (system.laws, cases.statics, x)):
         return False
-    call_silent(at.turn, (cases.statics, x, cases.angle[v]))
+    call_silent(at.turn, (cases.statics, x, buffers.rest))
+    return True
+
+
+@strict
+def _find_start(at, system, cases, buffers, v):
+    """Write angles and velocities of the start; False where they cannot be told here."""
+    angle, velocity, rest, start = buffers.angle, buffers.velocity, buffers.rest, cases.start[0]
+    if start != AS_GIVEN and not _rest(at, system, cases, buffers):
+        return False
+    if start == STEADY:
+        call_silent(at.respond_rigidly, (system, cases.frame, cases.statics, rest, angle, velocity))
+    for i in range(angle.size):
+        if start == AS_GIVEN:
+            angle[i] = cases.angle[v, i]
+            velocity[i] = cases.velocity[v, i]
+        elif start == STATIC:
+            angle[i] = rest[i]
+            velocity[i] = cases.velocity[v, i]
+        else:
+            angle[i] = rest[i] + angle[i]
+            velocity[i] = cases.velocity[v, i] + velocity[i]
     return True
 
 
@@ -140,15 +168,15 @@ def _begin(at, workspace, cases, buffers, inputs, regions, march, cursor):
     """Lay a variant out and put it at its start: 0; -1: needs room; -2: cannot be done here."""
     v, clearances, pieces = cursor[AT], common_at(workspace).clearances, region_at(workspace).pieces
     system, scales = numbers_of(cases.numbers, v), buffers.scales
-    if cases.is_static[0] and not _find_start(at, system, cases, buffers, v):
+    if not _find_start(at, system, cases, buffers, v):
         return -2
     call_silent(at.scale, (system, cases.frame, scales))
     call_silent(at.lay_out, (workspace, system, cases.frame, scales))
     call_real(at.settle, (at.stages, workspace))
     for h in range(inputs.scale.size):
         inputs.scale[h] = scales.inputs[h]
-    stand(cases.frame, scales, cases.angle[v], cases.velocity[v], buffers.deflection, march)
-    if not choose(workspace, cases.frame, cases.angle[v], march):
+    stand(cases.frame, scales, buffers.angle, buffers.velocity, buffers.deflection, march)
+    if not choose(workspace, cases.frame, buffers.angle, march):
         return -2
     cursor[SLOTS] = cursor[TABLES] = 0
     for i in range(buffers.initial.size):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import approaches, many, packed, turning_points
 from gearrattle.engine.kernels._jit import vectorised
+from gearrattle.engine.kernels.many import AS_GIVEN
 from gearrattle.engine.kernels.periods import ALONG_CHANGE, ALONG_ROW, NEIGHBOURS, NO_TURNS, Map, differentiate
 from gearrattle.engine.kernels.variants import Coefficients, Judged
 from gearrattle.engine.periodic.period_map import Along, Approach, Dips, Turns
@@ -41,7 +42,7 @@ class PeriodBatch(Batch):
         counts = np.zeros((2, len(pieces)), np.int64)
         judged = Judged(np.cumsum([0, *pieces]), counts[0], np.zeros(sum(pieces), np.int64), counts[1])
         start, window = np.zeros((2, variants, system.size)), np.zeros((variants, 3))
-        pattern = Pattern(system, False, cycles, judged)
+        pattern = Pattern(system, AS_GIVEN, cycles, judged)
         frame = pattern.frame()
         states = len(frame.elements) + system.size
         out = Map(

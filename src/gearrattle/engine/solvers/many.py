@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import building, laid_out, many, march, notes, packed, scaling, statics
+from gearrattle.engine.kernels import building, laid_out, many, march, notes, packed, rigid, scaling, statics
 from gearrattle.engine.kernels._jit import address_of, compact, is_compiling, vectorised
 from gearrattle.engine.kernels._llvm import lapack_address
 from gearrattle.engine.kernels.many import Buffers
@@ -47,8 +47,8 @@ class Pattern:
     ----------
     system
         one of them.
-    is_static
-        whether they start from their equilibrium; else from the angles given.
+    start
+        ``kernels.many.AS_GIVEN``, ``STATIC`` or ``STEADY``.
     cycles
         length of the run in periods.
     judged
@@ -56,7 +56,7 @@ class Pattern:
     """
 
     system: PiecewiseSystem
-    is_static: bool
+    start: int
     cycles: int
     judged: Judged
 
@@ -103,7 +103,7 @@ def march_variants(
     numbers
         V variants.
     start
-        (V, n) angles [rad], ignored for a static start, and (V, n) velocities [rad/s].
+        (V, n) angles [rad], for a start as given, and (V, n) velocities [rad/s].
     window
         (V, 3) begin and end of the steady part [s], and the period.
     progress
@@ -148,9 +148,9 @@ class Batch:
         self.log = empty_log()
         self.outcome, self.cursor = np.zeros(count, np.int64), np.zeros(many.CURSOR, np.int64)
         angle, velocity = (np.array(part, dtype=float) for part in start)
-        is_static = np.array([int(pattern.is_static)])
         shared = pattern.frame(), pattern.statics(), pattern.judged
-        self.cases = many.Cases(numbers, *shared, angle, velocity, window, is_static, self.outcome)
+        how = np.array([pattern.start])
+        self.cases = many.Cases(numbers, *shared, angle, velocity, window, how, self.outcome)
         self.buffers = _buffers(flow, self.cases)
         self.march, self.samples = _march(size), _last_sample(flow, size, pattern.cycles)
         self.inputs, self.notes = packed_inputs(flow), notes_for(size, 1)
@@ -213,6 +213,7 @@ class Batch:
         system = picked(cases.numbers, 0)
         frame = cases.frame
         acceleration = buffers.acceleration
+        response = system, frame, cases.statics, buffers.rest, buffers.angle, buffers.velocity
         marched = regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, 0
         finished = workspace, cases, buffers, regions, self.march, self.samples, self.log, self.cursor, self.out
         calls: dict[str, tuple[Callable[..., Any], tuple[Any, ...]]] = {
@@ -224,7 +225,8 @@ class Batch:
             "accelerate_rigidly": (statics.accelerate_rigidly, (system, cases.statics.motion, acceleration)),
             "rest": (statics.rest, (system, frame.label, cases.statics, acceleration, buffers.sought, buffers.travel)),
             "is_loose": (statics.is_loose, (system.laws, cases.statics, buffers.sought)),
-            "turn": (statics.turn, (cases.statics, buffers.sought, cases.angle[0])),
+            "turn": (statics.turn, (cases.statics, buffers.sought, buffers.rest)),
+            "respond_rigidly": (rigid.respond_rigidly, response),
             "march_on": (march.march_on, marched),
             "work_out_samples": (notes.work_out, (regions, self.inputs, self.notes, self.samples, counts)),
         }
@@ -245,6 +247,9 @@ def _buffers(flow: Flow, cases: Any) -> Any:
     return Buffers(
         scales,
         np.empty(deflections),
+        np.empty(inertias),
+        np.empty(inertias),
+        np.empty(inertias),
         np.empty(inertias),
         np.empty(statics.at.size),
         np.empty(statics.elastic.size),
