@@ -195,7 +195,7 @@ def tables(draw: Any) -> dict[str, Any]:
         "coupling": [{"name": "c", "between": [names[0], other], **form, "preload": draw(finite)}],
         "excitation": {draw(st.sampled_from(["speed", "frequency"])): draw(positive)},
         "torque": [{"on": names[0], "mean": draw(finite), "harmonics": draw(sines)}],
-        "simulation": {"initial": draw(st.sampled_from(["static", "zero", start])), "cycles": 3},
+        "simulation": {"initial": draw(st.sampled_from(["steady", "static", "zero", start])), "cycles": 3},
     }
     if other != "ground":
         mesh = {"name": "m", "between": [names[0], other], "radii": [draw(positive), draw(positive)], "stiffness": 1.0}

@@ -40,7 +40,7 @@ def test_quantities_are_numbers_or_strings_with_a_unit() -> None:
 
 def test_words_are_listed() -> None:
     simulation = json.dumps(_properties("Simulation"))
-    assert all(f'"{name}"' in simulation for name in (*ALGORITHMS, "static", "zero"))
+    assert all(f'"{name}"' in simulation for name in (*ALGORITHMS, "steady", "static", "zero"))
     assert json_schema()["properties"]["units"]["enum"] == ["SI", "dimensionless"]
 
 

@@ -181,7 +181,7 @@ class Torque:
 
 @dataclass(frozen=True)
 class Driveline:
-    """A whole model. ``angle`` and ``velocity`` give the start; both None: the file's default, static."""
+    """A whole model. ``angle`` and ``velocity`` give the start; both None: static, the equilibrium at rest."""
 
     name: str
     bodies: tuple[Body, ...]
@@ -242,9 +242,10 @@ class Driveline:
         lines += ["[excitation]", f"speed = {self.speed}", ""]
         for torque in self.torques:
             lines += [torque.toml(), ""]
+        start = '"static"'
         if self.angle is not None and self.velocity is not None:
             start = f"{{ angle = [{', '.join(self.angle)}], velocity = [{', '.join(self.velocity)}] }}"
-            lines += ["[simulation]", f"initial = {start}", ""]
+        lines += ["[simulation]", f"initial = {start}", ""]
         return "\n".join(lines)
 
 

@@ -175,7 +175,7 @@ def test_regions_are_found_again_in_whatever_order_they_were_met(
         next(stream)
     monkeypatch.setattr("gearrattle.engine.solvers.slots._KEPT", OrderedDict())
     fresh = gr.load(FILE)  # another object: its regions are built anew
-    for _ in gr.stream(fresh, **SETTINGS, store=tmp_path, resume=True, initial="static"):
+    for _ in gr.stream(fresh, **SETTINGS, store=tmp_path, resume=True, initial="steady"):
         pass
     assert content(tmp_path) == content(reference)
 
@@ -189,7 +189,7 @@ def test_regions_are_found_again_in_whatever_order_they_were_met(
         ({}, {"chunk": 10}, "found chunk = 10; holds another motion, with chunk = 9"),
         ({}, {"samples_per_cycle": 9}, "samples_per_cycle = 8"),
         ({}, {"audit": True}, "audit = false"),
-        ({}, {"initial": "zero"}, 'initial = "static"'),
+        ({}, {"initial": "zero"}, 'initial = "steady"'),
     ],
 )
 def test_another_motion_is_refused_and_nothing_changed(

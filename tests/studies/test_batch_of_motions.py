@@ -99,12 +99,12 @@ def test_static_velocities_are_those_of_a_single_run() -> None:
     assert level.all()
     for v in range(6):
         case = base.with_({path: float(column[v]) for path, column in varied.items()})
-        assert np.array_equal(prepare(case, {}, audit=False).task.velocity, velocity[v])
+        assert np.array_equal(prepare(case, {"initial": "static"}, audit=False).task.velocity, velocity[v])
     turned = static_velocities(base, {"motion.0.harmonics.0.phase": np.array([0.0, 0.3])}, 2)[1]
     assert turned.tolist() == [True, False]
 
 
-@pytest.mark.parametrize("initial", ["static", "zero", {"angle": [9.0, 0.012, 0.0], "velocity": [9.0, 0.3, -0.2]}])
+@pytest.mark.parametrize("initial", ["steady", "static", "zero", {"angle": [9.0, 0.012, 0.0], "velocity": [9.0, 0.3, -0.2]}])
 @pytest.mark.parametrize("base", [model(), model(MIDDLE)], ids=["first", "middle"])
 def test_amplitudes_and_speeds_give_the_same_bits(base: gr.Model, initial: Any) -> None:
     axes = {"motion.0.harmonics.0.amplitude": [0.02, 0.04, 0.05, "3 deg"], "excitation.speed": [70.0, 90.0]}

@@ -141,7 +141,7 @@ def test_every_value_begins_with_the_end_of_the_one_before() -> None:
     values = [3.0, 5.0, 7.0]
     actual = gr.bifurcation(model(), AMPLITUDE, values, cycles=8, discard=4, workers=1)
     for i, way in enumerate((values, values[::-1])):
-        state: Any = "static"
+        state: Any = "steady"
         for value in way:
             run = gr.simulate(model(value), cycles=8, discard=4, samples_per_cycle=1, initial=state, audit=False)
             one = actual.isel(direction=i).sel({AMPLITUDE: value})
