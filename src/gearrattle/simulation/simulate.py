@@ -103,7 +103,8 @@ def simulate(
     plan = prepare(model, arguments, audit)
     check_memory(plan.task.system, plan.task.cycles, plan.task.samples_per_cycle, "simulation.cycles")
     trajectory = integrate(plan.task, plan.layout, plan.algorithm, plan.discard, progress)
-    return plan.run(trajectory)
+    notes = mean_speed_notes(plan.model, plan.task.system, trajectory)
+    return plan.run(replace(trajectory, notes=(*trajectory.notes, *notes)))
 
 
 @dataclass(frozen=True)
@@ -136,8 +137,7 @@ class Plan:
     def run(self, trajectory: Trajectory) -> Run:
         """The run a trajectory of this plan makes."""
         every = whole_trajectory(self.model, trajectory)
-        of_speed = mean_speed_notes(self.model, self.task.system, trajectory)
-        return Run(replace(every, notes=(*self.notes, *trajectory.notes, *of_speed)), self.model)
+        return Run(replace(every, notes=(*self.notes, *trajectory.notes)), self.model)
 
 
 def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
