@@ -104,7 +104,9 @@ def test_static_velocities_are_those_of_a_single_run() -> None:
     assert turned.tolist() == [True, False]
 
 
-@pytest.mark.parametrize("initial", ["steady", "static", "zero", {"angle": [9.0, 0.012, 0.0], "velocity": [9.0, 0.3, -0.2]}])
+@pytest.mark.parametrize(
+    "initial", ["steady", "static", "zero", {"angle": [9.0, 0.012, 0.0], "velocity": [9.0, 0.3, -0.2]}]
+)
 @pytest.mark.parametrize("base", [model(), model(MIDDLE)], ids=["first", "middle"])
 def test_amplitudes_and_speeds_give_the_same_bits(base: gr.Model, initial: Any) -> None:
     axes = {"motion.0.harmonics.0.amplitude": [0.02, 0.04, 0.05, "3 deg"], "excitation.speed": [70.0, 90.0]}
