@@ -68,7 +68,7 @@ def test_chunks_say_what_the_whole_says(file: str, chunk: int) -> None:
 
 def test_there_are_impacts_across_chunks() -> None:
     """The comparison above is of something: contacts that begin in one chunk and end in another."""
-    runs = list(gr.stream(model_of("paper/case3.toml"), **LONG, chunk=1))
+    runs = list(gr.stream(model_of("paper/case3.toml"), **LONG, chunk=1, initial="static"))
     open_at_the_end = 0
     for run in runs[:-1]:
         from gearrattle.signals import find_impacts

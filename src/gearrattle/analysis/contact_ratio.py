@@ -65,7 +65,7 @@ def contact_ratio(run_or_model: Run | Model, method: str = "mean-slope") -> pd.S
     --------
     >>> run = gr.simulate(gr.example("case3"), cycles=20, discard=10)
     >>> round(float(gr.contact_ratio(run)["gear"]), 4)
-    0.1436
+    0.1595
     """
     if method not in ROUTES:
         raise ModelError(Problem("method", f'"{method}"', f"must be one of {', '.join(ROUTES)}"))
