@@ -16,7 +16,8 @@ from gearrattle.assembly.prescribed import (
     whole,
     whole_trajectory,
 )
-from gearrattle.assembly.signals import check_length, default_cycles, signals_of
+from gearrattle.assembly.records import record_notes, records_of
+from gearrattle.assembly.signals import check_length, default_cycles, lasts_as_the_run, signals_of
 from gearrattle.assembly.sines import ramp_of
 from gearrattle.assembly.steady import (
     refuse_motions,
@@ -44,6 +45,7 @@ __all__ = [
     "free_names",
     "free_of",
     "inertia_of",
+    "lasts_as_the_run",
     "left_out",
     "lumped_model",
     "motion_amplitudes",
@@ -53,6 +55,8 @@ __all__ = [
     "period_of",
     "places",
     "ramp_of",
+    "record_notes",
+    "records_of",
     "refuse_motions",
     "refuse_recorded_motions",
     "refuse_unsteady",

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly.friction import WORDS, Named
 from gearrattle.assembly.period import CommonPeriod, period_of
-from gearrattle.assembly.signals import end_of_sweep
+from gearrattle.assembly.signals import end_of_run
 from gearrattle.assembly.sines import ramp_of
 from gearrattle.engine.system.auxiliary import alternation
 from gearrattle.engine.system.clock import Clock
@@ -71,7 +71,7 @@ def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Cl
     times, which = [], []
     for auxiliary, mesh, table in of:
         if ramp is not None:
-            instants = _along(ramp, mesh, table, end_of_sweep(model))
+            instants = _along(ramp, mesh, table, end_of_run(model))
         else:
             instants = _repeating(period_of(model), mesh, table, model.excitation.omega)
         times.append(instants)

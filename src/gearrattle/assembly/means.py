@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly.splines import mean, spline
+from gearrattle.assembly.records import mean
 from gearrattle.model import Model, Torque
 
 
@@ -17,7 +17,7 @@ def mean_torque(torque: Torque) -> float:
     signal = torque.signal
     if signal is None:
         return torque.mean
-    return torque.mean + (mean(spline(signal)) if signal.static is None else signal.static)
+    return torque.mean + (mean(signal) if signal.static is None else signal.static)
 
 
 def mean_torques(model: Model) -> NDArray[np.float64]:

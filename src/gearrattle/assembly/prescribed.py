@@ -1,8 +1,8 @@
 """Prescribed motions: inertias that are no degrees of freedom, and stand among the others in what comes out.
 
-The angle theta_a(t) of such an inertia is a sum of harmonics, a spline through a record, or the integral of one. Its
+The angle theta_a(t) of such an inertia is a sum of harmonics, the curve through a record, or the integral of one. Its
 column leaves W, and an element at it sees it as a transmission error, e_k = -w_ka theta_a(t). After a run its angle,
-speed and acceleration, exact from the sines or the spline, are put back in their place, so that everything that judges
+speed and acceleration, exact from the sines or the curve, are put back in their place, so that everything that judges
 a motion finds all inertias.
 
 Angles of a record count from the start of the run, and from the uniform rotation ``about``.
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from gearrattle.assembly.elements import rows_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.sines import sines
-from gearrattle.assembly.splines import Recorded, mean, spline
+from gearrattle.assembly.records import Recorded, channel_of, mean
 from gearrattle.engine.system.channels import Channel
 from gearrattle.model import Harmonic, Model, Motion, Signal
 from gearrattle.remember import kept
@@ -84,9 +84,10 @@ def _record(motion: Motion) -> Signal:
 @kept
 def angle_of(motion: Motion) -> Channel:
     """The angle of a record over the time of the run, from zero on [rad]."""
-    record = spline(_record(motion))
+    signal = _record(motion)
+    record = channel_of(signal)
     if motion.speed is not None:
-        about = mean(record) if motion.about is None else motion.about
+        about = mean(signal) if motion.about is None else motion.about
         return record.plus(-about).integral()
     first, last = record.at(record.knots[[0, -1]])
     about = float(last - first) / float(record.knots[-1]) if motion.about is None else motion.about
@@ -100,9 +101,9 @@ def angle_of(motion: Motion) -> Channel:
 def specified_angle(motion: Motion) -> Recorded:
     """The same angle as it is specified."""
     signal = _record(motion)
-    record, about = spline(signal), motion.about
+    record, about = channel_of(signal), motion.about
     if motion.speed is not None:
-        return Recorded(signal, is_rate=True, slope=-(mean(record) if about is None else about))
+        return Recorded(signal, is_rate=True, slope=-(mean(signal) if about is None else about))
     first, last = record.at(record.knots[[0, -1]])
     about = float(last - first) / float(record.knots[-1]) if about is None else about
     return Recorded(signal, offset=-float(first), slope=-about)

@@ -23,7 +23,7 @@ from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import angle_of, free_of, places, specified_angle
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.sines import ramp_of, speeds_of, tone, tones_of
-from gearrattle.assembly.splines import Recorded, spline
+from gearrattle.assembly.records import Recorded, channel_of, records_of
 from gearrattle.engine.system.channels import Channel, joined
 from gearrattle.engine.system.run_up import Sound, Tone, TooLong, channels
 from gearrattle.engine.system.signals import Signals, Specified
@@ -44,10 +44,15 @@ def default_cycles(model: Model) -> int:
     return DEFAULTS.cycles if ramp is None else max(1, ceil(ramp.over / period_of(model).period * (1.0 - 1e-12)))
 
 
-def end_of_sweep(model: Model) -> float:
-    """Up to when inputs along a sweep must be known: the end of the run [s]."""
+def end_of_run(model: Model) -> float:
+    """Up to when inputs along a sweep, and the last value of steps, must be known: the end of the run [s]."""
     cycles = model.simulation.cycles or default_cycles(model)
     return cycles * period_of(model).period * (1.0 + 1e-9)
+
+
+def lasts_as_the_run(model: Model) -> bool:
+    """Whether there are inputs of any length, known up to the end of the run: along a sweep, or the last of steps."""
+    return ramp_of(model) is not None or any(record.signal.interpolation == "step" for record in records_of(model))
 
 
 class _Part(NamedTuple):
@@ -105,7 +110,8 @@ def _records(model: Model) -> Iterator[_Part]:
         if torque.signal is not None:
             beyond_mean = torque.mean - mean_torque(torque)
             on = _unit(len(names), names.index(torque.on))
-            channel, specified = spline(torque.signal).plus(beyond_mean), Recorded(torque.signal, offset=beyond_mean)
+            channel = channel_of(torque.signal, end_of_run(model)).plus(beyond_mean)
+            specified = Recorded(torque.signal, offset=beyond_mean)
             yield _Part(channel, specified, on, _unit(len(model.elements)))
 
 
@@ -117,7 +123,7 @@ def _motions(model: Model) -> Iterator[_Part]:
 
 
 def check_length(model: Model, end: float) -> None:
-    """Refuse a run longer than a record.
+    """Refuse a run longer than a record, unless that is of steps: their last value is held.
 
     Parameters
     ----------
@@ -131,15 +137,13 @@ def check_length(model: Model, end: float) -> None:
     ModelError
         naming every record that is too short.
     """
-    records = [(f"torque.{i}.signal", "torque", t.signal) for i, t in enumerate(model.torques) if t.signal is not None]
-    records += [(f"motion.{i}", "motion", m.signal) for i, m in enumerate(model.motions) if m.signal is not None]
     problems = []
-    for path, kind, signal in records:
+    for signal, path, words, *_ in records_of(model):
         last = float(signal.time[-1]) - signal.start
-        if end > last * (1.0 + 1e-9):
+        if signal.interpolation != "step" and end > last * (1.0 + 1e-9):
             most = int(last / period_of(model).period * (1.0 + 1e-9))
             remedy = f"simulate {counted(most, 'cycle')} at most, or record longer" if most else "record longer"
-            rule = f"the run takes {end:.6g} s, and nothing is known of the {kind} after that"
+            rule = f"the run takes {end:.6g} s, and nothing is known of the {words} after that"
             problems.append(Problem(path, f"a record that ends after {last:.6g} s", rule, remedy))
     if problems:
         raise ModelError(problems)
@@ -171,7 +175,7 @@ def _swept(model: Model) -> Iterator[_Part]:
     if not sounds:
         return
     try:
-        made = channels(ramp, sounds, end_of_sweep(model), period_of(model).period)
+        made = channels(ramp, sounds, end_of_run(model), period_of(model).period)
     except TooLong as error:
         raise _too_long(str(error)) from None
     for channel, sound, (torque_on, error_of) in zip(made, sounds, driven, strict=True):

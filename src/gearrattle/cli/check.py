@@ -27,6 +27,8 @@ def check(model: Path, /, *, json: Json = False) -> None:
     model
         Model file (TOML).
     """
+    from gearrattle.assembly import record_notes
+
     try:
         driveline = gearrattle.load(model)
         rest = gearrattle.equilibrium(driveline)
@@ -34,8 +36,9 @@ def check(model: Path, /, *, json: Json = False) -> None:
         if json:
             print(json_text({"ok": False, "problems": [problem.to_dict() for problem in error.problems]}))
         raise
+    notes = [*record_notes(driveline), *rest.notes]
     if json:
-        print(json_text({"ok": True, **_content(driveline), "notes": list(rest.notes)}))
+        print(json_text({"ok": True, **_content(driveline), "notes": notes}))
         return
     print("ok")
     content = {key: value for key, value in _content(driveline).items() if value != [] or key == "clearances"}
@@ -43,7 +46,7 @@ def check(model: Path, /, *, json: Json = False) -> None:
     for key, value in content.items():
         unit = _UNITS.get(key, "") if driveline.units == "SI" else ""
         print(f"{key.replace('_', ' '):<{width}}{_words(value)}{unit}")
-    for note in rest.notes:
+    for note in notes:
         print(f"note: {note}", file=sys.stderr)
 
 
@@ -69,10 +72,11 @@ def _content(model: Model) -> dict[str, Any]:
 
 
 def _records(model: Model) -> list[str]:
-    """Say how many points the records have, and how long a run they last."""
-    records = [torque.signal for torque in model.torques] + [motion.signal for motion in model.motions]
-    signals = [record for record in records if record is not None]
-    return [f"{counted(s.time.size, 'point')}, {s.time[-1] - s.start:.6g} s" for s in signals]
+    """Say how many points the records have, what stands between them, and how long a run they last."""
+    from gearrattle.assembly import records_of
+
+    signals = [record.signal for record in records_of(model)]
+    return [f"{counted(s.time.size, 'point')} ({s.interpolation}), {s.time[-1] - s.start:.6g} s" for s in signals]
 
 
 def _words(value: Any) -> str:

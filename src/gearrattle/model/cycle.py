@@ -1,4 +1,4 @@
-"""A cylinder's pressure over one cycle: the periodic cubic spline through a trace over 720 degrees.
+"""A cylinder's pressure over one cycle: the periodic cubic spline, or straight lines, through a trace over 720 degrees.
 
 Takes the points of a ``Signal`` over crank angle; gives pressures.
 """
@@ -35,10 +35,13 @@ def missing(signal: Signal) -> str:
 def pressure_at(signal: Signal, angle: Array) -> Array:
     """Pressure at crank angles [Pa, rad]; where the trace has both ends of the cycle, the first one counts."""
     import numpy as np
-    from scipy.interpolate import CubicSpline
 
     inside = signal.time < signal.time[0] + _CYCLE * (1.0 - _SAME)
     along = np.append(signal.time[inside], signal.time[0] + _CYCLE)
     value = np.append(signal.value[inside], signal.value[0]) * signal.scale
-    spline = CubicSpline(along, value, bc_type="periodic")
-    return np.asarray(spline(along[0] + np.remainder(angle - along[0], _CYCLE)))
+    at = along[0] + np.remainder(angle - along[0], _CYCLE)
+    if signal.interpolation == "linear":
+        return np.interp(at, along, value)
+    from scipy.interpolate import CubicSpline
+
+    return np.asarray(CubicSpline(along, value, bc_type="periodic")(at))

@@ -82,7 +82,7 @@ class Engine(Table):
     """Length of a connecting rod [m]."""
     mass: Annotated[float, Quantity(units.MASS, "non-negative")] = 0.0
     """Oscillating mass of one cylinder [kg]."""
-    pressure: Annotated[Signal, OverTime(units.PRESSURE, key="angle", along=units.ANGLE)]
+    pressure: Annotated[Signal, OverTime(units.PRESSURE, key="angle", along=units.ANGLE, derivatives=0)]
     """Absolute pressure in a cylinder over one cycle, 720 deg of crank angle [Pa, rad]."""
     crankcase: Annotated[float, Quantity(units.PRESSURE, "non-negative")] = 101325.0
     """Pressure below the pistons [Pa]."""

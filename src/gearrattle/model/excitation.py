@@ -115,9 +115,9 @@ class Motion(Shown):
     template: ClassVar[Mapping[str, Any]] = {"on": "a", "harmonics": [{"order": 2, "amplitude": "0.5 deg"}]}
     on: Name
     """Name of the inertia that moves so."""
-    speed: Annotated[Signal, OverTime(units.ANGULAR_VELOCITY)] | None = None
+    speed: Annotated[Signal, OverTime(units.ANGULAR_VELOCITY, derivatives=0)] | None = None
     """Its speed over time [rad/s]."""
-    angle: Annotated[Signal, OverTime(units.ANGLE)] | None = None
+    angle: Annotated[Signal, OverTime(units.ANGLE, derivatives=1)] | None = None
     """Its angle over time [rad]."""
     harmonics: tuple[AngularHarmonic, ...] = ()
     """The sines of its angle: sum of amplitude sin(order Omega t + phase) [rad]."""

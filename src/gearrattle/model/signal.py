@@ -1,10 +1,12 @@
 """Values over time: a measured record, or points written in the model file.
 
     signal = { file = "torque.csv", time = "t", value = "T" }
-    signal = { time = [0.0, 0.1, 0.2, 0.3], value = [0.0, 40.0, 60.0, 65.0] }
+    signal = { time = [0.0, 1.0, 1.05, 3.0], value = [0.0, 0.0, 50.0, 50.0], interpolation = "linear" }
 
-A file is read once, when the model is; from then on the model carries the points and needs the file no more. Between
-the points stands the cubic spline through all of them; beyond them there is nothing, and a longer run is refused.
+A file is read once, when the model is; from then on the model carries the points and needs the file no more. What
+stands between the points says ``interpolation``: the cubic spline through all of them, straight lines, or steps, where
+each value holds until the next point. Beyond the points there is nothing, and a longer run is refused; only the last
+value of steps goes on.
 
 Takes columns from ``csv_columns`` and value kinds from ``quantity``; gives ``Signal`` to the classes of the model.
 """
@@ -16,7 +18,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
@@ -45,8 +47,20 @@ FOLDER = "folder"
 the table comes from Python, whose author names what may be read."""
 STORED = "stored"
 """Key of the validation context, and of a signal's table, for points kept elsewhere under their digest."""
-FEWEST = 4
-"""A cubic spline without further conditions needs so many points."""
+Interpolation = Literal["cubic", "linear", "step"]
+INTERPOLATIONS: tuple[Interpolation, ...] = get_args(Interpolation)
+"""What may stand between points; the first is the default."""
+FEWEST: Mapping[Interpolation, int] = {"cubic": 4, "linear": 2, "step": 1}
+"""How many different times each needs; a cubic spline without further conditions needs four."""
+_DERIVATIVES: Mapping[Interpolation, int] = {"cubic": 2, "linear": 0, "step": -1}
+"""How many derivatives of each are continuous; of steps not even the value is."""
+_CONTINUOUS = {0: "the value must not jump", 1: "neither the value nor its slope may jump"}
+_SMOOTHER = {
+    0: 'write a steep straight line: two points near each other, interpolation = "linear"',
+    1: 'give the speed in place of the angle: it may be "linear"',
+}
+"""Why not every interpolation is allowed, and what to do, by the number of derivatives that must be continuous."""
+_CURVES: Mapping[Interpolation, str] = {"cubic": "a cubic spline", "linear": "a straight line", "step": "a step"}
 _EXAMPLE = 'such as { file = "record.csv", time = "t", value = "x" }'
 
 
@@ -57,7 +71,7 @@ class Signal:
     Attributes
     ----------
     time
-        (N,) strictly ascending [s], read-only.
+        (N,) ascending [s], read-only. Two are equal where a "linear" record jumps.
     value
         (N,) at these times [SI], before ``scale``, read-only.
     scale
@@ -70,6 +84,8 @@ class Signal:
         where the points came from, in words.
     key
         "time", or "angle" for points over the crank angle: ``time`` is then an angle [rad].
+    interpolation
+        what stands between the points: "cubic", "linear" or "step".
     """
 
     time: Array
@@ -79,6 +95,7 @@ class Signal:
     static: float | None = None
     source: str = ""
     key: str = "time"
+    interpolation: Interpolation = "cubic"
 
     def __post_init__(self) -> None:
         """Keep the points from being changed."""
@@ -91,15 +108,19 @@ class Signal:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return what makes an equal one, for copies and pickles."""
-        return Signal, (self.time, self.value, self.scale, self.start, self.static, self.source, self.key)
+        return Signal, (self.time, self.value, *self._settings())
 
     @cached_property
     def digest(self) -> str:
         """The points in 32 characters; worked out once."""
         return sha256(self.time.tobytes() + self.value.tobytes()).hexdigest()[:32]
 
+    def _settings(self) -> tuple[Any, ...]:
+        """Return all that is no point, in the order of the fields."""
+        return self.scale, self.start, self.static, self.source, self.key, self.interpolation
+
     def _key(self) -> tuple[object, ...]:
-        return self.digest, self.scale, self.start, self.static, self.source, self.key
+        return self.digest, *self._settings()
 
     def __eq__(self, other: object) -> bool:
         """Compare points and settings."""
@@ -116,6 +137,7 @@ class Signal:
             "start": None if self.start == 0.0 else self.start,
             "static": self.static,
             "source": self.source or None,
+            "interpolation": None if self.interpolation == "cubic" else self.interpolation,
         }
         points: dict[str, Any] = (
             {STORED: self.digest} if stored else {self.key: self.time.tolist(), "value": self.value.tolist()}
@@ -135,18 +157,27 @@ class OverTime:
         whether the key ``static`` is allowed.
     key, along
         name and dimension of what the values are given over.
+    derivatives
+        how many derivatives must be continuous; -1: even the value may jump.
     """
 
     dimension: Dimension
     static: bool = False
     key: str = "time"
     along: Dimension = units.TIME
+    derivatives: int = -1
+
+    @property
+    def interpolations(self) -> tuple[Interpolation, ...]:
+        """What may stand between its points."""
+        return tuple(way for way in INTERPOLATIONS if _DERIVATIVES[way] >= self.derivatives)
 
     @property
     def keys(self) -> tuple[str, ...]:
         """The keys of its table."""
         start = ("start",) if self.key == "time" else ()
-        return ("file", self.key, "value", "scale", *start, *(("static",) if self.static else ()), "source")
+        static = ("static",) if self.static else ()
+        return ("file", self.key, "value", "interpolation", "scale", *start, *static, "source")
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         def check(value: Any, info: ValidationInfo) -> Signal:
@@ -183,8 +214,9 @@ class OverTime:
             raise breach(
                 f"{self.key} and value must be of equal length; they have {time.size} and {value.size} entries"
             )
-        if at := _out_of_order(time):
-            raise breach(f"{self.key}s must ascend; entry {at} is {time[at]:.9g}, the one before {time[at - 1]:.9g}")
+        if at := self._misplaced(time, settings["interpolation"]):
+            rule, remedy = self._order(settings["interpolation"], is_equal=time[at] == time[at - 1])
+            raise breach(f"{rule}; entry {at} is {time[at]:.9g}, the one before {time[at - 1]:.9g}", remedy)
         return self._checked(Signal(time, value, **settings), "", "")
 
     def _settings(self, table: Mapping[str, Any], dimensionless: bool) -> dict[str, Any]:
@@ -200,7 +232,39 @@ class OverTime:
         source = table.get("source", "")
         if not isinstance(source, str):
             raise breach("source must be a text in quotes")
-        return {**settings, "source": source}
+        return {**settings, "source": source, "interpolation": self._interpolation(table)}
+
+    def _interpolation(self, table: Mapping[str, Any]) -> Interpolation:
+        """Read what stands between the points."""
+        word, allowed = table.get("interpolation", INTERPOLATIONS[0]), self.interpolations
+        for way in allowed:
+            if word == way:
+                return way
+        rule = f"interpolation = {shown(word)}: must be {' or '.join(shown(way) for way in allowed)}"
+        if word in INTERPOLATIONS:
+            rule += f" here: {_CONTINUOUS[self.derivatives]}"
+            remedy = _SMOOTHER[self.derivatives]
+        else:
+            remedy = did_you_mean(word, allowed)
+        raise breach(rule, remedy)
+
+    def _misplaced(self, time: Array, interpolation: Interpolation) -> int:
+        """Index of the first time that does not follow the one before; 0 if all do. A jump has two equal ones."""
+        import numpy as np
+
+        wrong = np.diff(time) <= 0.0
+        if interpolation == "linear" and "step" in self.interpolations:
+            wrong = np.diff(time) < 0.0
+            wrong[1:] |= time[2:] == time[:-2]
+        return int(np.argmax(wrong)) + 1 if wrong.any() else 0
+
+    def _order(self, interpolation: Interpolation, *, is_equal: bool) -> tuple[str, str]:
+        """Return rule and remedy of a time that does not follow the one before."""
+        may_jump = is_equal and "step" in self.interpolations
+        if may_jump and interpolation == "linear":
+            return "a jump has two points at one time, the values before and after it", "remove the others"
+        jump = 'a jump is two points at one time with interpolation = "linear", and one with "step"'
+        return f"{self.key}s must ascend", jump if may_jump else ""
 
     def _from_file(
         self, table: Mapping[str, Any], folder: Path | None, dimensionless: bool, settings: dict[str, Any]
@@ -216,11 +280,12 @@ class OverTime:
                 reachable(names["file"], folder)
             columns = read_columns(path, {names[self.key]: self.along, names["value"]: self.dimension}, dimensionless)
             time, value = columns.values[names[self.key]], columns.values[names["value"]]
-            if at := _out_of_order(time):
+            if at := self._misplaced(time, settings["interpolation"]):
                 unit = self.along.si
-                rule = f"{self.key}s must ascend; the one before is {time[at - 1]:.9g} {unit}"
+                rule, remedy = self._order(settings["interpolation"], is_equal=time[at] == time[at - 1])
+                rule = f"{rule}; the one before is {time[at - 1]:.9g} {unit}"
                 location = columns.place(at, names[self.key])
-                raise RecordError(location, f"{time[at]:.9g} {unit}", rule, "sort the record")
+                raise RecordError(location, f"{time[at]:.9g} {unit}", rule, remedy or "sort the record")
         except Refused as error:
             raise breach(error.rule, error.remedy, place=str(path)) from None
         except RecordError as error:
@@ -250,25 +315,32 @@ class OverTime:
             raise breach(f"entry {at} of {key}, {array[at]}: must be a finite number")
         return array
 
-    @staticmethod
-    def _checked(signal: Signal, file: str, column: str) -> Signal:
+    def _checked(self, signal: Signal, file: str, column: str) -> Signal:
         """Refuse too few points, and a run that would begin outside of them."""
+        import numpy as np
+
         location = f"{file}: {column}" if file else ""
-        if signal.time.size < FEWEST:
-            rule = f"a signal needs {FEWEST} points or more: a cubic spline goes through them"
-            raise breach(rule, place=location, value=f"{counted(signal.time.size, 'point')}")
-        first, last = float(signal.time[0]), float(signal.time[-1])
+        fewest = FEWEST[signal.interpolation]
+        if np.unique(signal.time).size < fewest:
+            rule = f"{_CURVES[signal.interpolation]} needs {counted(fewest, 'point')} or more"
+            others = [f'interpolation = "{way}" needs {FEWEST[way]}' for way in self.interpolations]
+            remedy = "; ".join(words for way, words in zip(self.interpolations, others, strict=True) if FEWEST[way] < fewest)
+            raise breach(rule, remedy, place=location, value=f"{counted(signal.time.size, 'point')}")
+        first = float(signal.time[0])
+        last = float(np.inf if signal.interpolation == "step" else signal.time[-1])
         if signal.key == "time" and not first <= signal.start < last:
-            rule = f"the record goes from {first:.9g} s to {last:.9g} s, and a run begins at its {signal.start:.9g} s"
+            extent = f"goes from {first:.9g} s to {last:.9g} s" if np.isfinite(last) else f"begins at {first:.9g} s"
+            rule = f"the record {extent}, and a run begins at its {signal.start:.9g} s"
             raise breach(rule, f"choose another start, such as start = {first!r}", place=location)
         return signal
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema: a file and its columns, or two lists."""
-        number = {"type": "array", "minItems": FEWEST}
+        number = {"type": "array", "minItems": min(FEWEST[way] for way in self.interpolations)}
         quantity, along = Quantity(self.dimension).describe(), Quantity(self.along).describe()
         static = {"static": quantity} if self.static else {}
         shared = {
+            "interpolation": {"enum": list(self.interpolations), "default": INTERPOLATIONS[0]},
             "scale": {"type": "number"},
             **({"start": along} if self.key == "time" else {}),
             **static,
@@ -291,11 +363,3 @@ class OverTime:
             ],
             "description": f"{self.dimension.name} over {self.key}: columns of a CSV file, or lists of points",
         }
-
-
-def _out_of_order(time: Array) -> int:
-    """Index of the first time that does not ascend; 0 if all do."""
-    import numpy as np
-
-    wrong = np.diff(time) <= 0.0
-    return int(np.argmax(wrong)) + 1 if wrong.any() else 0

@@ -94,11 +94,12 @@ def _excitation(findings: Findings) -> Table:
         ]
         if (signal := torque.signal) is not None:
             length = engineering(float(signal.time[-1] - signal.time[0]), unit("s"))
-            rows.append(("", f"a record of {counted(signal.time.size, 'point')} over {length}", signal.source))
+            points = f"{counted(signal.time.size, 'point')}, {signal.interpolation}"
+            rows.append(("", f"a record of {points}, over {length}", signal.source))
     for motion in model.motions:
         if motion.signal is not None:
             kind = "speed" if motion.angle is None else "angle"
-            points = counted(motion.signal.time.size, "point")
+            points = f"{counted(motion.signal.time.size, 'point')}, {motion.signal.interpolation}"
             rows.append((f"motion of {motion.on}", f"a record of its {kind}, {points}", ""))
         rows += [
             (

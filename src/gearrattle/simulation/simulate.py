@@ -14,7 +14,9 @@ from gearrattle.assembly import (
     assemble,
     check_length,
     component_notes,
+    lasts_as_the_run,
     period_of,
+    record_notes,
     whole_trajectory,
 )
 from gearrattle.engine.solvers import Task
@@ -161,7 +163,7 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     settings = used.simulation
     assert settings.algorithm is not None and settings.cycles is not None  # noqa: PT018 - settled() filled them in
     assert settings.samples_per_cycle is not None and settings.discard is not None  # noqa: PT018
-    driveline = assemble(model if model.excitation.sweep is None else used)  # signals end with the run
+    driveline = assemble(used if lasts_as_the_run(model) else model)
     check_length(model, settings.cycles * period_of(model).period)
     check_takes(driveline, settings.algorithm)
     check_rates(driveline)
@@ -170,7 +172,7 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     angle, velocity, notes = start_of(settings.initial, driveline)
     grid = (settings.cycles, settings.samples_per_cycle)
     task = Task(driveline.system, angle, velocity, *grid, settings.tolerance, settings.step, audit)
-    notes = (*period_of(model).notes, *component_notes(model), *_sweep_notes(model), *notes)
+    notes = (*period_of(model).notes, *component_notes(model), *_sweep_notes(model), *record_notes(model), *notes)
     return Plan(used, task, driveline.layout, settings.algorithm, settings.discard, notes)
 
 

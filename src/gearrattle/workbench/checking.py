@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gearrattle.analysis.statics import equilibrium
+from gearrattle.assembly import record_notes
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.files import allowed_root
 from gearrattle.model import Model
@@ -56,7 +57,8 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
         problems: Sequence[Problem] = ()
         notes: Sequence[str] = ()
         try:
-            notes = equilibrium(Model.from_tables(tables, positions)).notes
+            model = Model.from_tables(tables, positions)
+            notes = (*record_notes(model), *equilibrium(model).notes)
         except ModelError as error:
             problems = error.problems
         except ConvergenceError as error:

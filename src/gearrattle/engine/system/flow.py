@@ -22,7 +22,7 @@ from gearrattle.engine.system.coordinates import RelativeCoordinates, relative_c
 from gearrattle.engine.system.forced import oscillation
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.scaling import Scaling, energy_scaling, power_of_two
-from gearrattle.engine.system.signals import Signals
+from gearrattle.engine.system.signals import ROUNDED, Signals, interval_of
 from gearrattle.slices import slices
 
 Array = NDArray[np.float64]
@@ -167,7 +167,7 @@ class Flow:
             return np.array([0.0, np.inf])
         knots = signals.knots / self.system.inputs.period
         dyadic = np.round(knots * _DYADIC) / _DYADIC
-        return np.where(np.abs(knots - dyadic) <= 4.0 * np.spacing(knots), dyadic, knots)
+        return np.where(np.abs(knots - dyadic) <= ROUNDED * np.spacing(knots), dyadic, knots)
 
     def remembering(self, pieces: Pieces) -> list[tuple[Auxiliary, int]]:
         """The auxiliaries with a memory, each with its piece; none without pieces of auxiliaries."""
@@ -230,12 +230,12 @@ class Flow:
         return out
 
     def chains_at(self, cycle: Array, fraction: Array) -> Array:
-        """(t, Q) scaled chains of the signals at such times."""
+        """(t, Q) scaled chains of the signals at such times; where a signal jumps, those after the jump."""
         signals = self.system.signals
         if signals is None:
             return np.zeros((len(fraction), 0))
         whole = np.floor(self.knots)
-        interval = np.clip(np.searchsorted(self.knots, cycle + fraction, side="right") - 1, 0, len(self.knots) - 2)
+        interval = interval_of(cycle + fraction, self.knots)
         since = (cycle - whole[interval]) + (fraction - (self.knots - whole)[interval])
         order = signals.degree + 1
         start = self.chains[interval].reshape(len(interval), signals.channels, order)

@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+ROUNDED = 4.0
+"""Roundings by which two times may differ that are one."""
 INNER, INNER_WEIGHTS = (np.polynomial.legendre.leggauss(3) + np.array([[1.0], [0.0]])) * 0.5
 """Gauss-Legendre points of an interval, and their weights, as parts of it."""
 _POINTS = 4  # of an interval, at which derivatives are looked at to bound them
@@ -85,8 +87,8 @@ class Signals:
         return int(self.coefficients.shape[2]) - 1
 
     def at(self, time: Array, derivative: int = 0) -> Array:
-        """(t, C) value, or a derivative, of every channel at times (t,) [s]."""
-        interval = np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, len(self.knots) - 2)
+        """(t, C) value, or a derivative, of every channel at times (t,) [s]; where it jumps, that after the jump."""
+        interval = interval_of(np.asarray(time), self.knots)
         since = (np.asarray(time) - self.knots[interval])[:, None]
         out = np.zeros((len(interval), self.channels))
         for j in range(self.degree, derivative - 1, -1):
@@ -127,6 +129,12 @@ class Signals:
                 largest[..., j] += largest[..., j + 1] / (2 * _POINTS)
             bounds[..., : links - order] = pace**order * largest / units[..., order:]
         return bounds.reshape(len(bounds), self.chain)
+
+
+def interval_of(time: Array, knots: Array) -> NDArray[np.int64]:
+    """(t,) indices of the intervals in which times lie; one that is a knot but for four roundings belongs behind it."""
+    begun = np.searchsorted(knots - ROUNDED * np.spacing(knots), time, side="right") - 1
+    return np.asarray(np.clip(begun, 0, len(knots) - 2))
 
 
 def _taylor(links: int, order: int) -> Array:

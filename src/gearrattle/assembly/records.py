@@ -1,0 +1,212 @@
+"""A record's points become piecewise polynomials: a cubic spline, straight lines, or steps.
+
+The spline is not-a-knot, so nothing is said about its ends that was not measured (C. de Boor, A Practical Guide to
+Splines, 1978, ch. IV): two polynomials meet with equal value, slope and curvature at every point, and with equal third
+derivatives at the second and at the last but one. Through few points it swings far beyond their values; ``swings``
+finds where.
+
+Takes a ``Signal`` of a model; gives a channel that begins with the run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.system.channels import Channel
+from gearrattle.model import Model, Signal
+from gearrattle.remember import kept
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
+
+Array = NDArray[np.float64]
+_ALLOWED = 0.05
+"""Part of a record's span by which its spline may leave the values beside it without a word."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """A record as it is specified: its curve in its own time, or the integral of it, and a straight line beside it.
+
+    Attributes
+    ----------
+    signal
+        the record.
+    is_rate
+        whether the curve is the derivative of the input.
+    offset
+        added to the value at the start [SI].
+    slope
+        added to the first derivative [SI].
+    """
+
+    signal: Signal
+    is_rate: bool = False
+    offset: float = 0.0
+    slope: float = 0.0
+
+    @property
+    def sizes(self) -> tuple[float, ...]:
+        """Largest values: of a torque; of a motion's angle over the record, and of its speed."""
+        curve, time = curve_of(self.signal), self.signal.time
+        largest = float(np.abs(self.signal.scale * self.signal.value).max())
+        if self.is_rate:
+            return (largest * float(time[-1] - time[0]), largest + abs(self.slope))
+        rate = float(np.abs(self.signal.scale * curve(time, 1)).max())
+        return (largest + abs(self.offset), rate + abs(self.slope))
+
+    def at(self, time: Array, rest: Array | float = 0.0, derivative: int = 0) -> Array:
+        """(t,) values, or a derivative, at times (t,) [s]."""
+        curve, start = curve_of(self.signal), self.signal.start
+        time = time + rest
+        if self.is_rate:
+            value = curve.antiderivative()(start + time) - curve.antiderivative()(start) if not derivative else None
+            value = curve(start + time, derivative - 1) if value is None else value
+        else:
+            value = curve(start + time, derivative)
+        line = (self.offset + self.slope * time, self.slope, 0.0)[min(derivative, 2)]
+        return np.asarray(self.signal.scale * value + line)
+
+    def rounding(self, time: Array, derivative: int = 0) -> Array:  # noqa: ARG002
+        """(t,) zeros: a record follows the time only."""
+        return np.zeros(np.shape(time))
+
+
+@kept
+def curve_of(signal: Signal) -> PPoly:
+    """The curve through a record's points, before its scale, in the record's own time; its last piece goes on."""
+    from scipy.interpolate import CubicSpline, PPoly
+
+    time, value = signal.time, signal.value
+    if signal.interpolation == "step":
+        return PPoly(value[None], np.append(time, np.inf))
+    if signal.interpolation == "linear":
+        length = np.diff(time)
+        proper = length > 0.0  # a jump has no length
+        slope = np.diff(value)[proper] / length[proper]
+        return PPoly(np.stack([slope, value[:-1][proper]]), np.append(time[:-1][proper], time[-1]))
+    return CubicSpline(time, value, bc_type="not-a-knot")
+
+
+def channel_of(signal: Signal, end: float = 0.0) -> Channel:
+    """The signal over the time of the run: 0 is its ``start`` [s, SI].
+
+    Parameters
+    ----------
+    signal
+        the record.
+    end
+        of the run, up to which the last value of steps is held [s]; every other record ends with its last point.
+    """
+    curve, last = curve_of(signal), float(signal.time[-1])
+    if signal.interpolation == "step":
+        last = max(last, signal.start + end)
+    return Channel(curve.x, np.ascontiguousarray(curve.c[::-1].T) * signal.scale).between(signal.start, last)
+
+
+def mean(signal: Signal) -> float:
+    """The mean from the start of the run to the last point [SI]; of steps that are over by then, their last value."""
+    if signal.start >= signal.time[-1]:
+        return float(signal.scale * signal.value[-1])
+    total = channel_of(signal).integral()
+    length = total.knots[-1]
+    return float(total.at(np.array([length]))[0] / length)
+
+
+class Swing(NamedTuple):
+    """How far a spline leaves the values of the two points beside it, on one side, where it does so most.
+
+    Attributes
+    ----------
+    time
+        of the record where it is farthest from them [s].
+    value
+        of the spline there [SI].
+    beside
+        value of that neighbour which is nearer to it [SI].
+    """
+
+    time: float
+    value: float
+    beside: float
+
+
+def swings(signal: Signal) -> list[Swing]:
+    """Find where the spline leaves its neighbours most, above and below, if by more than 5 % of the record's span."""
+    if signal.interpolation != "cubic":
+        return []
+    curve, time = curve_of(signal), signal.time
+    third, second, first = 3.0 * curve.c[0], 2.0 * curve.c[1], curve.c[2]
+    with np.errstate(all="ignore"):  # an interval without an extremum has no roots: NaN
+        root = np.sqrt(second**2 - 4.0 * third * first)
+        far = -0.5 * (second + np.copysign(root, second))
+        at = time[:-1] + np.stack([far / third, first / far])
+    inside = (at > time[:-1]) & (at < time[1:])
+    at = np.where(inside, at, time[:-1])
+    value = signal.scale * curve(at)
+    points = np.sort(signal.scale * np.stack([signal.value[:-1], signal.value[1:]]), axis=0)
+    most, found = _ALLOWED * float(np.ptp(signal.scale * signal.value)), []
+    for beyond, beside in ((value - points[1], points[1]), (points[0] - value, points[0])):
+        i, j = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
+        if beyond[i, j] > most:
+            found.append(Swing(float(at[i, j]), float(value[i, j]), float(beside[j])))
+    return found
+
+
+class Record(NamedTuple):
+    """A record of a model.
+
+    Attributes
+    ----------
+    signal
+        the points.
+    path
+        of its table in the model file.
+    words
+        what it is of.
+    unit
+        of its values in an SI model.
+    others
+        what its table may say in place of a spline, in words.
+    """
+
+    signal: Signal
+    path: str
+    words: str
+    unit: str
+    others: str
+
+
+def records_of(model: Model) -> Iterator[Record]:
+    """Yield the records of all torques and motions, in file order."""
+    for i, torque in enumerate(model.torques):
+        if torque.signal is not None:
+            others = 'interpolation = "linear" and "step" stay between the points'
+            yield Record(torque.signal, f"torque.{i}.signal", f"torque on {torque.on}", "N m", others)
+    for i, motion in enumerate(model.motions):
+        if motion.speed is not None:
+            others = 'interpolation = "linear" stays between the points'
+            yield Record(motion.speed, f"motion.{i}.speed", f"speed of {motion.on}", "rad/s", others)
+        if motion.angle is not None:
+            others = 'a speed in its place may have interpolation = "linear"'
+            yield Record(motion.angle, f"motion.{i}.angle", f"angle of {motion.on}", "rad", others)
+
+
+def record_notes(model: Model) -> tuple[str, ...]:
+    """Say of which records the spline leaves the values beside it by more than 5 % of the record's span."""
+    notes = []
+    for record in records_of(model):
+        unit, second = (f" {record.unit}", " s") if model.units == "SI" else ("", "")
+        places = [
+            f"{swing.value:.4g}{unit} at {swing.time:.4g}{second}, beside a point of {swing.beside:.4g}{unit}"
+            for swing in swings(record.signal)
+        ]
+        if places:
+            reached = " and ".join(places)
+            notes.append(f"{record.words}: the cubic spline through its record reaches {reached}; {record.others}.")
+    return tuple(notes)
