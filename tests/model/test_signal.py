@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.model import Model, loads
+from gearrattle.model import Model, json_schema, loads
 
 DRIVELINE = """
 schema = 1
@@ -34,6 +34,7 @@ FILE = '{ file = "torque.csv", time = "t", value = "T" }'
 RECORD = (
     "# a test bench\n t [ms] , speed [rpm], T [kN*m]\n0, 800, 0.001\n1, 801, 0.002\n\n2, 802, 0.004\n3, 803, 0.003\n"
 )
+JUMP = "time = [0, 1, 1, 3], value = [1, 2, 3, 4]"
 
 
 def read(signal: str, folder: Path = Path()) -> Model:
@@ -86,6 +87,75 @@ def test_the_file_is_needed_once(tmp_path: Path) -> None:
     assert "0.004" not in text
     assert loads(text, stored=points) == model
     assert hash(loads(text, stored=points)) == hash(model)
+
+
+@pytest.mark.parametrize("interpolation", ["linear", "step", "cubic"])
+def test_interpolation_stays_with_the_points(tmp_path: Path, interpolation: str) -> None:
+    (tmp_path / "torque.csv").write_text(RECORD, encoding="utf-8")
+    model = read(f'{FILE[:-1]}, interpolation = "{interpolation}" }}', tmp_path)
+    assert model.torques[0].signal is not None
+    assert model.torques[0].signal.interpolation == interpolation
+    assert ("interpolation" in model.to_toml()) == (interpolation != "cubic")
+    text, points = model.to_stored()
+    for again in (
+        loads(model.to_toml()),
+        loads(text, stored=points),
+        pickle.loads(pickle.dumps(model)),
+        copy.deepcopy(model),
+        recorded(tmp_path).with_({"torque.0.signal.interpolation": interpolation}),
+    ):
+        assert again == model
+        assert hash(again) == hash(model)
+    assert (model == recorded(tmp_path)) == (interpolation == "cubic")
+
+
+@pytest.mark.parametrize(
+    ("time", "value", "interpolation"),
+    [([0, 1], [0, 50], "linear"), ([0, 1, 1, 3], [0, 1, 2, 3], "linear"), ([0], [5], "step"), ([0, 0, 1], [0, 5, 5], "linear")],
+)
+def test_few_points_and_jumps(time: list[float], value: list[float], interpolation: str) -> None:
+    signal = read(f'{{ time = {time}, value = {value}, interpolation = "{interpolation}" }}').torques[0].signal
+    assert signal is not None
+    assert (signal.time.tolist(), signal.value.tolist(), signal.interpolation) == (time, value, interpolation)
+
+
+def test_a_jump_may_stand_in_a_file(tmp_path: Path) -> None:
+    (tmp_path / "torque.csv").write_text("t [s], T [N*m]\n0, 1\n1, 1\n1, 5\n2, 5\n", encoding="utf-8")
+    signal = read(f'{FILE[:-1]}, interpolation = "linear" }}', tmp_path).torques[0].signal
+    assert signal is not None
+    assert signal.time.tolist() == [0.0, 1.0, 1.0, 2.0]
+    assert '"step"' in told(FILE, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("motion", "words"),
+    [
+        (f"speed = {{ {JUMP}, interpolation = 'step' }}", ("speed", "must not jump", '"cubic" or "linear"', "steep")),
+        (f"speed = {{ {JUMP}, interpolation = 'linear' }}", ("motion.0.speed", "ascend", "entry 2 is 1")),
+        (f"angle = {{ {JUMP}, interpolation = 'linear' }}", ("slope may jump", 'must be "cubic"', "give the speed")),
+        (f"angle = {{ {JUMP}, interpolation = 'step' }}", ("angle", "slope may jump", "give the speed")),
+    ],
+)
+def test_a_motion_without_jumps_of_its_speed(motion: str, words: tuple[str, ...]) -> None:
+    text = DRIVELINE.replace("[[torque]]", "[[motion]]").replace("signal = {signal}", motion)
+    with pytest.raises(gr.ModelError) as caught:
+        loads(text, "car.toml")
+    assert str(caught.value).startswith("car.toml:17: motion.0.")
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_the_schema_says_what_may_stand_between_points() -> None:
+    definitions = json_schema()["$defs"]
+    assert isinstance(definitions, dict)
+    options = {
+        "Torque": ("signal", ["cubic", "linear", "step"], 1),
+        "Motion": ("speed", ["cubic", "linear"], 2),
+        "Engine": ("pressure", ["cubic", "linear"], 2),
+    }
+    for noun, (key, interpolations, fewest) in options.items():
+        forms = definitions[noun]["properties"][key]["anyOf"]
+        assert [form["properties"]["interpolation"]["enum"] for form in forms] == [interpolations] * 2
+        assert forms[1]["properties"]["value"]["minItems"] == fewest
 
 
 def test_points_cannot_be_changed(tmp_path: Path) -> None:
@@ -165,7 +235,16 @@ def test_a_file_that_is_none(tmp_path: Path) -> None:
         ('{ time = "t", value = "T" }', ("time must be a list", "add file")),
         ("{ time = [0, 1, 2], value = [1, 2, 3] }", ("4 points or more",)),
         ("{ time = [0, 1, 2, 3], value = [1, 2, 3] }", ("equal length", "4 and 3")),
-        ("{ time = [0, 1, 1, 3], value = [1, 2, 3, 4] }", ("ascend", "entry 2 is 1")),
+        ("{ time = [0, 1, 1, 3], value = [1, 2, 3, 4] }", ("ascend", "entry 2 is 1", '"linear"', '"step"')),
+        ("{ time = [0, 1, 2], value = [1, 2, 3] }", ('interpolation = "linear" needs 2', '"step" needs 1')),
+        (f"{{ {JUMP}, interpolation = 'linar' }}", ('"cubic" or "linear" or "step"', 'did you mean "linear"')),
+        (f"{{ {JUMP}, interpolation = 1 }}", ("interpolation = 1", '"cubic" or "linear" or "step"')),
+        (f"{{ {JUMP}, interpolation = 'step' }}", ("ascend", "entry 2 is 1")),
+        (f"{{ {JUMP.replace('3]', '1]')}, interpolation = 'linear' }}", ("two points at one time", "entry 3 is 1")),
+        ("{ time = [1, 1], value = [1, 2], interpolation = 'linear' }", ("a straight line needs 2 points",)),
+        ("{ time = [2, 1], value = [1, 2], interpolation = 'linear' }", ("ascend", "sort the record")),
+        ("{ time = [], value = [], interpolation = 'step' }", ("a step needs 1 point",)),
+        ("{ time = [1], value = [1], interpolation = 'step' }", ("begins at 1 s", "start = 1.0")),
         ("{ time = [0, 1, 2, 3], value = [1, nan, 3, 4] }", ("entry 1 of value", "finite")),
         ('{ time = [0, 1, 2, 3], value = [1, "2 N", 3, 4] }', ("entry 1 of value", "must be a torque")),
         ("{ time = [5, 6, 7, 8], value = [1, 2, 3, 4] }", ("goes from 5 s to 8 s", "start = 5.0")),

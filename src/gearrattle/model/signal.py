@@ -264,7 +264,7 @@ class OverTime:
         if may_jump and interpolation == "linear":
             return "a jump has two points at one time, the values before and after it", "remove the others"
         jump = 'a jump is two points at one time with interpolation = "linear", and one with "step"'
-        return f"{self.key}s must ascend", jump if may_jump else ""
+        return f"{self.key}s must ascend", f"sort the record; {jump}" if may_jump else "sort the record"
 
     def _from_file(
         self, table: Mapping[str, Any], folder: Path | None, dimensionless: bool, settings: dict[str, Any]
@@ -285,7 +285,7 @@ class OverTime:
                 rule, remedy = self._order(settings["interpolation"], is_equal=time[at] == time[at - 1])
                 rule = f"{rule}; the one before is {time[at - 1]:.9g} {unit}"
                 location = columns.place(at, names[self.key])
-                raise RecordError(location, f"{time[at]:.9g} {unit}", rule, remedy or "sort the record")
+                raise RecordError(location, f"{time[at]:.9g} {unit}", rule, remedy)
         except Refused as error:
             raise breach(error.rule, error.remedy, place=str(path)) from None
         except RecordError as error:
