@@ -19,12 +19,14 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.system.channels import Channel
 from gearrattle.model import Model, Signal
+from gearrattle.model.cycle import periodic_spline
 from gearrattle.remember import kept
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
 Array = NDArray[np.float64]
+_LINES = 'interpolation = "linear" stays between the points'
 _ALLOWED = 0.05
 """Part of a record's span by which its spline may leave the values beside it without a word."""
 
@@ -124,7 +126,7 @@ class Swing(NamedTuple):
     Attributes
     ----------
     time
-        of the record where it is farthest from them [s].
+        of the record where it is farthest from them [s]; of a trace over the crank angle, that angle [rad].
     value
         of the spline there [SI].
     beside
@@ -136,30 +138,33 @@ class Swing(NamedTuple):
     beside: float
 
 
-def swings(signal: Signal) -> list[Swing]:
+@kept
+def swings(signal: Signal) -> tuple[Swing, ...]:
     """Find where the spline leaves its neighbours most, above and below, if by more than 5 % of the record's span."""
     if signal.interpolation != "cubic":
-        return []
-    curve, time = curve_of(signal), signal.time
-    third, second, first = 3.0 * curve.c[0], 2.0 * curve.c[1], curve.c[2]
-    with np.errstate(all="ignore"):  # an interval without an extremum has no roots: NaN
-        root = np.sqrt(second**2 - 4.0 * third * first)
-        far = -0.5 * (second + np.copysign(root, second))
-        at = time[:-1] + np.stack([far / third, first / far])
-    inside = (at > time[:-1]) & (at < time[1:])
-    at = np.where(inside, at, time[:-1])
-    value = signal.scale * curve(at)
-    points = np.sort(signal.scale * np.stack([signal.value[:-1], signal.value[1:]]), axis=0)
-    most, found = _ALLOWED * float(np.ptp(signal.scale * signal.value)), []
-    for beyond, beside in ((value - points[1], points[1]), (points[0] - value, points[0])):
+        return ()
+    curve = curve_of(signal) if signal.key == "time" else periodic_spline(signal)
+    # extrema: where the slope of a piece is zero; NaN where it is not
+    cubic, square, slope, left = signal.scale * curve.c
+    right, length = np.append(left[1:], signal.scale * curve(curve.x[-1])), np.diff(curve.x)
+    with np.errstate(all="ignore"):
+        root = np.sqrt(square**2 - 3.0 * cubic * slope)
+        larger = -(square + np.copysign(root, square))
+        since = np.stack([larger / (3.0 * cubic), slope / larger])
+    since = np.where((since > 0.0) & (since < length), since, 0.0)
+    value = ((cubic * since + square) * since + slope) * since + left
+    # beyond both neighbours, on either side
+    low, high = np.minimum(left, right), np.maximum(left, right)
+    most, leaving = _ALLOWED * float(high.max() - low.min()), []
+    for beyond, beside in ((value - high, high), (low - value, low)):
         i, j = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
         if beyond[i, j] > most:
-            found.append(Swing(float(at[i, j]), float(value[i, j]), float(beside[j])))
-    return found
+            leaving.append(Swing(float(curve.x[j] + since[i, j]), float(value[i, j]), float(beside[j])))
+    return tuple(leaving)
 
 
 class Record(NamedTuple):
-    """A record of a model.
+    """A record over time of a model.
 
     Attributes
     ----------
@@ -171,42 +176,48 @@ class Record(NamedTuple):
         what it is of.
     unit
         of its values in an SI model.
-    others
-        what its table may say in place of a spline, in words.
+    instead
+        what may stand in place of a spline, in words.
     """
 
     signal: Signal
     path: str
     words: str
     unit: str
-    others: str
+    instead: str
 
 
 def records_of(model: Model) -> Iterator[Record]:
-    """Yield the records of all torques and motions, in file order."""
+    """Yield the records over time of all torques and motions, in file order."""
     for i, torque in enumerate(model.torques):
         if torque.signal is not None:
-            others = 'interpolation = "linear" and "step" stay between the points'
-            yield Record(torque.signal, f"torque.{i}.signal", f"torque on {torque.on}", "N m", others)
+            instead = 'interpolation = "linear" and "step" stay between the points'
+            yield Record(torque.signal, f"torque.{i}.signal", f"torque on {torque.on}", "N m", instead)
     for i, motion in enumerate(model.motions):
         if motion.speed is not None:
-            others = 'interpolation = "linear" stays between the points'
-            yield Record(motion.speed, f"motion.{i}.speed", f"speed of {motion.on}", "rad/s", others)
+            yield Record(motion.speed, f"motion.{i}.speed", f"speed of {motion.on}", "rad/s", _LINES)
         if motion.angle is not None:
-            others = 'a speed in its place may have interpolation = "linear"'
-            yield Record(motion.angle, f"motion.{i}.angle", f"angle of {motion.on}", "rad", others)
+            instead = 'a speed in its place may have interpolation = "linear"'
+            yield Record(motion.angle, f"motion.{i}.angle", f"angle of {motion.on}", "rad", instead)
 
 
 def record_notes(model: Model) -> tuple[str, ...]:
     """Say of which records the spline leaves the values beside it by more than 5 % of the record's span."""
-    notes = []
-    for record in records_of(model):
-        unit, second = (f" {record.unit}", " s") if model.units == "SI" else ("", "")
-        places = [
-            f"{swing.value:.4g}{unit} at {swing.time:.4g}{second}, beside a point of {swing.beside:.4g}{unit}"
-            for swing in swings(record.signal)
-        ]
-        if places:
-            reached = " and ".join(places)
-            notes.append(f"{record.words}: the cubic spline through its record reaches {reached}; {record.others}.")
-    return tuple(notes)
+    records = [(record, "s") for record in records_of(model)]
+    for i, torque in enumerate(model.torques):
+        if torque.engine is not None:
+            path, words = f"torque.{i}.engine.pressure", f"pressure of the engine on {torque.on}"
+            records.append((Record(torque.engine.pressure, path, words, "Pa", _LINES), "rad"))
+    return tuple(note for record, along in records if (note := _note(record, along, is_si=model.units == "SI")))
+
+
+def _note(record: Record, along: str, *, is_si: bool) -> str:
+    """Say how far a record's spline leaves the values beside it; empty if it does not."""
+    unit, of_time = (f" {record.unit}", f" {along}") if is_si else ("", "")
+    places = [
+        f"{swing.value:.4g}{unit} at {swing.time:.4g}{of_time}, beside a point of {swing.beside:.4g}{unit}"
+        for swing in swings(record.signal)
+    ]
+    if not places:
+        return ""
+    return f"{record.words}: the cubic spline through its points reaches {' and '.join(places)}; {record.instead}."

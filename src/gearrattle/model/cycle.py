@@ -13,6 +13,7 @@ from gearrattle.model.signal import Signal
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+    from scipy.interpolate import CubicSpline
 
     Array = NDArray[np.float64]
 
@@ -36,12 +37,23 @@ def pressure_at(signal: Signal, angle: Array) -> Array:
     """Pressure at crank angles [Pa, rad]; where the trace has both ends of the cycle, the first one counts."""
     import numpy as np
 
-    inside = signal.time < signal.time[0] + _CYCLE * (1.0 - _SAME)
-    along = np.append(signal.time[inside], signal.time[0] + _CYCLE)
-    value = np.append(signal.value[inside], signal.value[0]) * signal.scale
+    along, value = _closed(signal)
     at = along[0] + np.remainder(angle - along[0], _CYCLE)
-    if signal.interpolation == "linear":
-        return np.interp(at, along, value)
+    pressure = np.interp(at, along, value) if signal.interpolation == "linear" else periodic_spline(signal)(at)
+    return np.asarray(signal.scale * pressure)
+
+
+def periodic_spline(signal: Signal) -> CubicSpline:
+    """The periodic spline through a trace over one cycle, before its scale."""
     from scipy.interpolate import CubicSpline
 
-    return np.asarray(CubicSpline(along, value, bc_type="periodic")(at))
+    return CubicSpline(*_closed(signal), bc_type="periodic")
+
+
+def _closed(signal: Signal) -> tuple[Array, Array]:
+    """Angles [rad] and values of one cycle, both ends included, the same value at both."""
+    import numpy as np
+
+    inside = signal.time < signal.time[0] + _CYCLE * (1.0 - _SAME)
+    along = np.append(signal.time[inside], signal.time[0] + _CYCLE)
+    return along, np.append(signal.value[inside], signal.value[0])

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PPoly
 
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -33,21 +33,33 @@ def random_splines(seed: int) -> tuple[Signals, CubicSpline, CubicSpline]:
     return splines(times, 3.0 * rng.normal(size=times.size), 0.1 * rng.normal(size=times.size))
 
 
-def restarted(system: PiecewiseSystem, torque: CubicSpline, error: CubicSpline) -> tuple[np.ndarray, int]:
+def jumping(seed: int, degree: int) -> tuple[Signals, PPoly, CubicSpline]:
+    """Return a torque of polynomials that do not meet, and an error that is smooth."""
+    smooth, _, error = random_splines(seed)
+    rng, intervals = np.random.default_rng(seed), len(smooth.knots) - 1
+    length = np.diff(smooth.knots)[:, None]
+    torque = 3.0 * rng.normal(size=(intervals, degree + 1)) / length ** np.arange(degree + 1)
+    coefficients = smooth.coefficients.copy()
+    coefficients[:, 0] = 0.0
+    coefficients[:, 0, : degree + 1] = torque
+    return replace(smooth, coefficients=coefficients), PPoly(torque[:, ::-1].T, smooth.knots), error
+
+
+def restarted(system: PiecewiseSystem, torque: PPoly, error: CubicSpline) -> tuple[np.ndarray, int]:
     """Return the last state and the number of crossings of one inertia in a gap, restarted at knots and corners."""
     law, drag = system.laws[0], float(system.drag[0])
     (corner,), stiffness, damping = np.unique(np.abs(law.corners)), law.stiffness[-1], law.damping[-1]
     knots = torque.x[torque.x < END]
     y, crossings = np.zeros(2), 0
-    for begin, end in zip(knots, [*knots[1:], END], strict=True):
-        now = begin
+    for i, (begin, end) in enumerate(zip(knots, [*knots[1:], END], strict=True)):
+        now, push = begin, PPoly(torque.c[:, i : i + 1], torque.x[i : i + 2])  # goes on where the interval ends
         while True:
             ahead = y[0] - error(now) + 1e-7 * (y[1] - error(now, 1))
             side = 0.0 if abs(ahead) < corner else float(np.sign(ahead))
 
-            def rate(t: float, y: np.ndarray, side: float = side) -> list[float]:
+            def rate(t: float, y: np.ndarray, side: float = side, push: PPoly = push) -> list[float]:
                 force = stiffness * (y[0] - error(t) - side * corner) + damping * (y[1] - error(t, 1)) if side else 0.0
-                return [y[1], torque(t) - drag * y[1] - force]
+                return [y[1], push(t) - drag * y[1] - force]
 
             def gap(t: float, y: np.ndarray, side: float = side) -> float:
                 return corner - abs(y[0] - error(t)) if side == 0.0 else side * (y[0] - error(t)) - corner
@@ -64,6 +76,22 @@ def restarted(system: PiecewiseSystem, torque: CubicSpline, error: CubicSpline) 
 @pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(2, 6))])
 def test_rattle_under_splines(seed: int) -> None:
     signals, torque, error = random_splines(seed)
+    system = replace(oscillator(clearance(400.0, 2.0, 0.3), drag=0.05), signals=signals)
+    motion = finished(ExactMarch(replace(task(system, [0.0], [0.0], cycles=4), audit=True)))
+    y, crossings = restarted(system, torque, error)
+    assert len(motion.crossings.time) == crossings
+    assert crossings > 10
+    assert motion.angle[-1, 0] == pytest.approx(y[0], abs=1e-9)
+    assert motion.velocity[-1, 0] == pytest.approx(y[1], abs=1e-8)
+    assert motion.energy is not None
+    assert motion.energy.relative_residual <= 1e-12
+
+
+@pytest.mark.parametrize(
+    ("seed", "degree"), [(0, 0), (1, 1), *(pytest.param(seed, seed % 4, marks=pytest.mark.long) for seed in range(2, 6))]
+)
+def test_rattle_under_jumps(seed: int, degree: int) -> None:
+    signals, torque, error = jumping(seed, degree)
     system = replace(oscillator(clearance(400.0, 2.0, 0.3), drag=0.05), signals=signals)
     motion = finished(ExactMarch(replace(task(system, [0.0], [0.0], cycles=4), audit=True)))
     y, crossings = restarted(system, torque, error)
