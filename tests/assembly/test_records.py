@@ -51,9 +51,9 @@ def test_four_points_of_a_step() -> None:
 
 
 def test_six_points_of_a_pulse() -> None:
-    time, value = np.array([0.0, 1.0, 1.001, 1.002, 1.003, 3.0]), np.array([0.0, 0.0, 50.0, 50.0, 0.0, 0.0])
+    time, value = np.array([0.0, 1.0, 1.001, 1.05, 1.051, 3.0]), np.array([0.0, 0.0, 50.0, 50.0, 0.0, 0.0])
     lowest = min(swings(Signal(time, value)), key=lambda swing: swing.value)
-    assert lowest.value < -20_000.0
+    assert lowest.value == pytest.approx(-599e3, abs=500.0)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -115,8 +115,8 @@ def test_the_pressure_of_an_engine() -> None:
     """A trace that jumps from compression to combustion at a dead centre, point by point every 60 degrees."""
     angle = np.arange(0.0, 720.0, 60.0)
     pressure = np.where(angle == 360.0, 60.0, np.where(angle == 420.0, 55.0, 1.0))
-    trace = f'angle = {[f"{a:g} deg" for a in angle.tolist()]}, value = {[f"{p:g} bar" for p in pressure.tolist()]}'
-    engine = f'[[torque]]\non = "drive"\n[torque.engine]\ncylinders = 1\nbore = 0.08\nstroke = 0.08\nrod = 0.14\n'
+    trace = f"angle = {[f'{a:g} deg' for a in angle.tolist()]}, value = {[f'{p:g} bar' for p in pressure.tolist()]}"
+    engine = '[[torque]]\non = "drive"\n[torque.engine]\ncylinders = 1\nbore = 0.08\nstroke = 0.08\nrod = 0.14\n'
     (note,) = record_notes(model(f"{engine}pressure = {{ {trace} }}"))
     assert "pressure of the engine on drive" in note
     assert " Pa at " in note

@@ -144,7 +144,9 @@ def test_a_run_begins_anywhere_in_a_record(interpolation: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("start", "gained"), [(0.0, 1.0 + 1.0 + 6.0), (0.5, 0.5 + 1.0 + 8.0), (4.0, 12.0)], ids=["first", "inside", "behind"]
+    ("start", "gained"),
+    [(0.0, 1.0 + 1.0 + 6.0), (0.5, 0.5 + 1.0 + 8.0), (4.0, 12.0)],
+    ids=["first", "inside", "behind"],
 )
 def test_the_last_value_of_steps_is_held(start: float, gained: float) -> None:
     """1 N m until 1 s of the record, 2 until 1.5, then 4 for ever: here for 1.5 s or longer."""

@@ -49,8 +49,21 @@ def test_a_motion_takes_the_place_of_torques_and_a_torque_is_added() -> None:
 
 
 @pytest.mark.parametrize(
+    ("quantity", "unit", "interpolation"),
+    [("torque", "N*m", "linear"), ("torque", "N*m", "step"), ("torque", "N*m", "cubic"), ("speed", "rad/s", "linear")],
+)
+def test_what_stands_between_samples(quantity: str, unit: str, interpolation: str) -> None:
+    driven = gr.measured.drive(CASE, _record(quantity, "hub", unit), interpolation=interpolation)
+    signal = driven.torques[-1].signal if quantity == "torque" else driven.motions[0].signal
+    assert signal is not None
+    assert signal.interpolation == interpolation
+
+
+@pytest.mark.parametrize(
     ("record", "options", "words"),
     [
+        (_record("velocity"), {"interpolation": "step"}, 'must be "cubic" or "linear" here'),
+        (_record("torque"), {"interpolation": "line"}, 'did you mean "linear"'),
         (_record("sound pressure"), {"channel": "x"}, "sound pressure drives nothing; torque"),
         (_record("sound pressure"), {}, "0 channels can drive"),
         (_record("velocity", "flywheeel"), {}, 'did you mean "flywheel"'),

@@ -111,7 +111,12 @@ def test_interpolation_stays_with_the_points(tmp_path: Path, interpolation: str)
 
 @pytest.mark.parametrize(
     ("time", "value", "interpolation"),
-    [([0, 1], [0, 50], "linear"), ([0, 1, 1, 3], [0, 1, 2, 3], "linear"), ([0], [5], "step"), ([0, 0, 1], [0, 5, 5], "linear")],
+    [
+        ([0, 1], [0, 50], "linear"),
+        ([0, 1, 1, 3], [0, 1, 2, 3], "linear"),
+        ([0], [5], "step"),
+        ([0, 0, 1], [0, 5, 5], "linear"),
+    ],
 )
 def test_few_points_and_jumps(time: list[float], value: list[float], interpolation: str) -> None:
     signal = read(f'{{ time = {time}, value = {value}, interpolation = "{interpolation}" }}').torques[0].signal
@@ -156,6 +161,15 @@ def test_the_schema_says_what_may_stand_between_points() -> None:
         forms = definitions[noun]["properties"][key]["anyOf"]
         assert [form["properties"]["interpolation"]["enum"] for form in forms] == [interpolations] * 2
         assert forms[1]["properties"]["value"]["minItems"] == fewest
+
+
+def test_the_example_of_the_schema_is_a_record() -> None:
+    """A form begins with it."""
+    definitions = json_schema()["$defs"]
+    assert isinstance(definitions, dict)
+    forms = definitions["Torque"]["properties"]["signal"]["anyOf"]
+    time, value = (forms[1]["properties"][key]["examples"][0] for key in ("time", "value"))
+    assert read(f"{{ time = {time}, value = {value} }}").torques[0].signal is not None
 
 
 def test_points_cannot_be_changed(tmp_path: Path) -> None:

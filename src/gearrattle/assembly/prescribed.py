@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly.elements import rows_of
 from gearrattle.assembly.period import period_of
-from gearrattle.assembly.sines import sines
 from gearrattle.assembly.records import Recorded, channel_of, mean
+from gearrattle.assembly.sines import sines
 from gearrattle.engine.system.channels import Channel
 from gearrattle.model import Harmonic, Model, Motion, Signal
 from gearrattle.remember import kept

@@ -21,9 +21,9 @@ from gearrattle.assembly.elements import rows_of
 from gearrattle.assembly.means import mean_torque
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import angle_of, free_of, places, specified_angle
+from gearrattle.assembly.records import Recorded, channel_of, records_of
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.sines import ramp_of, speeds_of, tone, tones_of
-from gearrattle.assembly.records import Recorded, channel_of, records_of
 from gearrattle.engine.system.channels import Channel, joined
 from gearrattle.engine.system.run_up import Sound, Tone, TooLong, channels
 from gearrattle.engine.system.signals import Signals, Specified

@@ -26,6 +26,7 @@ def drive(
     start: float | None = None,
     static: float | None = None,
     about: float | None = None,
+    interpolation: str = "cubic",
 ) -> Model:
     """Drive a model with what was measured.
 
@@ -37,7 +38,7 @@ def drive(
     model
         in SI.
     recording
-        of four samples or more.
+        of four samples or more; two are enough for "linear", one for "step".
     channel
         its name; empty: the only channel that can drive.
     on
@@ -48,6 +49,9 @@ def drive(
         torque that the static start and everything linear take [N m]; None: the mean.
     about
         of a motion, the uniform speed about which the model's angles fluctuate [rad/s]; None: its mean.
+    interpolation
+        what stands between the samples: "cubic", the spline through all of them; of a torque or a speed also
+        "linear", straight lines; of a torque also "step", each value until the next sample.
 
     Returns
     -------
@@ -57,7 +61,8 @@ def drive(
     Raises
     ------
     ModelError
-        no such channel or inertia, a quantity that drives nothing, a dimensionless model.
+        no such channel or inertia, a quantity that drives nothing, an interpolation that it does not allow, a
+        dimensionless model.
 
     Examples
     --------
@@ -86,6 +91,7 @@ def drive(
         "value": chosen.values.tolist(),
         "start": float(recording.time[0]) if start is None else start,
         "source": f"{recording.source}: {chosen.name}",
+        "interpolation": interpolation,
     }
     if key == "signal":
         if about is not None:

@@ -324,7 +324,9 @@ class OverTime:
         if np.unique(signal.time).size < fewest:
             rule = f"{_CURVES[signal.interpolation]} needs {counted(fewest, 'point')} or more"
             others = [f'interpolation = "{way}" needs {FEWEST[way]}' for way in self.interpolations]
-            remedy = "; ".join(words for way, words in zip(self.interpolations, others, strict=True) if FEWEST[way] < fewest)
+            remedy = "; ".join(
+                words for way, words in zip(self.interpolations, others, strict=True) if FEWEST[way] < fewest
+            )
             raise breach(rule, remedy, place=location, value=f"{counted(signal.time.size, 'point')}")
         first = float(signal.time[0])
         last = float(np.inf if signal.interpolation == "step" else signal.time[-1])
@@ -336,7 +338,8 @@ class OverTime:
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema: a file and its columns, or two lists."""
-        number = {"type": "array", "minItems": min(FEWEST[way] for way in self.interpolations)}
+        numbers = {"type": "array", "minItems": min(FEWEST[way] for way in self.interpolations)}
+        begins = [0.0, 0.1, 0.2, 0.3] if self.key == "time" else ["0 deg", "180 deg", "360 deg", "540 deg"]
         quantity, along = Quantity(self.dimension).describe(), Quantity(self.along).describe()
         static = {"static": quantity} if self.static else {}
         shared = {
@@ -349,7 +352,13 @@ class OverTime:
         text = {"type": "string", "minLength": 1}
         forms = (
             (["file", self.key, "value"], {"file": text, self.key: text, "value": text}),
-            ([self.key, "value"], {self.key: {**number, "items": along}, "value": {**number, "items": quantity}}),
+            (
+                [self.key, "value"],
+                {
+                    self.key: {**numbers, "items": along, "examples": [begins]},
+                    "value": {**numbers, "items": quantity, "examples": [[0.0] * len(begins)]},
+                },
+            ),
         )
         return {
             "anyOf": [

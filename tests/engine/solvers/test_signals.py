@@ -88,7 +88,8 @@ def test_rattle_under_splines(seed: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("seed", "degree"), [(0, 0), (1, 1), *(pytest.param(seed, seed % 4, marks=pytest.mark.long) for seed in range(2, 6))]
+    ("seed", "degree"),
+    [(0, 0), (1, 1), *(pytest.param(seed, seed % 4, marks=pytest.mark.long) for seed in range(2, 6))],
 )
 def test_rattle_under_jumps(seed: int, degree: int) -> None:
     signals, torque, error = jumping(seed, degree)

@@ -37,7 +37,7 @@ export function beginning(root, node) {
 function first(root, node) {
   if (node.enum) return node.enum[0];
   if (node.prefixItems) return node.prefixItems.map((entry) => first(root, resolved(root, entry)));
-  if (node.type === "array") return Array.from({ length: node.minItems ?? 1 }, () => beginning(root, node.items));
+  if (node.type === "array") return node.examples?.[0] ?? Array.from({ length: node.minItems ?? 1 }, () => beginning(root, node.items));
   if (optionsOf(root, node).some(isTable)) return beginning(root, node);
   return exampleOf(root, node) || (node.minLength ? "column" : Math.max(1, node.minimum ?? 1));
 }
