@@ -25,13 +25,22 @@ from gearrattle.engine.system import variation as growth
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.energy import EnergyAudit
 from gearrattle.engine.system.flow import flow_of
-from gearrattle.engine.system.passages import Auxiliaries, Passages
+from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.perturbed import Gradient
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, opened_hdf5
 from gearrattle.formats import check_format, format_name, version_of
-from gearrattle.model import Model, Points, loads
+from gearrattle.model import Model, loads, readable_text
+from gearrattle.model.table import did_you_mean, shown
 from gearrattle.result import Result
+from gearrattle.run_groups import (
+    AUXILIARY_VALUES,
+    has_auxiliaries,
+    read_auxiliaries,
+    read_points,
+    write_auxiliaries,
+    write_points,
+)
 from gearrattle.trajectory import Array, Cost, EventLog, Trajectory
 from gearrattle.wording import counted
 
@@ -48,11 +57,11 @@ _SAMPLED = {
     "region": ("clearance", "1"),
     "element_torque": ("element", "N m"),
 }
+_TABLES = {
+    "bodies": ("angle", "velocity", "acceleration"),
+    "elements": ("deflection", "force", "region", "element_torque"),
+}
 _WHOLE = {"region": "i2", "slider": "i1"}
-_AUXILIARY_VALUES = {"slider_stretch": ("memory", "rad"), "slider_force": ("force", "N m, or N for a mesh")}
-_PASSAGES = {"time": ("time", "f8"), "watch": ("watch", "i2"), "upward": ("upward", "i1"), "velocity": ("rate", "f8")}
-_EARLIER_GROUP = "companions"  # of the format "gearrattle run 1", in place of "auxiliaries"
-"""Names and kinds in the file, which stay; with ``memory``, called ``stretched`` there."""
 _Samples = dict[str, tuple[tuple[str, ...], Array, str]]
 """By name: axes, values, SI unit."""
 
@@ -113,7 +122,7 @@ class Run(Result):
         }
         if t.auxiliaries is not None:
             labels["auxiliary"] = t.layout.auxiliary_names
-            for name, (value, unit) in _AUXILIARY_VALUES.items():
+            for name, (value, unit) in AUXILIARY_VALUES.items():
                 samples[name] = (("time", "auxiliary"), getattr(t.auxiliaries, value), unit)
             codes = [np.array([WORDS.index(word) for word in words]) for words in t.layout.auxiliary_words]
             states = np.stack([code[s] for code, s in zip(codes, t.auxiliaries.piece.T, strict=True)], axis=1)
@@ -228,6 +237,51 @@ class Run(Result):
         """
         return self.trajectory.first_cycle * self.trajectory.layout.period + self.variation.horizon(growth.GROWTH)
 
+    def to_dataframe(self, kind: str = "bodies") -> pd.DataFrame:
+        """Return samples or crossings as a table; ``data.to_dataframe()`` would have a row for every pair of names.
+
+        Parameters
+        ----------
+        kind
+            "bodies": angle, velocity and acceleration of every body, ``angle.NAME`` and so on, along a sweep also
+            ``speed``; "elements": deflection, force and region of every clearance, and torque of every element. Both
+            have one row a sample, and the time [s] as index. "events": the crossings, as ``events`` has them.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A new table [SI].
+
+        Raises
+        ------
+        ModelError
+            another kind.
+
+        Examples
+        --------
+        >>> run = gr.simulate(gr.example("case3"), cycles=5, discard=1)
+        >>> run.to_dataframe()["velocity.hub"].index.name, len(run.to_dataframe("events")) == len(run.events)
+        ('time', True)
+        """
+        if kind == "events":
+            return self.events.copy()
+        if kind not in _TABLES:
+            kinds = (*_TABLES, "events")
+            rule = f"must be {' or '.join(shown(name) for name in kinds)}"
+            raise ModelError(Problem("kind", shown(kind), rule, did_you_mean(kind, kinds)))
+        return self._wide(*_TABLES[kind])
+
+    def _wide(self, *names: str) -> pd.DataFrame:
+        """A row a sample, a column a name and quantity; of bodies also the speed along a sweep."""
+        import pandas as pd
+
+        t, variables, coordinates = self.trajectory, *self._labelled()
+        columns = {} if self.speed is None or "angle" not in names else {"speed": self.speed}
+        for name in names:
+            labels = coordinates[_SAMPLED[name][0]][1]
+            columns.update({f"{name}.{label}": variables[name][1][:, i] for i, label in enumerate(labels)})
+        return pd.DataFrame(columns, index=pd.Index(t.time, name="time"))
+
     @property
     def cost(self) -> Cost:
         """What the run cost."""
@@ -258,7 +312,7 @@ class Run(Result):
             "period": t.layout.period,
             "units": self.model.units,
             "provenance": json.dumps(provenance),
-            "model": self.model.to_stored()[0],
+            "model": readable_text(self.model),
             "cost": json.dumps(asdict(t.cost)),
             "notes": json.dumps(list(t.notes)),
             "energy": json.dumps(None if t.energy is None else _listed(t.energy)),
@@ -296,18 +350,11 @@ class Run(Result):
                 group.create_variable(name, ("event",), "i2", data=getattr(log, name).astype("i2"))
             group["clearance"].attrs["meaning"] = "index into the root's clearance"
             if t.auxiliaries is not None:
-                _write_auxiliaries(file, t.auxiliaries)
-            _write_points(file, self.model.to_stored()[1])
+                write_auxiliaries(file, t.auxiliaries)
+            write_points(file, self.model.to_stored()[1])
 
     def _write_csv(self, path: Path) -> None:
-        import pandas as pd
-
-        t = self.trajectory
-        columns: dict[str, Any] = {"time": t.time, **({} if self.speed is None else {"speed": self.speed})}
-        for name in ("angle", "velocity", "acceleration", "deflection", "force"):
-            labels = t.layout.inertia_names if _SAMPLED[name][0] == "inertia" else t.layout.clearance_names
-            columns.update({f"{name}.{label}": getattr(t, name)[:, i] for i, label in enumerate(labels)})
-        pd.DataFrame(columns).to_csv(path, index=False)
+        self._wide(*_TABLES["bodies"], "deflection", "force").to_csv(path)
 
 
 def check_run(value: object, also: tuple[type, ...] = ()) -> None:
@@ -341,49 +388,6 @@ def _read_only(array: Any) -> Any:
     view = np.asarray(array).view()
     view.flags.writeable = False
     return view
-
-
-def _write_points(file: Any, stored: Points) -> None:
-    """Write the points of the model's signals, each as a group named by their digest."""
-    for digest, points in stored.items():
-        group = file.create_group(f"signals/{digest}")
-        group.dimensions = {"point": points[0].size}
-        for name, values in zip(("time", "value"), points, strict=True):
-            group.create_variable(name, ("point",), "f8", data=values)
-
-
-def _read_points(file: Any) -> Points:
-    if "signals" not in file.groups:
-        return {}
-    groups = file.groups["signals"].groups.items()
-    return {digest: (np.array(group["time"][...]), np.array(group["value"][...])) for digest, group in groups}
-
-
-def _write_auxiliaries(file: Any, auxiliaries: Auxiliaries) -> None:
-    """Write pieces and crossings of auxiliaries as a group; their forces and memories are samples."""
-    group, log = file.create_group("auxiliaries"), auxiliaries.passages
-    count, memories = log.memory.shape
-    samples, sliders = auxiliaries.piece.shape
-    group.dimensions = {"sample": samples, "slider": sliders, "event": count, "memory": memories}
-    group.create_variable("state", ("sample", "slider"), "i1", data=auxiliaries.piece.astype("i1"))
-    group.create_variable("initial", ("slider",), "i1", data=auxiliaries.initial.astype("i1"))
-    for field, (name, kind) in _PASSAGES.items():
-        group.create_variable(name, ("event",), kind, data=getattr(log, field).astype(kind))
-    group.create_variable("stretched", ("event", "memory"), "f8", data=log.memory)
-
-
-def _read_auxiliaries(file: Any) -> Auxiliaries:
-    group = file.groups["auxiliaries" if "auxiliaries" in file.groups else _EARLIER_GROUP]
-    log: dict[str, Any] = {
-        field: np.array(group[name][...], float if kind == "f8" else np.int64)
-        for field, (name, kind) in _PASSAGES.items()
-    }
-    return Auxiliaries(
-        **{name: np.array(file[of][...], float) for of, (name, _) in _AUXILIARY_VALUES.items()},
-        piece=np.array(group["state"][...], np.int64),
-        initial=np.array(group["initial"][...], np.int64),
-        passages=Passages(**log, memory=np.array(group["stretched"][...], float)),
-    )
 
 
 def _listed(energy: EnergyAudit) -> dict[str, list[float]]:
@@ -447,7 +451,7 @@ def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
 
     with h5netcdf.File(stored, "r") as file:
         check_format(file.attrs.get("format", ""), path, "run")
-        model = loads(str(file.attrs["model"]), str(path), _read_points(file))
+        model = loads(str(file.attrs["model"]), str(path), read_points(file))
         group = file.groups["events"]
         logged: dict[str, Any] = {
             **{name: np.array(group[name][...]) for name in ("time", "velocity", "force_integral")},
@@ -470,6 +474,6 @@ def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
             notes=tuple(json.loads(str(file.attrs["notes"]))),
             energy=_energy(json.loads(str(file.attrs["energy"]))),
             first_cycle=int(file.attrs.get("first_cycle", 0)),
-            auxiliaries=_read_auxiliaries(file) if {"auxiliaries", _EARLIER_GROUP} & set(file.groups) else None,
+            auxiliaries=read_auxiliaries(file) if has_auxiliaries(file) else None,
         )
     return Run(trajectory, model)

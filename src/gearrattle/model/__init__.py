@@ -11,7 +11,7 @@ from gearrattle.model.components.coupling import Stage
 from gearrattle.model.engine import Engine
 from gearrattle.model.examples import example
 from gearrattle.model.excitation import Excitation, Harmonic, Motion, Sweep, Torque, TorqueHarmonic
-from gearrattle.model.file import load, loads
+from gearrattle.model.file import load, loads, readable_text
 from gearrattle.model.inertia import Inertia
 from gearrattle.model.model import Model, check_model
 from gearrattle.model.quantity import GROUND, SCHEMA_VERSION
@@ -50,4 +50,5 @@ __all__ = [
     "json_schema",
     "load",
     "loads",
+    "readable_text",
 ]

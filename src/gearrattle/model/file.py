@@ -26,6 +26,10 @@ from gearrattle.model.signal import Points
 from gearrattle.model.table import shown
 
 LARGEST = 1_000_000
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+"""What HDF5 files begin with, netCDF-4 files among them."""
+_FEWEST_CHARACTERS = 10
+"""Of a point of a record: two numbers of three characters, each with a comma and a blank."""
 
 
 def load(path: str | os.PathLike[str], *, root: str | os.PathLike[str] | None = None) -> Model:
@@ -90,6 +94,18 @@ def loads(text: str, name: str = "<text>", stored: Points | None = None) -> Mode
     return Model.from_tables(*read_tables(text, name), stored)
 
 
+def readable_text(model: Model) -> str:
+    """Return a model as a text that ``loads`` reads; one of records too long for that only names their points.
+
+    Such a text goes together with the points themselves (``Model.to_stored``), as in the file of a saved run.
+    """
+    text, points = model.to_stored()
+    if _FEWEST_CHARACTERS * sum(time.size for time, _ in points.values()) > LARGEST:
+        return text
+    whole = model.to_toml()
+    return whole if len(whole) <= LARGEST else text
+
+
 def text_of(model: Model) -> str:
     """Return a model as a text that can be read again.
 
@@ -130,6 +146,9 @@ def read_text(path: str | os.PathLike[str], kind: str = "model file") -> str:
         raise ModelError(Problem(name, "", "no such file", _neighbour(name))) from None
     except (OSError, ValueError) as error:
         raise ModelError(unreadable(shown_name(name), error)) from None
+    if content.startswith(_HDF5):
+        remedy = f"gr.open_run({name!r}).model, if it is a saved run"
+        raise ModelError(Problem(name, "a netCDF or HDF5 file", f"a {kind} is a text (TOML)", remedy))
     if len(content) > LARGEST:
         raise ModelError(Problem(name, "more than 1 MB", _size_rule(kind), f"is this really a {kind}?"))
     try:

@@ -194,13 +194,16 @@ class OverTime:
         if not isinstance(table, Mapping):
             raise breach("must be a table of a record, or of its points", _EXAMPLE)
         stored: Points = context.get(STORED) or {}
-        allowed = (*self.keys, *((STORED,) if stored else ()))
+        allowed = (*self.keys, STORED)
         unknown = [key for key in table if key not in allowed]
         if unknown:
             rule = f"{unknown[0]} is an unknown key; allowed are {listed(self.keys)}"
             raise breach(rule, did_you_mean(unknown[0], self.keys))
         settings = self._settings(table, dimensionless)
         if STORED in table:
+            if table[STORED] not in stored:
+                rule = "its points are kept beside this text, in the saved run that the text is from"
+                raise breach(rule, 'gr.open_run("run.nc").model has them')
             time, value = stored[table[STORED]]
             return Signal(time, value, **settings)
         missing = [key for key in (self.key, "value") if key not in table]

@@ -1,0 +1,69 @@
+"""Groups of the file of a saved run: points of records, and states of sliders and limits of contact damping.
+
+Takes an open h5netcdf file; writes and reads its groups.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gearrattle.engine.system.passages import Auxiliaries, Passages
+from gearrattle.model import Points
+
+AUXILIARY_VALUES = {"slider_stretch": ("memory", "rad"), "slider_force": ("force", "N m, or N for a mesh")}
+"""Samples of auxiliaries by their name: the field that holds them, and their unit."""
+_PASSAGES = {"time": ("time", "f8"), "watch": ("watch", "i2"), "upward": ("upward", "i1"), "velocity": ("rate", "f8")}
+_EARLIER_GROUP = "companions"  # of the format "gearrattle run 1", in place of "auxiliaries"
+"""Names and kinds in the file, which stay; with ``memory``, called ``stretched`` there."""
+
+
+def write_points(file: Any, stored: Points) -> None:
+    """Write the points of the model's signals, each as a group named by their digest."""
+    for digest, points in stored.items():
+        group = file.create_group(f"signals/{digest}")
+        group.dimensions = {"point": points[0].size}
+        for name, values in zip(("time", "value"), points, strict=True):
+            group.create_variable(name, ("point",), "f8", data=values)
+
+
+def read_points(file: Any) -> Points:
+    """Read the points of the model's signals by their digest."""
+    if "signals" not in file.groups:
+        return {}
+    groups = file.groups["signals"].groups.items()
+    return {digest: (np.array(group["time"][...]), np.array(group["value"][...])) for digest, group in groups}
+
+
+def write_auxiliaries(file: Any, auxiliaries: Auxiliaries) -> None:
+    """Write pieces and crossings of auxiliaries as a group; their forces and memories are samples."""
+    group, log = file.create_group("auxiliaries"), auxiliaries.passages
+    count, memories = log.memory.shape
+    samples, sliders = auxiliaries.piece.shape
+    group.dimensions = {"sample": samples, "slider": sliders, "event": count, "memory": memories}
+    group.create_variable("state", ("sample", "slider"), "i1", data=auxiliaries.piece.astype("i1"))
+    group.create_variable("initial", ("slider",), "i1", data=auxiliaries.initial.astype("i1"))
+    for field, (name, kind) in _PASSAGES.items():
+        group.create_variable(name, ("event",), kind, data=getattr(log, field).astype(kind))
+    group.create_variable("stretched", ("event", "memory"), "f8", data=log.memory)
+
+
+def has_auxiliaries(file: Any) -> bool:
+    """Whether there are samples and crossings of auxiliaries."""
+    return bool({"auxiliaries", _EARLIER_GROUP} & set(file.groups))
+
+
+def read_auxiliaries(file: Any) -> Auxiliaries:
+    """Read pieces and crossings of auxiliaries, and their forces and memories."""
+    group = file.groups["auxiliaries" if "auxiliaries" in file.groups else _EARLIER_GROUP]
+    log: dict[str, Any] = {
+        field: np.array(group[name][...], float if kind == "f8" else np.int64)
+        for field, (name, kind) in _PASSAGES.items()
+    }
+    return Auxiliaries(
+        **{name: np.array(file[of][...], float) for of, (name, _) in AUXILIARY_VALUES.items()},
+        piece=np.array(group["state"][...], np.int64),
+        initial=np.array(group["initial"][...], np.int64),
+        passages=Passages(**log, memory=np.array(group["stretched"][...], float)),
+    )
