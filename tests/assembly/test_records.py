@@ -45,8 +45,8 @@ def dense(time: np.ndarray, value: np.ndarray) -> tuple[float, float]:
 
 def test_four_points_of_a_step() -> None:
     low, high = sorted(swings(Signal(*CASE_1)), key=lambda swing: swing.value)
-    assert (round(low.value), round(low.beside, 9)) == (-308, 0.0)
-    assert (round(high.value), round(high.beside, 9)) == (1045, 50.0)
+    assert (round(low.value), round(low.neighbour, 9)) == (-308, 0.0)
+    assert (round(high.value), round(high.neighbour, 9)) == (1045, 50.0)
     assert CubicSpline(*CASE_1)(low.time) == pytest.approx(low.value, rel=1e-13)
 
 
@@ -64,7 +64,7 @@ def test_swings_are_those_of_a_dense_grid(seed: int, scale: float) -> None:
     value = np.cumsum(rng.normal(size=time.size))
     above, below = dense(time, scale * value)
     expected = [size for size in (above, below) if size > 0.05 * np.ptp(scale * value)]
-    actual = [abs(swing.value - swing.beside) for swing in swings(Signal(time, value, scale=scale))]
+    actual = [abs(swing.value - swing.neighbour) for swing in swings(Signal(time, value, scale=scale))]
     np.testing.assert_allclose(actual, expected, rtol=1e-5)
 
 

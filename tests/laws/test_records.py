@@ -102,10 +102,10 @@ def mode_response(time: np.ndarray, omega: float, ratio: float, corners: Corners
 def chain_response(n: int, time: np.ndarray, corners: Corners) -> tuple[np.ndarray, np.ndarray]:
     """Return (t, n) angles and velocities of the chain by its modes."""
     angle, velocity = np.zeros((2, time.size, n), dtype=np.longdouble)
-    place = np.arange(1, n + 1)
+    position = np.arange(1, n + 1)
     for k in range(1, n + 1):
         omega = 2.0 * np.sqrt(np.longdouble(STIFFNESS) / INERTIA) * np.sin(k * PI / (2 * (n + 1)))
-        shape = np.sqrt(np.longdouble(2) / (n + 1)) * np.sin(PI * (place * k % (2 * (n + 1))) / (n + 1))
+        shape = np.sqrt(np.longdouble(2) / (n + 1)) * np.sin(PI * (position * k % (2 * (n + 1))) / (n + 1))
         value, rate = mode_response(time, omega, 0.5 * DAMPING / STIFFNESS * omega, corners)
         angle += value[:, None] * shape * shape[0] / INERTIA
         velocity += rate[:, None] * shape * shape[0] / INERTIA
@@ -281,9 +281,9 @@ def test_a_study_over_a_record() -> None:
     """Each case is the run of its own model; a lower speed makes longer runs, over which the last step is held."""
     model = gap(signal([0.0, 1.0, 1.4], [0.0, 30.0, -8.0], "step"))
     axes = {"torque.0.signal.scale": [0.5, 1.0, 2.0], "excitation.frequency": [0.5, 1.0]}
-    found = gr.study(model, axes, outputs=["largest impact energy", "crossings per cycle"], workers=1)
+    cases = gr.study(model, axes, outputs=["largest impact energy", "crossings per cycle"], workers=1)
     for case in np.ndindex(3, 2):
         values = {path: axis[i] for (path, axis), i in zip(axes.items(), case, strict=True)}
         run = gr.simulate(model.with_(values))
-        assert found["crossings per cycle"].values[case] == len(run.events) / 3.0
+        assert cases["crossings per cycle"].values[case] == len(run.events) / 3.0
         assert len(run.events) > 0

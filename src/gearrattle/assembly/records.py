@@ -129,13 +129,13 @@ class Swing(NamedTuple):
         of the record where it is farthest from them [s]; of a trace over the crank angle, that angle [rad].
     value
         of the spline there [SI].
-    beside
+    neighbour
         value of that neighbour which is nearer to it [SI].
     """
 
     time: float
     value: float
-    beside: float
+    neighbour: float
 
 
 @kept
@@ -156,10 +156,10 @@ def swings(signal: Signal) -> tuple[Swing, ...]:
     # beyond both neighbours, on either side
     low, high = np.minimum(left, right), np.maximum(left, right)
     most, leaving = _ALLOWED * float(high.max() - low.min()), []
-    for beyond, beside in ((value - high, high), (low - value, low)):
+    for beyond, neighbour in ((value - high, high), (low - value, low)):
         i, j = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
         if beyond[i, j] > most:
-            leaving.append(Swing(float(curve.x[j] + since[i, j]), float(value[i, j]), float(beside[j])))
+            leaving.append(Swing(float(curve.x[j] + since[i, j]), float(value[i, j]), float(neighbour[j])))
     return tuple(leaving)
 
 
@@ -215,7 +215,7 @@ def _note(record: Record, along: str, *, is_si: bool) -> str:
     """Say how far a record's spline leaves the values beside it; empty if it does not."""
     unit, of_time = (f" {record.unit}", f" {along}") if is_si else ("", "")
     places = [
-        f"{swing.value:.4g}{unit} at {swing.time:.4g}{of_time}, beside a point of {swing.beside:.4g}{unit}"
+        f"{swing.value:.4g}{unit} at {swing.time:.4g}{of_time}, beside a point of {swing.neighbour:.4g}{unit}"
         for swing in swings(record.signal)
     ]
     if not places:
