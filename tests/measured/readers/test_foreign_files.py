@@ -157,7 +157,8 @@ def test_uff_of_pyuff(binary: int, kind: int, error: float, tmp_path: Path) -> N
     assert (column.name, column.unit) == ("n_engine", "rpm")
     np.testing.assert_allclose(column.values, X, atol=error)
     np.testing.assert_allclose(column.time, T, atol=1e-9)
-    assert raw.notes == ("dataset 2 left out: function of type 4, not of time",)
+    rule = "function of type 4, not of time: its abscissa is not named, a frequency"
+    assert raw.notes == (f"dataset 2 left out: {rule}",)
 
 
 def test_uff_of_uneven_times(tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ HEAD = 4096
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 TIME_NAMES = ("time", "t", "Time", "TIME", "Zeit", "timestamps")
 """What a column of times is called where a file has no better way to say so."""
+_TIME_SPELLINGS = {"": "s", "S": "s", "sec": "s", "sek": "s", "msec": "ms", "usec": "us", "none": "s"}
 
 
 class Request(NamedTuple):
@@ -214,11 +215,29 @@ def _shared(one: str, other: str) -> int:
     return next((i for i, (x, y) in enumerate(zip(a, b, strict=False)) if x != y), min(len(a), len(b)))
 
 
+def seconds(unit: str) -> float:
+    """Return the factor of a unit of time to s.
+
+    Parameters
+    ----------
+    unit
+        as a file or a user writes it, without brackets or with them; empty: s.
+
+    Raises
+    ------
+    UnitError
+        it is unknown, or no unit of time.
+    """
+    text = unit.strip().strip("[]()").strip().replace("µ", "u").replace("μ", "u")
+    text = text.lower() if len(text) > 2 else text  # SEC; but Ms is no ms
+    return units.convert(f"1 {_TIME_SPELLINGS.get(text, text)}", units.TIME)
+
+
 def _seconds(path: Path, column: Column, unit: str) -> float:
     """Return the factor of a column of times to s."""
     text = unit or column.unit or "s"
     try:
-        return units.convert(f"1 {'s' if text in ('sec', 'S') else text}", units.TIME)
+        return seconds(text)
     except units.UnitError as error:
         location = f"{path}: {column.name}"
         raise ModelError(

@@ -2,8 +2,9 @@
 
 A dataset stands between lines that hold -1. Its number, eleven lines of header, then the values: columns of Fortran's
 E13.5 or E20.12, or as many bytes as the line of the number says. The values' spacing has six digits there; ``write``
-repeats it in full in the fourth line, which only this reader understands. Formats: SDRC I-DEAS Test, dataset 58
-(records 1 to 12); University of Cincinnati, SDRL, dataset 58b.
+repeats it in full in the fourth line, which only this reader understands. What stands along the abscissa, and in which
+unit, record 8 says: only what is a time is taken for one. Formats: SDRC I-DEAS Test, dataset 58 (records 1 to 12);
+University of Cincinnati, SDRL, dataset 58b.
 
 Takes a path; gives columns with times.
 """
@@ -21,7 +22,8 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import read_bytes
-from gearrattle.measured.readers.base import Column, Raw, Request, unfit
+from gearrattle.measured.readers.base import Column, Raw, Request, seconds, unfit
+from gearrattle.model.units import UnitError
 from gearrattle.recording import Array, Channel, Recording
 from gearrattle.wording import counted
 
@@ -30,6 +32,10 @@ SUFFIXES = (".uff", ".unv", ".bunv", ".uf58")
 _MARK = "gearrattle: "
 _TIMES = re.compile(r"first (\S+) s, interval (\S+) s")
 _TIME = 17  # specific data type of an abscissa
+_NOT_SAID = (0, 1)  # specific data types "unknown" and "general"
+_ABSCISSAS = {18: "a frequency", 19: "a speed", 20: "an order"}
+_RESPONSE = 1  # function type of a time history
+_LAGS = {7: "auto-correlation", 8: "cross-correlation", 25: "impulse response"}  # function types over time lags
 _HEADER = 11
 _DIGITS = 1e-5  # relative: what E13.5 keeps
 
@@ -43,6 +49,18 @@ class _Block(NamedTuple):
     order: str
 
 
+class _Axis(NamedTuple):
+    """What stands along an axis: its specific data type, label and unit; empty where the file has NONE."""
+
+    kind: int
+    label: str
+    unit: str
+
+
+class _LeftOut(Exception):
+    """Why a dataset is no time history."""
+
+
 def knows(_path: Path, head: bytes) -> bool:
     """Tell the line of -1 and the number of a dataset after it."""
     lines = [line for line in head.splitlines()[:4] if line.strip()]
@@ -51,16 +69,18 @@ def knows(_path: Path, head: bytes) -> bool:
 
 def read(path: Path, _request: Request) -> Raw:
     """Return its real time histories."""
-    columns, notes = [], []
+    columns: list[Column] = []
+    notes: list[str] = []
     for position, block in enumerate(_blocks(path), 1):
         if block.number != 58:
             continue
-        location = f"{path}: dataset {position}"
-        history = _history(block, location)
-        if isinstance(history, str):
-            notes.append(f"dataset {position} left out: {history}")
+        try:
+            column, said = _history(block, f"{path}: dataset {position}")
+        except _LeftOut as reason:
+            notes.append(f"dataset {position} left out: {reason}")
         else:
-            columns.append(history)
+            columns.append(column)
+            notes += [f"{column.name.rpartition(' @ ')[0]}: {note}" for note in said]
     if not columns:
         rule = "holds no time history (dataset 58)"
         raise ModelError(Problem(str(path), "", rule, "; ".join(notes[:3])))
@@ -102,7 +122,10 @@ def _blocks(path: Path) -> Iterator[_Block]:
             if fields[1] != 2:
                 rule = "binary numbers must be of IEEE 754"
                 raise ModelError(Problem(str(path), f"format {fields[1]}", rule, "write it as text"))
-            if len(data) < fields[3] or line().strip() not in (b"-1", b""):
+            closing = line().strip()
+            while not closing and at < end:  # a line break may stand between the bytes and the line that closes
+                closing = line().strip()
+            if len(data) < fields[3] or closing not in (b"-1", b""):
                 raise _cut(path)
             yield _Block(58, lines, data, "<" if fields[0] == 1 else ">")
             continue
@@ -118,33 +141,96 @@ def _cut(path: Path) -> ModelError:
     return ModelError(Problem(str(path), "", "ends inside a dataset: the file is truncated", "copy it again"))
 
 
-def _history(block: _Block, location: str) -> Column | str:
-    """Return the column of a dataset, or why it is none."""
+def _history(block: _Block, location: str) -> tuple[Column, list[str]]:
+    """Return the column of a dataset, and what must be known of it.
+
+    Raises
+    ------
+    _LeftOut
+        it is no time history.
+    ModelError
+        its header cannot be read, or its values are not as many as that says.
+    """
     if len(block.lines) < _HEADER:
         raise ModelError(Problem(location, f"{len(block.lines)} lines", f"a dataset 58 has {_HEADER} lines of header"))
+    factor, notes = _seconds(block)
     kind, count, even, first, step = _record_7(block.lines[6], location)
-    function = _whole(block.lines[5][:5])
-    if _whole(block.lines[7][:10]) != _TIME and function != 1:
-        return f"function of type {function}, not of time"
     if kind not in (2, 4):
-        return "its values are complex"
-    values = _values(block, kind, count if even else 2 * count, location, even)
+        raise _LeftOut("its values are complex")
+    if count < 2:
+        raise _LeftOut(f"it has {counted(count, 'sample')}")
+    if even and not step > 0.0:
+        rule = "must have samples a step above zero apart"
+        raise ModelError(Problem(f"{location}, record 7", block.lines[6].strip(), rule))
+    # values and times
+    values, behind = _values(block, kind, count if even else 2 * count, location, even)
+    if behind:
+        notes.append(f"{counted(behind, 'number')} behind the {count} that the header tells: left out")
     if even:
         exact = _TIMES.search(block.lines[3])
-        if exact and abs(float(exact[2]) - step) <= _DIGITS * step:
+        if exact and factor == 1.0 and abs(float(exact[2]) - step) <= _DIGITS * step:
             first, step = float(exact[1]), float(exact[2])
-        time = np.asarray(first + step * np.arange(count), np.float64)
+        time = np.asarray(factor * first + factor * step * np.arange(count), np.float64)
     else:
-        time, values = values[::2], values[1::2]
-    unit = block.lines[8][47:67].strip()
+        time, values = factor * values[::2], values[1::2]
+    # name, unit and quantity
     name = block.lines[0].strip()
     record = block.lines[5]
     node = f"{record[31:41].strip()}:{record[41:51].strip()}:{record[51:55].strip()}"
     name = f"{name} @ {node}" if name and name.upper() != "NONE" else f"{node} @ {node}"
     said = block.lines[1].strip()
     quantity, _, subject = said.removeprefix(_MARK).partition(",") if said.startswith(_MARK) else ("", "", "")
-    unit = "" if unit.upper() == "NONE" else unit
-    return Column(name, unit, values, time, quantity, subject.strip())
+    return Column(name, _unit(block), values, time, quantity, subject.strip()), notes
+
+
+def _seconds(block: _Block) -> tuple[float, list[str]]:
+    """Return the factor of the abscissa to s, and a note if the file does not say that it is a time.
+
+    Raises
+    ------
+    _LeftOut
+        the abscissa is something else.
+    """
+    axis = _axis(block.lines[7])
+    function = _first_number(block.lines[5][:5]) or _first_number(block.lines[5])
+    called = f"its abscissa is {axis.label or 'not named'}{f' [{axis.unit}]' if axis.unit else ''}"
+    if function in _LAGS:
+        raise _LeftOut(f"function of type {function} ({_LAGS[function]}), over time lags")
+    if axis.kind not in (_TIME, *_NOT_SAID):
+        what = _ABSCISSAS.get(axis.kind, f"of specific data type {axis.kind}")
+        raise _LeftOut(f"function of type {function}, not of time: {called}, {what}")
+    try:
+        factor = seconds(axis.unit)
+    except UnitError:
+        raise _LeftOut(f"function of type {function}, not of time: {called}, no unit of time") from None
+    if axis.kind == _TIME or axis.unit or axis.label.lower() in ("t", "time", "zeit"):
+        return factor, []
+    if function != _RESPONSE:
+        raise _LeftOut(f"function of type {function}, not of time")
+    return factor, ["the file does not say what its abscissa is: taken for a time in s, as it is a time response"]
+
+
+def _axis(line: str) -> _Axis:
+    """Read a record of data characteristics (I10, 3I5, 1X, 20A1, 1X, 20A1), or one whose entries blanks part."""
+    try:
+        kind = int(line[:10])
+        _ = [int(line[at : at + 5] or 0) for at in (10, 15, 20)]
+        label, unit = line[25:46].strip(), line[46:67].strip()
+    except ValueError:
+        kind = _first_number(line)
+        rest = re.sub(r"^\s*(-?\d+\s+)*", "", line).split()
+        label, unit = (" ".join(rest[:-1]), rest[-1]) if len(rest) > 1 else (" ".join(rest), "")
+    label, unit = ("" if word.upper() == "NONE" else word for word in (label, unit))
+    return _Axis(kind, label, unit)
+
+
+def _unit(block: _Block) -> str:
+    """Return the unit of the ordinate: numerator over denominator, where the file names one."""
+    numerator = _axis(block.lines[8]).unit
+    denominator = _axis(block.lines[9])
+    if denominator.kind == 0 or not denominator.unit:
+        return numerator
+    return f"({numerator or '1'})/({denominator.unit})"
 
 
 def _record_7(text: str, location: str) -> tuple[int, int, bool, float, float]:
@@ -158,14 +244,12 @@ def _record_7(text: str, location: str) -> tuple[int, int, bool, float, float]:
     except ValueError:
         rule = "must tell kind, count, spacing, first value and step"
         raise ModelError(Problem(f"{location}, record 7", text.strip(), rule)) from None
-    if count < 2 or (even and not step > 0.0):
-        rule = "must have two samples or more, a step above zero apart"
-        raise ModelError(Problem(f"{location}, record 7", text.strip(), rule))
     return kind, count, bool(even), first, step
 
 
-def _values(block: _Block, kind: int, count: int, location: str, even: bool) -> Array:
-    """Read the numbers: bytes, or columns of text."""
+def _values(block: _Block, kind: int, count: int, location: str, even: bool) -> tuple[Array, int]:
+    """Read the numbers: bytes, or columns of text; return as well how many more fill the last line of a text."""
+    behind = 0
     if block.order:
         samples = count if even else count // 2
         width = len(block.data) // samples if len(block.data) % samples == 0 else 0
@@ -180,23 +264,33 @@ def _values(block: _Block, kind: int, count: int, location: str, even: bool) -> 
         flat = table if even else np.stack([table["f0"].astype("f8"), table["f1"].astype("f8")], axis=1).reshape(-1)
         values = flat.astype(np.float64)
     else:
-        lines = block.lines[_HEADER:]
-        words = " ".join(lines).replace("D", "E").split()
-        if len(words) != count and even:  # columns without a blank between them
-            width = 13 if kind == 2 else 20
-            words = [w for line in lines for k in range(0, len(line), width) if (w := line[k : k + width].strip())]
+        words, behind = _words(block.lines[_HEADER:], kind, count, even)
         values = np.array([float(word.replace("D", "E")) for word in words])
     if values.size != count:
         rule = f"its header tells {counted(count, 'number')}"
         raise ModelError(Problem(location, f"{values.size} numbers", rule, "the file is damaged: export it again"))
-    return values
+    return values, behind
 
 
-def _whole(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        return 0
+def _words(lines: list[str], kind: int, count: int, even: bool) -> tuple[list[str], int]:
+    """Return the numbers of a text, and how many of its last line are more than the count: that line is filled up."""
+    lines = [line for line in lines if line.strip()]
+    width = 13 if kind == 2 else 20
+    rows = [line.split() for line in lines]
+    if even and not 0 <= sum(map(len, rows)) - count < len(rows[-1] if rows else ()):  # no blank between columns
+        fixed = [[w for k in range(0, len(line), width) if (w := line[k : k + width].strip())] for line in lines]
+        rows = fixed
+    words = [word for row in rows for word in row]
+    behind = len(words) - count
+    if not 0 < behind < len(rows[-1] if rows else ()):
+        return words, 0
+    return words[:count], behind
+
+
+def _first_number(text: str) -> int:
+    """Return the whole number at the beginning of a text; 0 where there is none."""
+    match = re.match(r"\s*(-?\d+)\b", text)
+    return int(match[1]) if match else 0
 
 
 def write(recording: Recording, path: Path) -> None:
