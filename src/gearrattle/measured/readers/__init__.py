@@ -9,6 +9,7 @@ Takes paths; gives ``Raw`` columns to the mapping and to ``calls``, and writes r
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -105,12 +106,32 @@ def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format
         remedy = "copy or export it again" if detected == reader.NAME else f"its content looks like {detected}"
         words = " ".join(str(error).split())[:120] or type(error).__name__
         raise ModelError(Problem(str(path), words, rule, remedy)) from None
+    raw = _with_samples(raw, request)
     refuse_doubles(raw.columns, raw.source, request)
-    if request.names is None and min(column.values.size for column in raw.columns) < 2:
-        raise ModelError(Problem(raw.source, "", "holds names, and no samples", "is this the whole record?"))
     for column in raw.columns:
         _check_times(column, raw.source)
     return raw
+
+
+def _with_samples(raw: Raw, request: Request) -> Raw:
+    """Leave out columns of less than two samples where all are wanted; say so, and where a rate told has no use."""
+    columns = raw.columns
+    notes = list(raw.notes)
+    if request.names is None:
+        columns = tuple(column for column in raw.columns if column.values.size > 1)
+        short = [column.name for column in raw.columns if column.values.size < 2]
+        if not columns:
+            raise ModelError(Problem(raw.source, "", "holds names, and no samples", "is this the whole record?"))
+        if short:
+            notes.append(f"fewer than two samples, left out: {', '.join(short)}")
+    if request.interval is not None and not any(_is_sampled(column, request.interval) for column in columns):
+        notes.append("sampled has no use: the file tells the times of its samples")
+    return replace(raw, columns=columns, notes=tuple(notes))
+
+
+def _is_sampled(column: Column, interval: float) -> bool:
+    """Tell whether the first two times of a column are as far apart as told."""
+    return column.time is not None and column.time.size > 1 and column.time[1] - column.time[0] == interval
 
 
 def write(recording: Recording, path: str | os.PathLike[str], format: str = "") -> None:

@@ -1,7 +1,9 @@
 """ASAM MDF, versions 3 and 4, through asammdf (extra ``measured``).
 
 Every channel has its own times, those of its group; a name that occurs in several groups gets their number behind it.
-Raw values become physical ones as the file says; channels of texts are left out. Format: ASAM MDF 4.1.
+The times are the group's master channel that is one of time, in its unit; the library takes any master for a time in s,
+and numbers the samples where there is none. Raw values become physical ones as the file says, those marked invalid
+gaps; channels of texts are left out. Formats: ASAM MDF 3.3 (CNBLOCK) and 4.1 (cn_type, cn_sync_type, cn_flags).
 
 Takes a path; gives columns with times.
 """
@@ -19,16 +21,24 @@ import numpy as np
 
 from gearrattle.errors import ModelError, NotInstalled, Problem
 from gearrattle.files import Refused, opened, within_limit
-from gearrattle.measured.readers.base import Column, Raw, Request
+from gearrattle.measured.readers.base import Column, Raw, Request, seconds
 from gearrattle.measured.readers.mdf_lists import check_lists
-from gearrattle.recording import Recording
+from gearrattle.model.table import shown
+from gearrattle.model.units import UnitError
+from gearrattle.recording import Array, Recording
 
 NAME = "mdf4"
 SUFFIXES = (".mf4", ".mdf", ".dat")
 _MARK = "gearrattle: "
 _MOST_BLOCKS = 1_000_000
 _VIRTUAL = (3, 6)  # types of channels that have no bytes
+_ALL_INVALID = 1  # flag of a channel
 _CAN_BE_INVALID = 2  # flag of a channel
+_MASTERS = {True: (2, 3), False: (1,)}  # types of channels by whether the version is 4
+_OF_TIME = (1, 0)  # synchronisation types of a master: time, not said
+_NOT_OF_TIME = {2: "an angle", 3: "a distance"}
+_EXPORT_OVER_TIME = 'export it over time, or name a channel of its times: time = "..."'
+_TIMES_TOLD = 'name a channel of its times: time = "..."; or tell the rate: sampled = "10 kHz"'
 
 
 def knows(_path: Path, head: bytes) -> bool:
@@ -44,34 +54,127 @@ def read(path: Path, request: Request) -> Raw:
             rule = "the file was not finished: its writer was interrupted"
             raise ModelError(Problem(str(path), "", rule, "finalise it with the measuring system's tool"))
         check_lists(stream)
-    columns: list[Column] = []
-    skipped: list[str] = []
     with _opened(mdf, path) as file:
         _check_records(file)
-        masters = set(file.masters_db.items())
-        entries = [(name, *at) for name, places in file.channels_db.items() for at in places if at not in masters]
+        places = {_master(file, group) for group in range(len(file.groups))}
+        found = [(name, *at) for name, spots in file.channels_db.items() for at in spots if at not in places]
+        count = Counter(name for name, _, _ in found)
+        entries = [(name if count[name] == 1 else f"{name}[{group}]", group, index) for name, group, index in found]
         entries.sort(key=lambda entry: entry[1:])
         _check_size(file, entries, request)
-        count = Counter(name for name, _, _ in entries)
-        for name, group, index in entries:
-            full = name if count[name] == 1 else f"{name}[{group}]"
-            if request.names is not None and full not in request.names:
-                columns.append(Column(full, "", np.empty(0), np.empty(0)))  # named in messages, not read
-                continue
-            signal = file.get(group=group, index=index, ignore_invalidation_bits=True)
-            values = np.asarray(signal.samples)
-            if values.ndim != 1 or values.dtype.kind not in "fiu":
-                skipped.append(full)
-                continue
-            if signal.invalidation_bits is not None:
-                values = np.where(np.asarray(signal.invalidation_bits), np.nan, values)
-            said = _comment_entries(signal.comment or "")
-            times = np.asarray(signal.timestamps, np.float64)
-            columns.append(Column(full, signal.unit or "", values.astype(np.float64), times, **said))
+        columns, skipped, without_times = _columns(file, entries, request, path)
+    if not columns and without_times:
+        raise without_times[0]
     if not columns:
         raise ModelError(Problem(str(path), ", ".join(skipped[:8]), "holds no channels of numbers"))
-    notes = (f"no signals, left out: {', '.join(skipped)}",) if skipped else ()
-    return Raw(tuple(columns), str(path), NAME, notes)
+    notes = [f"no signals, left out: {', '.join(skipped)}"] if skipped else []
+    for error in without_times:
+        problem = error.problems[0]
+        notes.append(f"{problem.place.removeprefix(f'{path}: ')} left out: {problem.rule}; {problem.remedy}")
+    return Raw(tuple(columns), str(path), NAME, tuple(notes))
+
+
+def _columns(
+    file: Any, entries: list[tuple[str, int, int]], request: Request, path: Path
+) -> tuple[list[Column], list[str], list[ModelError]]:
+    """Return columns, names of what is no signal, and why groups are left out that have no times.
+
+    Raises
+    ------
+    ModelError
+        a channel that is asked for by its name has no times.
+    """
+    columns: list[Column] = []
+    skipped: list[str] = []
+    times: dict[int, Array | ModelError] = {}
+    chosen = file.channels_db.get(request.time, ())
+    for name, group, index in entries:
+        if request.names is not None and name not in request.names:
+            columns.append(Column(name, "", np.empty(0), np.empty(0)))  # named in messages, not read
+            continue
+        if group not in times:
+            times[group] = _times(file, group, request, path)
+        own = times[group]
+        if isinstance(own, ModelError):
+            if request.names is not None:
+                raise own
+            continue
+        if request.names is None and (group, index) in chosen:
+            continue
+        signal = file.get(group=group, index=index, ignore_invalidation_bits=True)
+        values = np.asarray(signal.samples)
+        if values.ndim != 1 or values.dtype.kind not in "fiu":
+            skipped.append(name)
+            continue
+        values = _valid(file, group, index, signal)
+        said = _comment_entries(signal.comment or "")
+        columns.append(Column(name, signal.unit or "", values, own, **said))
+    return columns, skipped, [reason for reason in times.values() if isinstance(reason, ModelError)]
+
+
+def _valid(file: Any, group: int, index: int, signal: Any) -> Array:
+    """Return the samples of a channel; NaN where the file marks them invalid, one by one or all at once."""
+    values = np.asarray(signal.samples, np.float64)
+    if getattr(file.groups[group].channels[index], "flags", 0) & _ALL_INVALID:
+        return np.full(values.size, np.nan)
+    if signal.invalidation_bits is not None:
+        return np.where(np.asarray(signal.invalidation_bits), np.nan, values)
+    return values
+
+
+def _master(file: Any, group: int) -> tuple[int, int] | None:
+    """Return group and index of the master channel of a group, which may be that of another one; of several, of time.
+
+    A master of another kind beside it is a channel.
+    """
+    elsewhere = getattr(file.groups[group].channel_group, "cg_master_index", None)
+    group = group if elsewhere is None else elsewhere
+    channels = file.groups[group].channels
+    masters = [index for index, channel in enumerate(channels) if channel.channel_type in _MASTERS[file.version >= "4"]]
+    masters.sort(key=lambda index: _kind(channels[index]) not in _OF_TIME)
+    return (group, masters[0]) if masters else None
+
+
+def _kind(channel: Any) -> int:
+    """Return the synchronisation type of a master; in version 3 all are of time."""
+    return int(getattr(channel, "sync_type", _OF_TIME[0]))
+
+
+def _times(file: Any, group: int, request: Request, path: Path) -> Array | ModelError:
+    """Return the times of a group [s]: the channel that is asked for, its master of time, or so many at the rate told.
+
+    Where there are none, the error that says so is returned.
+    """
+    place = f"{path}: group {group}"
+    samples = int(file.groups[group].channel_group.cycles_nr)
+    if request.time:
+        at = next((at for at in file.channels_db.get(request.time, ()) if at[0] == group), None)
+        rule = f'has no channel "{request.time}" for its times'
+        return ModelError(Problem(place, "", rule)) if at is None else _seconds(file, *at, request.time_unit, place)
+    master = _master(file, group)
+    channel = None if master is None else file.groups[master[0]].channels[master[1]]
+    if master is not None and _kind(channel) in _OF_TIME:
+        return _seconds(file, *master, request.time_unit, place)
+    if channel is not None and _kind(channel) in _NOT_OF_TIME:
+        rule = f"is sampled over {_NOT_OF_TIME[_kind(channel)]}, not over time"
+        return ModelError(Problem(place, f"master channel {channel.name} [{channel.unit}]", rule, _EXPORT_OVER_TIME))
+    if request.interval is not None:
+        return np.asarray(np.arange(samples) * request.interval, np.float64)
+    return ModelError(Problem(place, "", "has no master channel, so its samples have no times", _TIMES_TOLD))
+
+
+def _seconds(file: Any, group: int, index: int, unit: str, place: str) -> Array | ModelError:
+    """Return the values of a channel as times [s]; where its unit is none of time, the error that says so."""
+    channel = file.groups[group].channels[index]
+    if hasattr(channel, "sampling_rate") and not channel.bit_count and not channel.sampling_rate:
+        return ModelError(Problem(place, "", "has no times and no interval between samples", _TIMES_TOLD))
+    signal = file.get(group=group, index=index, ignore_invalidation_bits=True)
+    try:
+        factor = seconds(unit or signal.unit or "")
+    except UnitError as error:
+        rule = f"has times whose unit is none of time: {error.rule}"
+        return ModelError(Problem(f"{place}: {channel.name}", shown(unit or signal.unit), rule, 'time_unit = "ms"'))
+    return factor * _valid(file, group, index, signal)
 
 
 def _check_size(file: Any, entries: list[tuple[str, int, int]], request: Request) -> None:
