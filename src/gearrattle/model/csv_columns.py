@@ -20,7 +20,9 @@ from gearrattle.files import Refused, check_regular
 from gearrattle.model import units
 from gearrattle.model.csv_layout import Layout, RecordError, layout_of
 from gearrattle.model.table import did_you_mean, listed, shown
+from gearrattle.model.time_stamps import FromFirst, over_midnight
 from gearrattle.model.units import Dimension, UnitError
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import numpy as np
@@ -92,7 +94,8 @@ def read_all(path: Path, use: Callable[[str, str], bool]) -> tuple[Layout, NDArr
 
     def read(layout: Layout) -> tuple[Layout, NDArray[np.float64]]:
         chosen = {head.name: index for index, head in enumerate(layout.heads) if use(head.name, head.unit or "")}
-        return layout, _numbers(path, layout, chosen, gaps=True)
+        table, notes = _numbers(path, layout, chosen, gaps=True)
+        return layout._replace(notes=(*layout.notes, *notes)), table
 
     return _guarded(path, read)
 
@@ -132,15 +135,19 @@ def _read(path: Path, layout: Layout, wanted: Mapping[str, Dimension], dimension
         raise RecordError(location, shown(missing[0]), rule, did_you_mean(missing[0], columns) or example)
     factors = [_factor(location, name, columns[name][1], d, dimensionless) for name, d in wanted.items()]
     use = {name: columns[name][0] for name in wanted}
-    table = _numbers(path, layout, use)
+    table, notes = _numbers(path, layout, use)
     if table.size and not np.isfinite(table).all():
         raise _first_wrong(path, layout, use)
     values = {name: table[:, k] * factor for k, (name, factor) in enumerate(zip(wanted, factors, strict=True))}
-    return Columns(path, values, layout)
+    return Columns(path, values, layout._replace(notes=(*layout.notes, *notes)))
 
 
-def _numbers(path: Path, layout: Layout, use: Mapping[str, int], *, gaps: bool = False) -> NDArray[np.float64]:
-    """Read columns (N, columns) in one go; only where that fails the first wrong line is looked for.
+def _numbers(
+    path: Path, layout: Layout, use: Mapping[str, int], *, gaps: bool = False
+) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Read columns (N, columns) in one go, and what must be known of them.
+
+    Only where that fails the first wrong line is looked for.
 
     Parameters
     ----------
@@ -156,16 +163,17 @@ def _numbers(path: Path, layout: Layout, use: Mapping[str, int], *, gaps: bool =
     import numpy as np
 
     if not use:
-        return np.empty((0, 0))
-    wanted = list(use.values())
-    ways: list[Any] = [None, dict.fromkeys(wanted, _or_nan)] if gaps else [None]
+        return np.empty((0, 0)), ()
+    stamps = _stamps(layout, use)
+    wanted = [*use.values(), *(index for index in stamps if index not in use.values())]
+    ways: list[Any] = [stamps or None, dict.fromkeys(wanted, _or_nan) | stamps] if gaps else [stamps or None]
     for converters in ways:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # a header without rows: too few points, which is said elsewhere
                 table = np.loadtxt(
                     _rows(path, layout),
-                    delimiter=layout.separator,
+                    delimiter=layout.delimiter,
                     usecols=wanted,
                     ndmin=2,
                     comments=None,
@@ -176,8 +184,36 @@ def _numbers(path: Path, layout: Layout, use: Mapping[str, int], *, gaps: bool =
             raise
         except ValueError:
             continue
-        return table.reshape(-1, len(use))
+        return _since_first(table.reshape(-1, len(wanted)), layout, use, stamps)
     raise _first_wrong(path, layout, use, gaps=gaps)
+
+
+def _stamps(layout: Layout, use: Mapping[str, int]) -> dict[int, FromFirst]:
+    """Return what reads the columns of time stamps, where these are wanted, by their index."""
+    stamps = layout.stamps
+    if stamps is None or stamps.index not in use.values():
+        return {}
+    readers = {stamps.index: FromFirst(stamps.first)}
+    if stamps.day_index is not None:
+        readers[stamps.day_index] = FromFirst(stamps.first_day)
+    return readers
+
+
+def _since_first(
+    table: NDArray[np.float64], layout: Layout, use: Mapping[str, int], stamps: Mapping[int, FromFirst]
+) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Add dates to the clock times beside them, or the days at midnight; leave the column of dates out."""
+    if not stamps or layout.stamps is None or not table.size:
+        return table[:, : len(use)], ()
+    own = list(use.values()).index(layout.stamps.index)
+    midnights = 0
+    if len(stamps) > 1:
+        table[:, own] += table[:, len(use)]
+    elif stamps[layout.stamps.index].first.day is None:
+        table[:, own], midnights = over_midnight(table[:, own])
+    name = layout.heads[layout.stamps.index].name
+    note = f"{name}: the clock passes midnight {counted(midnights, 'time')}; a day is added at each"
+    return table[:, : len(use)], (note,) if midnights else ()
 
 
 def _or_nan(cell: str) -> float:
@@ -192,19 +228,18 @@ def _rows(path: Path, layout: Layout) -> Iterator[str]:
     for number, line in layout.rows(path):
         if error := _wrong_count(f"{path}:{number}", line, layout):
             raise error
-        yield layout.with_points(line)
+        yield layout.readable(line)
 
 
 def _wrong_count(location: str, line: str, layout: Layout) -> RecordError | None:
     """Return the error of a row that has not as many entries as there are names."""
     separator, count = layout.separator, len(layout.heads)
-    if line.count(separator) == count - 1:
+    entries = line.count(separator) + 1 if '"' not in line else len(layout.cells(line))
+    if entries == count:
         return None
-    several = separator == "," and line.count(separator) >= count
+    several = separator == "," and entries > count
     remedy = "decimals need a point where commas part columns" if several else ""
-    return RecordError(
-        location, f"{line.count(separator) + 1} entries", f"must have {count}, as the header has", remedy
-    )
+    return RecordError(location, f"{entries} entries", f"must have {count}, as the header has", remedy)
 
 
 def _factor(location: str, name: str, unit: str | None, dimension: Dimension, dimensionless: bool) -> float:
@@ -224,18 +259,33 @@ def _factor(location: str, name: str, unit: str | None, dimension: Dimension, di
 
 def _first_wrong(path: Path, layout: Layout, columns: Mapping[str, int], *, gaps: bool = False) -> RecordError:
     """Find the first line that cannot be read."""
+    stamps = _stamps(layout, columns)
     for number, line in layout.rows(path):
         if error := _wrong_count(f"{path}:{number}", line, layout):
             return error
-        cells = line.rstrip("\r\n").split(layout.separator)
+        cells = layout.cells(line)
         for name, index in columns.items():
-            cell = cells[index].strip().strip('"')
+            cell = cells[index]
+            if index in stamps:
+                if not _is_read(cell, stamps[index]):
+                    rule = f"must be a time stamp like the first, {layout.stamps.first if layout.stamps else ''}"
+                    return RecordError(f"{path}:{number}: {name}", shown(cell), rule)
+                continue
             value = _number(layout.with_points(cell))
             if not math.isfinite(value) and not (gaps and cell in ("", "nan")):
                 other = math.isfinite(_number(cell.replace(",", ".")))
                 remedy = "part decimals by a point, or by a comma, in all rows alike" if other else ""
                 return RecordError(f"{path}:{number}: {name}", shown(cell), "must be a finite number", remedy)
     return RecordError(str(path), "", "must be a table of numbers")
+
+
+def _is_read(cell: str, stamp: FromFirst) -> bool:
+    """Tell whether an entry is a time stamp like the first."""
+    try:
+        stamp(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def _number(text: str) -> float:

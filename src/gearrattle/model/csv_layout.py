@@ -4,9 +4,9 @@
     0.000, 12.1             s;Nm
     0.001, 12.4             0,000;12,1
 
-The first line with two numbers or more tells the rest: what parts its columns, and how many there are. The line above
-it has the units if one entry is a unit of time or angle, and then the names stand above that; otherwise it has the
-names. What stands above the names is left out. Lines that begin with # are comments.
+The first line with two numbers or more tells the rest: what parts its columns, and how many there are; a time stamp
+counts as one. Which of the lines above it has the names, ``csv_heads`` tells. What stands above the names is left out.
+Lines that begin with # are comments. Entries in double quotes may hold what parts the columns (RFC 4180).
 
 Takes a path; gives a ``Layout``.
 """
@@ -14,6 +14,7 @@ Takes a path; gives a ``Layout``.
 from __future__ import annotations
 
 import codecs
+import csv
 import itertools
 import re
 from collections.abc import Iterator, Sequence
@@ -21,17 +22,17 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gearrattle.files import opened, opened_text
+from gearrattle.model.csv_heads import Head, heads_of
+from gearrattle.model.time_stamps import instant_of
 
 _LOOKED_AT = 200  # lines that are no comments, at most, until the first numbers
 _BYTES_LOOKED_AT = 65_536
 _LONGEST_LINE = 100_000
-_OF_TIME_OR_ANGLE = ("s", "sec", "ms", "us", "µs", "min", "h", "deg", "°", "Grad", "rad")
-_BRACKETS = re.compile(r"([^\[\]]*?)\s*\[([^\[\]]*)\]")
-_PARENTHESES = re.compile(r"(.*?\S)\s*\((?!\d*\))([^()]*)\)")
 _COMMA_NUMBER = re.compile(r"[+-]?(\d+(,\d*)?|,\d+)([eE][+-]?\d+)?")
 _COMMA_TO_POINT = str.maketrans(",.", ".,")
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f]")
-_FORMULA = ("=", "+", "-", "@")
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
+_QUOTED = "\x1f"  # what parts entries whose quotes are taken away
 EXAMPLE = "such as: t [s], n [rpm]"
 
 
@@ -56,11 +57,23 @@ class RecordError(ValueError):
         self.remedy = remedy
 
 
-class Head(NamedTuple):
-    """Name and unit of a column; unit None where none is written."""
+class Stamps(NamedTuple):
+    """Where time stamps stand.
 
-    name: str
-    unit: str | None
+    Attributes
+    ----------
+    index
+        of their column.
+    first
+        the first one.
+    day_index, first_day
+        of the column of dates, where dates and clock times stand in two columns.
+    """
+
+    index: int
+    first: str
+    day_index: int | None = None
+    first_day: str = ""
 
 
 class Layout(NamedTuple):
@@ -80,6 +93,10 @@ class Layout(NamedTuple):
         line of the names, counted from 1.
     first_row
         how many lines that are neither blank nor comments stand above the first row.
+    quoted
+        whether entries stand in quotes.
+    stamps
+        of time; None: there are none.
     notes
         what was assumed.
     """
@@ -90,16 +107,39 @@ class Layout(NamedTuple):
     heads: tuple[Head, ...]
     names_line: int
     first_row: int
+    quoted: bool = False
+    stamps: Stamps | None = None
     notes: tuple[str, ...] = ()
+
+    @property
+    def delimiter(self) -> str:
+        """What parts the columns of ``readable`` lines."""
+        return _QUOTED if self.quoted else self.separator
 
     def rows(self, path: Path) -> Iterator[tuple[int, str]]:
         """Yield number and text of the rows below names and units."""
         with opened_text(path, self.encoding, "replace") as stream:
             yield from itertools.islice(numbered(stream), self.first_row, None)
 
+    def cells(self, line: str) -> list[str]:
+        """Return the entries of a line, without blanks and quotes around them."""
+        return cells_of(line, self.separator)
+
+    def readable(self, line: str) -> str:
+        """Return a line with decimal points and without quotes."""
+        return self.with_points(_QUOTED.join(self.cells(line)) if self.quoted else line)
+
     def with_points(self, text: str) -> str:
         """Return a text whose numbers have decimal points; a point beside decimal commas makes no number of it."""
         return text.translate(_COMMA_TO_POINT) if self.decimal_comma else text
+
+
+def cells_of(line: str, separator: str) -> list[str]:
+    """Return the entries of a line, without blanks and quotes around them; what stands in quotes is one entry."""
+    line = line.rstrip("\r\n")
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(separator)]
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
 
 
 def numbered(lines: Iterator[str]) -> Iterator[tuple[int, str]]:
@@ -144,45 +184,85 @@ def layout_of(path: Path) -> Layout:
     if not lines or any(len(line) > _LONGEST_LINE for _, line in lines):
         raise RecordError(str(path), "", "must begin with a line of column names and units", EXAMPLE)
     separator, first_row = _first_numbers([line for _, line in lines])
-    count = len(lines[min(first_row, len(lines) - 1)][1].split(separator))
-    above = first_row - 1
-    if above < 0 or lines[above][1].count(separator) != count - 1:
+    rows = [cells_of(line, separator) for _, line in lines]
+    count = len(rows[min(first_row, len(rows) - 1)])
+    top = _top_of_heads(rows, first_row, count)
+    if top is None:
         number, _ = lines[min(first_row, len(lines) - 1)]
         rule = f"a line of {count} column names must stand above the numbers"
         raise RecordError(f"{path}:{number}", "", rule, EXAMPLE)
-    units = [_unit(cell) for cell in _cells(lines[above][1], separator)]
-    has_units = any(unit in _OF_TIME_OR_ANGLE for unit in units)
-    has_units = has_units and above > 0 and lines[above - 1][1].count(separator) == count - 1
-    names = above - 1 if has_units else above
-    heads = tuple(_head(cell) for cell in _cells(lines[names][1], separator))
-    if has_units:
-        heads = tuple(Head(head.name, unit or head.unit) for head, unit in zip(heads, units, strict=True))
-    comma = separator != "," and _has_decimal_comma(path, encoding, first_row)
-    return Layout(encoding, separator, comma, heads, lines[names][0], first_row, _notes(encoding, comma, lines[:names]))
+    kept = [index for index in range(top, first_row) if len(rows[index]) == count]
+    heads, names, units = heads_of([rows[index] for index in kept])
+    # the numbers
+    stamps = _stamps(rows[first_row]) if first_row < len(rows) else None
+    if stamps is not None:
+        heads = _with_stamps(heads, stamps)
+    comma = _has_decimal_comma(path, encoding, first_row, separator)
+    quoted = any('"' in line for _, line in lines[first_row:]) or (comma and separator == ",")
+    told = [index for index in (kept[names], None if units is None else kept[units]) if index is not None]
+    left_out = [(index, lines[index][0]) for index in range(first_row) if index not in told]
+    notes = (
+        *_notes(encoding, comma),
+        *_notes_of_lines([number for index, number in left_out if index < kept[names]], "above"),
+        *_notes_of_lines([number for index, number in left_out if index > kept[names]], "below"),
+        *_notes_of_stamps(heads, stamps),
+    )
+    return Layout(encoding, separator, comma, heads, lines[kept[names]][0], first_row, quoted, stamps, notes)
 
 
 def _first_numbers(lines: Sequence[str]) -> tuple[str, int]:
     """Return what parts columns, and the index of the first line with two numbers or more.
 
-    Without such a line the first one holds the names, and nothing stands below it.
+    A time stamp counts as a number in a line that begins with one or with a number. Without such a line the first one
+    holds the names, and nothing stands below it.
     """
     for separator in ";\t,":
         for index, line in enumerate(lines):
-            cells = _cells(line, separator)
-            numbers = sum(_is_number(cell, separator) for cell in cells)
+            cells = cells_of(line, separator)
+            numbers = sum(map(_is_number, cells))
+            if numbers >= 1 and (_is_number(cells[0]) or instant_of(cells[0])):
+                numbers += sum(instant_of(cell) is not None for cell in cells)
             if numbers >= 2 and 2 * numbers >= sum(bool(cell) for cell in cells):
                 return separator, index
     separator = next((mark for mark in ";\t" if mark in lines[0]), ",")
     return separator, 1 if separator in lines[0] else 0
 
 
-def _cells(line: str, separator: str) -> list[str]:
-    """Return the entries of a line, without blanks and quotes around them."""
-    return [cell.strip().strip('"').strip() for cell in line.split(separator)]
+def _top_of_heads(rows: Sequence[Sequence[str]], first_row: int, count: int) -> int | None:
+    """Return the index of the uppermost of the lines that may have names: as many entries, one below the other."""
+    index = first_row - 1
+    while index >= 0 and len(rows[index]) != count:  # comments between the names and the numbers
+        index -= 1
+    if index < 0:
+        return None
+    while index > 0 and len(rows[index - 1]) == count:
+        index -= 1
+    return index
 
 
-def _is_number(cell: str, separator: str) -> bool:
-    if separator != "," and _COMMA_NUMBER.fullmatch(cell):
+def _stamps(row: Sequence[str]) -> Stamps | None:
+    """Return where the first row has its time stamps: both date and clock time, else one beside the other, else one."""
+    instants = {index: instant for index, cell in enumerate(row) if (instant := instant_of(cell)) is not None}
+    whole = [index for index, instant in instants.items() if instant.day is not None and instant.clock is not None]
+    clocks = [index for index, instant in instants.items() if instant.day is None]
+    days = [index for index, instant in instants.items() if instant.clock is None]
+    if not whole and clocks and days:
+        return Stamps(clocks[0], row[clocks[0]], days[0], row[days[0]])
+    index = next(iter([*whole, *clocks, *days]), None)
+    return None if index is None else Stamps(index, row[index])
+
+
+def _with_stamps(heads: tuple[Head, ...], stamps: Stamps) -> tuple[Head, ...]:
+    """Return heads in which the time stamps are in s, and a column of dates beside clock times has no name."""
+    told = list(heads)
+    told[stamps.index] = Head(heads[stamps.index].name, "s")
+    if stamps.day_index is not None:
+        told[stamps.day_index] = Head("", None)
+    return tuple(told)
+
+
+def _is_number(cell: str) -> bool:
+    if _COMMA_NUMBER.fullmatch(cell):  # where commas part columns it stood in quotes
         return True
     try:
         float(cell)
@@ -191,42 +271,51 @@ def _is_number(cell: str, separator: str) -> bool:
     return True
 
 
-def _unit(cell: str) -> str:
-    """Return a unit without the brackets around it."""
-    pairs = ("[]", "()")
-    return next((cell[1:-1].strip() for pair in pairs if cell[:1] + cell[-1:] == pair), cell)
+def _has_decimal_comma(path: Path, encoding: str, first_row: int, separator: str) -> bool:
+    """Tell by the first row with a number that has a comma or a point in it.
 
-
-def defused(name: str) -> str:
-    """Return a name for the head of a CSV file: a spreadsheet takes what begins with =, +, - or @ for a formula."""
-    return f"'{name}" if name[:1] in _FORMULA else name
-
-
-def _head(cell: str) -> Head:
-    """Return name and unit of ``name [unit]`` or ``name (unit)``."""
-    cell = cell[1:] if cell[:1] == "'" and cell[1:2] in _FORMULA else cell
-    for form in (_BRACKETS, _PARENTHESES):
-        if match := form.fullmatch(cell):
-            return Head(match[1].strip(), match[2].strip())
-    return Head(cell, None)
-
-
-def _has_decimal_comma(path: Path, encoding: str, first_row: int) -> bool:
-    """Tell by the first row with a comma or a point in it."""
+    Raises
+    ------
+    RecordError
+        commas stand in quotes where they part columns, and all numbers with one may have separators of thousands.
+    """
+    unsure: tuple[int, str] | None = None
     with opened_text(path, encoding, "replace") as stream:
-        for _, line in itertools.islice(numbered(stream), first_row, None):
-            if "," in line or "." in line:
-                return "," in line and "." not in line
+        for number, line in itertools.islice(numbered(stream), first_row, None):
+            if not ("," in line or "." in line) or (separator == "," and '"' not in line and "." not in line):
+                continue
+            told = [cell for cell in cells_of(line, separator) if _is_number(cell)]
+            commas = [cell for cell in told if "," in cell]
+            if any("." in cell for cell in told):
+                return False
+            if commas and (separator != "," or not all(map(_THOUSANDS.fullmatch, commas))):
+                return True
+            if commas:
+                unsure = unsure or (number, commas[0])
+    if unsure is not None:
+        rule = "has a comma that parts decimals or thousands: the file does not tell which"
+        remedy = "part columns by semicolons, or write numbers without separators of thousands"
+        raise RecordError(f"{path}:{unsure[0]}", unsure[1], rule, remedy)
     return False
 
 
-def _notes(encoding: str, decimal_comma: bool, above: Sequence[tuple[int, str]]) -> tuple[str, ...]:
-    notes = []
+def _notes(encoding: str, decimal_comma: bool) -> Iterator[str]:
+    """Yield what was assumed of the text and its decimals."""
     if encoding == "cp1252":
-        notes.append("no UTF-8: read as Windows-1252 (Latin-1)")
+        yield "no UTF-8: read as Windows-1252 (Latin-1)"
     if decimal_comma:
-        notes.append("decimals are parted by a comma")
-    if above:
-        lines = f"line {above[0][0]}" if len(above) == 1 else f"{len(above)} lines up to line {above[-1][0]}"
-        notes.append(f"{lines} above the names: left out")
-    return tuple(notes)
+        yield "decimals are parted by a comma"
+
+
+def _notes_of_lines(numbers: Sequence[int], where: str) -> Iterator[str]:
+    """Yield which lines on one side of the names are left out."""
+    if numbers:
+        lines = f"line {numbers[0]}" if len(numbers) == 1 else f"{len(numbers)} lines up to line {numbers[-1]}"
+        yield f"{lines} {where} the names: left out"
+
+
+def _notes_of_stamps(heads: Sequence[Head], stamps: Stamps | None) -> Iterator[str]:
+    """Yield from when on the time stamps count."""
+    if stamps is not None:
+        first = f"{stamps.first_day} {stamps.first}".strip()
+        yield f"{heads[stamps.index].name}: time stamps, taken as s from the first, {first}"

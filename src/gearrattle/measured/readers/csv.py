@@ -18,7 +18,8 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.files import opened_text
 from gearrattle.measured.readers.base import Column, Raw, Request, is_time, unfit, with_times
 from gearrattle.model.csv_columns import read_all
-from gearrattle.model.csv_layout import RecordError, defused, encoding_of, numbered
+from gearrattle.model.csv_heads import defused
+from gearrattle.model.csv_layout import RecordError, encoding_of, numbered
 from gearrattle.recording import QUANTITIES, Recording
 
 NAME = "csv"
@@ -60,6 +61,11 @@ def read(path: Path, request: Request) -> Raw:
         array = next(read_ones) if use(name, unit or "") else np.empty(0)
         quantity, subject = said.get(name) or _of_a_run(name)
         columns.append(Column(name, unit or _SI.get(quantity, ""), array, None, quantity, subject))
+    if layout.stamps is not None:
+        stamps = layout.heads[layout.stamps.index].name
+        columns.sort(key=lambda column: column.name == stamps)  # times in s or ms beside them are finer
+        if request.time in ("", stamps):
+            request = request._replace(time_unit="")
     return Raw(with_times(columns, path, request), str(path), NAME, layout.notes)
 
 
