@@ -88,3 +88,40 @@ def test_the_command_prints_the_table_and_keeps_an_old_mapping(
     channels = json.loads(capsys.readouterr().out)["channels"]
     assert [(c["channel"], c["rate"], c["not_numbers"]) for c in channels] == [("n", 2.0, 0), ("U", 2.0, 1)]
     assert channels[1]["first"] == [None, 7.0, 8.0]
+
+
+MAPPING = """
+schema = 1
+file = "rig.csv"
+time = "clock"
+time_unit = "ms"
+[[channel]]
+name = "speed"
+source = "n"
+quantity = "speed"
+unit = "rpm"
+"""
+
+
+def test_of_a_mapping_the_file_that_it_names_is_looked_at(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With the times that the mapping tells; what is written from it tells them as well."""
+    (tmp_path / "rig.csv").write_text("clock;n\n0;1\n2;2\n4;4\n6;5\n")
+    mapping = tmp_path / "m.toml"
+    mapping.write_text(MAPPING)
+    contents = gr.measured.look(mapping)
+    assert list(contents.table["channel"]) == ["n"]
+    assert contents.table["rate"].to_numpy() == pytest.approx([500.0])
+    assert contents.source.endswith("rig.csv")
+    assert contents.notes[0].startswith(f"{mapping} is a mapping: the file that it names is looked at")
+    assert 'time_unit = "ms"' in contents.mapping(tmp_path)
+    assert main(["look", str(mapping)]) == 0
+    assert "is a mapping" in capsys.readouterr().err
+    before = mapping.read_text()
+    assert main(["look", str(mapping), "-o", str(mapping)]) == 2
+    assert mapping.read_text() == before
+
+
+def test_another_toml_is_no_mapping(tmp_path: Path) -> None:
+    (tmp_path / "model.toml").write_text(gr.example("case3").to_toml())
+    with pytest.raises(ModelError, match="found a model file; a mapping file is needed"):
+        gr.measured.look(tmp_path / "model.toml")

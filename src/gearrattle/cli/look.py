@@ -33,7 +33,7 @@ def look(
     Parameters
     ----------
     source
-        CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a saved run.
+        CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a saved run; or a mapping, whose file is looked at.
     output
         File for the mapping, ending in .toml; every command that takes a measured file takes it. Or a folder for
         report.html, summary.json, results.nc and figures/; or a file for the table, ending in .nc or .csv.

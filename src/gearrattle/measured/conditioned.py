@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearrattle.measured.readers.mapping import Mapped
-from gearrattle.measured.readers.tables import FAMILIES, TachoTable
+from gearrattle.measured.readers.tables import DERIVATIVES, TachoTable
 from gearrattle.recording import Array, Recording
 from gearrattle.signals.conditioning import bridged, detrended, evened, filtered, resample
 from gearrattle.signals.motion import derived, unwrapped
@@ -57,8 +57,9 @@ def became(channel: Mapped) -> Conditioned:
         return Conditioned(time, values, _SI[row.quantity], (*notes, *said))
     if measured == row.quantity:
         return Conditioned(time, values, channel.unit, tuple(notes))
-    family = next(family for family in FAMILIES if {measured, row.quantity} <= set(family))
-    times = family.index(row.quantity) - family.index(measured)
+    times = DERIVATIVES[row.quantity] - DERIVATIVES[measured]
+    if times == 0:
+        return Conditioned(time, values, channel.unit, tuple(notes))
     if times < 0:
         notes.append(f"{row.name}: integrated from {with_article(measured)}; 0 at its first sample")
     return Conditioned(time, derived(time, values, times), _SI[row.quantity], tuple(notes))
@@ -70,15 +71,29 @@ def _whole(channel: Mapped) -> tuple[Mapped, list[str]]:
     if not bad.any():
         return channel, []
     at, count = int(np.argmax(bad)), int(bad.sum())
-    value = f"{channel.values[at]} at {channel.time[at]:.9g} s (sample {at}; {count} in all)"
     if channel.table.gaps != "bridge":
+        value = f"{_gap(channel, at)}; {count} in all"
         raise channel.wrong("", value, "samples must be finite numbers", 'cut with start and end, or gaps = "bridge"')
-    if bad[0] or bad[-1] or count > bad.size - _FEWEST:
-        raise channel.wrong("gaps", value, "only what lies between numbers can be bridged", "cut with start and end")
+    numbers = np.flatnonzero(~bad)
+    if numbers.size < _FEWEST:
+        value = f"{counted(numbers.size, 'number')} among {counted(bad.size, 'sample')}"
+        raise channel.wrong("gaps", value, f"a channel needs {_FEWEST} numbers or more to be bridged")
+    ends = [f"{_gap(channel, end)}, in the {which} row" for end, which in ((0, "first"), (-1, "last")) if bad[end]]
+    if ends:
+        first, last = channel.time[numbers[[0, -1]]]
+        cuts = [f'start = "{first:.9g} s"'] if bad[0] else []
+        cuts += [f'end = "{last:.9g} s"'] if bad[-1] else []
+        rule = "only what lies between numbers can be bridged"
+        raise channel.wrong("gaps", " and ".join(ends), rule, f"cut the record: {', '.join(cuts)}")
     values, longest = bridged(channel.time, channel.values)
     missing = f"{channel.table.name}: {counted(count, 'sample')} without a number"
     note = f"{missing}; straight lines bridge what is missing, {longest:.6g} s at most"
     return replace(channel, values=values), [note]
+
+
+def _gap(channel: Mapped, at: int) -> str:
+    """Return what stands in the place of a number, and where."""
+    return f"{channel.values[at]} at {channel.time[at]:.9g} s (sample {at % channel.values.size})"
 
 
 def _turned(channel: Mapped, tacho: TachoTable) -> tuple[Array, Array, list[str]]:

@@ -17,6 +17,7 @@ import numpy as np
 from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import Json, json_value
 from gearrattle.measured.readers import Column, Request, read_raw
+from gearrattle.measured.readers.mapping import mapped_file
 from gearrattle.measured.readers.quantities import guess
 from gearrattle.recording import QUANTITIES, Array, Recording
 from gearrattle.result import Result
@@ -108,6 +109,8 @@ class Contents(Result):
         text = _HEADER.format(file=_quoted(Path(file).as_posix()))
         if request.time:
             text += f"time = {_quoted(request.time)}\n"
+        if request.time_unit:
+            text += f"time_unit = {_quoted(request.time_unit)}\n"
         if request.interval is not None:
             text += f'sampled = "{1.0 / request.interval!r} Hz"\n'
         known = [row for row in rows if row["quantity"]]
@@ -132,7 +135,8 @@ def look(source: str | os.PathLike[str], *, time: str = "", sampled: float | Non
     Parameters
     ----------
     source
-        CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a saved run.
+        CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a saved run; or a mapping file, whose record is looked at with the
+        times that the mapping tells.
     time
         name of the time column, if the file does not define it.
     sampled
@@ -155,10 +159,23 @@ def look(source: str | os.PathLike[str], *, time: str = "", sampled: float | Non
 
     if sampled is not None and not (np.isfinite(sampled) and sampled > 0.0):
         raise ModelError(Problem("sampled", f"{sampled}", "must be a positive rate in Hz"))
-    request = Request(time=time, interval=None if sampled is None else 1.0 / sampled)
-    raw = read_raw(source, request)
+    path, request, file_format, notes = _looked_at(source)
+    if time or sampled is not None:
+        request = Request(time=time, interval=None if sampled is None else 1.0 / sampled)
+    raw = read_raw(path, request, file_format)
     table = pd.DataFrame([_row(column) for column in raw.columns])
-    return Contents(raw.source, raw.format, table, raw.notes, tuple(map(_outline, raw.columns)), request)
+    return Contents(raw.source, raw.format, table, (*notes, *raw.notes), tuple(map(_outline, raw.columns)), request)
+
+
+def _looked_at(source: str | os.PathLike[str]) -> tuple[str | os.PathLike[str], Request, str, tuple[str, ...]]:
+    """Return which file is looked at, how its times are told, its format where that is said, and notes."""
+    if Path(source).suffix.lower() != ".toml":
+        return source, Request(), "", ()
+    path, request, file_format, further = mapped_file(source)
+    notes = [f"{source} is a mapping: the file that it names is looked at, {path}"]
+    if further:
+        notes.append(f"it names further files: {', '.join(further)}")
+    return path, request, file_format, tuple(notes)
 
 
 def _row(column: Column) -> dict[str, Any]:

@@ -225,10 +225,13 @@ def _or_nan(cell: str) -> float:
 
 def _rows(path: Path, layout: Layout) -> Iterator[str]:
     """Yield the rows; each must have as many entries as there are names."""
+    plain = not (layout.quoted or layout.decimal_comma)
+    separators = len(layout.heads) - 1
     for number, line in layout.rows(path):
-        if error := _wrong_count(f"{path}:{number}", line, layout):
+        is_doubtful = line.count(layout.separator) != separators or '"' in line
+        if is_doubtful and (error := _wrong_count(f"{path}:{number}", line, layout)):
             raise error
-        yield layout.readable(line)
+        yield line if plain else layout.readable(line)
 
 
 def _wrong_count(location: str, line: str, layout: Layout) -> RecordError | None:

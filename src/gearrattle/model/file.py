@@ -205,6 +205,26 @@ _COMMANDS = {
 }
 
 
+def kind_of(path: str | os.PathLike[str]) -> str:
+    """Return which kind of file a TOML file is, by a key that its kind always has; empty: none, or no TOML.
+
+    Parameters
+    ----------
+    path
+        of the file.
+
+    Raises
+    ------
+    ModelError
+        the file is missing, unreadable, too large or no text.
+    """
+    try:
+        tables = tomllib.loads(read_text(path, "TOML file"))
+    except (ValueError, RecursionError):
+        return ""
+    return next((kind for mark, kind in _MARKS.items() if mark in tables), "")
+
+
 def _check_kind(tables: dict[str, Any], name: str, kind: str) -> None:
     """Refuse a file that is of another kind, by one error in place of one a key."""
     own = next((mark for mark, of_kind in _MARKS.items() if of_kind == kind), "")

@@ -21,7 +21,7 @@ from gearrattle.measured.identification.fitted import Fit
 from gearrattle.measured.identification.modes_fit import fit_modes
 from gearrattle.measured.read import read
 from gearrattle.model import Model, check_model
-from gearrattle.model.file import check_reachable, read_tables, read_text
+from gearrattle.model.file import check_reachable, kind_of, read_tables, read_text
 from gearrattle.model.problems import Positions, model_error
 from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
 from gearrattle.recording import Recording
@@ -142,17 +142,19 @@ def recording_of(data: Data | Recording) -> tuple[Recording, RecordingTable] | N
     ModelError
         what is wrong with the file or the tables, with its place.
     """
+    if isinstance(data, Mapping) and "recording" not in data and "channel" in data:
+        data = read(data)
     if isinstance(data, Recording):
         return data, RecordingTable(file=data)
     if isinstance(data, Mapping):
         return _named(data, Positions(), Path()) if "recording" in data else None
     name = os.fspath(data)
-    if Path(name).suffix.lower() != ".toml":
+    if Path(name).suffix.lower() != ".toml" or kind_of(name) == "mapping file":
         return read(name), RecordingTable(file=name)
     tables, positions = read_tables(read_text(name, KIND), name, KIND)
     if "recording" in tables:
         return _named(tables, positions, Path(name).parent)
-    return (read(name), RecordingTable(file=name)) if "channel" in tables else None
+    return None
 
 
 def _named(tables: Mapping[str, Any], positions: Positions, folder: Path) -> tuple[Recording, RecordingTable]:

@@ -106,24 +106,7 @@ def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurem
     ModelError
         every problem of the mapping with its place, then those of the record.
     """
-    if isinstance(source, Mapping):
-        plain = source
-        positions = Positions()
-        folder = Path()
-    else:
-        name = os.fspath(source)
-        plain, positions = read_tables(read_text(name, KIND), name, KIND)
-        folder = Path(name).parent
-    try:
-        tables = MeasurementTables.model_validate(plain)
-    except ValidationError as error:
-        raise model_error(error, plain, positions) from None
-    if tables.format is not None and tables.format not in READERS:
-        rule, remedy = f"must be one of {listed(READERS)}", did_you_mean(tables.format, READERS)
-        raise ModelError(Problem(place(("format",), {}, positions), shown(tables.format), rule, remedy))
-    if positions.name:  # tables from Python name what their author may read
-        for file in dict.fromkeys((tables.file, *(row.file for row in tables.channels if row.file is not None))):
-            check_reachable(file, folder)
+    tables, positions, folder = _tables(source)
     records = {file: _record(tables, file, folder) for file in dict.fromkeys(row.file for row in tables.channels)}
     channels: list[Mapped] = []
     problems: list[Problem] = []
@@ -142,14 +125,65 @@ def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurem
     return Measurement(tables, tuple(channels), tables.file, tuple(notes), positions.name or "mapping")
 
 
+def mapped_file(source: str | os.PathLike[str]) -> tuple[Path, Request, str, tuple[str, ...]]:
+    """Return the record that a mapping file names, how its times are told, its format, and the further files.
+
+    Parameters
+    ----------
+    source
+        path of a TOML file.
+
+    Raises
+    ------
+    ModelError
+        every problem of the mapping with its place.
+    """
+    tables, _, folder = _tables(source)
+    further = dict.fromkeys(row.file for row in tables.channels if row.file is not None)
+    return folder / tables.file, _request(tables, None), tables.format or "", tuple(further)
+
+
+def _tables(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[MeasurementTables, Positions, Path]:
+    """Return the tables of a mapping, where its keys stand, and the folder of its files.
+
+    Raises
+    ------
+    ModelError
+        every problem of the mapping with its place; a file that it may not name.
+    """
+    if isinstance(source, Mapping):
+        plain = source
+        positions = Positions()
+        folder = Path()
+    else:
+        name = os.fspath(source)
+        plain, positions = read_tables(read_text(name, KIND), name, KIND)
+        folder = Path(name).parent
+    try:
+        tables = MeasurementTables.model_validate(plain)
+    except ValidationError as error:
+        raise model_error(error, plain, positions) from None
+    if tables.format is not None and tables.format not in READERS:
+        rule, remedy = f"must be one of {listed(READERS)}", did_you_mean(tables.format, READERS)
+        raise ModelError(Problem(place(("format",), {}, positions), shown(tables.format), rule, remedy))
+    if positions.name:  # tables from Python name what their author may read
+        for file in dict.fromkeys((tables.file, *(row.file for row in tables.channels if row.file is not None))):
+            check_reachable(file, folder)
+    return tables, positions, folder
+
+
+def _request(tables: MeasurementTables, names: tuple[str, ...] | None) -> Request:
+    """Return what is wanted of the first file."""
+    interval = None if tables.sampled is None else 1.0 / tables.sampled
+    return Request(tables.time, tables.time_unit, interval, names)
+
+
 def _record(tables: MeasurementTables, file: str | None, folder: Path) -> Raw:
     """Read one of the files; how times are told is said of the first."""
     names = tuple(row.source or row.name for row in tables.channels if row.file == file)
     if file is not None:
         return read_raw(folder / file, Request(names=names))
-    interval = None if tables.sampled is None else 1.0 / tables.sampled
-    request = Request(tables.time, tables.time_unit, interval, names)
-    return read_raw(folder / tables.file, request, tables.format or "")
+    return read_raw(folder / tables.file, _request(tables, names), tables.format or "")
 
 
 def _mapped(row: ChannelTable, raw: Raw, where: str) -> tuple[Mapped, list[str]]:

@@ -23,8 +23,8 @@ from gearrattle.wording import with_article
 
 KINDS = {"lowpass": 1, "highpass": 1, "bandpass": 2, "bandstop": 2}
 """Kinds of filters, and how many cutoffs each has."""
-FAMILIES = (("angle", "velocity", "acceleration"), ("shaft angle", "speed"))
-"""Quantities that follow from each other by differentiation."""
+DERIVATIVES = {"angle": 0, "shaft angle": 0, "velocity": 1, "speed": 1, "acceleration": 2}
+"""Quantities of motion that follow from each other: which derivative of an angle each is."""
 FROM_PULSES = ("shaft angle", "speed", "angle", "velocity")
 _FREQUENCY = Quantity(units.FREQUENCY, "positive")
 
@@ -164,9 +164,10 @@ class ChannelTable(Table):
             elif table.get("tacho") is None:
                 rule = "pulses need tacho to become an angle or a speed"
                 yield Breach((), ..., rule, "such as tacho = { pulses_per_turn = 60 }")
-        elif measured != quantity and not any({measured, quantity} <= set(family) for family in FAMILIES):
+        elif measured != quantity and not _becomes(measured, quantity):
             rule = f"{with_article(measured)} does not become {with_article(quantity)}"
-            yield Breach(("measured",), measured, rule, "within angle, velocity, acceleration; or shaft angle, speed")
+            remedy = "angle, velocity, acceleration, shaft angle and speed become one another"
+            yield Breach(("measured",), measured, rule, f"{remedy}, but for an acceleration a mean rotation")
         if table.get("tacho") is not None and (measured != "pulses" or quantity == "pulses"):
             rule = "belongs to pulses that become an angle or a speed"
             yield Breach(("tacho",), table["tacho"], rule, 'measured = "pulses"')
@@ -220,6 +221,12 @@ class MeasurementTables(Table):
             if names.index(row.get("name")) < index:
                 yield Breach(("channel", index, "name"), row.get("name"), "another channel has this name")
             yield from _align_breaches(index, row, rows)
+
+
+def _becomes(measured: str, quantity: str) -> bool:
+    """Tell whether a quantity follows from what was measured; an acceleration does not know the mean rotation."""
+    whole = quantity in ("speed", "shaft angle")
+    return {measured, quantity} <= set(DERIVATIVES) and not (measured == "acceleration" and whole)
 
 
 def _align_breaches(index: int, row: Mapping[str, Any], rows: list[Mapping[str, Any]]) -> Iterator[Breach]:

@@ -1,5 +1,8 @@
 """Which measured channel is which simulated one: by quantity and subject, or by names handed in.
 
+A speed of a body is its velocity with the mean rotation: it has the simulated velocity as partner, and is compared
+without its mean, unless the velocity itself was measured.
+
 Takes two Recordings; gives pairs of channels and what has no partner.
 """
 
@@ -60,10 +63,11 @@ def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) 
         raise ModelError(problems)
     pairs: list[tuple[Channel, Channel]] = [(measured[one], simulated[other]) for one, other in match.items()]
     notes = []
-    for channel in measured.channels:
+    for channel in sorted(measured.channels, key=lambda channel: channel.quantity == "speed"):
         if channel.name in match or not (channel.quantity and channel.subject):
             continue
-        partner = simulated.find(channel.quantity, channel.subject)
+        quantity = "velocity" if channel.quantity == "speed" else channel.quantity
+        partner = simulated.find(quantity, channel.subject)
         if partner is None:
             continue
         taken = [one.name for one, other in pairs if other is partner]
@@ -76,12 +80,21 @@ def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) 
     wrong = [_unit(one, other, measured.source) for one, other in pairs if other.unit not in one.unit.split(" or ")]
     if wrong:
         raise ModelError(wrong)
-    pairs = [(replace(one, unit=other.unit), other) for one, other in pairs]
+    pairs = [(_like(replace(one, unit=other.unit), other, notes), other) for one, other in pairs]
     with_partner = {one.name for one, _ in pairs}, {other.name for _, other in pairs}
     alone = tuple(name for name in measured.names if name not in with_partner[0])
     other_alone = tuple(name for name in simulated.names if name not in with_partner[1])
     ones, others = zip(*pairs, strict=True)
     return Pairing(ones, others, alone, other_alone, tuple(notes))
+
+
+def _like(one: Channel, other: Channel, notes: list[str]) -> Channel:
+    """Return a measured channel without the mean rotation where it is a speed and its partner a velocity; note it."""
+    if (one.quantity, other.quantity) != ("speed", "velocity"):
+        return one
+    mean = float(one.values.mean())
+    notes.append(f"{one.name}: a speed, compared with {other.name} without its mean, {mean:.6g} {one.unit}")
+    return replace(one, quantity="velocity", values=one.values - mean)
 
 
 def _nothing(measured: Recording, simulated: Recording) -> Problem:
