@@ -186,6 +186,8 @@ def layout_of(path: Path) -> Layout:
     separator, first_row = _first_numbers([line for _, line in lines])
     rows = [cells_of(line, separator) for _, line in lines]
     count = len(rows[min(first_row, len(rows) - 1)])
+    while first_row > 0 and len(rows[first_row - 1]) == count and _has_gaps(rows[first_row - 1]):
+        first_row -= 1
     top = _top_of_heads(rows, first_row, count)
     if top is None:
         number, _ = lines[min(first_row, len(lines) - 1)]
@@ -226,6 +228,12 @@ def _first_numbers(lines: Sequence[str]) -> tuple[str, int]:
                 return separator, index
     separator = next((mark for mark in ";\t" if mark in lines[0]), ",")
     return separator, 1 if separator in lines[0] else 0
+
+
+def _has_gaps(row: Sequence[str]) -> bool:
+    """Tell a row of one number or time stamp, with gaps for the others."""
+    told = [cell for cell in row if cell]
+    return bool(told) and all(_is_number(cell) or instant_of(cell) is not None for cell in told)
 
 
 def _top_of_heads(rows: Sequence[Sequence[str]], first_row: int, count: int) -> int | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -293,3 +294,48 @@ def test_uneven_samples_need_a_rate_to_be_filtered(folder: Path) -> None:
     actual = _read(folder, 'rate = "400 Hz"\n' + text)
     np.testing.assert_allclose(actual["n"].values[50:-50], np.sin(TURN * 5.0 * actual.time)[50:-50], atol=1e-3)
     assert any("not sampled uniformly; a cubic spline" in note for note in actual.notes)
+
+
+@pytest.mark.parametrize(
+    ("bad", "words"),
+    [
+        ([1, 9], r'm.gaps: found nan at 0.9 s \(sample 9\), in the last row; .*cut the record: end = "0.8 s"'),
+        ([0, 2], r'm.gaps: found nan at 0 s \(sample 0\), in the first row; .*cut the record: start = "0.1 s"'),
+        ([0, 5, 9], r'0 s .*in the first row and nan at 0.9 s .*in the last row; .*start = "0.1 s", end = "0.8 s"'),
+        (list(range(1, 9)), "found 2 numbers among 10 samples; a channel needs 4 numbers"),
+    ],
+)
+def test_the_gap_that_cannot_be_bridged_is_named(bad: list[int], words: str, tmp_path: Path) -> None:
+    """A gap between numbers is not blamed; the cuts that are advised make it readable."""
+    rows = [f"{0.1 * k:.1f},{'' if k in bad else k}" for k in range(10)]
+    (tmp_path / "m.csv").write_text("\n".join(["t [s],m [Nm]", *rows, ""]))
+    row = {"name": "m", "quantity": "torque", "gaps": "bridge"}
+    tables = {"file": str(tmp_path / "m.csv"), "channel": [row]}
+    with pytest.raises(ModelError, match=words) as caught:
+        gr.read(tables)
+    cuts = dict(re.findall(r'(start|end) = "([^"]*)"', str(caught.value)))
+    if cuts:
+        record = gr.read({**tables, **cuts})
+        np.testing.assert_allclose(record["m"].values, 10.0 * record.time, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("measured", "quantity"),
+    [("speed", "velocity"), ("velocity", "speed"), ("angle", "shaft angle"), ("shaft angle", "angle")],
+)
+def test_a_speed_and_a_velocity_are_one_thing(measured: str, quantity: str, folder: Path) -> None:
+    unit = "rpm" if measured in ("speed", "velocity") else "deg"
+    row = f'\n[[channel]]\nname = "n"\nunit = "{unit}"\nmeasured = "{measured}"\nquantity = "{quantity}"\n'
+    same = f'\n[[channel]]\nname = "n"\nunit = "{unit}"\nquantity = "{quantity}"\n'
+    record = _read(folder, row)
+    assert record["n"].quantity == quantity
+    np.testing.assert_array_equal(record["n"].values, _read(folder, same)["n"].values)
+
+
+def test_a_speed_is_differentiated_to_an_acceleration(folder: Path) -> None:
+    row = '\n[[channel]]\nname = "n"\nunit = "rpm"\nmeasured = "speed"\nquantity = "acceleration"\n'
+    record = _read(folder, row)
+    expected = TURN * 0.4 * TURN * 40.0 * np.cos(TURN * 40.0 * T)
+    np.testing.assert_allclose(record["n"].values[9:-9], expected[9:-9], atol=2e-3)
+    with pytest.raises(ModelError, match="an acceleration does not become a speed"):
+        _read(folder, '\n[[channel]]\nname = "n"\nmeasured = "acceleration"\nquantity = "speed"\n')

@@ -77,6 +77,8 @@ def _samples(path: Path) -> tuple[io.BytesIO, tuple[str, ...]]:
     with opened(path) as stream:
         size = os.fstat(stream.fileno()).st_size
         kind = stream.read(12)[:4]
+        if kind not in _KINDS:
+            raise ValueError(f"begins with {kind!r}, not with RIFF")
         order = ">" if kind == b"RIFX" else "<"
         form, long = b"", 0
         while len(chunk := stream.read(8)) == 8:
