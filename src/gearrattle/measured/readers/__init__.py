@@ -18,6 +18,7 @@ import numpy as np
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, opened
 from gearrattle.measured.readers import csv, hdf5, mat, mdf4, run, uff, wav
+from gearrattle.measured.readers.answers import ANSWERS
 from gearrattle.measured.readers.base import HEAD, Column, Raw, Reader, Request, refuse_doubles
 from gearrattle.model.file import unreadable
 from gearrattle.model.table import did_you_mean, listed
@@ -32,7 +33,7 @@ READERS: dict[str, Reader] = {
 
 EVERYTHING = Request()
 
-__all__ = ["READERS", "Column", "Raw", "Reader", "Request", "format_of", "read_raw", "write"]
+__all__ = ["ANSWERS", "READERS", "Column", "Raw", "Reader", "Request", "format_of", "read_raw", "write"]
 
 
 def format_of(path: str | os.PathLike[str]) -> str:

@@ -1,0 +1,71 @@
+"""Four questions that every reader answers: what is my axis, what is its unit, which values count, are they scaled?
+
+A reader that takes the wrong thing for an answer gives wrong numbers without a word. So each format has one row here.
+The table of docs/howto/measured-data.md is this one, and every cell has its test.
+
+Takes nothing; gives the answers to the shelf.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Answers(NamedTuple):
+    """What a reader takes for times, and which numbers it gives.
+
+    Attributes
+    ----------
+    axis
+        what the times of a channel are.
+    unit
+        of these times.
+    counts
+        which stored values are samples, and which are gaps.
+    scaled
+        how a stored number becomes the value.
+    """
+
+    axis: str
+    unit: str
+    counts: str
+    scaled: str
+
+
+ANSWERS: dict[str, Answers] = {
+    "run": Answers("the variable `time`", "s", "all", "not scaled"),
+    "hdf5": Answers(
+        "the only dimension scale of its length that is of times, else a vector called `time` or `t`, or in s, ms or "
+        "us, that is as long and nearest in the tree",
+        "attribute `units`, also `seconds since ...`; else s",
+        "all but `_FillValue`, `missing_value`, netCDF's own fill values, and what lies outside of `valid_range`, "
+        "`valid_min`, `valid_max`: gaps",
+        "`scale_factor` times the stored number, plus `add_offset`; `_Unsigned` is obeyed",
+    ),
+    "mat": Answers(
+        "a variable called `time` or `t` that is as long; `X.Data` beside `Y(k).Data`; `Tstart` and `Tinterval`",
+        "`Unit` beside `Data`; else s",
+        "all; NaN is a gap",
+        "not scaled",
+    ),
+    "mdf4": Answers(
+        "the master channel of the group",
+        "s",
+        "all but those whose invalidation bit is set: gaps",
+        "by the conversion rule of the channel",
+    ),
+    "wav": Answers("the number of the sample", "the rate of the header", "all", "whole numbers: full scale is 1"),
+    "uff": Answers(
+        "the abscissa of the dataset",
+        "s",
+        "as many as the header counts",
+        "not scaled",
+    ),
+    "csv": Answers(
+        "the column called `time` or `t`, or in s, ms or us",
+        "in the names or in a row of units; else s",
+        "all; an empty entry and NaN are gaps",
+        "not scaled",
+    ),
+}
+"""The answers of every reader, by the name of its format."""
