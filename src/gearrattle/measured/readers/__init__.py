@@ -65,8 +65,6 @@ def format_of(path: str | os.PathLike[str]) -> str:
     for reader in READERS.values():
         if reader.knows(file_path, head):
             return reader.NAME
-    if file_path.suffix.lower() == ".mat" and not head.startswith(b"MATLAB") and head[:1] in (b"\0", b"\x01", b"\x02"):
-        return mat.NAME  # version 4 has no other mark than its ending
     ending = next((r.NAME for r in READERS.values() if file_path.suffix.lower() in r.SUFFIXES), "")
     rule = f"its content is none of {listed(READERS)}"
     remedy = (

@@ -10,15 +10,15 @@ Takes paths; gives ``Raw`` columns, or writes a ``Recording``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import within_limit
 from gearrattle.model import units
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.recording import Array, Recording
@@ -29,6 +29,8 @@ HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 TIME_NAMES = ("time", "t", "Time", "TIME", "Zeit", "timestamps")
 """What a column of times is called where a file has no better way to say so."""
 _TIME_SPELLINGS = {"": "s", "S": "s", "sec": "s", "sek": "s", "msec": "ms", "usec": "us", "none": "s"}
+_TIME_UNITS = ("s", "ms", "us", "sec")
+_MOST_COLUMNS = 100_000
 
 
 class Request(NamedTuple):
@@ -61,9 +63,9 @@ class Column:
     name, unit
         as they stand in the file; unit empty where there is none.
     values
-        (N,); (0,) for a column that was not asked for and not read.
+        (N,), its own, which may be changed; (0,) for a column that was not asked for and not read.
     time
-        (N,) [s]; None until it is found among the columns.
+        (N,) [s]; None until it is found among the columns, unless the file gives it with the column.
     quantity, subject
         where the file says them.
     axis
@@ -125,8 +127,17 @@ class Reader(Protocol):
 def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple[Column, ...]:
     """Give every column its times, and leave the columns of times out.
 
-    The times of a column are those the request names, those its file names for it, or a column of a name or unit
-    of time that stands beside it and is as long.
+    The times of a column are those the request names, those its file names for it, or a column that stands beside it,
+    is as long, and has a name of time, or else a unit of time.
+
+    Parameters
+    ----------
+    columns
+        in the order of the file; a column of times may be changed to s where it stands.
+    path
+        the file.
+    request
+        what is wanted of it.
 
     Raises
     ------
@@ -134,30 +145,27 @@ def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple
         there are no times, they are not those of the column, or two columns wanted have one name.
     """
     refuse_doubles(columns, str(path), request)
-    by_name = {column.name: column for column in columns}
     if request.interval is not None:
         step = request.interval
-        made: dict[int, Array] = {
-            size: np.asarray(np.arange(size) * step, np.float64) for size in {c.values.size for c in columns}
-        }
+        made = {size: np.arange(size, dtype=np.float64) for size in {c.values.size for c in columns}}
+        for times in made.values():
+            np.multiply(times, step, out=times)
         return tuple(replace(column, time=made[column.values.size]) for column in columns)
-    if request.time and request.time not in by_name:
-        rule = f"no column has this name; there are {listed(shown(name) for name in by_name)}"
-        raise ModelError(Problem(f"{path}: time", shown(request.time), rule, did_you_mean(request.time, list(by_name))))
-    times = [by_name[request.time]] if request.time else [c for c in columns if is_time(c.name, c.unit)]
-    times += [by_name[c.axis] for c in columns if c.axis in by_name and not request.time]
-    called = {column.name for column in times}
-    read = {name: by_name[name].values * _seconds(path, by_name[name], request.time_unit) for name in called}
-    timed, without = [], []
+    axes = _axes(columns, path, request)
+    used = {name for name in axes.values() if name}
+    by_name = {column.name: column for column in columns}
+    read = {name: _in_seconds(path, by_name[name], request.time_unit) for name in used}
+    timed = []
+    without = []
     for column in columns:
-        if column.name in called:
-            continue
-        if not column.values.size and request.names is not None:
+        if column.name in used or column.name not in axes:
+            continue  # times
+        if column.time is not None and not request.time:
+            timed.append(column)
+        elif not column.values.size and request.names is not None:
             timed.append(replace(column, time=column.values))
-            continue
-        name = _axis_of(column, times)
-        if name and read[name].size == column.values.size:
-            timed.append(replace(column, time=read[name]))
+        elif axes[column.name] and read[axes[column.name]].size == column.values.size:
+            timed.append(replace(column, time=read[axes[column.name]]))
         else:
             without.append(column)
     wanted = [c for c in without if request.names is not None and c.name in request.names]
@@ -167,6 +175,26 @@ def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple
         remedy = 'name the column of times: time = "..."; or the rate, if there is none: sampled = "10 kHz"'
         raise ModelError(Problem(str(path), "", rule, remedy))
     return tuple(timed)
+
+
+def _axes(columns: Sequence[Column], path: Path, request: Request) -> dict[str, str]:
+    """Return the name of its times for every column that is a signal; empty where it has none or brings them itself."""
+    if request.time:
+        names = [column.name for column in columns]
+        if request.time not in names:
+            rule = f"no column has this name; there are {listed(shown(name) for name in names)}"
+            raise ModelError(Problem(f"{path}: time", shown(request.time), rule, did_you_mean(request.time, names)))
+        return {name: request.time for name in names if name != request.time}
+    told = {column.axis for column in columns}
+    times = [c for c in columns if c.name in told or (c.time is None and is_time(c.name, c.unit))]
+    by_unit = [c for c in times if c.name not in told and not (_is_named_time(c.name) and _is_unit_of_time(c.unit))]
+    possible = {time.name for time in times}
+    axes = {column.name: _axis_of(column, times, by_unit) for column in columns if column.name not in possible}
+    serving = [time for time in times if time not in by_unit or time.name in axes.values()]
+    for column in by_unit:  # a signal in a unit of time, such as a delay, if other times are there
+        if column not in serving and (axis := _axis_of(column, serving, by_unit)):
+            axes[column.name] = axis
+    return axes
 
 
 def refuse_doubles(columns: Sequence[Column], source: str, request: Request) -> None:
@@ -198,16 +226,39 @@ def refuse_doubles(columns: Sequence[Column], source: str, request: Request) -> 
 
 def is_time(name: str, unit: str) -> bool:
     """Tell a column of times by its name, the last part of a path, or by its unit."""
-    return name.rsplit("/", 1)[-1].rsplit(".", 1)[-1] in TIME_NAMES or unit in ("s", "ms", "us", "sec")
+    return _is_named_time(name) or (bool(unit) and _is_unit_of_time(unit))
 
 
-def _axis_of(column: Column, times: Sequence[Column]) -> str:
-    """Return the name of the column's times: those it names, then those nearest to it in the tree, of its length."""
+def _is_named_time(name: str) -> bool:
+    """Tell whether the last part of a path is a name of time."""
+    return name.rsplit("/", 1)[-1].rsplit(".", 1)[-1] in TIME_NAMES
+
+
+def _is_unit_of_time(unit: str) -> bool:
+    """Tell units in which times are given; no unit is one."""
+    return not unit or " since " in unit or unit in _TIME_UNITS
+
+
+def _axis_of(column: Column, times: Sequence[Column], by_unit: Sequence[Column]) -> str:
+    """Return the name of the column's times: those it names, then of its length by name, then nearest in the tree.
+
+    Of those that only have a unit of time, the ones that ascend come first.
+    """
+    if column.time is not None:
+        return ""
     if column.axis and any(time.name == column.axis for time in times):
         return column.axis
-    fitting = [time for time in times if time.values.size == column.values.size]
-    ranked = sorted(fitting, key=lambda time: -_shared(time.name, column.name))
-    return ranked[0].name if ranked else ""
+    fitting = [time for time in times if time.values.size == column.values.size and time is not column]
+
+    def rank(time: Column) -> tuple[int, int]:
+        if time not in by_unit:
+            return 0, -_shared(time.name, column.name)
+        if not _is_unit_of_time(time.unit):
+            return 3, 0
+        ascends = len(fitting) == 1 or bool((time.values[1:] > time.values[:-1]).all())
+        return 1 if ascends else 2, -_shared(time.name, column.name)
+
+    return min(fitting, key=rank).name if fitting else ""
 
 
 def _shared(one: str, other: str) -> int:
@@ -234,33 +285,62 @@ def seconds(unit: str) -> float:
     return units.convert(f"1 {_TIME_SPELLINGS.get(text, text)}", units.TIME)
 
 
-def _seconds(path: Path, column: Column, unit: str) -> float:
-    """Return the factor of a column of times to s."""
-    text = unit or column.unit or "s"
+def _in_seconds(path: Path, column: Column, unit: str) -> Array:
+    """Return times in s, changed where they stand; what they are counted from is left out."""
+    text = (unit or column.unit or "s").partition(" since ")[0].strip()
     try:
-        return seconds(text)
+        factor = seconds(text)
     except units.UnitError as error:
         location = f"{path}: {column.name}"
         raise ModelError(
             Problem(location, shown(text), error.rule, error.remedy or 'such as time_unit = "ms"')
         ) from None
+    if factor != 1.0:
+        np.multiply(column.values, factor, out=column.values)
+    return column.values
 
 
-def split_columns(name: str, array: NDArray[np.generic]) -> Iterator[tuple[str, Array]]:
-    """Yield real vectors out of an array: a vector as it is, a table by its columns, ``name[0]``, ``name[1]``, ...
+def column_names(name: str, shape: Sequence[int]) -> list[str]:
+    """Name the signals of an array: a vector as it is, a table by its columns, ``name[0]``, ``name[1]``, ...
 
-    Anything else (single numbers, texts, complex numbers, three dimensions) is no signal and yields nothing.
+    Parameters
+    ----------
+    name
+        of the array.
+    shape
+        of the array; the longer side of a table is that of the samples.
+
+    Returns
+    -------
+    list[str]
+        empty for what is no signal: a single number, nothing, three dimensions, more than 100 000 columns.
     """
-    if not (np.issubdtype(array.dtype, np.floating) or np.issubdtype(array.dtype, np.integer)):
-        return
-    if array.ndim == 2 and 1 in array.shape:
-        array = array.reshape(-1)
-    if array.ndim == 1 and array.size > 1:
-        yield name, array.astype(np.float64)
-    elif array.ndim == 2 and min(array.shape) > 1:
-        tall = array if array.shape[0] >= array.shape[1] else array.T
-        for index in range(tall.shape[1]):
-            yield f"{name}[{index}]", tall[:, index].astype(np.float64)
+    if not 1 <= len(shape) <= 2 or min(shape) < 1 or max(shape) < 2:
+        return []
+    if min(shape) == 1 or len(shape) == 1:
+        return [name]
+    return [f"{name}[{index}]" for index in range(min(shape))] if min(shape) <= _MOST_COLUMNS else []
+
+
+def ask_for(lengths: Sequence[int], request: Request, beside: int = 0) -> None:
+    """Ask, once and before anything is unpacked, whether a file may take as much memory as it needs.
+
+    Parameters
+    ----------
+    lengths
+        samples of every column that is read, columns of times among them: each sample becomes eight bytes.
+    request
+        what is wanted; times that are made of an interval are counted as well.
+    beside
+        bytes that are needed at the same time, such as copies.
+
+    Raises
+    ------
+    Refused
+        it may not.
+    """
+    made = sum(set(lengths)) if request.interval is not None else 0
+    within_limit(8 * (sum(lengths) + made) + beside)
 
 
 def unfit(path: Path, value: str, rule: str, remedy: str = "") -> ModelError:

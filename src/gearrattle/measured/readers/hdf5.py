@@ -1,19 +1,23 @@
 """HDF5, and what is HDF5 inside: MAT files of version 7.3, netCDF-4.
 
 Every vector of real numbers is a signal, named by its path; a table is one signal a column. Units, quantities and
-subjects are attributes (``units`` or ``unit``, ``quantity``, ``subject``); times are a vector of a name or unit of time
-beside the signal, or the only dimension scale of its length. Format: The HDF Group, HDF5 File Format Specification 3.0.
+subjects are attributes (``units`` or ``unit``, ``quantity``, ``subject``); ``packing`` reads those of packed numbers
+and of gaps. Times are a vector of a name or unit of time beside the signal, or the only dimension scale of its length
+that is of times. Format: The HDF Group, HDF5 File Format Specification 3.0.
 
 Takes a path; gives columns with times.
 """
 
 from __future__ import annotations
 
+import itertools
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import datasets, opened_hdf5
@@ -23,17 +27,23 @@ from gearrattle.measured.readers.base import (
     Column,
     Raw,
     Request,
+    ask_for,
+    column_names,
     is_time,
-    split_columns,
     unfit,
     with_times,
 )
-from gearrattle.recording import Recording
+from gearrattle.measured.readers.packing import ATTRIBUTES, PIECE, Packing, packing_of, unpack
+from gearrattle.recording import Array, Recording
 
 NAME = "hdf5"
 SUFFIXES = (".h5", ".hdf5", ".hdf", ".nc", ".mat")
 _PLACES = (0, 512, 1024, 2048)
 _NO_SIGNALS = ("char", "cell", "logical")
+_NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
+_OF_TIME = re.compile(r"(?i)time|zeit|^t$")
+_PLAIN = (0, 1)  # classes of types of HDF5: whole numbers, floating point
+_EXACT = 2**53  # the largest whole number up to which a double holds all
 
 
 def knows(_path: Path, head: bytes) -> bool:
@@ -42,30 +52,101 @@ def knows(_path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, request: Request) -> Raw:
-    """Return its vectors."""
+    """Return its vectors; those that are not asked for are named only."""
     columns: list[Column] = []
-    scales: dict[str, Column] = {}
-    with opened_hdf5(path) as file:
+    scales: list[str] = []
+    scaled: list[str] = []
+    origins: dict[str, int] = {}
+    with opened_hdf5(path, in_parts=True) as file:
         _check_origin(_text(file.attrs.get("format", "")), path)
-        for name, item in datasets(file):
-            if (
-                "/#" in f"/{name}"  # MATLAB's references
-                or not item.shape
-                or item.dtype.kind not in "fiu"
-                or item.ndim > 2
-                or _text(item.attrs.get("MATLAB_class", "")) in _NO_SIGNALS
-            ):
-                continue
-            said = {key: _text(item.attrs.get(key, "")) for key in ("quantity", "subject")}
-            unit = _text(item.attrs.get("units", item.attrs.get("unit", "")))
-            for full, values in split_columns(name, item[...]):
-                columns.append(Column(full, unit, values, None, said["quantity"], said["subject"]))
-                if _text(item.attrs.get("CLASS", "")) == "DIMENSION_SCALE":
-                    scales[full] = columns[-1]
+        signals = [signal for signal in itertools.starmap(_Signal, datasets(file)) if signal.names]
+        wanted = [signal for signal in signals if signal.is_wanted(request)]
+        lengths = [max(signal.item.shape) for signal in wanted for _ in signal.names]
+        ask_for(lengths, request, max((signal.beside for signal in wanted), default=0))
+        for signal in signals:
+            table = [np.empty(0)] * len(signal.names)
+            if signal in wanted:
+                packing = _packing(signal, path)
+                table = list(_table(signal, origins))
+                for values in table:
+                    unpack(values, packing)
+                scaled += [signal.name] if packing.scales else []
+            said = [signal.said(key) for key in ("quantity", "subject")]
+            columns += [
+                Column(full, signal.unit, values, None, *said) for full, values in zip(signal.names, table, strict=True)
+            ]
+            scales += signal.names if signal.is_scale_of_times else []
     if not columns:
         rule = "holds no vectors of real numbers"
         raise ModelError(Problem(str(path), "", rule, "store time and signals as vectors"))
-    return Raw(with_times(_with_axes(columns, scales), path, request), str(path), NAME)
+    notes = [f"scaled by scale_factor and add_offset of the file: {', '.join(scaled)}"] if scaled else []
+    notes += [f"times count from {origin} {unit}" for unit, origin in origins.items()]
+    return Raw(with_times(_with_axes(columns, scales), path, request), str(path), NAME, tuple(notes))
+
+
+class _Signal:
+    """A dataset that may hold signals, and what is known of it before it is read.
+
+    Attributes
+    ----------
+    name, item
+        path in the file, and the dataset.
+    names
+        of its columns; empty for what is no signal.
+    unit
+        as the file has it; empty where there is none.
+    """
+
+    def __init__(self, name: str, item: Any) -> None:
+        self.name = name
+        self.item = item
+        self.names = column_names(name, item.shape) if _is_numeric(name, item) else []
+        self.unit = _text(item.attrs.get("units", item.attrs.get("unit", ""))).strip()
+
+    def said(self, key: str) -> str:
+        """Return an attribute as text; empty where there is none."""
+        return _text(self.item.attrs.get(key, ""))
+
+    @property
+    def is_scale_of_times(self) -> bool:
+        """Whether it is a dimension scale, and of times: by its unit, its role in CF, or, without a unit, its name."""
+        if self.said("CLASS") != "DIMENSION_SCALE" or len(self.names) != 1:
+            return False
+        if self.unit:
+            return is_time("", self.unit)
+        is_told = self.said("axis") == "T" or self.said("standard_name") == "time"
+        return is_told or _OF_TIME.search(self.name.rpartition("/")[2]) is not None
+
+    @property
+    def counts_in_whole_numbers(self) -> bool:
+        """Whether it holds times since a date as whole numbers of 64 bits, which a double may not hold."""
+        plain = not any(key in self.item.attrs for key in ("scale_factor", "add_offset"))
+        return plain and " since " in self.unit and self.item.dtype.kind in "iu" and self.item.dtype.itemsize == 8
+
+    def is_wanted(self, request: Request) -> bool:
+        """Tell whether it is read: a column of it is asked for, or it may hold times."""
+        if request.names is None:
+            return True
+        may_hold_times = not request.time and (self.is_scale_of_times or is_time(self.name, self.unit))
+        return may_hold_times or not {*request.names, request.time}.isdisjoint(self.names)
+
+    @property
+    def block(self) -> int:
+        """Rows of a tall table that are read at once: whole chunks of it."""
+        rows = (self.item.chunks or (1,))[0]
+        return int(rows * max(1, PIECE // (rows * self.item.size // max(self.item.shape))))
+
+    @property
+    def beside(self) -> int:
+        """Bytes that reading takes beside its numbers: a chunk before and after it is unpacked, a block of rows."""
+        kind = self.item.id.get_type().get_class()
+        if kind not in _PLAIN:
+            return int(self.item.size * self.item.dtype.itemsize)
+        packed = self.item.chunks is not None and self.item.id.get_create_plist().get_nfilters() > 0
+        chunk = 2 * int(np.prod(self.item.chunks, dtype=object)) * self.item.dtype.itemsize if packed else 0
+        is_tall = self.item.ndim == 2 and self.item.shape[0] >= self.item.shape[1] > 1
+        columns = self.item.shape[1] if is_tall else 0
+        return chunk + int(min(self.block, self.item.shape[0]) * columns * self.item.dtype.itemsize)
 
 
 def write(recording: Recording, path: Path) -> None:
@@ -87,19 +168,76 @@ def write(recording: Recording, path: Path) -> None:
                 dataset.attrs[key] = np.bytes_(value.encode()) if value else ""
 
 
-def _with_axes(columns: list[Column], scales: dict[str, Column]) -> list[Column]:
-    """Let signals be over the only dimension scale of their length, if it may be one of times.
+def _is_numeric(name: str, item: Any) -> bool:
+    """Tell real numbers, of which neither MATLAB nor netCDF says that they are no signal."""
+    return (
+        "/#" not in f"/{name}"  # MATLAB's references
+        and bool(item.shape)
+        and item.dtype.kind in "fiu"
+        and _text(item.attrs.get("MATLAB_class", "")) not in _NO_SIGNALS
+        and not _text(item.attrs.get("NAME", "")).startswith(_NO_VARIABLE)
+    )
+
+
+def _packing(signal: _Signal, path: Path) -> Packing:
+    """Return what the attributes of a dataset say of its numbers."""
+    fill = signal.item.fillvalue
+    known = {key: signal.item.attrs[key] for key in ATTRIBUTES if key in signal.item.attrs}
+    return packing_of(known, signal.item.dtype, float(fill or 0.0), f"{path}: {signal.name}")
+
+
+def _table(signal: _Signal, origins: dict[str, int]) -> Array:
+    """Read the stored numbers of a dataset as (columns, samples), without a copy of all of them."""
+    item = signal.item
+    samples = max(item.shape)
+    table = np.empty((item.size // samples, samples))
+    if signal.counts_in_whole_numbers:
+        return _since(item, table, signal.unit, origins)
+    if item.id.get_type().get_class() not in _PLAIN:  # enumerations, which the library does not turn into numbers
+        table[...] = _lying(np.asarray(item[...]))
+    elif min(item.shape) == 1 or item.ndim == 1 or item.shape[0] < samples:
+        item.read_direct(table.reshape(item.shape))
+    else:
+        for begin in range(0, samples, signal.block):
+            rows = item[begin : begin + signal.block]
+            table[:, begin : begin + signal.block] = rows.T
+    return table
+
+
+def _lying(array: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Return an array as (columns, samples)."""
+    table = array.reshape(1, -1) if array.ndim == 1 or 1 in array.shape else array
+    return table.T if table.shape[0] >= table.shape[1] else table
+
+
+def _since(item: Any, table: Array, unit: str, origins: dict[str, int]) -> Array:
+    """Read whole numbers of 64 bits that count from a date: from the first one if a double cannot hold them.
+
+    Axes of one unit count from the same number.
+    """
+    whole = table.view(item.dtype.newbyteorder("="))
+    item.read_direct(whole.reshape(item.shape))
+    largest = max(abs(int(whole.max())), abs(int(whole.min())))
+    origin = origins.setdefault(unit, int(whole.flat[0])) if largest > _EXACT else 0
+    for begin in range(0, whole.size, PIECE):
+        part = slice(begin, begin + PIECE)
+        table.reshape(-1)[part] = whole.reshape(-1)[part] - np.array(origin, whole.dtype)
+    return table
+
+
+def _with_axes(columns: list[Column], scales: list[str]) -> list[Column]:
+    """Let signals be over the only dimension scale of times of their length.
 
     The references from signals to scales would tell more, but the library ends the process on damaged ones (HDF5 1.14).
     """
     fitting: dict[int, list[str]] = {}
-    for name, scale in scales.items():
-        if not scale.unit or is_time(name, scale.unit):
-            fitting.setdefault(scale.values.size, []).append(name)
+    for column in columns:
+        if column.name in scales:
+            fitting.setdefault(column.values.size, []).append(column.name)
     assigned = []
     for column in columns:
         names = [] if column.name in scales else fitting.get(column.values.size, [])
-        assigned.append(replace(column, axis=names[0]) if len(names) == 1 else column)
+        assigned.append(replace(column, axis=names[0]) if len(names) == 1 and column.values.size else column)
     return assigned
 
 
