@@ -78,7 +78,7 @@ def read(
     assert time is not None
     channels, notes = [], list(raw.notes)
     for column in raw.columns:
-        if column.time is None or not np.array_equal(column.time, time):
+        if column.time is None or not (column.time is time or np.array_equal(column.time, time)):
             rule = "its channels have different times; a recording has one"
             remedy = f"gearrattle look {raw.source} -o measurement.toml writes a mapping that brings them to one rate"
             raise ModelError(Problem(raw.source, f"{raw.columns[0].name} and {column.name}", rule, remedy))
@@ -90,9 +90,9 @@ def read(
 
 def _plain(column: Column, source: str) -> tuple[Channel, list[str]]:
     """Return a column as a channel; without a quantity it keeps the numbers and the unit of the file."""
-    bad = ~np.isfinite(column.values)
-    if bad.any():
-        at = int(np.argmax(bad))
+    finite = np.isfinite(column.values)
+    if not finite.all():
+        at = int(np.argmin(finite))
         rule, remedy = "samples must be finite numbers", 'a mapping can leave the channel out, or gaps = "bridge"'
         raise ModelError(Problem(f"{source}: {column.name}", f"{column.values[at]} at sample {at}", rule, remedy))
     said = column.quantity if column.quantity in QUANTITIES else ""
@@ -110,7 +110,9 @@ def _plain(column: Column, source: str) -> tuple[Channel, list[str]]:
         note += "the numbers stand as in the file"
         return Channel(column.name, "", column.subject, column.unit or "1", column.values), [note]
     notes = [] if said else [f"{column.name}: taken for {with_article(quantity)} by its unit, {column.unit}"]
-    return Channel(column.name, quantity, column.subject, unit, by * column.values), notes
+    if by != 1.0:
+        np.multiply(column.values, by, out=column.values)  # a long record leaves no room for a copy
+    return Channel(column.name, quantity, column.subject, unit, column.values), notes
 
 
 def _measured(measurement: Measurement) -> Recording:

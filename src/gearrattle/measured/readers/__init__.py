@@ -195,7 +195,7 @@ def _check_times(column: Column, source: str) -> None:
     if not np.isfinite(time).all():
         at = int(np.argmin(np.isfinite(time)))
         raise ModelError(Problem(location, f"{time[at]} at sample {at}", "must be finite numbers", "cut the record"))
-    wrong = np.diff(time) <= 0.0
+    wrong = time[1:] <= time[:-1]
     if wrong.any():
         at = int(np.argmax(wrong)) + 1
         rule = f"must ascend; sample {at - 1} is at {time[at - 1]:.9g} s"

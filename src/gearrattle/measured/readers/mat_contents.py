@@ -33,7 +33,7 @@ _DATA = ("Data", "data")
 _NAMES = ("Name", "name")
 _UNITS = ("Unit", "unit", "Units", "units")
 _TRIPLE = ("Tstart", "Tinterval", "Length")
-_SERIES = re.compile(r"((?:.*\.)?)([Yy])(?:\((\d+)\))?\.([Dd]ata)")
+_SERIES = re.compile(r"((?:.*\.)?)([XxYy])(?:\((\d+)\))?\.([Dd]ata)")
 _OF_TIME = re.compile(r"(?i)time|zeit|^t$|^$")
 
 
