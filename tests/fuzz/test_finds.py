@@ -300,8 +300,28 @@ def test_records_larger_than_memory_are_refused(tmp_path: Path) -> None:
     assert content.count(record) == 1
     struct.pack_into("<I", content, content.index(record), 4_278_190_104)
     path.write_bytes(content)
-    with pytest.raises(ModelError, match="GB of a file are read"):
+    with pytest.raises(ModelError, match=r"a record of 4278190104 bytes, where the data of its group are 960"):
         gr.read(path)
+
+
+@pytest.mark.parametrize("cycles", [0, 40])
+def test_a_record_longer_than_the_data_of_its_group_is_refused_at_once(cycles: int, tmp_path: Path) -> None:
+    """Also in a group that says to hold none: the library makes room for one record, 1.3 GB in a file of 2 kB."""
+    pytest.importorskip("asammdf")
+    resource = pytest.importorskip("resource")
+    path = tmp_path / "x.mf4"
+    gr.write(recording(), path)
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<I", content, content.index(struct.pack("<II", 24, 0)), 1_313_022_755)
+    count = content.index(struct.pack("<Q", 40), content.index(b"##CG"))
+    struct.pack_into("<Q", content, count, cycles)
+    path.write_bytes(content)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    begun = time.process_time()
+    with pytest.raises(ModelError, match=r"a record of 1313022755 bytes, where the data of its group are \d+"):
+        gr.read(path)
+    assert time.process_time() - begun < 2.0
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000  # kilobytes
 
 
 @pytest.mark.parametrize("rate", [1, 23, 96_000_001, 0x7FFFFFFF])

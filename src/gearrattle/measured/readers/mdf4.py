@@ -11,6 +11,7 @@ Takes a path; gives columns with times.
 from __future__ import annotations
 
 import gc
+import itertools
 import logging
 import sys
 from collections import Counter
@@ -39,6 +40,9 @@ _OF_TIME = (1, 0)  # synchronisation types of a master: time, not said
 _NOT_OF_TIME = {2: "an angle", 3: "a distance"}
 _EXPORT_OVER_TIME = 'export it over time, or name a channel of its times: time = "..."'
 _TIMES_TOLD = 'name a channel of its times: time = "..."; or tell the rate: sampled = "10 kHz"'
+_LONG_RECORD = 1_000_000  # bytes; a record of a hundred channels has about a thousand
+_MOST_PACKED = 1032  # bytes that one byte unpacks to at most (zlib)
+_COPIES = 6  # of one record, that the library makes where it is longer than what it reads at once
 
 
 def knows(_path: Path, head: bytes) -> bool:
@@ -55,6 +59,7 @@ def read(path: Path, request: Request) -> Raw:
             raise ModelError(Problem(str(path), "", rule, "finalise it with the measuring system's tool"))
         check_lists(stream)
     with _opened(mdf, path) as file:
+        _check_long_records(file)
         _check_records(file)
         places = {_master(file, group) for group in range(len(file.groups))}
         found = [(name, *at) for name, spots in file.channels_db.items() for at in spots if at not in places]
@@ -199,6 +204,26 @@ def _check_size(file: Any, entries: list[tuple[str, int, int]], request: Request
             within_limit(unpacked)
             if number > _MOST_BLOCKS:
                 raise Refused("its list of data blocks does not end", "copy or export it again")
+
+
+def _check_long_records(file: Any) -> None:
+    """Refuse records that are longer than the data of their group, for the library makes room for a whole record first.
+
+    Raises
+    ------
+    Refused
+        there is one, or one of which the copies take more than the limit.
+    """
+    for group in file.groups:
+        record = group.channel_group.samples_byte_nr
+        if record <= _LONG_RECORD:
+            continue
+        blocks = itertools.islice(group.get_data_blocks(), _MOST_BLOCKS)
+        unpacked = sum(min(block.original_size, _MOST_PACKED * block.compressed_size) for block in blocks)
+        if record > unpacked:
+            value = f"a record of {record} bytes, where the data of its group are {unpacked}"
+            raise Refused(f"is damaged: {value}", "copy or export it again")
+        within_limit(_COPIES * record)
 
 
 def _check_records(file: Any) -> None:
