@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.recording import Array
 
-PIECE = 1_000_000
+PIECE = 250_000
 """Numbers that are changed at once: what stands beside them is small against a long record."""
 ATTRIBUTES = (
     *("scale_factor", "add_offset", "_FillValue", "missing_value"),
