@@ -108,8 +108,8 @@ def test_version_4_with_first_time_interval_and_length(form: str, tmp_path: Path
     path = tmp_path / "x.mat"
     kind = {"f8": 0, "f4": 10}[form]
     numbers = {"Tstart": -0.05, "Tinterval": 5e-4, "Length": 400.0}
-    told = b"".join(version_4(name, np.array([x]), kind, form) for name, x in numbers.items())
-    path.write_bytes(version_4("A", X, 10, "f4") + version_4("B", Y, 10, "f4") + told)
+    clock = b"".join(version_4(name, np.array([x]), kind, form) for name, x in numbers.items())
+    path.write_bytes(version_4("A", X, 10, "f4") + version_4("B", Y, 10, "f4") + clock)
     raw = read_raw(path)
     assert [c.name for c in raw.columns] == ["A", "B"]
     for column, values in zip(raw.columns, (X, Y), strict=True):
@@ -126,15 +126,15 @@ def test_version_4_with_first_time_interval_and_length(form: str, tmp_path: Path
 def test_first_time_and_interval_in_version_5(packed: bool, tmp_path: Path) -> None:
     """A vector of another length than is told has no times; an interval of zero is refused."""
     path = tmp_path / "x.mat"
-    told = {"Tstart": 0.25, "Tinterval": 0.01, "Length": 400.0}
-    savemat(path, {"A": X, **told}, do_compression=packed)
+    clock = {"Tstart": 0.25, "Tinterval": 0.01, "Length": 400.0}
+    savemat(path, {"A": X, **clock}, do_compression=packed)
     assert gr.read(path).time[-1] == pytest.approx(0.25 + 3.99, rel=1e-15)
-    savemat(path, {"scope": {"A": X, **told}}, do_compression=packed)
+    savemat(path, {"scope": {"A": X, **clock}}, do_compression=packed)
     assert gr.read(path).time[-1] == pytest.approx(0.25 + 3.99, rel=1e-15)
-    savemat(path, {"A": X, **told, "Length": 399.0}, do_compression=packed)
+    savemat(path, {"A": X, **clock, "Length": 399.0}, do_compression=packed)
     with pytest.raises(ModelError, match='no column of as many times belongs to "A"'):
         gr.read(path)
-    savemat(path, {"A": X, **told, "Tinterval": 0.0}, do_compression=packed)
+    savemat(path, {"A": X, **clock, "Tinterval": 0.0}, do_compression=packed)
     with pytest.raises(ModelError, match=r"Tinterval: found 0 from 0\.25; Tstart and Tinterval must be times"):
         gr.read(path)
 

@@ -185,9 +185,10 @@ def _axes(columns: Sequence[Column], path: Path, request: Request) -> dict[str, 
             rule = f"no column has this name; there are {listed(shown(name) for name in names)}"
             raise ModelError(Problem(f"{path}: time", shown(request.time), rule, did_you_mean(request.time, names)))
         return {name: request.time for name in names if name != request.time}
-    told = {column.axis for column in columns}
-    times = [c for c in columns if c.name in told or (c.time is None and is_time(c.name, c.unit))]
-    by_unit = [c for c in times if c.name not in told and not (_is_named_time(c.name) and _is_unit_of_time(c.unit))]
+    axis_names = {column.axis for column in columns}
+    times = [c for c in columns if c.name in axis_names or (c.time is None and is_time(c.name, c.unit))]
+    by_name = {time.name for time in times if _is_named_time(time.name) and _is_unit_of_time(time.unit)}
+    by_unit = [time for time in times if time.name not in axis_names | by_name]
     possible = {time.name for time in times}
     axes = {column.name: _axis_of(column, times, by_unit) for column in columns if column.name not in possible}
     serving = [time for time in times if time not in by_unit or time.name in axes.values()]
@@ -322,7 +323,7 @@ def column_names(name: str, shape: Sequence[int]) -> list[str]:
     return [f"{name}[{index}]" for index in range(min(shape))] if min(shape) <= _MOST_COLUMNS else []
 
 
-def ask_for(lengths: Sequence[int], request: Request, beside: int = 0) -> None:
+def ask_for(lengths: Sequence[int], request: Request, extra: int = 0) -> None:
     """Ask, once and before anything is unpacked, whether a file may take as much memory as it needs.
 
     Parameters
@@ -331,7 +332,7 @@ def ask_for(lengths: Sequence[int], request: Request, beside: int = 0) -> None:
         samples of every column that is read, columns of times among them: each sample becomes eight bytes.
     request
         what is wanted; times that are made of an interval are counted as well.
-    beside
+    extra
         bytes that are needed at the same time, such as copies.
 
     Raises
@@ -340,7 +341,7 @@ def ask_for(lengths: Sequence[int], request: Request, beside: int = 0) -> None:
         it may not.
     """
     made = sum(set(lengths)) if request.interval is not None else 0
-    within_limit(8 * (sum(lengths) + made) + beside)
+    within_limit(8 * (sum(lengths) + made) + extra)
 
 
 def unfit(path: Path, value: str, rule: str, remedy: str = "") -> ModelError:

@@ -62,7 +62,7 @@ def read(path: Path, request: Request) -> Raw:
         signals = [signal for signal in itertools.starmap(_Signal, datasets(file)) if signal.names]
         wanted = [signal for signal in signals if signal.is_wanted(request)]
         lengths = [max(signal.item.shape) for signal in wanted for _ in signal.names]
-        ask_for(lengths, request, max((signal.beside for signal in wanted), default=0))
+        ask_for(lengths, request, max((signal.extra for signal in wanted), default=0))
         for signal in signals:
             table = [np.empty(0)] * len(signal.names)
             if signal in wanted:
@@ -137,7 +137,7 @@ class _Signal:
         return int(rows * max(1, PIECE // (rows * self.item.size // max(self.item.shape))))
 
     @property
-    def beside(self) -> int:
+    def extra(self) -> int:
         """Bytes that reading takes beside its numbers: a chunk before and after it is unpacked, a block of rows."""
         kind = self.item.id.get_type().get_class()
         if kind not in _PLAIN:

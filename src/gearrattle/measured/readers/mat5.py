@@ -73,7 +73,8 @@ def _elements(part: Part, order: str) -> Iterator[_Element]:
         head = part.read(8)
         kind, size = (int(x) for x in np.frombuffer(head, f"{order}u4", 2))
         if kind >> 16:  # short: length and kind share four bytes, the data are the next four
-            kind, size = kind & 0xFFFF, kind >> 16
+            size = kind >> 16
+            kind = kind & 0xFFFF
             if size > 4:
                 raise Damaged(f"a short element of {size} bytes")
             yield _Element(kind, part_of(io.BytesIO(head[4 : 4 + size]), size))
@@ -126,9 +127,9 @@ def _fields(elements: Iterator[_Element], order: str, name: str, count: int, dep
         if at > total:
             break
         number, field = divmod(at - 1, len(fields))
-        place = name if count == 1 else f"{name}({number + 1})"
+        path = name if count == 1 else f"{name}({number + 1})"
         if element.kind == _MATRIX:
-            yield from _variable(element.part, order, f"{place}.{fields[field]}", depth + 1, False)
+            yield from _variable(element.part, order, f"{path}.{fields[field]}", depth + 1, False)
     if at != total:
         raise Damaged(f"{name}: structures of {total} fields in all hold {'more' if at > total else at}")
 

@@ -167,7 +167,7 @@ def contents_of(variables: Iterable[Variable], source: str) -> Contents:
 def _signals(shapes: dict[str, tuple[int, ...]], texts: dict[str, str], numbers: dict[str, float]) -> dict[str, Signal]:
     """Give the columns of every variable their names, units and axes."""
     rows = _rows(texts.get(TOLD, ""))
-    labels = {path: _beside(texts, path, _NAMES) for path in shapes}
+    labels = {path: _text_of(texts, path, _NAMES) for path in shapes}
     taken = Counter([*shapes, *labels.values()])
     signals = {}
     for path, shape in shapes.items():
@@ -179,7 +179,7 @@ def _signals(shapes: dict[str, tuple[int, ...]], texts: dict[str, str], numbers:
             unit, quantity, subject = (str(row.get(key, "")) for key in ("unit", "quantity", "subject"))
             name = str(row.get("name", full.replace(path, label, 1) if label else full))
             axis = "" if is_axis else _axis(path, shapes, labels, numbers)
-            unit = unit or _beside(texts, path, _UNITS)
+            unit = unit or _text_of(texts, path, _UNITS)
             columns.append(Column(name, unit, np.empty(0), None, quantity, subject, axis))
         signals[path] = Signal(max(shape), columns)
     return signals
@@ -235,7 +235,7 @@ def _parent(path: str) -> str:
     return path[: path.rfind(".") + 1]
 
 
-def _beside(texts: dict[str, str], path: str, keys: tuple[str, ...]) -> str:
+def _text_of(texts: dict[str, str], path: str, keys: tuple[str, ...]) -> str:
     """Return the text that stands beside ``Data`` under one of some names; empty for other signals."""
     if path.rpartition(".")[2] not in _DATA or not _parent(path):
         return ""

@@ -37,7 +37,9 @@ class Part:
     """
 
     def __init__(self, read: Callable[[int], bytes], skip: Callable[[int], object], left: int) -> None:
-        self._read, self._skip, self.left = read, skip, left
+        self._read = read
+        self._skip = skip
+        self.left = left
 
     def read(self, count: int) -> bytes:
         """Return the next bytes.

@@ -68,7 +68,7 @@ class Packing(NamedTuple):
         return self.scale != 1.0 or self.offset != 0.0
 
 
-def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, place: str) -> Packing:
+def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, location: str) -> Packing:
     """Return what the attributes of a variable say.
 
     Parameters
@@ -79,7 +79,7 @@ def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, 
         type of the stored numbers.
     fill
         what stands in the file where nothing was written.
-    place
+    location
         the variable as messages name it.
 
     Raises
@@ -87,8 +87,8 @@ def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, 
     ModelError
         a scale or an offset that is no finite number, or a scale of zero.
     """
-    scale = _factor(attributes, "scale_factor", 1.0, place)
-    offset = _factor(attributes, "add_offset", 0.0, place)
+    scale = _factor(attributes, "scale_factor", 1.0, location)
+    offset = _factor(attributes, "add_offset", 0.0, location)
     unsigned = kind.kind == "i" and _text(attributes.get("_Unsigned", "")).lower() == "true"
     wraps = 2.0 ** (8 * kind.itemsize) if unsigned else 0.0
 
@@ -145,7 +145,7 @@ def _outside(numbers: Array, limits: tuple[float, float]) -> NDArray[np.bool_]:
     return (numbers < limits[0]) | (numbers > limits[1])
 
 
-def _factor(attributes: Mapping[str, Any], name: str, default: float, place: str) -> float:
+def _factor(attributes: Mapping[str, Any], name: str, default: float, location: str) -> float:
     """Return a scale or an offset; one that cannot be read must not be passed over."""
     if name not in attributes:
         return default
@@ -153,7 +153,7 @@ def _factor(attributes: Mapping[str, Any], name: str, default: float, place: str
     number = float(numbers[0]) if numbers.size == 1 else np.nan
     if not np.isfinite(number) or (number == 0.0 and default != 0.0):
         rule = "must be a finite number, since it says what the stored numbers mean; a factor is not zero"
-        raise ModelError(Problem(f"{place}: {name}", _text(attributes[name])[:60], rule, "correct it in the file"))
+        raise ModelError(Problem(f"{location}: {name}", _text(attributes[name])[:60], rule, "correct it in the file"))
     return number
 
 
