@@ -1,4 +1,4 @@
-"""Angle, speed and acceleration from each other, and an angle that does not start over.
+"""Angle, speed and acceleration from each other.
 
 Between samples a signal is its cubic spline: integrals are those of the spline, from 0 at the first sample, derivatives
 its derivatives. Of a signal of frequency f sampled at rate fs an integral is in error by (2 pi f / fs)^4 / 720 of
@@ -38,16 +38,3 @@ def derived(time: Array, values: Array, times: int) -> Array:
     spline = CubicSpline(time - time[0], values)
     other = spline.derivative(times) if times > 0 else spline.antiderivative(-times)
     return np.asarray(other(time - time[0]), dtype=np.float64)
-
-
-def unwrapped(values: Array, span: float) -> Array:
-    """Return an angle that goes on where an encoder starts over.
-
-    Parameters
-    ----------
-    values
-        (N,); two neighbours are less than half the span apart in reality.
-    span
-        where the encoder starts over, in the unit of the values.
-    """
-    return np.asarray(np.unwrap(values, period=span), dtype=np.float64)
