@@ -16,13 +16,17 @@ import numpy as np
 from gearrattle.measured.readers.mapping import Mapped
 from gearrattle.measured.readers.tables import DERIVATIVES, TachoTable
 from gearrattle.recording import Array, Recording
-from gearrattle.signals.conditioning import bridged, detrended, evened, filtered, resample
-from gearrattle.signals.motion import derived, unwrapped
-from gearrattle.signals.tacho import PulseError, levels, pulse_angles, pulse_times, shaft
+from gearrattle.signals.conditioning import REACH, bridged, detrended, evened, filtered, resample
+from gearrattle.signals.encoder import FallError, unwrapped
+from gearrattle.signals.motion import derived
+from gearrattle.signals.tacho import levels, pulse_times, shaft
+from gearrattle.signals.wheel import PulseError, Teeth, teeth_passed
 from gearrattle.wording import counted, with_article
 
 _SI = {"angle": "rad", "velocity": "rad/s", "acceleration": "rad/s^2", "shaft angle": "rad", "speed": "rad/s"}
 _FEWEST = 4
+_MOST_TOLD = 5
+_BESIDE = 1e-5  # of an interval: times that differ by less are the same
 
 
 class Conditioned(NamedTuple):
@@ -50,7 +54,8 @@ def became(channel: Mapped) -> Conditioned:
     notes += said
     time, values = channel.time, channel.values
     if row.starts_over is not None:
-        values = unwrapped(values, row.starts_over)
+        values, said = _unwrapped(channel, row.starts_over)
+        notes += said
     measured = row.measured or row.quantity
     if measured == "pulses" and row.quantity != "pulses" and row.tacho is not None:
         time, values, said = _turned(channel, row.tacho)
@@ -96,6 +101,21 @@ def _gap(channel: Mapped, at: int) -> str:
     return f"{channel.values[at]} at {channel.time[at]:.9g} s (sample {at % channel.values.size})"
 
 
+def _unwrapped(channel: Mapped, span: float) -> tuple[Array, list[str]]:
+    """Let an angle go on where its encoder starts over."""
+    try:
+        angle = unwrapped(channel.values, span)
+    except FallError as error:
+        raise channel.wrong("starts_over", "", error.rule, error.remedy) from None
+    if not angle.falls:
+        return angle.values, []
+    falls = f"{counted(angle.falls, 'fall')} of the encoder over several samples, as after a filter"
+    note = (
+        f"{channel.table.name}: {falls}; {counted(angle.replaced, 'sample')} replaced by the spline through the others"
+    )
+    return angle.values, [note]
+
+
 def _turned(channel: Mapped, tacho: TachoTable) -> tuple[Array, Array, list[str]]:
     """Turn pulses into the angle or the speed of their shaft, between the first pulse and the last."""
     row, notes = channel.table, []
@@ -113,39 +133,83 @@ def _turned(channel: Mapped, tacho: TachoTable) -> tuple[Array, Array, list[str]
         remedy = "choose threshold and hysteresis within the signal"
         raise channel.wrong("tacho", f"{counted(times.size, 'pulse')} at the threshold {threshold:.6g}", rule, remedy)
     try:
-        angles = pulse_angles(times, tacho.pulses_per_turn, tacho.missing)
+        pulses = teeth_passed(times, tacho.pulses_per_turn, tacho.missing)
     except PulseError as error:
         raise channel.wrong("tacho", "", error.rule, error.remedy) from None
-    inside = channel.time[(channel.time >= times[0]) & (channel.time <= times[-1])]
-    angle, speed = shaft(times, angles, inside)
+    notes += [f"{row.name}: {words}" for words in _faults(pulses)]
+    inside = channel.time[(channel.time >= pulses.times[0]) & (channel.time <= pulses.times[-1])]
+    angle, speed = shaft(pulses.times, 2.0 * np.pi / tacho.pulses_per_turn * pulses.passed, inside)
     return inside, speed if row.quantity in ("speed", "velocity") else angle, notes
 
 
-def brought(channel: Mapped, own: Conditioned, grid: Array, rate: float) -> tuple[Array, tuple[str, ...]]:
-    """Bring a channel to the times of the recording.
+def _faults(pulses: Teeth) -> list[str]:
+    """Say which pulses of a wheel were lost or too many, and which intervals may hide some."""
+    said = []
+    if pulses.lost.size:
+        said.append(
+            f"{counted(pulses.lost.size, 'pulse')} lost, at {_instants(pulses.lost)}; the angle goes on over it"
+        )
+    if pulses.extra.size:
+        said.append(f"{counted(pulses.extra.size, 'pulse')} too many left out, at {_instants(pulses.extra)}")
+    if pulses.unsure.size:
+        words = f"{counted(pulses.unsure.size, 'interval')} far from the neighbours left as measured, from"
+        words += f" {_instants(pulses.unsure)} on: a start, a stop or strong vibration of the shaft, or a lost pulse"
+        said.append(words)
+    return said
+
+
+def _instants(times: Array) -> str:
+    """Return the first instants in words, and how many more there are."""
+    words = ", ".join(f"{time:.6g} s" for time in times[:_MOST_TOLD])
+    return words if times.size <= _MOST_TOLD else f"{words} and {times.size - _MOST_TOLD} more"
+
+
+class Even(NamedTuple):
+    """Uniform samples of a channel."""
+
+    first: float
+    interval: float
+    values: Array
+    were_even: bool
+
+    def places(self, grid: Array) -> Array | None:
+        """Return which sample lies at each time of a grid of the same rate; None if they lie beside them."""
+        at = (grid - self.first) / self.interval
+        whole = np.rint(at)
+        return whole.astype(np.int64) if np.all(np.abs(at - whole) <= _BESIDE) else None
+
+    def beyond(self, grid: Array, rate: float) -> float:
+        """Return how much at each end a grid of this rate cannot have within 1e-4 [s]."""
+        same = abs(self.interval * rate - 1.0) <= _BESIDE and self.places(grid) is not None
+        return 0.0 if same else REACH / min(1.0 / self.interval, rate)
+
+
+def uniform(own: Conditioned) -> Even:
+    """Return uniform samples of a channel from its first time on."""
+    first = float(own.time[0])
+    interval = Recording(own.time, (), "").interval
+    if interval is not None:
+        return Even(first, interval, own.values, True)
+    return Even(first, *evened(own.time, own.values), False)
+
+
+def brought(even: Even, grid: Array, rate: float) -> Array:
+    """Bring a channel to the times of the recording; where they are its own, it stays as it is.
 
     Parameters
     ----------
-    channel
-        for messages.
-    own
-        what it became.
+    even
+        its samples.
     grid
-        (M,) times within its own [s].
+        (M,) times within them [s].
     rate
         of the grid [Hz].
     """
-    interval, values, even = uniform(own)
-    note = f"{channel.table.name}: not sampled uniformly; a cubic spline, {1.0 / interval:.6g} Hz, stands for it"
-    return resample(values, interval, float(own.time[0]), grid, rate), () if even else (note,)
-
-
-def uniform(own: Conditioned) -> tuple[float, Array, bool]:
-    """Return interval and values of uniform samples from the first time on, and whether they were so already."""
-    interval = Recording(own.time, (), "").interval
-    if interval is not None:
-        return interval, own.values, True
-    return *evened(own.time, own.values), False
+    if not even.beyond(grid, rate):
+        places = even.places(grid)
+        assert places is not None
+        return even.values[places]
+    return resample(even.values, even.interval, even.first, grid, rate)
 
 
 def finished(channel: Mapped, time: Array, values: Array, interval: float | None) -> Array:

@@ -10,24 +10,27 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, allowed_root, within_limit
-from gearrattle.measured.conditioned import Conditioned, became, brought, finished, uniform
+from gearrattle.measured.conditioned import Conditioned, Even, became, brought, finished, uniform
 from gearrattle.measured.readers import READERS, Column, read_raw
 from gearrattle.measured.readers.mapping import Mapped, Measurement, read_mapping
 from gearrattle.measured.readers.quantities import DIMENSIONS, factor, guess
+from gearrattle.measured.readers.tables import MeasurementTables
 from gearrattle.model.table import listed, shown
 from gearrattle.model.units import UnitError
 from gearrattle.recording import QUANTITIES, Array, Channel, Recording
-from gearrattle.signals.conditioning import resample
+from gearrattle.signals.conditioning import REACH, resample
 from gearrattle.signals.synchrony import Delay, delay_by_correlation, delay_by_phase
-from gearrattle.wording import with_article
+from gearrattle.wording import counted, with_article
 
 WORST_CORRELATION = 0.5
 LEAST_SHARE = 0.05
 """An alignment that agrees less is refused: correlation, or the part of the power at the frequency."""
 _RIVAL = 0.95
+_KEEP = 'ends = "keep" in its [[channel]] keeps them, less accurate'
 
 
 def read(
@@ -120,7 +123,7 @@ def _measured(measurement: Measurement) -> Recording:
     tables, notes = measurement.tables, list(measurement.notes)
     own: dict[str, Conditioned] = {}
     for channel in measurement.channels:
-        own[channel.table.name] = became(_cut(channel, tables.start, tables.end))
+        own[channel.table.name] = _became_within(channel, tables)
         notes += own[channel.table.name].notes
     for file, shift, note in _shifts(measurement.channels, own):
         notes.append(note)
@@ -137,6 +140,20 @@ def _measured(measurement: Measurement) -> Recording:
         done = finished(channel, time, values, interval)
         channels.append(Channel(row.name, row.quantity, row.of or "", own[row.name].unit, done))
     return Recording(time, tuple(channels), measurement.source, tuple(notes))
+
+
+def _became_within(channel: Mapped, tables: MeasurementTables) -> Conditioned:
+    """Bring a channel between start and end to its quantity; for another rate with what its kernel needs around."""
+    exact = _cut(channel, tables.start, tables.end)
+    if tables.rate is None or exact is channel or channel.table.begins_at_zero:
+        return became(exact)
+    around = REACH / min(tables.rate, (channel.time.size - 1) / float(channel.time[-1] - channel.time[0]))
+    start = None if tables.start is None else tables.start - 1.1 * around
+    end = None if tables.end is None else tables.end + 1.1 * around
+    try:
+        return became(_cut(channel, start, end))
+    except ModelError:  # what is wrong lies outside, or is told again
+        return became(exact)
 
 
 def _cut(channel: Mapped, start: float | None, end: float | None) -> Mapped:
@@ -183,11 +200,12 @@ def _shifts(channels: Sequence[Mapped], own: Mapping[str, Conditioned]) -> list[
 def _correlated(first: Conditioned, second: Conditioned, most: float) -> Delay:
     """Correlate two channels at the coarser of their rates."""
     pairs = [uniform(channel) for channel in (first, second)]
-    step = max(interval for interval, _, _ in pairs)
+    step = max(pair.interval for pair in pairs)
     even = []
-    for interval, values, _ in pairs:
-        grid = np.asarray(np.arange(int((values.size - 1) * interval / step * (1.0 + 1e-12)) + 1) * step, np.float64)
-        even.append(resample(values, interval, 0.0, grid, 1.0 / step))
+    for pair in pairs:
+        length = (pair.values.size - 1) * pair.interval
+        grid = np.asarray(np.arange(int(length / step * (1.0 + 1e-12)) + 1) * step, np.float64)
+        even.append(resample(pair.values, pair.interval, 0.0, grid, 1.0 / step))
     apart = float(first.time[0] - second.time[0])
     delay = delay_by_correlation(even[0], even[1], step, (-most - apart, most - apart))
     return Delay(delay.value + apart, delay.agreement, delay.rival)
@@ -196,29 +214,16 @@ def _correlated(first: Conditioned, second: Conditioned, most: float) -> Delay:
 def _one_axis(measurement: Measurement, own: Mapping[str, Conditioned]) -> tuple[Array, list[Array], list[str]]:
     """Bring all channels to one time axis: the rate's, or the one that they share."""
     parts = list(own.values())
-    begin, end = max(float(p.time[0]) for p in parts), min(float(p.time[-1]) for p in parts)
+    within = [
+        _within(channel, part, measurement.tables) for channel, part in zip(measurement.channels, parts, strict=True)
+    ]
+    begin = max(first for first, _ in within)
+    end = min(last for _, last in within)
     if not begin < end:
         rule = f"the channels have no time in common: the last begins at {begin:.9g} s, the first ends at {end:.9g} s"
         raise ModelError(Problem(measurement.place, "", rule, "align the second file, or check start and end"))
-    notes: list[str] = []
-    rate = measurement.tables.rate
-    if rate is not None:
-        count = np.floor((end - begin) * rate * (1.0 + 1e-12)) + 1.0
-        try:
-            within_limit(8.0 * count * (1 + len(parts)))
-        except Refused as error:
-            value = f"{rate:.6g} Hz over {end - begin:.6g} s"
-            raise ModelError(Problem(f"{measurement.place}: rate", value, error.rule, error.remedy)) from None
-        grid = begin + np.arange(int(count)) / rate
-        if grid.size < 2:
-            value, rule = f"{rate:.6g} Hz", f"leaves one sample of {end - begin:.6g} s"
-            raise ModelError(Problem(f"{measurement.place}: rate", value, rule))
-        done = []
-        for channel, part in zip(measurement.channels, parts, strict=True):
-            values, said = brought(channel, part, grid, rate)
-            done.append(values)
-            notes += said
-        return grid, done, notes
+    if measurement.tables.rate is not None:
+        return _at_rate(measurement, parts, (begin, end), measurement.tables.rate)
     inside = [(p.time >= begin) & (p.time <= end) for p in parts]
     time = parts[0].time[inside[0]]
     for part, mask, channel in zip(parts, inside, measurement.channels, strict=True):
@@ -226,4 +231,77 @@ def _one_axis(measurement: Measurement, own: Mapping[str, Conditioned]) -> tuple
             value = f"{measurement.channels[0].table.name} and {channel.table.name}"
             rule = "have different times; a recording has one time axis"
             raise ModelError(Problem(measurement.place, value, rule, 'resample: rate = "10 kHz" at the top'))
-    return time, [part.values[mask] for part, mask in zip(parts, inside, strict=True)], notes
+    return time, [part.values[mask] for part, mask in zip(parts, inside, strict=True)], []
+
+
+def _within(channel: Mapped, part: Conditioned, tables: MeasurementTables) -> tuple[float, float]:
+    """Return a channel's first and last time between the start and the end."""
+    time = part.time
+    if channel.table.file is None:
+        time = time[time >= (-np.inf if tables.start is None else tables.start)]
+        time = time[time <= (np.inf if tables.end is None else tables.end)]
+    return (float(time[0]), float(time[-1])) if time.size else (np.inf, -np.inf)
+
+
+def _at_rate(
+    measurement: Measurement, parts: Sequence[Conditioned], bounds: tuple[float, float], rate: float
+) -> tuple[Array, list[Array], list[str]]:
+    """Bring all channels to a rate, as far as each of them has the values."""
+    begin, end = bounds
+    count = np.floor((end - begin) * rate * (1.0 + 1e-12)) + 1.0
+    try:
+        within_limit(8.0 * count * (1 + len(parts)))
+    except Refused as error:
+        value = f"{rate:.6g} Hz over {end - begin:.6g} s"
+        raise ModelError(Problem(f"{measurement.place}: rate", value, error.rule, error.remedy)) from None
+    grid = begin + np.arange(int(count)) / rate
+    if grid.size < 2:
+        value, rule = f"{rate:.6g} Hz", f"leaves one sample of {end - begin:.6g} s"
+        raise ModelError(Problem(f"{measurement.place}: rate", value, rule))
+    notes: list[str] = []
+    even = [uniform(part) for part in parts]
+    known = np.ones(grid.size, dtype=np.bool_)
+    for channel, samples in zip(measurement.channels, even, strict=True):
+        name = channel.table.name
+        if not samples.were_even:
+            stands = f"a cubic spline, {1.0 / samples.interval:.6g} Hz, stands for it"
+            notes.append(f"{name}: not sampled uniformly; {stands}")
+        mask, said = _known(channel, samples, grid, rate)
+        known &= mask
+        notes += said
+    if known.sum() < 2:
+        rule = (
+            "no time is left at which all channels are known: each end of one is left out that ends before its kernel"
+        )
+        raise ModelError(Problem(f"{measurement.place}: rate", f"{rate:.6g} Hz", rule, _KEEP))
+    return grid[known], [brought(samples, grid[known], rate) for samples in even], notes
+
+
+def _known(channel: Mapped, samples: Even, grid: Array, rate: float) -> tuple[NDArray[np.bool_], list[str]]:
+    """Tell at which times of a grid a channel is known within 1e-4, and say which are left out.
+
+    Raises
+    ------
+    ModelError
+        at none of them.
+    """
+    beyond = samples.beyond(grid, rate)
+    everywhere = np.ones(grid.size, dtype=np.bool_)
+    if not beyond:
+        return everywhere, []
+    name = channel.table.name
+    if channel.table.ends == "keep":
+        note = f"{name}: the {beyond:.6g} s at its ends are kept; there the new rate is off by up to half the amplitude"
+        return everywhere, [f"{note} of what is fast, by less than 1 part in 1000 below a fiftieth of its rate"]
+    last = samples.first + samples.interval * (samples.values.size - 1)
+    slack = 1e-9 * samples.interval
+    mask = (grid >= samples.first + beyond - slack) & (grid <= last - beyond + slack)
+    if mask.sum() < 2:
+        value = f"{counted(samples.values.size, 'sample')} at {1.0 / samples.interval:.6g} Hz"
+        rule = f"{rate:.6g} Hz are known within 1e-4 only {beyond:.6g} s from each end, and it lasts"
+        raise channel.wrong("", value, f"{rule} {last - samples.first:.6g} s", _KEEP)
+    if mask.all():
+        return mask, []
+    return mask, [
+        f"{name}: {beyond:.6g} s at each end left out, where {rate:.6g} Hz are not known within 1e-4 ({_KEEP})"
+    ]

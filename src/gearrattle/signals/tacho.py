@@ -4,11 +4,10 @@ A pulse counts where the signal rises through the threshold, provided that it ha
 since the last one: noise smaller than the hysteresis adds no pulse. Its time lies on the straight line between the
 samples on both sides, so an analogue signal gives far more than its sample interval, a square wave just that.
 
-At pulse k the shaft has turned 2 pi k / z, z the teeth of a full wheel. Between pulses the angle is the cubic spline
-through these points, its derivative the speed; for pulses h apart it is within 5/384 h^4 max|d^4 phi / dt^4| (C. de
-Boor, A Practical Guide to Splines, ch. V). Before the first pulse and after the last nothing is known. A wheel with a
-gap, such as 60-2, marks every turn by an interval that is too long; the gaps must lie a turn apart, or the count is
-wrong and is refused.
+After k teeth the shaft has turned 2 pi k / z, z the teeth of a full wheel; ``wheel`` says which tooth a pulse is.
+Between pulses the angle is the cubic spline through these points, its derivative the speed; for pulses h apart it is
+within 5/384 h^4 max|d^4 phi / dt^4| (C. de Boor, A Practical Guide to Splines, ch. V). Before the first pulse and after
+the last nothing is known.
 
 Takes arrays; gives arrays.
 """
@@ -19,14 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-
-
-class PulseError(ValueError):
-    """Pulses from which no angle follows; says the rule and what to try."""
-
-    def __init__(self, rule: str, remedy: str) -> None:
-        super().__init__(rule)
-        self.rule, self.remedy = rule, remedy
 
 
 def levels(values: Array) -> tuple[float, float]:
@@ -71,46 +62,6 @@ def pulse_times(time: Array, values: Array, threshold: float, hysteresis: float,
     up = decided[1:][(settled[1:] == 1) & (settled[:-1] == -1)]
     below, above = height[up - 1], height[up]
     return np.asarray(time[up - 1] + (time[up] - time[up - 1]) * below / (below - above), dtype=np.float64)
-
-
-def pulse_angles(times: Array, teeth: float, missing: int = 0) -> Array:
-    """Return the angle of the shaft at every pulse, from 0 at the first.
-
-    Parameters
-    ----------
-    times
-        (P,) ascending [s].
-    teeth
-        pulses a turn, those missing counted.
-    missing
-        teeth left out at one place; 0 for a full wheel.
-
-    Returns
-    -------
-    Array
-        (P,) [rad].
-
-    Raises
-    ------
-    PulseError
-        with ``missing``, gaps are not found, or not a turn apart.
-    """
-    if not missing:
-        return np.asarray(2.0 * np.pi / teeth * np.arange(times.size))
-    steps = np.diff(times)
-    around = np.minimum(np.append(steps[1:], np.inf), np.insert(steps[:-1], 0, np.inf))
-    gap = steps > (1.0 + 0.5 * missing) * around
-    at = np.flatnonzero(gap)
-    if not at.size:
-        raise PulseError("no interval is as long as a gap", "set missing = 0 for a full wheel")
-    apart = np.diff(at)
-    expected = round(teeth) - missing
-    if np.any(apart != expected):
-        wrong = int(np.argmax(apart != expected))
-        rule = f"gaps must lie {expected} pulses apart; those at {times[at[wrong]]:.6g} s and after lie {apart[wrong]}"
-        raise PulseError(rule, "check pulses_per_turn and missing, or raise the hysteresis: a pulse was lost or added")
-    counted = np.concatenate([[0.0], np.cumsum(np.where(gap, 1.0 + missing, 1.0))])
-    return np.asarray(2.0 * np.pi / teeth * counted)
 
 
 def shaft(times: Array, angles: Array, wanted: Array) -> tuple[Array, Array]:

@@ -126,7 +126,10 @@ def test_mdf_of_asammdf_with_two_groups(tmp_path: Path) -> None:
     np.testing.assert_array_equal(columns["T"].values, 0.5 * np.arange(100) - 3.0)
     assert (columns["T"].unit, columns["n"].unit, set(columns)) == ("Nm", "1/min", {"T", "n"})
     assert np.flatnonzero(np.isnan(columns["n"].values)).tolist() == [7]
-    rows = [{"name": "T", "quantity": "torque"}, {"name": "n", "quantity": "speed", "gaps": "bridge"}]
+    rows = [
+        {"name": "T", "quantity": "torque", "ends": "keep"},
+        {"name": "n", "quantity": "speed", "gaps": "bridge", "ends": "keep"},
+    ]
     actual = gr.read({"file": str(path), "rate": "500 Hz", "channel": rows})
     assert actual.time[-1] == pytest.approx(0.098)  # where the shorter group ends, 0.099, by the grid
     assert actual["T"].values[10] == pytest.approx(0.5 * 20 - 3.0, rel=1e-6)

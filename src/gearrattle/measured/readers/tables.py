@@ -19,6 +19,7 @@ from gearrattle.model.quantity import Choice, Count, Label, Plain, Quantity, Rea
 from gearrattle.model.table import Breach, Table, breach
 from gearrattle.model.units import UnitError
 from gearrattle.recording import QUANTITIES
+from gearrattle.signals.wheel import Gaps
 from gearrattle.wording import with_article
 
 KINDS = {"lowpass": 1, "highpass": 1, "bandpass": 2, "bandstop": 2}
@@ -27,6 +28,9 @@ DERIVATIVES = {"angle": 0, "shaft angle": 0, "velocity": 1, "speed": 1, "acceler
 """Quantities of motion that follow from each other: which derivative of an angle each is."""
 FROM_PULSES = ("shaft angle", "speed", "angle", "velocity")
 _FREQUENCY = Quantity(units.FREQUENCY, "positive")
+_WIDEST = 20  # teeth left out at one place
+_SIZE = Count(1, _WIDEST)
+_TOOTH = Count(1, 10_000)
 
 
 class _Cutoff(Reader):
@@ -68,13 +72,32 @@ class FilterTable(Table):
             yield Breach(("cutoff",), cutoff, f"{with_article(kind)} has {words}")
 
 
+class _Missing(Reader):
+    """Teeth left out: a number at one place, a number at each of several places, or the numbers of the teeth."""
+
+    def read(self, value: Any, dimensionless: bool, /) -> Gaps:
+        """Return the gaps."""
+        if value == 0 and not isinstance(value, bool):
+            return ()
+        entries = value if isinstance(value, list | tuple) else [value]
+        if all(isinstance(entry, list | tuple) for entry in entries) and entries:
+            return tuple(tuple(_TOOTH.read(tooth, dimensionless) for tooth in entry) for entry in entries)
+        return tuple(_SIZE.read(entry, dimensionless) for entry in entries)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema."""
+        sizes = {"type": "array", "items": _SIZE.describe()}
+        teeth = {"type": "array", "items": {"type": "array", "items": _TOOTH.describe()}}
+        return {"anyOf": [Count(0, _WIDEST).describe(), sizes, teeth]}
+
+
 class TachoTable(Table):
     """How pulses tell the turns of a shaft."""
 
     pulses_per_turn: Annotated[float, Plain("positive")]
     """Teeth of the wheel, missing ones counted; with a gear between, any number."""
-    missing: Annotated[int, Count(0, 20)] = 0
-    """Teeth left out at one place of the wheel: 2 for a wheel 60-2."""
+    missing: Annotated[Gaps, _Missing()] = ()
+    """Teeth left out: 2 for a wheel 60-2, [2, 2, 2] for 36-2-2-2, or their numbers, [[1, 2], [19, 20], [22, 23]]."""
     threshold: Annotated[float, Plain()] | None = None
     """Where a pulse begins, in the unit of the signal; None: half-way between its low and its high level."""
     hysteresis: Annotated[float, Plain("non-negative")] | None = None
@@ -85,12 +108,33 @@ class TachoTable(Table):
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
         """Yield a breach if more teeth are missing than the wheel has, or its teeth are no whole number."""
-        teeth, missing = table.get("pulses_per_turn"), table.get("missing")
-        if isinstance(teeth, int | float) and isinstance(missing, int) and missing > 0:
-            if teeth != round(teeth):
-                yield Breach(("pulses_per_turn",), teeth, "a wheel with missing teeth has a whole number of them")
-            elif missing > teeth - 3:
-                yield Breach(("missing",), missing, "must leave three teeth or more on the wheel")
+        teeth = table.get("pulses_per_turn")
+        missing = table.get("missing")
+        if not isinstance(teeth, int | float) or not missing:
+            return
+        gaps = missing if isinstance(missing, list | tuple) else [missing]
+        sizes = [len(gap) if isinstance(gap, list | tuple) else gap for gap in gaps]
+        if not all(isinstance(size, int) for size in sizes):
+            return
+        if teeth != round(teeth):
+            yield Breach(("pulses_per_turn",), teeth, "a wheel with missing teeth has a whole number of them")
+        elif sum(sizes) + len(sizes) + 2 > teeth:
+            rule = "must leave two teeth more on the wheel than there are gaps"
+            yield Breach(("missing",), missing, rule)
+        elif any(isinstance(gap, list | tuple) for gap in gaps):
+            yield from _gap_breaches(gaps, int(teeth))
+
+
+def _gap_breaches(gaps: list[Any], teeth: int) -> Iterator[Breach]:
+    """Yield breaches of teeth given by their numbers: each gap is one of neighbours, and there is a tooth between."""
+    left_out = {tooth for gap in gaps if isinstance(gap, list | tuple) for tooth in gap}
+    for index, gap in enumerate(gaps):
+        whole = isinstance(gap, list | tuple) and bool(gap) and all(isinstance(tooth, int) for tooth in gap)
+        if not whole or gap != list(range(gap[0], gap[0] + len(gap))) or gap[-1] > teeth:
+            rule = f"must be the numbers of neighbouring teeth from 1 to {teeth}, ascending"
+            yield Breach(("missing", index), gap, rule, "such as [[1, 2], [19, 20], [22, 23]]")
+        elif (gap[-1] % teeth + 1) in left_out:
+            yield Breach(("missing", index), gap, "the next tooth is missing as well: this is one gap", "join them")
 
 
 class AlignTable(Table):
@@ -140,6 +184,8 @@ class ChannelTable(Table):
     """Added after ``scale``, in ``unit``."""
     gaps: Annotated[str, Choice(("refuse", "bridge"))] = "refuse"
     """What becomes of samples that are no numbers: refused, or bridged by straight lines."""
+    ends: Annotated[str, Choice(("cut", "keep"))] = "cut"
+    """What becomes of both ends at another rate, where it is not known within 1e-4: left out, or kept."""
     starts_over: Annotated[float, Quantity(units.ANGLE, "positive")] | None = None
     """Angle at which an encoder starts over [rad]."""
     tacho: TachoTable | None = None
@@ -150,6 +196,14 @@ class ChannelTable(Table):
     """Applied last."""
     align: AlignTable | None = None
     """Sets the clock of this channel's file."""
+
+    @property
+    def begins_at_zero(self) -> bool:
+        """Whether it becomes an integral of what was measured, or a count of it, which is 0 at the first sample."""
+        if self.measured == "pulses":
+            return self.quantity in ("angle", "shaft angle")
+        are_known = {self.measured, self.quantity} <= set(DERIVATIVES)
+        return are_known and DERIVATIVES[self.measured] > DERIVATIVES[self.quantity]
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
