@@ -202,8 +202,9 @@ class ChannelTable(Table):
         """Whether it becomes an integral of what was measured, or a count of it, which is 0 at the first sample."""
         if self.measured == "pulses":
             return self.quantity in ("angle", "shaft angle")
-        are_known = {self.measured, self.quantity} <= set(DERIVATIVES)
-        return are_known and DERIVATIVES[self.measured] > DERIVATIVES[self.quantity]
+        measured = self.measured or self.quantity
+        are_known = {measured, self.quantity} <= set(DERIVATIVES)
+        return are_known and DERIVATIVES[measured] > DERIVATIVES[self.quantity]
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
