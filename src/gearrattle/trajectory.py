@@ -10,7 +10,7 @@ that have at least one corner, in the same order), E events.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -19,12 +19,14 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.system.energy import EnergyAudit
 from gearrattle.engine.system.passages import Auxiliaries
+from gearrattle.engine.system.phase import Ramp
 from gearrattle.engine.system.statistics import Statistics
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Signal = tuple[str, str]
 """Quantity and subject."""
+_SAME_SPEED = 1e-9  # of a speed: as much beyond a table is rounding
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class Layout:
     inertia
         (n,) J [kg m^2].
     drag_torque
-        (n,) mean drag torque [N m].
+        (n,) mean drag torque; of a table over the speed, its value at ``omega`` [N m].
     stiffness
         (m,) largest slope of every element; 0 for a pure damper [N m/rad or N/m].
     element_names
@@ -75,6 +77,10 @@ class Layout:
         what the pieces of each stand for.
     prescribed
         indices of the bodies whose motion is prescribed: no impact moves them.
+    ramp
+        how the reference speed changes, from ``omega`` on; None if it does not.
+    drag_tables
+        speeds [rad/s], ascending, and drag torques [N m] of the bodies whose drag torque is a table, by index.
     """
 
     inertia_names: tuple[str, ...]
@@ -98,6 +104,39 @@ class Layout:
     auxiliary_names: tuple[str, ...] = ()
     auxiliary_words: tuple[tuple[str, ...], ...] = ()
     prescribed: tuple[int, ...] = ()
+    ramp: Ramp | None = None
+    drag_tables: Mapping[int, tuple[Array, Array]] = field(default_factory=dict)
+
+    def drag_torque_at(self, body: int, speed: Array) -> Array:
+        """Return the drag torque of a body at reference speeds; NaN at those that its table does not cover.
+
+        Parameters
+        ----------
+        body
+            index of the inertia.
+        speed
+            reference speeds [rad/s], of any shape.
+
+        Returns
+        -------
+        Array
+            of the same shape [N m].
+        """
+        if body not in self.drag_tables:
+            return np.full(np.shape(speed), self.drag_torque[body])
+        speeds, torques = self.drag_tables[body]
+        covered = (speed >= speeds[0] * (1.0 - _SAME_SPEED)) & (speed <= speeds[-1] * (1.0 + _SAME_SPEED))
+        return np.where(covered, np.interp(speed, speeds, torques), np.nan)
+
+    def largest_drag_torque(self, body: int) -> float:
+        """Return the largest drag torque of a body at the speeds that the driveline passes [N m]."""
+        if self.ramp is None or body not in self.drag_tables:
+            return float(self.drag_torque[body])
+        low = min(self.ramp.begin, self.ramp.end)
+        high = max(self.ramp.begin, self.ramp.end)
+        speeds = self.drag_tables[body][0]
+        passed = np.array([low, *speeds[(speeds > low) & (speeds < high)], high])
+        return float(np.max(self.drag_torque_at(body, passed)))
 
     @property
     def clearance_names(self) -> tuple[str, ...]:

@@ -2,6 +2,8 @@
 
     T = J theta'' + D theta' + T_drag + what the elements and Hooke joints take from the body
 
+Along a sweep T_drag follows its table over the speed.
+
 Takes a Model and a Trajectory of it; gives arrays.
 """
 
@@ -34,10 +36,12 @@ def drive_torque(model: Model, trajectory: Trajectory) -> Array:
     layout = trajectory.layout
     inertia = inertia_of(model)
     ripples = load_ripples(model)
+    ramp = layout.ramp
+    speed = np.full(len(trajectory.time), layout.omega) if ramp is None else ramp.speed(trajectory.time)
     for p, i in enumerate(places(model)):
         body = model.inertias[i]
         out[:, p] = inertia[i] * trajectory.acceleration[:, i] + body.drag * trajectory.velocity[:, i]
-        out[:, p] += body.drag_torque - sines(model, ripples.get(body.name, ()), trajectory.time)
+        out[:, p] += layout.drag_torque_at(i, speed) - sines(model, ripples.get(body.name, ()), trajectory.time)
         for k in np.flatnonzero(layout.rows[:, i]):
             out[:, p] += layout.rows[k, i] / layout.radii[k, 0] * trajectory.element_torque[:, k]
     return out

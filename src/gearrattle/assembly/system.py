@@ -21,9 +21,11 @@ from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import free_of, motion_errors
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.signals import signals_of
+from gearrattle.assembly.sines import ramp_of
 from gearrattle.engine.system.clock import Clock
 from gearrattle.engine.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.model import GROUND, Harmonic, Model
+from gearrattle.model.over_speed import AtSpeed
 from gearrattle.remember import kept
 from gearrattle.trajectory import Layout
 
@@ -134,4 +136,10 @@ def _layout(model: Model, system: PiecewiseSystem) -> Layout:
         auxiliary_names=tuple(named.name for named in auxiliaries(model)),
         auxiliary_words=tuple(named.words for named in auxiliaries(model)),
         prescribed=tuple(names.index(motion.on) for motion in model.motions),
+        ramp=ramp_of(model),
+        drag_tables={
+            i: (np.array(inertia.drag_torque.speeds), np.array(inertia.drag_torque.values))
+            for i, inertia in enumerate(model.inertias)
+            if isinstance(inertia.drag_torque, AtSpeed)
+        },
     )

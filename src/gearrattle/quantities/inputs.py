@@ -20,9 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.signals import amplitudes_from, harmonics, loose_gears, order_sums, resolved
+from gearrattle.signals.bodies import LooseGear, torque_ratio
 from gearrattle.signals.crossing_sums import Contacts, Sides, Sums, contacts_of, sides_of, sums_of
 from gearrattle.signals.levels import thinned
 from gearrattle.signals.summaries import Summary, summary_of
+from gearrattle.signals.torque_ratios import LargestRatio, changes_drag, largest_of_samples, largest_ratios
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 SAMPLES = "the samples of the window"
@@ -30,7 +32,7 @@ EXACT = "the window; of a simulated motion between its samples too"
 LOG = "the log of crossings over the window"
 WHOLE = "needs the samples of the whole motion at once, and these came in chunks"
 _LONG = 0.1  # of the time in contacts: they are no blows any more
-_FINE = 1e-3  # of a peak: smaller sampling errors are not noted
+FINE = 1e-3  # of a peak: smaller sampling errors are not noted
 Signal = Array | Summary
 """Samples (N + 1,), or their sums over chunks."""
 _DERIVATIVES = {"angle": 0, "velocity": 1, "acceleration": 2}
@@ -67,6 +69,8 @@ class Inputs:
         of a recording's signals, by quantity and subject; empty where the layout says them.
     wanted
         quantities that are asked for; None for all. What takes long and is not wanted, a metric may leave out.
+    speeds
+        (N + 1,) reference speed at the samples of a recording, where it was recorded [rad/s]; else None.
     """
 
     source: str
@@ -81,6 +85,7 @@ class Inputs:
     notes: tuple[str, ...] = ()
     units: Mapping[tuple[str, str], str] = field(default_factory=dict)
     wanted: frozenset[str] | None = None
+    speeds: Array | None = None
 
     def wants(self, quantity: str) -> bool:
         """Whether a quantity is asked for."""
@@ -153,6 +158,29 @@ class Inputs:
             return self._exact[quantity][subject]
         signal = self.signals[quantity, subject]
         return summary_of(signal) if isinstance(signal, np.ndarray) else signal
+
+    def largest_torque_ratio(self, gear: LooseGear) -> LargestRatio:
+        """Return the torque that a loose gear needs over its drag torque, to metrics that know its driver.
+
+        Where the drag torque follows the speed, every sample has its own; NaN where that speed is not known.
+        """
+        layout = self.known_layout
+        driver = layout.inertia_names[gear.driver]
+        if changes_drag(layout, gear) and self.motion is not None:
+            return self._largest_ratios[gear.loose]
+        if gear.loose in layout.drag_tables and self.motion is None:
+            acceleration = np.asarray(self.signals["acceleration", driver])
+            known = math.nan if self.omega is None else self.omega
+            speeds = np.full(acceleration.size, known) if self.speeds is None else self.speeds
+            return largest_of_samples(layout, gear, acceleration, speeds)
+        summary = self.summary("acceleration", driver)
+        return LargestRatio(torque_ratio(layout, gear, summary.peak), torque_ratio(layout, gear, summary.miss))
+
+    @cached_property
+    def _largest_ratios(self) -> dict[int, LargestRatio]:
+        """Largest torque ratios of the loose gears whose drag torque changes during a simulated motion."""
+        assert self.motion is not None
+        return largest_ratios(self.motion)
 
     def is_exact(self, quantity: str, subject: str) -> bool:
         """Whether the summary of a signal is of the exact motion, between samples too."""
@@ -354,7 +382,7 @@ def sampled(name: str, summary: Summary, peak: float) -> str:
     peak
         what was taken of it.
     """
-    if not summary.miss > _FINE * abs(peak):
+    if not summary.miss > FINE * abs(peak):
         return ""
     return f"{name}: a peak of samples, which may lie about {100.0 * summary.miss / abs(peak):.2g} % higher"
 

@@ -9,7 +9,8 @@ is the classical rattle threshold: above 0 dB the gear lifts off. The *driver's*
 gear's own would measure the impacts instead (Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj,
 Zhao 2001, Proc. IMechE D 215, 241-258).
 
-A gear is *loose* if it carries a drag torque and the mesh is the only element with a stiffness on its body.
+A gear is *loose* if it carries a drag torque and the mesh is the only element with a stiffness on its body. Along a
+sweep on which the drag torque changes, the ratio is the largest of all instants, each with its own drag torque.
 
 Takes peaks of the accelerations; gives three rows a loose gear.
 """
@@ -24,9 +25,10 @@ import numpy as np
 from gearrattle.quantities.quantity import Quantity, Row, State, Sums
 from gearrattle.signals import decibels, loose_gears, steady, torque_ratio
 from gearrattle.signals.levels import extremes_missed
+from gearrattle.signals.torque_ratios import changes_drag, largest_ratios
 from gearrattle.trajectory import Trajectory
 
-_FINE = 0.1  # per cent: smaller sampling errors are not noted
+_FINE = 1e-3  # smaller sampling errors are not noted
 
 
 @dataclass(frozen=True)
@@ -48,14 +50,20 @@ class LooseGear(Quantity[Sums]):
         rows = []
         for gear in loose_gears(layout):
             mesh, loose, driver, _ = gear
-            ratio = torque_ratio(layout, gear, float(peak[driver]))
+            beyond = float(state["miss"][driver]) / float(peak[driver]) if peak[driver] > 0.0 else 0.0
+            if changes_drag(layout, gear):
+                ratio = float(state["ratio"][loose])
+                ratio_beyond = float(state["ratio_miss"][loose]) / ratio if 0.0 < ratio < math.inf else 0.0
+            else:
+                ratio = torque_ratio(layout, gear, float(peak[driver]))
+                ratio_beyond = beyond
             margin = decibels(ratio)
             element = layout.element_names[mesh]
             loose_name, driver_name = layout.inertia_names[loose], layout.inertia_names[driver]
-            short = 100.0 * float(state["miss"][driver]) / peak[driver] if peak[driver] > 0.0 else 0.0
-            note = f"{element}: by samples; the peak between two of them may lie {short:.2g} % higher"
-            note = note if short > _FINE else ""
-            beyond = short / 100.0
+            note = _short(element, "the peak between two of them", beyond)
+            ratio_note = note
+            if changes_drag(layout, gear):
+                ratio_note = _short(element, "the ratio between two of them, as the drag torque changes,", ratio_beyond)
             by = f"J_{loose_name} (R_{driver_name}/R_{loose_name}) peak|theta_{driver_name}''| / drag torque"
             rows += [
                 self.row(
@@ -73,19 +81,24 @@ class LooseGear(Quantity[Sums]):
                     ratio,
                     unit="1",
                     formula=by,
-                    note=note,
-                    error=ratio * beyond,
+                    note=ratio_note,
+                    error=ratio * ratio_beyond,
                 ),
                 self.row(
                     element,
                     "margin",
                     margin,
                     formula=f"20 log10( {by} )",
-                    note=note,
-                    error=20.0 * math.log10(1.0 + beyond),
+                    note=ratio_note,
+                    error=20.0 * math.log10(1.0 + ratio_beyond),
                 ),
             ]
         return rows
+
+
+def _short(element: str, what: str, beyond: float) -> str:
+    """Say by which share a value may be too low; empty for a small one."""
+    return f"{element}: by samples; {what} may lie {100.0 * beyond:.2g} % higher" if beyond > _FINE else ""
 
 
 def add_peaks(trajectory: Trajectory, before: State | None) -> State:
@@ -93,7 +106,8 @@ def add_peaks(trajectory: Trajectory, before: State | None) -> State:
 
     peak and miss (n,): the largest |theta''|, and by how much a driver's may be passed [rad/s^2].
 
-    Of the drivers of loose gears the peak is that of the exact motion, where it is known.
+    Of the drivers of loose gears the peak is that of the exact motion, where it is known. Where drag torques of loose
+    gears change, also ratio and ratio_miss (n,): the largest torque ratio of each, and by how much it may be passed.
     """
     samples = steady(trajectory).closed(trajectory.acceleration)
     peak, exact = np.max(np.abs(samples), axis=0), _exact_peaks(trajectory)
@@ -104,6 +118,12 @@ def add_peaks(trajectory: Trajectory, before: State | None) -> State:
     for driver, value in exact.items():
         peak[driver] = value
     state = {"peak": peak, "miss": miss}
+    if ratios := largest_ratios(trajectory):
+        state["ratio"] = np.zeros(peak.size)
+        state["ratio_miss"] = np.zeros(peak.size)
+        for loose, largest in ratios.items():
+            state["ratio"][loose] = largest.value
+            state["ratio_miss"][loose] = largest.miss
     return state if before is None else {name: np.maximum(before[name], new) for name, new in state.items()}
 
 

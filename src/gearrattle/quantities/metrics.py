@@ -57,7 +57,8 @@ def metrics(
     names
         of metrics (column ``metric``); None takes all.
     speed
-        reference speed of a recording [rad/s]; None takes the mean of its channel "speed", then the model's.
+        reference speed of a recording [rad/s]; None takes the mean of its channel "speed", then the model's, which a
+        sweep does not have.
     orders
         of the engine's torque; None takes those of the model's torques.
     base_level
@@ -114,7 +115,7 @@ def inputs_of(run: Run, orders: Sequence[float] | None = None) -> Inputs:
         if no cycle remains after the discarded ones.
     """
     model, trajectory = run.model, run.trajectory
-    return inputs_of_motion(trajectory, orders_of(model, orders), one_speed=model.excitation.sweep is None)
+    return inputs_of_motion(trajectory, orders_of(model, orders))
 
 
 def _inputs_of_chunks(chunks: Iterable[Run], orders: Sequence[float] | None) -> tuple[Inputs, str]:
@@ -126,7 +127,7 @@ def _inputs_of_chunks(chunks: Iterable[Run], orders: Sequence[float] | None) -> 
         chunks that do not follow each other, or none of which a cycle is not discarded.
     """
     sums, engine, model = add_chunks(chunks, METRICS, "measured", orders)
-    return inputs_of_chunks(sums, engine, one_speed=model.excitation.sweep is None), model.units
+    return inputs_of_chunks(sums, engine), model.units
 
 
 def _inputs_of_recording(
@@ -134,7 +135,7 @@ def _inputs_of_recording(
 ) -> Inputs:
     if speed is not None and not 0.0 < speed < float("inf"):
         raise ModelError(Problem("speed", f"{speed}", "must be positive [rad/s]", "leave it out to take the model's"))
-    if speed is None and model is not None and recording.find("speed") is None:
+    if speed is None and model is not None and model.excitation.sweep is None and recording.find("speed") is None:
         speed = model.excitation.omega
     if orders is None:
         orders = [] if model is None else orders_of(model).tolist()

@@ -5,7 +5,9 @@ To follow its driver a loose gear needs the torque J (R_d/R_l) theta_d''; only i
     ratio = J (R_d/R_l) peak |theta_d''| / T,        margin = 20 log10 ratio  [dB]
 
 Above 1, above 0 dB, the gear lifts off. The driver's motion is taken: the loose gear's own would measure the impacts.
-In harmonic form the ratio is of one order's amplitude, (o Omega)^2 times that of the angle: which order does it.
+A drag torque that is a table over the speed follows it: every instant of a sweep, and every sample of a recorded speed,
+has its own, and the ratio is the largest of all instants. In harmonic form the ratio is of one order's amplitude,
+(o Omega)^2 times that of the angle: which order does it.
 
 Takes inputs; gives values for every loose gear, by its mesh.
 """
@@ -17,9 +19,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.quantities.inputs import EXACT, SAMPLES, Inputs, order_word, sampled
+from gearrattle.quantities.inputs import EXACT, FINE, SAMPLES, Inputs, order_word
 from gearrattle.quantities.quantity import SINGH, Quantity, Row
 from gearrattle.signals import decibels, loose_gears, torque_ratio
+from gearrattle.signals.bodies import LooseGear
 
 
 @dataclass(frozen=True)
@@ -35,26 +38,37 @@ class SeparationRatio(Quantity[Inputs]):
     sampling: str = "of samples: peaks as fine as these, with a note"
     needs: tuple[str, ...] = ("loose gears", "acceleration")
     merging: str = "exact: the peak is the largest"
+    sums: tuple[str, ...] = ("crossings", "signals", "peaks")
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return ratio and margin of every loose gear."""
         rows, accelerations = list[Row](), inputs.of("acceleration")
         for gear in loose_gears(inputs.known_layout):
             mesh, driver = inputs.known_layout.element_names[gear.mesh], inputs.known_layout.inertia_names[gear.driver]
-            summary = inputs.summary("acceleration", driver) if driver in accelerations else None
-            ratio = math.nan if summary is None else torque_ratio(inputs.known_layout, gear, summary.peak)
-            note = (
-                f"{mesh}: no acceleration of its driver {driver}"
-                if summary is None
-                else sampled(mesh, summary, summary.peak)
-            )
-            missed = math.nan if summary is None else torque_ratio(inputs.known_layout, gear, summary.miss)
+            if driver not in accelerations:
+                note = f"{mesh}: no acceleration of its driver {driver}"
+                ratio = missed = math.nan
+            else:
+                ratio, missed = inputs.largest_torque_ratio(gear)
+                note = self._note(inputs, gear, ratio, missed)
             rows.append(self.row(mesh, "separation ratio", ratio, "1", note, missed))
             margin = decibels(ratio)
-            still = note if math.isfinite(margin) else note or f"{mesh}: its driver {driver} does not move"
-            beyond = 20.0 * math.log10(1.0 + missed / ratio) if ratio > 0.0 else 0.0
+            still = note if margin > -math.inf else note or f"{mesh}: its driver {driver} does not move"
+            beyond = 20.0 * math.log10(1.0 + missed / ratio) if 0.0 < ratio < math.inf else 0.0
             rows.append(self.row(mesh, "separation margin", margin, "dB", still, beyond))
         return rows
+
+    def _note(self, inputs: Inputs, gear: LooseGear, ratio: float, missed: float) -> str:
+        """Say what a ratio leaves out; empty for nothing."""
+        layout = inputs.known_layout
+        mesh, loose = layout.element_names[gear.mesh], layout.inertia_names[gear.loose]
+        if math.isnan(ratio):
+            return f"{mesh}: the drag torque of {loose} is a table over the speed, which is not known, or not covered"
+        if math.isinf(ratio):
+            return f"{mesh}: the drag torque of {loose} is zero at some speed"
+        if ratio > 0.0 and missed > FINE * ratio:
+            return f"{mesh}: a peak of samples, which may lie about {100.0 * missed / ratio:.2g} % higher"
+        return ""
 
 
 @dataclass(frozen=True)
@@ -81,10 +95,10 @@ class HarmonicSeparation(Quantity[Inputs]):
                 note = f"{mesh}: nothing is known of the motion of its driver {driver}"
                 rows.append(self.row(mesh, "largest separation ratio of an order", math.nan, "1", note))
                 continue
-            ratios = torque_ratio(inputs.known_layout, gear, inputs.orders * inputs.speed * np.abs(velocities))
-            errors = torque_ratio(
-                inputs.known_layout, gear, inputs.orders * inputs.speed * inputs.velocity_errors(driver)
-            )
+            rates = inputs.orders * inputs.speed
+            drag = inputs.known_layout.drag_torque_at(gear.loose, np.full(rates.size, inputs.speed))
+            ratios = torque_ratio(inputs.known_layout, gear, rates * np.abs(velocities), drag)
+            errors = torque_ratio(inputs.known_layout, gear, rates * inputs.velocity_errors(driver), drag)
             for order, ratio, error in zip(inputs.orders.tolist(), ratios.tolist(), errors.tolist(), strict=True):
                 note = "" if math.isfinite(ratio) else "the samples cannot show this order"
                 rows.append(self.row(mesh, f"separation ratio at {order_word(order)}", ratio, "1", note, error))

@@ -23,9 +23,11 @@ from gearrattle.quantities.inputs import Inputs, Signal, asked_of
 from gearrattle.quantities.quantity import Sums
 from gearrattle.recording import Channel, Recording, are_even
 from gearrattle.signals import steady
+from gearrattle.signals.bodies import LooseGear
 from gearrattle.signals.chunks import Exactly, SignalSums, add_chunk
 from gearrattle.signals.crossing_sums import Sums as CrossingSums
 from gearrattle.signals.summaries import Summary
+from gearrattle.signals.torque_ratios import LargestRatio, changes_drag
 from gearrattle.trajectory import Array, Layout, Trajectory
 from gearrattle.wording import counted
 
@@ -63,7 +65,7 @@ def recording_of(trajectory: Trajectory) -> Recording:
     return Recording(window.closed(trajectory.time), tuple(channels), trajectory.cost.algorithm, trajectory.notes)
 
 
-def inputs_of_motion(trajectory: Trajectory, engine_orders: Array, *, one_speed: bool = True) -> Inputs:
+def inputs_of_motion(trajectory: Trajectory, engine_orders: Array) -> Inputs:
     """Return what metrics read of a simulated motion.
 
     Parameters
@@ -72,8 +74,6 @@ def inputs_of_motion(trajectory: Trajectory, engine_orders: Array, *, one_speed:
         of whole cycles.
     engine_orders
         orders of the torques, ascending.
-    one_speed
-        whether the reference speed stays; order analysis is for that.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def inputs_of_motion(trajectory: Trajectory, engine_orders: Array, *, one_speed:
         time=recording.time,
         signals={(channel.quantity, channel.subject): channel.values for channel in recording.channels},
         window=f"steady part, {window.cycles} of {counted(trajectory.cycles, 'cycle')}",
-        omega=trajectory.layout.omega if one_speed else None,
+        omega=trajectory.layout.omega if trajectory.layout.ramp is None else None,
         period=trajectory.layout.period,
         engine_orders=engine_orders,
         layout=trajectory.layout,
@@ -128,6 +128,13 @@ class ChunkInputs(Inputs):
         state: SignalSums = self._states["signals"]
         share = state.discarded / (state.discarded + state.cycles)
         return None if state.loss is None else (state.loss, state.time, share)
+
+    def largest_torque_ratio(self, gear: LooseGear) -> LargestRatio:
+        """Return the largest torque ratio of a loose gear over all chunks."""
+        if not changes_drag(self.known_layout, gear):
+            return super().largest_torque_ratio(gear)
+        peaks = self._states["peaks"]
+        return LargestRatio(float(peaks["ratio"][gear.loose]), float(peaks["ratio_miss"][gear.loose]))
 
     def amplitudes(self, samples: Signal, trend: int) -> NDArray[np.complex128]:
         """Return (o,) complex amplitudes of a signal at ``orders``, fitted with a polynomial of time."""
@@ -174,14 +181,14 @@ def _exactly(trajectory: Trajectory) -> Exactly | None:
     return None if statistics is None else ([names.index(signal) for signal in known], statistics)
 
 
-def inputs_of_chunks(sums: Sums, engine_orders: Array, *, one_speed: bool = True) -> Inputs:
+def inputs_of_chunks(sums: Sums, engine_orders: Array) -> Inputs:
     """Return what metrics read of a motion in chunks.
 
     Parameters
     ----------
     sums
         over its chunks, of which some cycle is not discarded, "crossings" and "signals" among them.
-    engine_orders, one_speed
+    engine_orders
         as in ``inputs_of_motion``.
     """
     state: SignalSums = sums.states["signals"]
@@ -192,7 +199,7 @@ def inputs_of_chunks(sums: Sums, engine_orders: Array, *, one_speed: bool = True
         time=np.array([state.start, state.end]),
         signals={name: state.moments.summary(column) for column, name in enumerate(names)},
         window=f"steady part, {state.cycles} of {counted(state.cycles + state.discarded, 'cycle')}, in chunks",
-        omega=state.layout.omega if one_speed else None,
+        omega=state.layout.omega if state.layout.ramp is None else None,
         period=state.layout.period,
         engine_orders=engine_orders,
         layout=state.layout,
@@ -238,8 +245,10 @@ def inputs_of_recording(
         rule = "must be finite at every sample"
         raise ModelError(Problem(recording.source, ", ".join(ill), rule, "cut the gaps out, or fill them"))
     speed = recording.find("speed")
+    speeds = None
     if omega is None and speed is not None:
         omega = float(np.mean(speed.values))
+        speeds = speed.values
     orders = np.unique(np.asarray(engine_orders, dtype=np.float64))
     kept = time.size
     words = "the whole recording"
@@ -255,7 +264,19 @@ def inputs_of_recording(
         signals.setdefault((channel.quantity, subject), channel.values[-kept:])
         units.setdefault((channel.quantity, subject), channel.unit)
     engine = orders[orders > 0.0]
-    return Inputs(recording.source, time[-kept:], signals, words, omega, period, engine, layout, None, notes, units)
+    return Inputs(
+        source=recording.source,
+        time=time[-kept:],
+        signals=signals,
+        window=words,
+        omega=omega,
+        period=period,
+        engine_orders=engine,
+        layout=layout,
+        notes=notes,
+        units=units,
+        speeds=None if speeds is None else speeds[-kept:],
+    )
 
 
 def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:

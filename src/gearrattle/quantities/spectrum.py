@@ -3,7 +3,7 @@
 Power spectral density by Welch's method over whole cycles; amplitudes at the excited orders by Fourier sums over the
 whole steady part; super- and sub-harmonics as lines that stand out of their surroundings at orders nothing excites
 (the rule is stated in ``gearrattle.signals.lines``). All are of samples: nothing beyond half the sampling rate is seen,
-and what a response holds beyond it folds back.
+and what a response holds beyond it folds back. Along a sweep nothing is said of orders, which have no one frequency.
 
 Takes sums over Trajectories; gives rows for every inertia, and the densities themselves to the verdict.
 """
@@ -36,6 +36,7 @@ from gearrattle.trajectory import Array, Layout, Trajectory
 from gearrattle.wording import counted
 
 FLUCTUATION = "rms of the fluctuation"
+_NO_SPEED = "along a sweep an order has no one frequency: gr.spectral.order_map follows the angle"
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,9 @@ class AccelerationSpectrum(Quantity[Sums]):
         scope, state = sums.steady, sums.states["spectra"]
         layout = scope.layout
         amplitudes = np.full((layout.orders.size, len(layout.inertia_names)), np.nan)
-        amplitudes[_shown(layout, scope.samples_per_cycle)] = np.abs(amplitudes_from(state["gram"], state["moments"]))
+        if layout.ramp is None:
+            shown = _shown(layout, scope.samples_per_cycle)
+            amplitudes[shown] = np.abs(amplitudes_from(state["gram"], state["moments"]))
         try:
             density, too_short = density_of(state, scope), ""
         except ModelError as error:
@@ -84,7 +87,9 @@ class AccelerationSpectrum(Quantity[Sums]):
             else:
                 rows += self._density(layout, inertia, density, i)
             for order, amplitude in zip(layout.orders.tolist(), amplitudes[:, i].tolist(), strict=True):
-                unseen = f"order {order:g} is not resolved by {scope.samples_per_cycle} samples a cycle"
+                unseen = _NO_SPEED
+                if layout.ramp is None:
+                    unseen = f"order {order:g} is not resolved by {scope.samples_per_cycle} samples a cycle"
                 note = unseen if np.isnan(amplitude) else ""
                 words = "a of a sin(order Omega t + phase), least squares over [discard T, end]"
                 rows.append(self.row(inertia, f"amplitude at order {order:g}", amplitude, formula=words, note=note))
@@ -94,12 +99,15 @@ class AccelerationSpectrum(Quantity[Sums]):
     def _density(self, layout: Layout, inertia: str, spectrum: Spectrum, column: int) -> list[Row]:
         density = spectrum.density[:, column]
         peak = int(np.argmax(density))
-        order = float(2.0 * np.pi * spectrum.frequency[peak] / layout.omega)
+        swept = layout.ramp is not None
+        order = math.nan if swept else float(2.0 * np.pi * spectrum.frequency[peak] / layout.omega)
         level = float(np.sqrt(np.sum(density) * spectrum.resolution))
         by = f"Welch: {spectrum.window}"
         return [
             self.row(inertia, FLUCTUATION, level, formula=f"sqrt(sum of the density x bin width); {by}"),
-            self.row(inertia, "order of the density's peak", order, unit="1", formula=by),
+            self.row(
+                inertia, "order of the density's peak", order, unit="1", formula=by, note=_NO_SPEED if swept else ""
+            ),
             self.row(inertia, "density at its peak", float(density[peak]), unit="(rad/s^2)^2/Hz", formula=by),
         ]
 
@@ -120,6 +128,10 @@ class AccelerationSpectrum(Quantity[Sums]):
         kinds = (("super-harmonic", super_harmonics, 1), ("sub-harmonic", sub_harmonics, 2))
         for kind, search, divisor in kinds:
             need = FEWEST_PERIODS * divisor
+            if layout.ramp is not None:
+                words = f"{kind}s present"
+                rows.append(self.row(inertia, words, math.nan, unit="1", formula=rule, note=_NO_SPEED))
+                continue
             note = "" if cycles >= need else f"{kind}s not sought: fewer than {need} steady cycles"
             remark = note or (of and f"super- and sub-harmonics are sought{of}")
             lines = search(signal, per_cycle, fundamental, layout.orders, amplitudes)

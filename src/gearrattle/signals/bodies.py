@@ -56,7 +56,11 @@ def loose_gears(layout: Layout) -> tuple[LooseGear, ...]:
     for mesh in np.flatnonzero(pairs).tolist():
         for end in (0, 1):
             loose, driver = (int(layout.between[mesh, side]) for side in (end, 1 - end))
-            if layout.drag_torque[loose] > 0.0 and loose not in layout.prescribed and _is_loose(layout, loose, mesh):
+            if (
+                layout.largest_drag_torque(loose) > 0.0
+                and loose not in layout.prescribed
+                and _is_loose(layout, loose, mesh)
+            ):
                 reduction = float(layout.radii[mesh, 1 - end] / layout.radii[mesh, end])
                 gears.append(LooseGear(mesh, loose, driver, reduction))
     return tuple(gears)
@@ -68,7 +72,7 @@ def _is_loose(layout: Layout, inertia: int, mesh: int) -> bool:
     return not any(layout.stiffness[k] > 0.0 for k in touching.tolist() if k != mesh)
 
 
-def torque_ratio(layout: Layout, gear: LooseGear, acceleration: T) -> T:
+def torque_ratio(layout: Layout, gear: LooseGear, acceleration: T, drag: T | None = None) -> T:
     """Return J_loose (R_driver/R_loose) theta_driver'' / T_drag: needed torque over drag.
 
     Parameters
@@ -79,8 +83,13 @@ def torque_ratio(layout: Layout, gear: LooseGear, acceleration: T) -> T:
         the loose gear.
     acceleration
         theta_driver'' [rad/s^2].
+    drag
+        drag torques that belong to the accelerations [N m]; None takes the layout's.
     """
-    return float(layout.inertia[gear.loose]) * gear.reduction * acceleration / float(layout.drag_torque[gear.loose])
+    needed = float(layout.inertia[gear.loose]) * gear.reduction * acceleration
+    if drag is None:
+        return needed / float(layout.drag_torque[gear.loose])
+    return needed / drag
 
 
 def decibels(ratio: float) -> float:

@@ -203,4 +203,4 @@ def _sweep_notes(model: Model) -> tuple[str, ...]:
     if sweep is None:
         return ()
     span = f"the speed goes from {sweep.begin:.6g} to {sweep.end:.6g} rad/s over {sweep.over:.6g} s"
-    return (f"{span}: cycles, order lines and rates per cycle refer to the first speed.",)
+    return (f"{span}: cycles and rates per cycle refer to the first speed.",)

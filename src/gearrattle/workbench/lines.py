@@ -18,7 +18,8 @@ from gearrattle.trajectory import Array
 
 
 def density(source: Run | Recording, channel: str) -> dict[str, Any]:
-    """Return the power spectral density of a channel, and the frequency of the shaft that orders refer to.
+    """Return the power spectral density of a channel, and the frequency of the shaft that orders refer to; None
+    for it along a sweep.
 
     Parameters
     ----------
@@ -28,7 +29,8 @@ def density(source: Run | Recording, channel: str) -> dict[str, Any]:
         its name.
     """
     data = psd(source, channel)
-    shaft = assemble(source.model).layout.omega if isinstance(source, Run) else None
+    layout = assemble(source.model).layout if isinstance(source, Run) else None
+    shaft = layout.omega if layout is not None and layout.ramp is None else None
     return {
         "channel": channel,
         "unit": str(data["density"].attrs.get("units", "")),

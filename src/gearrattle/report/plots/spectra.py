@@ -1,7 +1,7 @@
 """Power spectral densities of the accelerations over the steady part, by orders of the reference speed.
 
 Lines at the excited orders are response; a raised floor between them is what an engineer hears as rattle. Dotted rules
-mark the natural frequencies with every clearance closed, where impacts ring.
+mark the natural frequencies with every clearance closed, where impacts ring. Along a sweep the axis is the frequency.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from gearrattle.report.plots.chart import Chart, Line, Panel, Rule
 from gearrattle.report.plots.chosen import chosen_bodies
 from gearrattle.report.plots.palette import MUTED
 from gearrattle.signals import Spectrum
+from gearrattle.trajectory import Layout
 
 _DECADES = 12.0
 _RIGID = 1e-6
@@ -25,10 +26,11 @@ def spectra(findings: Findings) -> Chart | None:
     spectrum = findings.verdict.spectra
     if spectrum is None:
         return None
-    order = spectrum.frequency * 2.0 * np.pi / layout.omega
-    highest = float(order[-1])
+    unit = layout.omega if layout.ramp is None else 2.0 * np.pi  # one of the axis, in rad/s
+    along = spectrum.frequency * 2.0 * np.pi / unit
+    highest = float(along[-1])
     natural = np.sort(findings.modes_contact.frequencies)
-    elastic = natural[natural > _RIGID * natural.max(initial=0.0)] / layout.omega
+    elastic = natural[natural > _RIGID * natural.max(initial=0.0)] / unit
     rules = tuple(
         Rule(float(value), "x", MUTED, label=f"f{position}")
         for position, value in enumerate(elastic, start=1)
@@ -41,7 +43,7 @@ def spectra(findings: Findings) -> Chart | None:
             title=layout.inertia_names[i],
             unit="(rad/s²)²/Hz" if si else "",
             x_title=_order_title(findings),
-            lines=(Line(order[1:], spectrum.density[1:, i], layout.inertia_names[i], width=1.0),),
+            lines=(Line(along[1:], spectrum.density[1:, i], layout.inertia_names[i], width=1.0),),
             rules=rules,
             x_range=(0.0, highest),
             y_range=_limits(spectrum, i),
@@ -50,14 +52,23 @@ def spectra(findings: Findings) -> Chart | None:
         for i in chosen
     )
     caption = (
-        f"Power spectral density of the angular accelerations, steady part ({spectrum.window}). Lines stand at the "
-        "excited orders; a raised floor between them is broadband rattle. Dotted: natural frequencies with every "
+        f"Power spectral density of the angular accelerations, steady part ({spectrum.window}). "
+        f"{_words_of_orders(layout)}Dotted: natural frequencies with every "
         f"clearance closed, f1 the lowest above zero.{left_out}"
     )
     return Chart("spectrum", "Spectra", caption, panels, panel_height=116)
 
 
+def _words_of_orders(layout: Layout) -> str:
+    """Say where the excited orders stand."""
+    if layout.ramp is not None:
+        return "The speed changes, so that an excited order is spread over the frequencies that it passes. "
+    return "Lines stand at the excited orders; a raised floor between them is broadband rattle. "
+
+
 def _order_title(findings: Findings) -> str:
+    if findings.motion.trajectory.layout.ramp is not None:
+        return "frequency  (Hz)" if findings.model.units == "SI" else "frequency"
     omega = findings.motion.trajectory.layout.omega
     if findings.model.units != "SI":
         return "order of the reference speed"

@@ -112,10 +112,10 @@ function highest({ channel, frequency, psd, frequency_unit: unit }) {
 function Spectra({ spectra }) {
   const [simulated, measured] = spectra, [isOrders, setOrders] = useState(false);
   const model = useMemo(() => {
-    const shaft = isOrders ? simulated.shaft / (2 * Math.PI) : 1;
+    const shaft = isOrders && simulated.shaft ? simulated.shaft / (2 * Math.PI) : 1;
     const line = ({ frequency, psd }, name, colour) => ({ x: frequency.map((f) => f / shaft), y: psd, name, colour, legend: true });
     const high = Math.min(simulated.frequency.at(-1), measured.frequency.at(-1)) / shaft;
-    const panel = { title: "Power spectral density", unit: `[${simulated.unit}]`, x_title: isOrders ? "order of the shaft" : `frequency [${simulated.frequency_unit}]`, y_log: true, x_range: [0, high],
+    const panel = { title: "Power spectral density", unit: `[${simulated.unit}]`, x_title: isOrders && simulated.shaft ? "order of the shaft" : `frequency [${simulated.frequency_unit}]`, y_log: true, x_range: [0, high],
       lines: [line(simulated, "simulated", "#0b5c8f"), line(measured, "measured", MEASURED)] };
     return standIn({ chart: { title: "Spectra", caption: "Densities of both, by the same estimate (Hann window, averaged).", panels: [panel], panel_height: 320, share_x: true } });
   }, [isOrders]);
