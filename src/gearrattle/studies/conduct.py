@@ -5,6 +5,7 @@ Takes what prepares a study, and the options that all calls share; gives its Dat
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Protocol
@@ -14,6 +15,7 @@ from gearrattle.studies.pace import Cost
 from gearrattle.studies.prepared import Done, Progress
 from gearrattle.studies.schedulers import Scheduler, check_scheduler, opened
 from gearrattle.studies.storage import Address, Storage, storage_of
+from gearrattle.wording import counted
 from gearrattle.writing import temporary_folder
 
 if TYPE_CHECKING:
@@ -80,7 +82,17 @@ def conduct(
             done = study.carry_out(
                 storage, compute, resume=resume, retry_failed=retry_failed, progress=progress, workers=count
             )
+    _warn_of_failures(done)
     return done.data
+
+
+def _warn_of_failures(done: Done) -> None:
+    """Warn that cases failed: an answer goes on without them."""
+    if not done.messages:
+        return
+    at, first = next(iter(done.messages.items()))
+    words = f"the answer goes on without {counted(len(done.messages), 'case')} ({done.outcome_counts})"
+    warnings.warn(f'{words}; {at}: {first}; attrs["failures"] holds every reason', RuntimeWarning, stacklevel=4)
 
 
 @contextmanager

@@ -28,7 +28,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, refuse_unsteady
-from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.quantity import CALLBACK, FLAG, Choice, argument_problems, check_arguments
@@ -43,7 +42,7 @@ from gearrattle.studies.outputs import along_all, check_names, outputs_of
 from gearrattle.studies.pace import seconds_alone
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.prepared import Prepared, Progress
-from gearrattle.studies.sections import NEARNESS, Sections, own_units, section_of, unit_of
+from gearrattle.studies.sections import NEARNESS, Sections, own_units, section_of, states_of, unit_of
 from gearrattle.studies.storage import File
 from gearrattle.studies.store import ProgressCallback, Store
 from gearrattle.studies.structures import structures_of
@@ -162,7 +161,7 @@ def prepare(
     check_names(outputs, structures)
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(outputs, run, others=structures)
-    states = len(relative_coordinates(assemble(base).system).elements) + assemble(base).system.size
+    states = max(states_of(one) for one in structures)
     units = tuple(unit_of(name, base) for name in chosen.names)
     ends = tuple(inertia.name for inertia in base.inertias)
     chosen_outputs = along_all(kept_outputs.chosen, run, ends)

@@ -35,6 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, free_names, free_of, period_of
+from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
@@ -201,6 +202,12 @@ def own_units(model: Model) -> tuple[str, str, str]:
     return unit_in(model, "1/s"), unit_in(model, "rad"), unit_in(model, "rad/s")
 
 
+def states_of(model: Model) -> int:
+    """Return the number of relative states: independent deflections, velocities, stretches of sliders."""
+    system = assemble(model).system
+    return len(relative_coordinates(system).elements) + system.size + len(system.memories)
+
+
 def unit_of(name: str, model: Model) -> str:
     """Return the unit of a quantity [SI]."""
     return path_label(name, model).unit or "1"
@@ -223,7 +230,7 @@ class Sections(Outputs):
     most
         largest period number looked for.
     states
-        number of relative states; 0 keeps no Floquet multipliers.
+        the most relative states of any case; 0 keeps no Floquet multipliers. Those that a case lacks are NaN.
     inertias
         whose last angles and velocities are kept; empty for none.
     own_units
@@ -266,10 +273,13 @@ class Sections(Outputs):
         exponent, grows = (np.nan, False) if n else _growth(run)
         values["motion"] = np.array(PERIODIC if n else CHAOTIC if grows else UNDECIDED, dtype=np.int8)
         if self.states:
-            eigenvalues = multipliers(run, n) if n else np.full(self.states, complex(np.nan, np.nan))
+            eigenvalues = np.full(self.states, complex(np.nan, np.nan))
+            if n:
+                own = multipliers(run, n)[: self.states]
+                eigenvalues[: own.size] = own
+                # exact, where an average over finite time is not
+                exponent = float(np.log(max(abs(own[0]), 1e-300))) / (n * run.trajectory.layout.period)
             values |= {"multiplier real": eigenvalues.real.copy(), "multiplier imaginary": eigenvalues.imag.copy()}
-            if n:  # exact, where an average over finite time is not
-                exponent = float(np.log(max(abs(eigenvalues[0]), 1e-300))) / (n * run.trajectory.layout.period)
         values[EXPONENT] = np.array(exponent)
         t = run.trajectory
         if self.inertias:
@@ -278,7 +288,7 @@ class Sections(Outputs):
 
 
 def _gradient(run: Run, cycles: int) -> Array:
-    """(N, N) gradient of the flow over the last cycles, balanced coordinates: basis deflections, then velocities."""
+    """(N, N) gradient of the flow over the last cycles: basis deflections, velocities, stretches of sliders; balanced."""
     variation, t = run.variation, run.trajectory
     begin = (t.cycles - cycles) * t.layout.period
     return variation.since(begin)

@@ -59,6 +59,8 @@ def _structure(model: Model) -> Any:
         layout.inertia_names,
         layout.element_names,
         layout.clearance_names,
+        layout.auxiliary_names,
+        assemble(model).system.memories,
         gap_names(layout),
         tuple((first, slopes.size) for first, slopes in regions),
         loose,
