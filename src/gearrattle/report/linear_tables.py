@@ -68,14 +68,15 @@ def modes_tables(findings: Findings) -> list[Table]:
 
 def _modes_table(findings: Findings, modes: Modes, title: str, note: str) -> Table:
     si = findings.model.units == "SI"
-    omega = findings.motion.trajectory.layout.omega
+    layout = findings.motion.trajectory.layout
     highest = float(np.max(modes.frequencies, initial=0.0))
     rows = []
     for index in np.argsort(modes.frequencies, kind="stable").tolist():
         frequency = float(modes.frequencies[index])
         rigid = frequency <= _RIGID * highest
         shown = numeral(frequency / (2.0 * math.pi) if si else frequency)
-        order, damping = numeral(frequency / omega, 3), f"{numeral(100.0 * float(modes.damping_ratios[index]), 3)} %"
+        order = numeral(frequency / layout.omega, 3) if layout.ramp is None else "–"
+        damping = f"{numeral(100.0 * float(modes.damping_ratios[index]), 3)} %"
         shape = np.real(modes.shapes[:, index])
         rows.append(
             (

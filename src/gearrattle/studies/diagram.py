@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, refuse_unsteady
+from gearrattle.assembly import refuse_unsteady
 from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.quantity import CALLBACK, FLAG, Choice, argument_problems, check_arguments

@@ -288,7 +288,7 @@ class Sections(Outputs):
 
 
 def _gradient(run: Run, cycles: int) -> Array:
-    """(N, N) gradient of the flow over the last cycles: basis deflections, velocities, stretches of sliders; balanced."""
+    """(N, N) gradient of the flow over the last cycles, balanced: deflections, velocities, stretches of sliders."""
     variation, t = run.variation, run.trajectory
     begin = (t.cycles - cycles) * t.layout.period
     return variation.since(begin)
