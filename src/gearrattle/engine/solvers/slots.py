@@ -150,7 +150,7 @@ class Shelf:
         """The present slots; empty ones if those given are the present ones."""
         with self._lock:
             if self.slots is full:
-                self.slots = Slots(full.flow, self)
+                self.slots = Slots(full.flow, self, full.store.capacity())
             return self.slots
 
 
@@ -159,7 +159,7 @@ class Alone:
 
     def renewed(self, full: Slots) -> Slots:
         """Empty slots."""
-        return Slots(full.flow, self)
+        return Slots(full.flow, self, full.store.capacity())
 
 
 def _interruptible(flow: Flow, work: Callable[[], T]) -> T:
