@@ -31,6 +31,53 @@ def times(factor, a, first, b, rows, columns, out, out_first):
 
 
 @strict
+def times_chained(factor, a, first, b, rows, shape, out, out_first):
+    """The same as ``times`` where the last columns are chains, which drive themselves and what stands before them.
+
+    Parameters
+    ----------
+    factor, a, first, rows, out, out_first
+        as of ``times``.
+    b
+        its rows before the chains, then those of the first chain: those of the others are alike.
+    shape
+        columns, where the chains begin among them, links of a chain.
+    """
+    width, chained, links = shape
+    for i in range(rows):
+        for j in range(width):
+            out[out_first + i, j] = 0.0
+        for k in range(chained):
+            weight = factor * a[first + i, k]
+            if weight != 0.0:
+                for j in range(width):
+                    out[out_first + i, j] += weight * b[k, j]
+        for begin in range(chained, width, links):
+            for k in range(links):
+                weight = factor * a[first + i, begin + k]
+                if weight != 0.0:
+                    for j in range(links):
+                        out[out_first + i, begin + j] += weight * b[chained + k, chained + j]
+
+
+@strict
+def norm_of_chained_columns(matrix, shape):
+    """Largest sum of moduli of a column, of a matrix as ``times_chained`` takes it; nan if there is one."""
+    width, chained, links = shape
+    largest = 0.0
+    for j in range(width):
+        total = 0.0
+        for i in range(chained):
+            total += abs(matrix[i, j])
+        if j >= chained:
+            for i in range(links):
+                total += abs(matrix[chained + i, chained + (j - chained) % links])
+        if not total <= largest:
+            largest = total
+    return largest
+
+
+@strict
 def copy_rows(source, first, rows, columns, out):
     """Out = rows first ... of another."""
     for i in range(rows):

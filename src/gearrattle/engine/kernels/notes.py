@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.engine.kernels._jit import inlined, kernel
-from gearrattle.engine.kernels.oscillators import inputs_at
+from gearrattle.engine.kernels.oscillators import inputs_at, shift_chains
 from gearrattle.engine.kernels.packed import NOTED
 from gearrattle.engine.kernels.products import copy
 from gearrattle.engine.kernels.window import advance, leave, move_within, window_scratch
@@ -72,7 +72,9 @@ def work_out(regions, inputs, notes, samples, counts):
             for level in range(fine + 1):
                 while h - done >= inputs.steps[level]:
                     index = regions.first_table[slot] + level
-                    advance(regions.tables, index, regions.width[slot], 0, y, carried, scratch[0])
+                    advance(regions.tables, index, regions.width[slot], regions.chain, y, carried, scratch[0])
+                    moved = inputs.pace * inputs.steps[level]
+                    shift_chains(y, regions.width[slot] - regions.chain, regions.chain, inputs.links, moved)
                     done += inputs.steps[level]
             if h > done:
                 part = (h - done) / inputs.steps[fine]

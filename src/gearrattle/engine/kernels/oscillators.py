@@ -48,6 +48,18 @@ def chains_at(inputs, interval, since, y, first, scratch):
             y[first + c * links + j] = scratch[links + j]
 
 
+@kernel
+def shift_chains(y, first, count, links, moved):
+    """Move chains that stand in y on by w s = ``moved``: q_j becomes sum_k q_(j+k) (w s)^k / k!."""
+    for begin in range(first, first + count, links):
+        for j in range(begin, begin + links):
+            total, part = 0.0, 1.0
+            for k in range(begin + links - j):
+                total += y[j + k] * part
+                part *= moved * _PART[k + 1]
+            y[j] = total
+
+
 @inlined
 def turn_step(cosines, sines, level, u):
     """Turn the inputs on by one step of a level."""

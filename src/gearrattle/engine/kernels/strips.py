@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import ceil, log2
 
 from gearrattle.engine.kernels._jit import inlined, strict
-from gearrattle.engine.kernels.dense import TOP, copy_rows, norm_of_columns, times
+from gearrattle.engine.kernels.dense import TOP, copy_rows, norm_of_chained_columns, times_chained
 from gearrattle.engine.kernels.located import bounds_at, common_at, free_at, region_at, scratch_at
 from gearrattle.engine.kernels.packed import DEEPEST, LONGEST, ORDER, level_within, step_of, window_norm
 from gearrattle.engine.kernels.workspace import POWERS
@@ -52,40 +52,52 @@ def fill_bounds(workspace, stack, index):
             stack[index, strip + 1, j, i % 4] = value.imag
 
 
+@inlined
+def _shape_of(common, free):
+    """Columns of y, where its chains begin, links of a chain; and how many rows stand for all of y.
+
+    All chains move alike: the rows of one of them, the first, stand for all.
+    """
+    width, chained, links = free.width[0], free.chained[0], common.links[0]
+    return (width, chained, links), min(width, chained + links)
+
+
 @strict
 def finest_level(workspace):
     """Smallest level, of those allowed, at which ORDER Taylor terms leave a negligible remainder."""
     common, free, scratch = common_at(workspace), free_at(workspace), scratch_at(workspace)
-    size, coarsest = free.width[0], common.coarsest[0]
-    norm = norm_of_columns(free.generator, size)
+    coarsest = common.coarsest[0]
+    shape, rows = _shape_of(common, free)
+    norm = norm_of_chained_columns(free.generator, shape)
     if norm == 0.0:
         return coarsest
     one, two, three = scratch.one, scratch.two, scratch.three
-    times(1.0 / (norm * norm), free.generator, TOP, free.generator, size, size, one, TOP)
-    times(1.0, one, TOP, one, size, size, two, TOP)  # the fourth power
-    times(1.0, two, TOP, two, size, size, one, TOP)
-    times(1.0, one, TOP, one, size, size, three, TOP)
-    times(1.0, three, TOP, two, size, size, one, TOP)  # the twentieth
-    power = norm_of_columns(one, size) ** (1.0 / (ORDER + 1)) * norm
+    times_chained(1.0 / (norm * norm), free.generator, TOP, free.generator, rows, shape, one, TOP)
+    times_chained(1.0, one, TOP, one, rows, shape, two, TOP)  # the fourth power
+    times_chained(1.0, two, TOP, two, rows, shape, one, TOP)
+    times_chained(1.0, one, TOP, one, rows, shape, three, TOP)
+    times_chained(1.0, three, TOP, two, rows, shape, one, TOP)  # the twentieth
+    power = norm_of_chained_columns(one, shape) ** (1.0 / (ORDER + 1)) * norm
     return min(DEEPEST, max(coarsest, _level_within(_WINDOW / max(power, 1e-300))))
 
 
 @strict
-def _append(more, increment, scratch, carried, width):
+def _append(more, increment, scratch, carried, rows, shape):
     """E(a + b) = E(a) + E(b) + E(b) E(a), in place of E(a); ``more`` is E(b)."""
-    rows = carried + width
-    copy_rows(increment, carried, width, width, scratch.two)
-    times(1.0, more, TOP, scratch.two, rows, width, scratch.three, TOP)
-    for i in range(rows):
+    every, width = carried + rows, shape[0]
+    copy_rows(increment, carried, rows, width, scratch.two)
+    times_chained(1.0, more, TOP, scratch.two, every, shape, scratch.three, TOP)
+    for i in range(every):
         for j in range(width):
             increment[i, j] += more[i, j] + scratch.three[i, j]
 
 
 @strict
-def _fill_table(tables, index, increment, carried, width):
-    """Write the carried quantities' increments, and those of y."""
+def _fill_table(tables, index, increment, carried, shape):
+    """Write the carried quantities' increments, and those of y up to its chains."""
+    width, chained, _ = shape
     behind = fill(tables, index, TOP, increment, TOP, carried, width)
-    fill(tables, index, behind, increment, carried, width, width)
+    fill(tables, index, behind, increment, carried, chained, width)
 
 
 @strict
@@ -94,57 +106,63 @@ def fill_tables(workspace, tables, first, carried):
 
     Built where the Taylor series converges in a dozen terms, and doubled; steps of three quarters are made of two.
     """
-    free, scratch = free_at(workspace), scratch_at(workspace)
-    width, fine = free.width[0], free.fine[0]
-    rows, octaves, one, four = carried + width, (fine + 1) // 2, scratch.one, scratch.four
+    common, free, scratch = common_at(workspace), free_at(workspace), scratch_at(workspace)
+    fine = free.fine[0]
+    shape, rows = _shape_of(common, free)
+    width = shape[0]
+    every, octaves, one, four = carried + rows, (fine + 1) // 2, scratch.one, scratch.four
     h = LONGEST / 2.0**octaves
-    below = max(1, int(ceil(log2(max(norm_of_columns(free.generator, width) * h, 1e-300) / 0.25))))
+    norm = norm_of_chained_columns(free.generator, shape)
+    below = max(1, int(ceil(log2(max(norm * h, 1e-300) / 0.25))))
     h /= 2.0**below
-    for i in range(rows):
+    for i in range(every):
         for j in range(width):
             one[i, j] = h * free.rates[i, j]
-    copy_rows(one, carried, width, width, scratch.two)
+    copy_rows(one, carried, rows, width, scratch.two)
     for order in range(2, 17):
-        times(h / order, free.rates, TOP, scratch.two, rows, width, scratch.three, TOP)
-        for i in range(rows):
+        times_chained(h / order, free.rates, TOP, scratch.two, every, shape, scratch.three, TOP)
+        for i in range(every):
             for j in range(width):
                 one[i, j] += scratch.three[i, j]
-        copy_rows(scratch.three, carried, width, width, scratch.two)
+        copy_rows(scratch.three, carried, rows, width, scratch.two)
     for octave in range(below + octaves - 1, -1, -1):
-        copy_rows(one, TOP, rows, width, four)
-        _append(four, one, scratch, carried, width)
+        copy_rows(one, TOP, every, width, four)
+        _append(four, one, scratch, carried, rows, shape)
         level = 2 * octave
         if level <= fine:
-            _fill_table(tables, first + level, one, carried, width)
+            _fill_table(tables, first + level, one, carried, shape)
         if 0 < level <= fine + 1:  # half as long again
-            _append(one, four, scratch, carried, width)
-            _fill_table(tables, first + level - 1, four, carried, width)
+            _append(one, four, scratch, carried, rows, shape)
+            _fill_table(tables, first + level - 1, four, carried, shape)
 
 
 @strict
 def fill_powers(workspace, powers, first, carried, h):
-    """(h A)^1 ... (h A)^POWERS, the carried rows with one power less of A."""
-    free, scratch = free_at(workspace), scratch_at(workspace)
-    width, one, two = free.width[0], scratch.one, scratch.two
-    for i in range(width):
+    """(h A)^1 ... (h A)^POWERS, the carried rows with one power less of A; none of the chains."""
+    common, free, scratch = common_at(workspace), free_at(workspace), scratch_at(workspace)
+    one, two = scratch.one, scratch.two
+    shape, rows = _shape_of(common, free)
+    width = shape[0]
+    for i in range(rows):
         for j in range(width):
             one[i, j] = 1.0 if i == j else 0.0
     for p in range(POWERS):
-        times(h, free.rates, TOP, one, carried + width, width, two, TOP)
-        strip = fill(powers, first + p, TOP, two, TOP, carried, width)
-        fill(powers, first + p, strip, two, carried, width, width)
-        copy_rows(two, carried, width, width, one)
+        times_chained(h, free.rates, TOP, one, carried + rows, shape, two, TOP)
+        _fill_table(powers, first + p, two, carried, shape)
+        copy_rows(two, carried, rows, width, one)
 
 
 @strict
 def fill_series(workspace, series, slot, h):
     """Taylor coefficients over h of every deflection, a row of its own for every order."""
-    free, scratch = free_at(workspace), scratch_at(workspace)
-    watched, width, row = free.fast.shape[0], free.width[0], TOP + 1
+    common, free, scratch = common_at(workspace), free_at(workspace), scratch_at(workspace)
+    watched, row = free.fast.shape[0], TOP + 1
+    shape, _ = _shape_of(common, free)
+    width = shape[0]
     for k in range(watched):
         copy_rows(free.watched, k, row, width, scratch.one)
         for order in range(1, ORDER + 1):
-            times(h / order, scratch.one, order - 1, free.generator, row, width, scratch.one, order)
+            times_chained(h / order, scratch.one, order - 1, free.generator, row, shape, scratch.one, order)
         fill(series, slot * watched + k, TOP, scratch.one, TOP, TOP + ORDER + 1, width)
 
 

@@ -154,11 +154,13 @@ def region_in(store: Store, slot: int) -> Region:
     a, c, k, n = store.packed, store.size.carried, store.size.watched, store.flow.states
     width, modes, first = int(a.width[slot]), int(a.modes[slot]), int(a.first_table[slot])
     kept = a.kept[slot, : width - n].copy()
+    chains = _rates_of_chains(store.flow, width)
+    moved_rows = width - len(chains)
     tables = []
-    for packed in a.tables[first : first + store.fine(slot) + 1]:
-        carried, moved = unpacked(packed[:, :width], c, width)
-        tables.append(np.vstack([moved, carried]))
-    rates = unpacked(a.powers[4 * slot][:, :width], c, width)
+    for level, packed in enumerate(a.tables[first : first + store.fine(slot) + 1]):
+        carried, moved = unpacked(packed[:, :width], c, moved_rows)
+        tables.append(np.vstack([moved, _increments_of_chains(chains, step_of(level)), carried]))
+    rates = unpacked(a.powers[4 * slot][:, :width], c, moved_rows)
     per_step = step_of(store.fine(slot))
     integral, particular = unpacked(a.particular[slot], c, n)
     watched, calm = (rows[slot][:, :width].transpose(2, 0, 1).copy() for rows in (a.probe, a.calm))
@@ -171,7 +173,7 @@ def region_in(store: Store, slot: int) -> Region:
     return Region(
         store.pieces[slot],
         Split(particular, kept),
-        rates[1] / per_step,
+        np.vstack([rates[1] / per_step, chains]),
         rates[0] / per_step,
         integral,
         a.drift[slot, :c].copy(),
@@ -183,3 +185,26 @@ def region_in(store: Store, slot: int) -> Region:
         a.lower[slot].copy(),
         a.upper[slot].copy(),
     )
+
+
+def _rates_of_chains(flow: Flow, width: int) -> Array:
+    """(Q, Y) rates of the chains, which no array holds: every link takes the next one."""
+    signals, count = flow.system.signals, flow.chain.size
+    rates = np.zeros((count, width))
+    if signals is not None:
+        links, pace = signals.degree + 1, signals.pace(flow.system.inputs.period)
+        for j in range(count):
+            if (j + 1) % links:
+                rates[j, width - count + j + 1] = pace
+    return rates
+
+
+def _increments_of_chains(rates: Array, h: float) -> Array:
+    """(Q, Y) their increments over a step: the series ends with the last link."""
+    count, increment, term = len(rates), h * rates, h * rates
+    for order in range(2, count + 1):
+        if not term.any():
+            break
+        term = (h / order) * term[:, rates.shape[1] - count :] @ rates
+        increment = increment + term
+    return increment

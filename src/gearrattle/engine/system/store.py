@@ -69,9 +69,10 @@ class Size:
     def shapes(self, width: int, modes: int = 0) -> dict[str, tuple[tuple[int, ...], type]]:
         """Shape, without any slots yet, and kind of every array of ``Regions`` for vectors y of a width."""
         u, k, order = self.inputs, self.watched, strips_for(ORDER + 1)
+        moved = self.made(max(self.states, width - self.chain))  # the marches move chains by themselves
         floats: dict[str, tuple[int, ...]] = {
-            "tables": (0, self.made(width), width, 4),
-            "powers": (0, self.made(width), width, 4),
+            "tables": (0, moved, width, 4),
+            "powers": (0, moved, width, 4),
             "particular": (0, self.made(self.states), u, 4),
             "drift": (0, 4 * strips_for(self.carried)),
             "probe": (0, k, width, 4),
