@@ -43,7 +43,7 @@ def overview(findings: Judged) -> Chart:
     """Draw the deflection of every clearance over the whole run, thinned with its extremes kept."""
     caption = (
         "The whole run, start-up included; thinned for the screen with every extreme kept. "
-        f"Grey: cycles left out of the criteria.{chosen_clearances(findings)[1]}"
+        f"Shaded: cycles left out of the criteria.{chosen_clearances(findings)[1]}"
     )
     panels = _deflection_panels(findings, None)
     return Chart(

@@ -1,6 +1,6 @@
 """Maps of a study: codes, probabilities or numbers over two axes; codes of every part over one.
 
-Cells of one meaning have one colour; a dark line parts quiet from rattling. Where a study has more than two axes the
+Cells of one meaning have one colour; a thick line parts quiet from rattling. Where a study has more than two axes the
 largest over the others is drawn.
 
 Takes the Dataset of a study; gives Charts.
@@ -81,7 +81,7 @@ def regime_map(data: xr.Dataset) -> Chart | None:
     if not panels:
         return None
     caption = (
-        f"{_name(output)} {_over(data, x, y)}; the dark line separates quiet from rattling, of a staged spring "
+        f"{_name(output)} {_over(data, x, y)}; the thick line separates quiet from rattling, of a staged spring "
         f"from changing stage.{_others(data, x, y)}{_BELIEVE if _has_numbers(data) else ''}"
     )
     return _chart("map", f"Map of the {output}", caption, panels, legend)

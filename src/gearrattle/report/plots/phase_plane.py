@@ -67,7 +67,7 @@ def phase_plane(findings: Judged, cycles: int = CYCLES) -> Chart:
         )
     caption = (
         f"Deflection rate against deflection over the last {counted(window.cycles, 'cycle')}. "
-        "Dotted: corners; shaded: in contact. Passages right across the white middle are rattle."
+        "Dotted: corners; shaded: in contact. Passages right across the middle are rattle."
         f"{left_out}"
     )
     return Chart(

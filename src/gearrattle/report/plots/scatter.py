@@ -140,7 +140,7 @@ def tornado_chart(panels: list[Panel], values: int) -> Chart | None:
     count = min(values, _MOST_VALUES)
     caption = (
         "How each output follows the values that scatter: coefficients of the standardised ranks, the strongest on "
-        "top; S is the share of the variance that a value alone explains. Between the grey lines lies what chance "
+        "top; S is the share of the variance that a value alone explains. Between the dashed lines lies what chance "
         f"gives 19 times out of 20.{_not_drawn(len(panels))}"
     )
     legend = (Key("grows with it", DRIVE), Key("falls with it", COAST))

@@ -61,7 +61,7 @@ def sigma_chart(validation: Validation) -> Chart:
     panel = with_names(panel, [name for name, _ in rows])
     caption = (
         "Right of zero the simulation reads low, as in the paper's Table 5. Points: sigma; lines: its 95 % interval "
-        "from the scatter of the cycles; grey: what the error budget allows, cut at the edge."
+        "from the scatter of the cycles; bands: what the error budget allows, cut at the edge."
     )
     legend = (Key("within chance", DRIVE), Key("more than chance", COAST), Key("error budget", "#e6ebf0"))
     return Chart("sigma", "Levels", caption, (panel,), panel_height=ROW * len(rows) + 14, legend=legend)
