@@ -56,8 +56,8 @@ def growth_of_errors(comparison: Comparison) -> Chart:
     )
     caption = (
         "How far each motion is from the exact one; shaded: wrong by more than a tenth. The exact "
-        "motion begun 1e-12 half-gaps away is one of them, which no algorithm can be expected to beat. Errors are compared within the "
-        "window; beyond the horizon only statistics are."
+        "motion begun 1e-12 half-gaps away is one of them, which no algorithm can be expected to beat. Errors are "
+        "compared within the window; beyond the horizon only statistics are."
     )
     if end < comparison.cycles:
         caption += f" Of {counted(comparison.cycles, 'cycle')} the first {end:g} are shown: "
