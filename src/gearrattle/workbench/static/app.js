@@ -2,6 +2,7 @@
 
 import { html, render, useEffect, useMemo, useRef, useState } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
+import { labelled } from "/static/labels.js";
 import { ResultPane } from "/static/result_pane.js";
 import { Compare } from "/static/compare.js";
 import { Live } from "/static/live.js";
@@ -34,19 +35,20 @@ function useRoute() {
 function useJobs(onError) {
   const [jobs, setJobs] = useState(null);
   const [isJoined, setJoined] = useState(true);
+  const drop = (id) => setJobs((old) => sorted((old ?? []).filter((job) => job.id !== id)));
   useEffect(() => {
     const read = () => api.get("/api/jobs").then((list) => setJobs(sorted(list))).catch((error) => { setJobs((old) => old ?? []); onError(error); });
     read();
     return api.events((message) => {
       if ("joined" in message) { setJoined(message.joined); if (message.joined) read(); }
       if (message.job) setJobs((old) => sorted([message.job, ...(old ?? []).filter((job) => job.id !== message.job.id)]));
-      if (message.deleted) setJobs((old) => (old ?? []).filter((job) => job.id !== message.deleted));
+      if (message.deleted) drop(message.deleted);
     });
   }, []);
-  return { jobs, isJoined, drop: (id) => setJobs((old) => old.filter((job) => job.id !== id)) };
+  return { jobs, isJoined, drop };
 }
 
-const sorted = (jobs) => [...jobs].sort((a, b) => String(b.created).localeCompare(String(a.created)));
+const sorted = (jobs) => labelled([...jobs].sort((a, b) => String(b.created).localeCompare(String(a.created))));
 
 // Every run below the run that it came from.
 function ordered(jobs) {
@@ -64,9 +66,9 @@ function RunList({ jobs, chosen }) {
   return html`<ul class="runs">${ordered(jobs).map(([job, depth]) => html`
     <li key=${job.id} class=${depth ? `child depth-${depth}` : ""}>
       <a href=${`#/runs/${job.id}`} aria-current=${job.id === chosen ? "page" : null}>
-        <span class="name">${job.name || job.task}</span>
+        <span class="name">${job.label}</span>
         <span class="what"><span>${job.task}</span><${State} job=${job} /></span>
-        ${ACTIVE.includes(job.state) && job.progress ? html`<progress max="1" value=${job.progress.fraction ?? 0} aria-label=${`Progress of ${job.name || job.task}`}></progress>` : null}
+        ${ACTIVE.includes(job.state) && job.progress ? html`<progress max="1" value=${job.progress.fraction ?? 0} aria-label=${`Progress of ${job.label}`}></progress>` : null}
         ${job.state === "done" && job.sentence ? html`<span class="sentence">${job.sentence}</span>` : null}
       </a>
     </li>`)}</ul>`;

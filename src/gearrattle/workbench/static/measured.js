@@ -49,7 +49,7 @@ export function Measured({ jobs, query, onStarted, onError }) {
   return html`<div class="page">
     <section class="card"><h1>Measured over simulated</h1>
       <div class="form">
-        <label>Run<select value=${job} onChange=${(event) => setJob(event.target.value)}>${motions.length ? null : html`<option value="">no finished run</option>`}${motions.map((entry) => html`<option value=${entry.id}>${entry.name || entry.task}</option>`)}</select></label>
+        <label>Run<select value=${job} onChange=${(event) => setJob(event.target.value)}>${motions.length ? null : html`<option value="">no finished run</option>`}${motions.map((entry) => html`<option value=${entry.id}>${entry.label}</option>`)}</select></label>
         <label>Measured file<select value=${file} onChange=${(event) => setFile(event.target.value)}><option value="">Choose …</option>${files.map((entry) => html`<option value=${entry.path}>${entry.path}</option>`)}</select></label>
         <button type="button" onClick=${() => picker.current.click()}>Import a file …</button>
         <input ref=${picker} class="hidden" type="file" accept=${READ} aria-label="Measured file to import" tabindex="-1" onChange=${upload} />

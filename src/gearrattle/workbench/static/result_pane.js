@@ -15,7 +15,7 @@ export function ResultPane({ job, tab, onStarted, onError, drop }) {
     if (job.state !== "done") return;
     api.get(`${path}/view`).then(setView).catch(onError);
   }, [job.id, job.state]);
-  return html`<article class="card" aria-label=${job.name || job.task}>
+  return html`<article class="card" aria-label=${job.label}>
     <${Head} job=${job} view=${view} path=${path} onStarted=${onStarted} onError=${onError} drop=${drop} />
     ${ACTIVE.includes(job.state) ? html`<${Running} job=${job} />` : null}
     ${!["waiting", "done"].includes(job.state) && FILLING.includes(job.task) ? html`<${Filling} job=${job} path=${path} onError=${onError} />` : null}
@@ -35,7 +35,7 @@ function Head({ job, view, path, onStarted, onError, drop }) {
   };
   const cancel = () => api.post(`${path}/cancel`).catch(onError);
   const remove = () => {
-    if (!confirm(`Delete "${job.name || job.task}" and its files?`)) return;
+    if (!confirm(`Delete "${job.label}" and its files?`)) return;
     api.delete(path).then(() => { drop(job.id); location.hash = "#/runs"; }).catch(onError);
   };
   const runFitted = async () => {
@@ -50,7 +50,7 @@ function Head({ job, view, path, onStarted, onError, drop }) {
     <div class="title">
       ${isNaming
         ? html`<form onSubmit=${rename}><label><span class="hidden">Name</span><input name="name" value=${job.name} autofocus maxlength="120" onKeyDown=${(event) => event.key === "Escape" && setNaming(false)} /></label> <button class="primary">Keep</button></form>`
-        : html`<h1>${job.name || view?.title || job.task} <button class="plain small" type="button" onClick=${() => setNaming(true)}>Rename</button></h1>`}
+        : html`<h1>${job.name ? job.label : view?.title || job.label} <button class="plain small" type="button" onClick=${() => setNaming(true)}>Rename</button></h1>`}
       <p class="muted small">${job.task}, ${when(job)}${parent}</p>
     </div>
     <div class="tools">

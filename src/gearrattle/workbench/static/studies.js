@@ -43,12 +43,12 @@ export function Studies({ jobs, onStarted, onError }) {
   };
   return html`<div class="page split">
     <aside class="card side" aria-label="Studies"><h2>Studies</h2>
-      <ul class="runs">${studies.map((job) => html`<li key=${job.id}><a href=${`#/runs/${job.id}`}><span class="name">${job.name}</span><span class="what"><span>${job.state}</span></span></a></li>`)}</ul>
+      <ul class="runs">${studies.map((job) => html`<li key=${job.id}><a href=${`#/runs/${job.id}`}><span class="name">${job.label}</span><span class="what"><span>${job.state}</span></span></a></li>`)}</ul>
       ${studies.length ? null : html`<p class="loading">No studies yet.</p>`}</aside>
     <article class="card">
       ${query.get("x") ? html`<${Case} query=${query} jobs=${jobs} onStarted=${onStarted} onError=${onError} />` : null}
       <h1>New study</h1><p class="muted">Choose one or two values; every combination is run, and the map shows where it rattles. A click in the map opens that case. Over one value, periodic motions can be followed as well, stable or not.</p>
-      <div class="form"><label>Model of<select value=${base} onChange=${(event) => setBase(event.target.value)}>${done.length ? null : html`<option value="">no finished run</option>`}${done.map((job) => html`<option value=${job.id}>${job.name || job.task}</option>`)}</select></label>
+      <div class="form"><label>Model of<select value=${base} onChange=${(event) => setBase(event.target.value)}>${done.length ? null : html`<option value="">no finished run</option>`}${done.map((job) => html`<option value=${job.id}>${job.label}</option>`)}</select></label>
         ${model && axes.length < 2 ? html`<label>Vary<select value="" onChange=${(event) => { add(event.target.value); event.target.value = ""; }}><option value="">Choose a value …</option>
           ${values.filter(({ path }) => !axes.some((axis) => axis.path === path)).map(({ path, words }) => html`<option value=${path}>${path} = ${words}</option>`)}</select></label>` : null}</div>
       ${axes.map((axis) => html`<${Axis} key=${axis.path} axis=${axis} change=${change} drop=${() => setAxes((before) => before.filter((other) => other.path !== axis.path))} />`)}
