@@ -1,5 +1,7 @@
 """What is different between jobs: values of their models, and what came out.
 
+Of a number that is better the smaller it is, the best is named where it is beyond the scatter of the runs.
+
 Takes the folders of jobs; gives rows of text and numbers, one column a job.
 """
 
@@ -15,8 +17,10 @@ from gearrattle.errors import ModelError
 from gearrattle.json_types import TomlTable, json_value
 from gearrattle.model.path_labels import si_unit
 from gearrattle.model.paths import path_names, value_at
+from gearrattle.quantities.parts import SEVERITY
 from gearrattle.report.saved import SUMMARY
 from gearrattle.workbench.kept import RESULT
+from gearrattle.workbench.scatter import Errors, best_of, standard_errors
 
 _NUMBERS = (
     ("impacts_per_second", "impacts per second", "1/s"),
@@ -41,15 +45,19 @@ def differences(folders: Sequence[Path]) -> dict[str, Any]:
     dict[str, Any]
         model: ``{path, unit, values}`` for every path whose values are not all the same, as they are written, None
         where it is absent, and the unit of plain numbers; verdicts: a word a job, None of what is no run; numbers:
-        ``{part, quantity, unit, values}``.
+        ``{part, quantity, unit, values, best, in_scatter}``: the column of the best value, None where there is none,
+        and whether the smallest two may differ by chance.
     """
     models = [_model(folder) for folder in folders]
     summaries = [_summary(folder) for folder in folders]
+    errors = [
+        standard_errors(folder) if _parts(summary) else {} for folder, summary in zip(folders, summaries, strict=True)
+    ]
     return {
         "model": _paths(models),
         "verdicts": [summary.get("verdict") for summary in summaries],
         "sentences": [summary.get("sentence") for summary in summaries],
-        "numbers": _numbers([_parts(summary) for summary in summaries]),
+        "numbers": _numbers([_parts(summary) for summary in summaries], errors),
     }
 
 
@@ -92,16 +100,21 @@ def _parts(summary: dict[str, Any]) -> dict[str, dict[str, Any]]:
     return {part["name"]: part for part in summary.get("parts", ()) if "regime" in part}
 
 
-def _numbers(jobs: Sequence[dict[str, dict[str, Any]]]) -> list[dict[str, Any]]:
+def _numbers(jobs: Sequence[dict[str, dict[str, Any]]], errors: Sequence[Errors]) -> list[dict[str, Any]]:
     """Return the numbers of every part that some job has, and its regime before them."""
     rows = []
     for name in dict.fromkeys(name for parts in jobs for name in parts):
         parts = [job.get(name, {}) for job in jobs]
-        rows.append({"part": name, "quantity": "regime", "unit": "", "values": [part.get("regime") for part in parts]})
+        regimes = [part.get("regime") for part in parts]
+        best, _ = best_of([None if regime is None else SEVERITY[regime] for regime in regimes], [0.0] * len(parts))
+        row = {"part": name, "quantity": "regime", "unit": "", "values": regimes, "best": best, "in_scatter": False}
+        rows.append(row)
         for key, words, unit in _NUMBERS:
             values = [part.get(key) for part in parts]
             if any(value is not None for value in values):
                 shown = next((part["speed_unit"] for part in parts if "speed_unit" in part), "")
                 unit_of_row = shown if key == "max_approach_speed" else unit
-                rows.append({"part": name, "quantity": words, "unit": unit_of_row, "values": values})
+                best, in_scatter = best_of(values, [of_run.get(name, {}).get(key) for of_run in errors])
+                row = {"part": name, "quantity": words, "unit": unit_of_row, "values": values}
+                rows.append({**row, "best": best, "in_scatter": in_scatter})
     return rows

@@ -8,8 +8,6 @@ import { Widget, widget } from "/static/widget_host.js";
 
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6bb1", "#7a5c3e"];
 const OVERLAID = [["phase_plane", "Phase planes"], ["spectrum", "Spectra"], ["impacts", "Impacts"]];
-const WORSE = { quiet: 0, "single-sided": 1, "double-sided": 2 };
-const SMALLER = new Set(["impacts per second", "fastest approach", "hardest impact", "loose-gear margin"]);
 
 export function Compare({ jobs, chosen, onError }) {
   const [answered, setAnswered] = useState({});
@@ -23,7 +21,7 @@ export function Compare({ jobs, chosen, onError }) {
   const toggle = (id, isOn) => { location.hash = `#/compare?jobs=${(isOn ? [...known, id] : known.filter((other) => other !== id)).join(",")}`; };
   return html`<div class="page split">
     <aside class="card side checks" aria-label="Runs to compare"><h2>Runs to compare</h2>
-      ${done.length ? done.map((job) => html`<label key=${job.id}><input type="checkbox" checked=${known.includes(job.id)} onChange=${(event) => toggle(job.id, event.target.checked)} /><span>${job.name || job.task}</span></label>`) : html`<p class="loading">No finished runs yet.</p>`}
+      ${done.length ? done.map((job) => html`<label key=${job.id}><input type="checkbox" checked=${known.includes(job.id)} onChange=${(event) => toggle(job.id, event.target.checked)} /><span>${job.label}</span></label>`) : html`<p class="loading">No finished runs yet.</p>`}
     </aside>
     <article class="card">
       ${known.length < 2 ? html`<div class="empty"><h1>Compare variants</h1><p>Mark two runs or more on the left. What differs in their models is named, and what came of it stands side by side.</p></div>`
@@ -38,16 +36,6 @@ function shown(value) {
   return typeof value === "string" ? value : JSON.stringify(value);
 }
 
-// Index of the best value of a row; -1 where there is none that is better than another that is known.
-function best({ quantity, values }) {
-  const size = quantity === "regime" ? (value) => WORSE[value] : SMALLER.has(quantity) ? (value) => value : null;
-  if (!size) return -1;
-  const sizes = values.map((value) => (value === null || value === undefined ? Infinity : size(value)));
-  if (sizes.filter(Number.isFinite).length < 2) return -1;
-  const least = Math.min(...sizes);
-  return sizes.filter((other) => other === least).length === 1 ? sizes.indexOf(least) : -1;
-}
-
 const withUnit = (words, { unit }) => (unit ? `${words} [${unit}]` : words);
 
 function Table({ rows, jobs, onError }) {
@@ -58,14 +46,14 @@ function Table({ rows, jobs, onError }) {
   const parts = [...new Set(rows.numbers.map((row) => row.part))];
   const first = html`<tr><th scope="row">verdict</th>${rows.verdicts.map((value) => html`<td>${shown(value)}</td>`)}</tr>`;
   const line = (row, label, isNumber) => {
-    const isSame = row.values.every((value) => value === row.values[0]), k = isSame ? -1 : best(row);
+    const isSame = row.values.every((value) => value === row.values[0]);
     return html`<tr class=${isSame ? "same" : ""}><th scope="row" class=${isNumber ? "" : "path"}>${label}</th>
-      ${row.values.map((value, at) => html`<td class=${[isNumber && typeof value === "number" ? "n" : "", at === k ? "best" : ""].join(" ")}>${shown(value)}${at === k ? html`<span class="hidden"> (best)</span>` : null}</td>`)}</tr>`;
+      ${row.values.map((value, at) => html`<td class=${[isNumber && typeof value === "number" ? "n" : "", at === row.best ? "best" : ""].join(" ")}>${shown(value)}${at === row.best ? html`<span class="hidden"> (best)</span>` : null}</td>`)}${row.in_scatter ? html`<td class="muted small">within the scatter</td>` : null}</tr>`;
   };
   return html`<h1>Variants side by side</h1>
-    <p class="muted">${rows.model.length ? `${rows.model.length} ${rows.model.length === 1 ? "value differs" : "values differ"} in the models.` : "The models are the same."} The best of a row is green.</p>
+    <p class="muted">${rows.model.length ? `${rows.model.length} ${rows.model.length === 1 ? "value differs" : "values differ"} in the models.` : "The models are the same."} The best of a row is green where it is beyond the scatter: by twice the standard error, from eight parts of every run.</p>
     <div class="scroll" tabindex="0" role="region" aria-label="Variants side by side"><table>
-      <thead><tr><td></td>${jobs.map((job) => html`<th scope="col"><a href=${`#/runs/${job.id}`}>${job.name || job.task}</a> <button type="button" class="plain small" onClick=${() => keep(job)}>Keep as …</button></th>`)}</tr></thead>
+      <thead><tr><td></td>${jobs.map((job) => html`<th scope="col"><a href=${`#/runs/${job.id}`}>${job.label}</a> <button type="button" class="plain small" onClick=${() => keep(job)}>Keep as …</button></th>`)}</tr></thead>
       <tbody>
         ${rows.model.length ? html`<tr class="group"><th colspan=${jobs.length + 1}>What differs</th></tr>${rows.model.map((row) => line(row, withUnit(row.path, row), false))}` : null}
         <tr class="group"><th colspan=${jobs.length + 1}>What came of it</th></tr>${first}
@@ -121,7 +109,7 @@ async function laidOver(charts, jobs) {
     const old = panels.get(panel.title) ?? { ...panel, lines: [], bars: [], labels: [], x_range: panel.y_log ? panel.x_range : null, y_range: panel.y_log ? panel.y_range : null };
     const [across, up] = [factorOf(panel.x_title, old.x_title), factorOf(panel.unit, old.unit)];
     if (across === null || up === null) return;
-    const lines = panel.lines.map((line) => ({ ...line, x: scaled(line.x, across), y: scaled(line.y, up), colour: COLOURS[k], name: jobs[k].name || jobs[k].task, legend: true, opacity: 0.7 }));
+    const lines = panel.lines.map((line) => ({ ...line, x: scaled(line.x, across), y: scaled(line.y, up), colour: COLOURS[k], name: jobs[k].label, legend: true, opacity: 0.7 }));
     panels.set(panel.title, { ...old, lines: [...old.lines, ...lines] });
   }));
   return { ...first, legend: [], panels: [...panels.values()].filter((panel) => panel.lines.length) };
