@@ -35,8 +35,7 @@ export function Live({ id, onStarted, onError }) {
   const [model, setModel] = useState(null);
   const [sliders, setSliders] = useState([]);
   const [answer, setAnswer] = useState(null);
-  const state = useRef({ sequence: 0, isBusy: false, wanted: null, times: [] });
-  const [rate, setRate] = useState("");
+  const state = useRef({ sequence: 0, isBusy: false, wanted: null });
   const verdict = useMemo(() => standIn({ view: { verdict: { verdict: "quiet", sentence: "", parts: [] }, notes: [] } }), [id]);
   const plane = useMemo(() => standIn({ chart: { panels: [] } }), [id]);
 
@@ -63,10 +62,6 @@ export function Live({ id, onStarted, onError }) {
     now.isBusy = false;
   };
   const show = (made) => {
-    const { times } = state.current;
-    times.push(performance.now());
-    if (times.length > 10) times.shift();
-    if (times.length > 2) setRate(`${((1000 * (times.length - 1)) / (times.at(-1) - times[0])).toFixed(1)} updates a second`);
     verdict.set("view", { verdict: made.verdict, notes: [] });
     if (made.phase_plane) plane.set("chart", made.phase_plane);
     setAnswer(made);
@@ -103,7 +98,6 @@ export function Live({ id, onStarted, onError }) {
       ${sliders.map((slider) => html`<${Slider} key=${slider.path} slider=${slider} set=${set} drop=${() => setSliders((before) => before.filter((other) => other.path !== slider.path))} />`)}
       <label>Add a slider<br /><select value="" onChange=${(event) => { add(event.target.value); event.target.value = ""; }}>
         <option value="">Choose a value …</option>${free.map((value) => html`<option value=${value.path}>${value.path} = ${value.words}</option>`)}</select></label>
-      <p class="rate" role="status">${rate}</p>
     </section><section aria-label="What comes of it" aria-live="off">
       ${answer?.problems ? html`<ul class="failed" role="alert">${answer.problems.map((problem) => html`<li>${problem.place} ${problem.rule}</li>`)}</ul>` : null}
       <${Widget} name="verdict" model=${verdict} /><${Widget} name="phase_plane" model=${plane} />
