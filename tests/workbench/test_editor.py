@@ -119,6 +119,49 @@ def test_a_wrong_unit_is_refused_at_its_field_in_the_words_of_the_command_line(t
     playwright.expect(tab.locator(".ed-state.ready")).to_be_visible()
 
 
+def focused(tab: Any, key: str) -> None:
+    """Wait until a mark of the drawing has the focus."""
+    tab.wait_for_function(f"() => document.activeElement.dataset.key === '{key}'")
+
+
+def test_enter_and_escape_return_from_a_field_to_the_drawing(tab: Any) -> None:
+    opened(tab, "case3")
+    selected(tab, "mesh.0")
+    field = tab.locator(".ed-form").get_by_label("backlash", exact=True)
+    before = field.input_value()
+    field.fill("0.07 mm")
+    field.press("Enter")
+    focused(tab, "mesh.0")
+    waits(tab, "text.includes('0.07 mm')")
+    field.fill("0.09 mm")
+    field.press("Escape")
+    focused(tab, "mesh.0")
+    playwright.expect(field).to_have_value("0.07 mm")
+    field.fill("0.1 kg")
+    field.press("Enter")
+    playwright.expect(tab.locator(".field.wrong")).to_have_count(1)
+    playwright.expect(field).to_be_focused()  # what is wrong stays under the hand
+    field.press("Escape")
+    focused(tab, "mesh.0")
+    tab.keyboard.press("ArrowLeft")
+    tab.keyboard.press("F2")
+    tab.wait_for_function("() => document.activeElement.id.endsWith('-name')")
+    assert before != "0.07 mm"
+    assert "0.09 mm" not in text_of(tab)
+
+
+def test_means_that_do_not_balance_are_said_as_on_the_command_line(tab: Any) -> None:
+    model = gr.example("case3").with_({"torque.0.mean": 20.6})
+    (note,) = gr.equilibrium(model).notes
+    assert "N m are left over" in note
+    tab.locator(".toml-area").fill(model.to_toml())
+    playwright.expect(tab.get_by_role("list", name="Notes")).to_have_text(note)
+    playwright.expect(tab.locator(".ed-state.ready")).to_have_text("✓ ready with 1 note")
+    opened(tab, "case1")
+    playwright.expect(tab.get_by_role("list", name="Notes")).to_have_count(0)
+    playwright.expect(tab.locator(".ed-state.ready")).to_have_text("✓ ready to run")
+
+
 def test_the_verdict_follows_a_change_and_colours_the_drawing(tab: Any) -> None:
     opened(tab, "case3")
     verdict = tab.locator(".ed-verdict:not(.stale)")

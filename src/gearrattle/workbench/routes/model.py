@@ -23,10 +23,10 @@ def _check(request: Request, body: dict[str, Any]) -> dict[str, Any]:
 
 
 def _edit(request: Request, body: dict[str, Any]) -> dict[str, Any]:
-    """Edit a text, and check it."""
+    """Edit a text, and check it; ``gone`` says what an edit took away beside what it names."""
     made = edited(text_of(body, "text"), body.get("edits", ()))
     answer = _checked(request, made.text, body)
-    return {"text": made.text, **answer, "notes": [*made.notes, *answer["notes"]]}
+    return {"text": made.text, **answer, "gone": list(made.notes)}
 
 
 def _checked(request: Request, text: str, body: dict[str, Any]) -> dict[str, Any]:

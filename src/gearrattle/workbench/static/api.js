@@ -48,6 +48,8 @@ export const api = {
   delete: (path) => answer(path, { method: "DELETE" }),
   // Writes a file unless another program has changed it (status 412): of one that this tab has not read, unless it exists.
   put: (path, body) => answer(path, { method: "PUT", body, headers: tags.has(path) ? { "If-Match": tags.get(path) } : { "If-None-Match": "*" } }),
+  // What is written next under this name is not what this tab read there: the question comes before it is replaced.
+  forget: (path) => { tags.delete(path); sessionStorage.setItem(TAGS, JSON.stringify([...tags])); },
   // Writes a file over whatever stands there.
   replace: (path, body) => answer(path, { method: "PUT", body }),
   buffer: async (path, options) => (await send(path, options)).arrayBuffer(),

@@ -5,6 +5,7 @@ import { standIn } from "/static/model_stand_in.js";
 import { Widget } from "/static/widget_host.js";
 import { Form } from "/static/form.js";
 import numerals from "/widgets/numerals.js";
+import { labelled } from "/static/labels.js";
 import { TomlText } from "/static/toml.js";
 
 const DRAFT = "gearrattle.draft", TEXT_SHOWN = "gearrattle.text", MOST_KEPT = 500, PAUSE = 250, VERDICT_PAUSE = 350, DRAFT_PAUSE = 200; // ms after the last change
@@ -17,9 +18,20 @@ const keyOf = (path) => path.join(".");
 const pathOf = (key) => (key ? key.split(".").map((part) => (/^\d+$/.test(part) ? Number(part) : part)) : null);
 // The file that names of data files are relative to: where the text is saved, or the file of the run that it comes from.
 const fileOf = ({ name, origin }) => name || origin;
+const addressOf = (file) => `/api/files/${file.split("/").map(encodeURIComponent).join("/")}`;
 const folderOf = (file) => file.slice(0, file.lastIndexOf("/") + 1);
 const copy = (value) => JSON.parse(JSON.stringify(value));
 const rowsOf = (tables, kind) => (Array.isArray(tables?.[kind]) ? tables[kind] : []);
+
+// The model of a run goes back to its file. Where that holds something else, Save asks before it replaces it; where it is
+// gone, names of data files are still relative to where it was.
+export async function withFile(api, text, { id, file }) {
+  if (!file) return { text, name: "", parent: id };
+  const saved = await api.get(addressOf(file)).catch((error) => { if (error.status !== 404) throw error; });
+  if (saved === undefined) return { text, name: "", origin: file, parent: id };
+  if (saved !== text) api.forget(addressOf(file));
+  return { text, name: file, saved, parent: id, message: saved === text ? "" : `This is the model of the run. ${file} holds other values; Save asks before it replaces them.` };
+}
 
 function valueAt(tables, path) {
   return path.reduce((node, part) => (node && typeof node === "object" ? node[part] : undefined), tables);
@@ -71,7 +83,7 @@ function useLatest(value) {
 // ---- the text and its history: everything that changes goes through here, one change after another
 
 function useDocument({ api, initial, onError }) {
-  const [state, setState] = useState({ text: initial.text, name: initial.name, origin: initial.origin ?? "", answer: EMPTY, past: [], future: [], saved: initial.saved ?? null, version: null });
+  const [state, setState] = useState({ text: initial.text, name: initial.name, origin: initial.origin ?? "", parent: initial.parent ?? null, answer: EMPTY, past: [], future: [], saved: initial.saved ?? null, version: null });
   const now = useLatest(state);
   const queue = useRef(Promise.resolve()), timer = useRef(0), typing = useRef(false);
   const change = (part) => { now.current = { ...now.current, ...part }; setState(now.current); };
@@ -106,7 +118,7 @@ function useDocument({ api, initial, onError }) {
     rest: () => { typing.current = false; },
     undo: () => inTurn(async () => { const { past, text, future } = now.current; if (past.length) { typing.current = false; change({ text: past[past.length - 1], past: past.slice(0, -1), future: [text, ...future] }); await check(); } }),
     redo: () => inTurn(async () => { const { past, text, future } = now.current; if (future.length) { typing.current = false; change({ text: future[0], past: [...past, text], future: future.slice(1) }); await check(); } }),
-    open: (text, name, saved, origin = "") => inTurn(async () => { typing.current = false; change({ ...step(text), name, origin, saved: saved ? text : null, answer: EMPTY }); await check(); }),
+    open: ({ text, name, saved = null, origin = "", parent = null }) => inTurn(async () => { typing.current = false; change({ ...step(text), name, origin, saved, parent, answer: EMPTY }); await check(); }),
     savedAs: (name, text) => { const isElsewhere = folderOf(name) !== folderOf(fileOf(now.current)); change({ name, saved: text }); if (isElsewhere) inTurn(check); },
     file: fileOf(state),
     now,
@@ -159,15 +171,15 @@ function Open({ api, onOpen, onClose, onError }) {
   const [lists, setLists] = useState(null);
   useEffect(() => {
     const read = (path) => api.get(path).catch(() => []);
-    Promise.all([read("/api/examples"), read("/api/files"), read("/api/jobs")]).then(([examples, files, jobs]) => setLists({ examples, files: files.filter((file) => file.kind === "model"), jobs }));
+    Promise.all([read("/api/examples"), read("/api/files"), read("/api/jobs")]).then(([examples, files, jobs]) => setLists({ examples, files: files.filter((file) => file.kind === "model"), jobs: labelled(jobs) }));
   }, []);
-  const open = (path, name, saved, origin) => api.get(path).then((answer) => { onOpen(answer.text ?? answer, name, saved, origin); onClose(); }).catch(onError);
+  const open = (path, opened) => api.get(path).then(async (answer) => { onOpen(await opened(answer.text ?? answer)); onClose(); }).catch(onError);
   const entry = (act, title, small) => html`<li><button type="button" onClick=${act}>${title}${small ? html`<small>${small}</small>` : null}</button></li>`;
   const list = (title, entries, none) => html`<section aria-label=${title}><h3>${title}</h3>${entries.length ? html`<ul>${entries}</ul>` : html`<p class="muted small">${none}</p>`}</section>`;
   return html`<${Dialog} label="Open a model" onClose=${onClose}><h2>Open a model</h2>${lists ? html`<div class="ed-lists">
-    ${list("Files of this folder", lists.files.map((file) => entry(() => open(`/api/files/${file.path.split("/").map(encodeURIComponent).join("/")}`, file.path, true), file.path)), "No model files yet: Save puts one here.")}
-    ${list("Runs", lists.jobs.map((job) => entry(() => open(`/api/jobs/${encodeURIComponent(job.id)}/model.toml`, "", false, job.file), job.name || job.task, job.sentence)), "No runs yet.")}
-    ${list("Examples", lists.examples.map((example) => entry(() => open(`/api/examples/${encodeURIComponent(example.name)}`, "", false), example.title || example.name, example.title ? example.name : "")), "None.")}
+    ${list("Files of this folder", lists.files.map((file) => entry(() => open(addressOf(file.path), (text) => ({ text, name: file.path, saved: text })), file.path)), "No model files yet: Save puts one here.")}
+    ${list("Runs", lists.jobs.map((job) => entry(() => open(`/api/jobs/${encodeURIComponent(job.id)}/model.toml`, (text) => withFile(api, text, job)), job.label, job.sentence)), "No runs yet.")}
+    ${list("Examples", lists.examples.map((example) => entry(() => open(`/api/examples/${encodeURIComponent(example.name)}`, (text) => ({ text, name: "" })), example.title || example.name, example.title ? example.name : "")), "None.")}
     </div>` : html`<p class="loading">Reading …</p>`}<div class="ed-foot"><button type="button" onClick=${onClose}>Close</button></div><//>`;
 }
 
@@ -233,7 +245,7 @@ function Whole({ doc, schema, shelf, changes, onSelect }) {
 // ---- the view
 
 function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
-  const [message, setMessage] = useState("");
+  const [message, setMessage] = useState(initial.message ?? "");
   const doc = useDocument({ api, initial, onError: (error) => setMessage(error.problems?.length ? error.problems.map(({ rule, remedy, place }) => `${place ? `${place}: ` : ""}${rule}${remedy ? ` (${remedy})` : ""}`).join("; ") : error.message) });
   const [selected, setSelected] = useState("");
   const [dialog, setDialog] = useState(null);
@@ -247,6 +259,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
   const acts = useRef({});
   const model = useMemo(() => standIn({ drawing: null, selected: "", positions: initial.positions ?? {}, regimes: {}, problems: {}, editable: true }, {
     connect: (question) => acts.current.ask(question), insert: (question) => acts.current.ask(question), delete: (question) => acts.current.ask(question), rename: (question) => acts.current.ask(question),
+    focus: async (question) => ({ content: question }),
   }), []);
 
   const verdict = useVerdict(api, text, doc.file, Boolean(isSound) && answer.text === text, model);
@@ -284,7 +297,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
     doc.edit(edits, () => { select(key); field([table, rowsOf(tables, table).length, row.name ? "name" : "on"]); });
   };
 
-  const remove = (where) => { setMessage(""); doc.edit([{ op: "delete", path: where }], (made) => { select(""); if (made.notes[0]?.includes(" went with ")) setMessage(`${made.notes[0]}. Undo brings them back.`); }); };
+  const remove = (where) => { setMessage(""); doc.edit([{ op: "delete", path: where }], (made) => { select(""); if (made.gone.length) setMessage(`${made.gone[0]}. Undo brings them back.`); }); };
   const duplicate = (where) => {
     const row = copy(valueAt(tables, where));
     if (row.name) row.name = fresh(row.name.replace(/_\d+$/, ""), namesOf());
@@ -323,12 +336,21 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
     if (to === "ground") { const place = ends.findLastIndex((end) => end.ground); const row = []; row[place] = "ground"; row[place === 0 ? 1 : 0] = from; insert(table, row, at); } else insert(table, between, at);
   };
 
+  // Enter and Escape in a field of the form: back to what is selected in the drawing, unless the field is wrong.
+  const left = async (event) => {
+    const { target: input, key } = event;
+    if (input.localName !== "input" && (input.localName !== "select" || key === "Enter") || !["Enter", "Escape"].includes(key) || event.ctrlKey || event.metaKey) return;
+    await doc.ready();
+    const isWrong = doc.now.current.answer.problems.some((problem) => `field-${problem.path.join("-")}` === input.id);
+    if (document.activeElement === input && (key === "Escape" || !isWrong)) model.send({ ask: "focus", focus: model.get("selected") || "inertia.0" });
+  };
+
   const arrange = () => { model.set("drawing", null); model.set("positions", {}); model.set("drawing", answer.drawing); };
-  const open = (opened, name, saved, origin) => { model.set("drawing", null); model.set("positions", {}); select(""); setMessage(""); doc.open(opened, name, saved, origin); };
+  const open = (opened) => { model.set("drawing", null); model.set("positions", {}); select(""); setMessage(opened.message ?? ""); doc.open(opened); };
   const save = async (name, write = api.put) => {
     const written = doc.now.current.text;
     try {
-      await write(`/api/files/${name.split("/").map(encodeURIComponent).join("/")}`, written);
+      await write(addressOf(name), written);
       doc.savedAs(name, written);
       setDialog(null);
       setMessage(`Saved ${name}.`);
@@ -340,7 +362,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
   };
   const run = async () => {
     setBusy(true);
-    try { await doc.ready(); if (!doc.now.current.answer.problems.length && doc.now.current.answer.isParsed) await onRun(doc.now.current.text, { name: doc.now.current.answer.title, file: fileOf(doc.now.current) }); else setListed(true); } finally { setBusy(false); }
+    try { await doc.ready(); if (!doc.now.current.answer.problems.length && doc.now.current.answer.isParsed) await onRun(doc.now.current.text, { name: doc.now.current.answer.title, file: fileOf(doc.now.current), parent: doc.now.current.parent }); else setListed(true); } finally { setBusy(false); }
   };
 
   const pressed = (event) => {
@@ -354,13 +376,19 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
     act();
   };
 
+  const keys = useLatest(pressed); // wherever the focus is: a click on nothing must not leave Ctrl+S to the browser
+  useEffect(() => {
+    const heard = (event) => keys.current(event);
+    addEventListener("keydown", heard);
+    return () => removeEventListener("keydown", heard);
+  }, []);
   useEffect(() => { doc.check(); }, []);
   // What is under way survives a reload: the text, its file, and where bodies were dragged to.
   const draft = () => {
     clearTimeout(drafted.current);
     drafted.current = setTimeout(() => {
-      const { text: written, name, origin, saved } = doc.now.current;
-      localStorage.setItem(DRAFT, JSON.stringify({ text: written, name, origin, saved, positions: model.get("positions") }));
+      const { text: written, name, origin, saved, parent } = doc.now.current;
+      localStorage.setItem(DRAFT, JSON.stringify({ text: written, name, origin, saved, parent, positions: model.get("positions") }));
     }, DRAFT_PAUSE);
   };
   useEffect(draft, [text, doc.name, doc.origin, doc.saved]);
@@ -391,17 +419,17 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
     if (!where.length && problem.line) { const area = root.current.querySelector(".toml-area"); if (area) { const start = text.split("\n").slice(0, problem.line - 1).join("\n").length + (problem.line > 1 ? 1 : 0); area.focus(); area.setSelectionRange(start, start); } }
   };
   const isEmpty = answer.isParsed ? !rowsOf(tables, "inertia").length : text === NEW;
-  const count = answer.problems.length;
+  const count = answer.problems.length, { notes } = answer;
   const isChanged = doc.saved !== text;
   const title = answer.title || "Untitled";
-  return html`<section class="editor" aria-label="Editor" ref=${root} onKeyDown=${pressed}>
+  return html`<section class="editor" aria-label="Editor" ref=${root}>
     <div class="ed-bar" role="toolbar" aria-label="Model">
-      <button type="button" onClick=${() => open(NEW, "", false)}>New</button><button type="button" title="Ctrl+O" onClick=${() => setDialog({ kind: "open" })}>Open …</button>
+      <button type="button" onClick=${() => open({ text: NEW, name: "" })}>New</button><button type="button" title="Ctrl+O" onClick=${() => setDialog({ kind: "open" })}>Open …</button>
       <button type="button" title="Ctrl+S" onClick=${() => (doc.name ? save(doc.name) : setDialog({ kind: "save" }))}>Save</button><button type="button" onClick=${() => setDialog({ kind: "save" })}>Save as …</button>
       <span class="ed-gap"></span><button type="button" title="Ctrl+Z" disabled=${!doc.past.length} onClick=${doc.undo}>Undo</button><button type="button" title="Ctrl+Shift+Z" disabled=${!doc.future.length} onClick=${doc.redo}>Redo</button>
-      <h1 class="ed-name" title=${doc.name ? `${title} (${doc.name})` : title}>${title}${isChanged ? html`<span class="muted" title="not saved"> •</span>` : null}</h1>
+      <h1 class="ed-name" title=${doc.name ? `${title} (${doc.name})` : title}>${title}${doc.name ? html` <small>${doc.name}</small>` : null}${isChanged ? html`<span class="muted" title="not saved"> •</span>` : null}</h1>
       <div class="ed-end">
-        <span role="status">${!answer.isParsed && !count ? html`<span class="ed-state muted">checking …</span>` : count ? html`<button type="button" class="ed-state wrong" aria-expanded=${isListed} onClick=${() => setListed(!isListed)}>${count} ${count === 1 ? "problem" : "problems"}</button>` : html`<span class="ed-state ready">✓ ready to run</span>`}</span>
+        <span role="status">${!answer.isParsed && !count ? html`<span class="ed-state muted">checking …</span>` : count ? html`<button type="button" class="ed-state wrong" aria-expanded=${isListed} onClick=${() => setListed(!isListed)}>${count} ${count === 1 ? "problem" : "problems"}</button>` : html`<span class="ed-state ready">✓ ready ${notes.length ? `with ${notes.length} ${notes.length === 1 ? "note" : "notes"}` : "to run"}</span>`}</span>
         <button type="button" aria-pressed=${isTextShown} onClick=${() => { setTextShown(!isTextShown); localStorage.setItem(TEXT_SHOWN, isTextShown ? "no" : "yes"); }}>Text</button>
         <button type="button" class="primary" title="Ctrl+Enter" disabled=${!isSound || isBusy} onClick=${run}>Run</button>
       </div>
@@ -416,9 +444,10 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
           : html`<details><summary><b>${verdict.headline}</b> <small>a look over 60 cycles at most; Run gives the whole</small></summary>${verdict.sentence}</details>`}</div>` : null}
         ${message ? html`<p class="ed-note" role="status"><span>${message}</span><button type="button" class="small-button" aria-label="Close the message" onClick=${() => setMessage("")}>×</button></p>` : null}
         ${count && (isListed || !answer.isParsed) ? html`<ul class="ed-problems" aria-label="Problems">${answer.problems.map((problem) => html`<li><button type="button" onClick=${() => toProblem(problem)}><b>${problem.place.replace(/^[^:]*:(\d+):? ?/, "line $1 ").replace(/^model\.toml: /, "")}</b> ${problem.value ? `found ${problem.value}; ` : ""}${problem.rule}${problem.remedy ? ` (${problem.remedy})` : ""}</button></li>`)}</ul>` : null}
+        ${notes.length && !count ? html`<ul class="ed-notes" aria-label="Notes">${notes.map((note) => html`<li>${note}</li>`)}</ul>` : null}
         <p class="ed-keys"><kbd>arrows</kbd> walk · <kbd>Enter</kbd> select · <kbd>C</kbd> connect · <kbd>N</kbd> next inertia · <kbd>F2</kbd> rename · <kbd>Del</kbd> delete · <kbd>Alt</kbd>+<kbd>arrows</kbd> move</p>
       </div>
-      <div class="ed-form" role="region" aria-label="Properties" tabindex="0">${!schema ? null : exists && typeof path[1] === "number" ? html`<${Selected} path=${path} doc=${doc} schema=${schema} shelf=${shelf} changes=${changes} onDelete=${remove} onCopy=${duplicate} onRename=${rename} />`
+      <div class="ed-form" role="region" aria-label="Properties" tabindex="0" onKeyDown=${left}>${!schema ? null : exists && typeof path[1] === "number" ? html`<${Selected} path=${path} doc=${doc} schema=${schema} shelf=${shelf} changes=${changes} onDelete=${remove} onCopy=${duplicate} onRename=${rename} />`
         : html`<${Whole} doc=${doc} schema=${schema} shelf=${shelf} changes=${changes} onSelect=${select} />`}</div>
       ${isTextShown ? html`<div class="ed-text"><${TomlText} text=${text} problems=${answer.problems} range=${range} onText=${doc.type} onLine=${onLine} /></div>` : null}
     </div>
@@ -429,12 +458,12 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
   </section>`;
 }
 
-// Mounts the editor; returns {text(), open(text, name), destroy()}. It is there at once; forms and the palette come with
-// the schema and the shelf.
-export function mountEditor(el, { api, onRun, onError = () => {}, text, origin }) {
+// Mounts the editor; returns {text(), open({text, name}), destroy()}. It is there at once; forms and the palette come with
+// the schema and the shelf. `opened`: {text, name, saved, origin, parent, message}; without it, what was under way.
+export function mountEditor(el, { api, onRun, onError = () => {}, opened }) {
   let draft = null, isGone = false;
   try { draft = JSON.parse(localStorage.getItem(DRAFT)); } catch { /* no draft */ }
-  const initial = text !== undefined ? { text, name: "", origin } : draft?.text ? draft : { text: NEW, name: "" };
+  const initial = opened ?? (draft?.text ? draft : { text: NEW, name: "" });
   const editor = { destroy: () => { isGone = true; render(null, el); } };
   const show = (schema, shelf) => isGone || render(html`<${Editor} ...${{ api, schema, shelf, initial, onRun, onError, handle: (parts) => Object.assign(editor, parts) }} />`, el);
   show(null, []);

@@ -77,7 +77,7 @@ function TextField({ path, value, label, unit, example, description, problems, i
   const pressed = (event) => {
     const steps = { ArrowUp: 1, ArrowDown: -1, PageUp: 10, PageDown: -10 }[event.key];
     if (event.key === "Enter") commit(event.target.value);
-    else if (event.key === "Escape") setTyped(shown(value));
+    else if (event.key === "Escape") { event.target.value = shown(value); setTyped(shown(value)); }
     else if (steps && isNumber && STEPPED.test(typed)) {
       event.preventDefault();
       const next = stepped(typed, steps);
