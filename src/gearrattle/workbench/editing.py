@@ -1,9 +1,11 @@
 """A model file is edited as its author would: one value or table changes, comments and layout stay.
 
 Edits are ``{"op": "set", "path", "value" | "typed"}``, ``{"op": "add", "table", "value"}``,
-``{"op": "delete", "path"}`` and ``{"op": "rename", "table", "name", "to"}``. A path is a text as ``Model.with_`` takes
-it, "mesh.gear.backlash", or the keys and 0-based indices, ``["mesh", 0, "backlash"]``; the text need be no sound model,
-only TOML. ``typed`` is what a person types into a field: a number stays the number typed, anything else is text.
+``{"op": "delete", "path"}``, ``{"op": "rename", "table", "name", "to"}`` and ``{"op": "begin", "path", "option"}``,
+which begins a table or a list with values that are valid there (``beginning``), or adds a row. A path is a text as
+``Model.with_`` takes it, "mesh.gear.backlash", or the keys and 0-based indices, ``["mesh", 0, "backlash"]``; the text
+need be no sound model, only TOML. ``typed`` is what a person types into a field: a number stays the number typed,
+anything else is text.
 
 Whatever the edit does to the text, the values in it are compared with those of the same edit of plain tables.
 
@@ -29,6 +31,7 @@ from gearrattle.model.paths import SAME_THING, location_of
 from gearrattle.model.writing import value_text
 from gearrattle.wording import listed
 from gearrattle.workbench import blocks as documents
+from gearrattle.workbench.beginning import begun
 from gearrattle.workbench.blocks import Block, Location
 from gearrattle.workbench.references import BODY, dependents, label, references, rows_of
 
@@ -70,11 +73,12 @@ def edited(text: str, edits: Sequence[Edit]) -> Edited:
         raise _refused("edits", "", f"must be a list of at most {_MOST} edits")
     notes: list[str] = []
     for edit in edits:
-        tables, _ = read_tables(text, "text")
-        steps, note = _steps(tables, edit)
-        notes += [note] if note else []
-        for step in steps:
-            text = _carried_out(text, step)
+        for part in _parts(text, edit):
+            tables, _ = read_tables(text, "text")
+            steps, note = _steps(tables, part)
+            notes += [note] if note else []
+            for step in steps:
+                text = _carried_out(text, step)
     return Edited(text, tuple(notes))
 
 
@@ -88,6 +92,21 @@ def literal_of(typed: str) -> str:
     except tomllib.TOMLDecodeError:
         return value_text(float(text))
     return text
+
+
+def _parts(text: str, edit: Edit) -> Sequence[Edit]:
+    """Return the edits that an edit stands for: those that begin what it asks for, or itself."""
+    if not isinstance(edit, Mapping) or edit.get("op") != "begin":
+        return [edit]
+    tables, _ = read_tables(text, "text")
+    location, option = _location(tables, edit, "path"), edit.get("option", 0)
+    if type(option) is not int or option < 0:
+        raise _refused("edits", str(option), "option must be a whole number from 0")
+    try:
+        return begun(tables, location, option)
+    except LookupError:
+        words = ".".join(str(part) for part in location)
+        raise _refused(f"path {words}", "", "no table or list may stand here") from None
 
 
 def _steps(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:

@@ -271,6 +271,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
     onValue: (where, value) => { setMessage(""); doc.edit([{ op: "set", path: where, value }]); },
     onList: (where, entries) => { setMessage(""); doc.edit([{ op: "set", path: where, value: entries.map((entry) => (entry !== "" && !Number.isNaN(Number(entry)) ? Number(entry) : entry)) }]); },
     onAdd: (where, value) => { setMessage(""); doc.edit([{ op: "add", table: where, value }]); },
+    onBegin: (where, option = 0) => { setMessage(""); doc.edit([{ op: "begin", path: where, option }]); },
     onDelete: (where) => { setMessage(""); doc.edit([{ op: "delete", path: where }]); },
   };
 

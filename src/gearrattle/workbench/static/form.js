@@ -26,22 +26,6 @@ function exampleOf(root, node) {
   return "";
 }
 
-// The least that a new table may hold: examples of what it must have.
-export function beginning(root, node) {
-  const table = optionsOf(root, node).find(isTable);
-  if (!table) return exampleOf(root, node) || 0;
-  const keys = table.required?.length ? table.required : Object.keys(table.properties).slice(0, 1);
-  return Object.fromEntries(keys.map((key) => [key, first(root, resolved(root, table.properties[key]))]));
-}
-
-function first(root, node) {
-  if (node.enum) return node.enum[0];
-  if (node.prefixItems) return node.prefixItems.map((entry) => first(root, resolved(root, entry)));
-  if (node.type === "array") return node.examples?.[0] ?? Array.from({ length: node.minItems ?? 1 }, () => beginning(root, node.items));
-  if (optionsOf(root, node).some(isTable)) return beginning(root, node);
-  return exampleOf(root, node) || (node.minLength ? "column" : Math.max(1, node.minimum ?? 1));
-}
-
 // ---- fields
 
 // Raise the last digit of a number with its unit; what is no number stays.
@@ -160,13 +144,12 @@ function Rows({ item, path, value, label, around, description }) {
   const keys = Object.keys(item.properties), { root } = around;
   const own = around.problems.filter((problem) => startsWith(problem.path, path)).map((problem) => ({ ...problem, at: problem.path.length > path.length + 1 ? `${words(String(problem.path[path.length + 1]))} of row ${problem.path[path.length] + 1}: ` : "" }));
   const id = `field-${path.join("-")}`;
-  const add = () => around.onAdd(path, rows.length ? rows[rows.length - 1] : beginning(root, item));
   return html`<fieldset class="rows"><legend title=${description}>${label}</legend>
     ${rows.length ? html`<div class="scroll"><table class="grid"><thead><tr>${keys.map((key) => html`<th scope="col" title=${resolved(root, item.properties[key]).description}>${words(key)}</th>`)}<th><span class="hidden">Remove</span></th></tr></thead>
       <tbody>${rows.map((row, k) => html`<tr key=${k}>${keys.map((key) => html`<td>${row[key] && typeof row[key] === "object" ? html`<span class="muted" title=${JSON.stringify(row[key])}>table</span>`
         : html`<${Field} node=${item.properties[key]} path=${[...path, k, key]} value=${row[key]} name=${key} label=${`${words(key)} of ${label} ${k + 1}`} around=${{ ...around, describedBy: id }} hidesLabel=${true} />`}</td>`)}
         <td><button type="button" class="small-button" aria-label=${`Remove ${label} ${k + 1}`} onClick=${() => around.onDelete([...path, k])}>×</button></td></tr>`)}</tbody></table></div>` : null}
-    <button type="button" class="small-button" onClick=${add}>Add ${rows.length ? "a row" : label}</button><${Problems} list=${own} id=${`${id}-problems`} /></fieldset>`;
+    <button type="button" class="small-button" onClick=${() => around.onBegin(path)}>Add ${rows.length ? "a row" : label}</button><${Problems} list=${own} id=${`${id}-problems`} /></fieldset>`;
 }
 
 function Group({ tables, path, value, label, around, description }) {
@@ -178,7 +161,7 @@ function Group({ tables, path, value, label, around, description }) {
 
 function Begin({ tables, path, label, around, problems, description, small }) {
   const name = (table) => (tables.length > 1 ? ` (${(table.required ?? Object.keys(table.properties)).map(words).join(", ")})` : "");
-  return html`<div class=${small ? "begin small" : "begin"}>${tables.map((table) => html`<button type="button" class="small-button" title=${description} onClick=${() => around.onValue(path, beginning(around.root, table))}>${small ? label : `Add ${label}`}${name(table)}</button>`)}<${Problems} list=${problems} /></div>`;
+  return html`<div class=${small ? "begin small" : "begin"}>${tables.map((table, k) => html`<button type="button" class="small-button" title=${description} onClick=${() => around.onBegin(path, k)}>${small ? label : `Add ${label}`}${name(table)}</button>`)}<${Problems} list=${problems} /></div>`;
 }
 
 // The keys of a table: those that stand there, must, or are wrong; the others below "More".
@@ -193,7 +176,7 @@ function Fields({ table, path, value, around }) {
     ${far.length ? html`<details class="far" open=${!near.length}><summary>${near.length ? "More" : "Values"} (${far.map(words).join(", ")})</summary>${far.map(field)}</details>` : null}`;
 }
 
-// schema: the model's; path: where the table stands; changes: {onTyped, onValue, onList, onAdd, onDelete}.
+// schema: the model's; path: where the table stands; changes: {onTyped, onValue, onList, onAdd, onBegin, onDelete}.
 export function Form({ schema, path, value, problems, bodies, ends, changes }) {
   const node = resolved(schema, schema.properties[path[0]]);
   const table = resolved(schema, node.type === "array" ? node.items : node);
