@@ -37,7 +37,9 @@ def test_histories_are_answered() -> None:
     ((time, *_),) = arrays(marks, 5)
     events = run.events
     np.testing.assert_array_equal(time, events.time[events.to_region.abs() > events.from_region.abs()])
-    assert answers.answer({"ask": "sound"})[1][0].startswith(b"RIFF")
+    content, (wav,) = answers.answer({"ask": "sound"})
+    assert content["gain"] == gr.listen(answers.motion).gain
+    assert wav.startswith(b"RIFF")
 
 
 @pytest.mark.parametrize(

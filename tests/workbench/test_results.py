@@ -103,6 +103,23 @@ def test_a_sound_is_a_wav(page: Any) -> None:
     assert (content[:4], content[8:12]) == (b"RIFF", b"WAVE")
 
 
+def test_sounds_that_are_compared_have_one_gain(page: Any) -> None:
+    """As ``gr.listen`` gives it to both, to the byte; a job without a motion says why it is not heard."""
+    wide = gr.simulate(model())
+    narrow = gr.simulate(model().with_({"mesh.gear.backlash": "0.05 mm"}))
+    expected = gr.listen({"first": wide, "second": narrow})
+    made = page.get("/api/sound", params={"jobs": "first,second,modes"}).json()
+    assert made["gain"] == expected.gain
+    first, second, modes = made["designs"]
+    assert [first["level"], second["level"]] == pytest.approx(list(expected.levels.values()))
+    assert (modes["level"], len(modes["problems"])) == (None, 1)
+    for job in ("first", "second"):
+        content = page.get(f"/api/jobs/{job}/sound.wav", params={"gain": made["gain"]}).content
+        assert content == expected.wav(job, 24)
+    alone = page.get("/api/jobs/second/sound.wav").content
+    assert alone == gr.listen(narrow).wav("A", 24) != expected.wav("second", 24)
+
+
 def test_differences_of_two_runs_are_named(page: Any) -> None:
     rows = page.get("/api/compare", params={"jobs": "first,second"}).json()
     assert [row["path"] for row in rows["model"]] == ["mesh.gear.backlash"]
@@ -161,6 +178,10 @@ def test_the_script_says_what_was_done(page: Any, task: str) -> None:
         ("/api/jobs/first/trace?channel=angle.hub&from=nan", 400),
         ("/api/jobs/modes/traces", 400),
         ("/api/jobs/modes/sound.wav", 400),
+        ("/api/jobs/first/sound.wav?gain=-1", 400),
+        ("/api/jobs/first/sound.wav?gain=loud", 400),
+        ("/api/jobs/first/sound.wav?gain=1e9", 400),
+        ("/api/sound?jobs=first,nobody", 404),
         ("/api/measured?file=../../etc/passwd", 400),
         ("/api/measured?file=/etc/passwd", 400),
         ("/api/measured?file=none.csv", 404),

@@ -135,7 +135,8 @@ class Answers:
 
         del question
         sound = listen(self._run)
-        return {}, [sound.wav(sound.names[0], 24)]
+        gain = sound.gain if sound.pressure[0].any() else None
+        return {"gain": gain}, [sound.wav(sound.names[0], 24)]
 
 
 @cache

@@ -146,11 +146,30 @@ def _spectrum(request: Request) -> Response:
 
 
 def _sound(request: Request) -> Response:
-    from gearrattle.report.sound.listen import listen
+    """Send the sound of a run, at a gain or at its own peak."""
+    from gearrattle.workbench.sounds import sound_of
 
-    elements = request.query_params.getlist("element") or None
-    sound = listen(kept.run_of(_folder(request)), elements=elements)
+    gain = _number(request, "gain", 0.0) if "gain" in request.query_params else None
+    sound = sound_of(_folder(request), _elements(request), gain)
     return Response(sound.wav(sound.names[0], 24), media_type="audio/wav")
+
+
+def _sounds(request: Request) -> Response:
+    """Send the gain that the sounds of several runs share."""
+    from gearrattle.workbench.sounds import at_one_gain
+
+    jobs = _jobs_asked_for(request)
+    return JSONResponse({"jobs": jobs, **at_one_gain([_job_folder(request, job) for job in jobs], _elements(request))})
+
+
+def _elements(request: Request) -> list[str] | None:
+    """Return the elements that are to be heard; None for all."""
+    return request.query_params.getlist("element") or None
+
+
+def _jobs_asked_for(request: Request) -> list[str]:
+    """Return the jobs that are compared."""
+    return [job for job in request.query_params.get("jobs", "").split(",") if job][:_MOST_JOBS]
 
 
 def _report(request: Request) -> Response:
@@ -214,7 +233,7 @@ def _model_archive(request: Request) -> Response:
 
 
 def _compare(request: Request) -> Response:
-    jobs = [job for job in request.query_params.get("jobs", "").split(",") if job][:_MOST_JOBS]
+    jobs = _jobs_asked_for(request)
     folders = [_job_folder(request, job) for job in jobs]
     figures = [[chart.key for chart in kept.charts_of_job(folder)] for folder in folders]
     return JSONResponse({"jobs": jobs, **differences(folders), "figures": figures})
@@ -270,6 +289,7 @@ _PATHS: dict[str, Callable[[Request], Response]] = {
     "/api/jobs/{job}/model.zip": _model_archive,
     "/api/jobs/{job}/archive.zip": _archive,
     "/api/compare": _compare,
+    "/api/sound": _sounds,
     "/api/measured": _measured,
     "/api/measured/trace": _measured_trace,
     "/api/measured/spectrum": _measured_spectrum,

@@ -16,7 +16,10 @@ export function jobAnswers(id, others = {}) {
     channels: async () => ({ content: await api.get(`${path}/traces`) }),
     trace: async (question) => ({ buffers: [await api.buffer(`${path}/trace?${channelsOf(question.channels)}&${window_(question)}`)] }),
     impacts: async (question) => ({ buffers: [await api.buffer(`${path}/impacts?${window_(question)}`)] }),
-    sound: async () => { await api.buffer(`${path}/sound.wav`); return { content: { url: `${path}/sound.wav` } }; },
+    sound: async () => {
+      const { gain, designs: [{ problems }] } = await api.get(`/api/sound?jobs=${encodeURIComponent(id)}`);
+      return { content: problems.length ? { problems } : { url: `${path}/sound.wav`, gain } };
+    },
     ...others,
   };
 }

@@ -1,4 +1,4 @@
-// needs: host, plot, verdict, histories, phase_plane, map, figure, mode_shapes, motions
+// needs: host, plot, numerals, verdict, histories, phase_plane, map, figure, mode_shapes, motions
 // A result of any kind: what came out first, then its parts as tabs. Model key "view": what views.py writes;
 // figures and histories are asked for when their tab is opened. The same text runs on the page and in a notebook.
 
@@ -200,12 +200,13 @@ class ResultView {
   }
 
   async showSound(into) {
-    into.append(element("p", {}, "The impacts of all gear meshes with backlash, through an assumed casing: compare designs by it, take no level from it."));
+    into.append(element("p", {}, "The impacts of all gear meshes with backlash, through an assumed casing: take no level from it."));
     const state = element("p", { role: "status" }, "…");
     into.append(state);
     try {
       const { content, buffers } = await ask(this.model, { ask: "sound" });
       const source = content.url ?? URL.createObjectURL(new Blob([buffers[0]], { type: "audio/wav" }));
+      state.before(element("p", {}, `${content.gain ? `The highest peak of this run is half of full scale, which is ${numerals.engineering(1 / content.gain, "Pa")}.` : "Nothing is heard: there are no impacts."} Two runs heard so are not at one gain; Compare and gr.listen give all designs the same.`));
       state.replaceWith(element("audio", { controls: true, src: source, "aria-label": "Sound of the impacts" }), element("p", { class: "gr-links" }, element("a", { href: source, download: "rattle.wav" }, "Download WAV (24 bit)")));
     } catch (error) {
       state.textContent = error.problems ? error.problems.map((problem) => problem.rule).join("; ") : error.message;

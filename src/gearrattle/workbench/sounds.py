@@ -1,0 +1,61 @@
+"""What runs sound like beside each other: one gain for all that are compared, as ``gr.listen`` does.
+
+Takes the folders of jobs; gives the gain and the level of each, in JSON types, and sounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from gearrattle.errors import ModelError
+from gearrattle.json_types import json_value
+from gearrattle.report.sound.listen import Sound, listen
+from gearrattle.workbench.kept import run_of
+
+
+def sound_of(folder: Path, elements: Sequence[str] | None, gain: float | None = None) -> Sound:
+    """Return the sound of a job's run.
+
+    Parameters
+    ----------
+    folder
+        of the job.
+    elements, gain
+        as of ``listen``.
+    """
+    return listen(run_of(folder), elements=elements, gain=gain)
+
+
+def at_one_gain(folders: Sequence[Path], elements: Sequence[str] | None) -> dict[str, Any]:
+    """Return the gain at which the sounds of several runs keep their differences, and what each of them is.
+
+    Parameters
+    ----------
+    folders
+        of the jobs.
+    elements
+        as of ``listen``.
+
+    Returns
+    -------
+    dict[str, Any]
+        ``gain`` [1/Pa], at which the highest peak of all is half of full scale, and None where none makes a sound;
+        ``designs``, one a job: its ``level`` [dB re 20 uPa], None for silence, and its ``problems``, empty where it can
+        be heard; ``notes``.
+    """
+    designs: list[dict[str, Any]] = []
+    gains: list[float] = []
+    notes: dict[str, None] = {}
+    for folder in folders:
+        try:
+            sound = sound_of(folder, elements)
+        except ModelError as error:
+            designs.append({"level": None, "problems": [problem.to_dict() for problem in error.problems]})
+            continue
+        (level,) = json_value(list(sound.levels.values()))
+        designs.append({"level": level, "problems": []})
+        gains += [sound.gain] if level is not None else []
+        notes |= dict.fromkeys(sound.notes)
+    return {"gain": min(gains, default=None), "designs": designs, "notes": list(notes)}
