@@ -47,7 +47,7 @@ def edited(tab: Any, server: Server, job: str) -> None:
 def test_a_run_is_edited_in_its_file(tab: Any, server: Server) -> None:
     job = run_of(server, "of_a_run.toml")
     edited(tab, server, job)
-    expect(tab.locator(".ed-name")).to_contain_text("of_a_run.toml")
+    expect(tab.locator(".ed-file")).to_contain_text("of_a_run.toml")
     expect(tab.get_by_title("not saved")).to_have_count(0)
     selected(tab, "coupling.0")
     fill(tab, "stiffness", "410")
@@ -60,7 +60,7 @@ def test_a_run_is_edited_in_its_file(tab: Any, server: Server) -> None:
     tab.reload()
     tab.wait_for_selector(".gr-node")
     assert "420" in text_of(tab)  # what was edited, not the run again
-    expect(tab.locator(".ed-name")).to_contain_text("of_a_run.toml")
+    expect(tab.locator(".ed-file")).to_contain_text("of_a_run.toml")
     tab.get_by_role("button", name="Run", exact=True).click()
     tab.wait_for_url("**/#/runs/*")
     again = server.state(tab.url.rpartition("/")[2])
