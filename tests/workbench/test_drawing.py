@@ -187,3 +187,12 @@ def test_every_plain_number_has_the_unit_that_charts_give_it(name: str) -> None:
         plain = [path for path in path_names(tables) if type(value_at(tables, path)) in (int, float)]
         units = {path: path_label(path, model).unit for path in plain}
         assert units_of(tables) == {path: unit for path, unit in units.items() if unit}
+
+
+@pytest.mark.parametrize("name", ["manual_transmission", "dual_mass_flywheel", "planetary_set"])
+def test_every_value_is_called_what_charts_call_it(name: str) -> None:
+    """The page names runs by these words."""
+    model = load(example_files()[name])
+    labels = checked(text_of(model))["labels"]
+    assert len(labels) > 40
+    assert labels == {path: path_label(path, model).words for path in labels}

@@ -189,6 +189,7 @@ def test_a_days_work_on_a_gearbox(tab: Any, server: Server, tmp_path: Path, gear
     tab.wait_for_url(lambda url: fit not in url)
     second = done(tab, server)
     expect(tab.locator(".gr-headline")).to_be_visible()
+    assert server.state(second)["name"] == "fitted stiffness of coupling damper"
 
     # Variants side by side; the better one is kept under a name.
     tab.get_by_role("navigation", name="Workbench").get_by_role("link", name="Compare").click()

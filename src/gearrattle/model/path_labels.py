@@ -103,6 +103,18 @@ def path_label(path: str, model: Model) -> PathLabel:
     return PathLabel(words, unit)
 
 
+def path_words(path: str, tables: Mapping[str, Any]) -> str:
+    """Return what a path is called in a model file that is given by its tables, which need not be sound.
+
+    Examples
+    --------
+    >>> from gearrattle.model.path_labels import path_words
+    >>> path_words("mesh.gear.backlash", {"mesh": [{"name": "gear"}]})
+    'backlash of mesh gear'
+    """
+    return _words(path.split("."), tables)
+
+
 def in_shown_unit(path: str, unit: str, largest: float = 1.0) -> tuple[float, str]:
     """Return the factor and the unit with which numbers in an SI unit at a path are shown.
 

@@ -15,7 +15,7 @@ from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.files import allowed_root
 from gearrattle.model import Model
 from gearrattle.model.file import read_tables
-from gearrattle.model.path_labels import si_unit
+from gearrattle.model.path_labels import path_words, si_unit
 from gearrattle.model.paths import path_names, value_at
 from gearrattle.model.positions import headers
 from gearrattle.workbench.drawing import drawing
@@ -44,8 +44,8 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
     -------
     dict
         ``problems`` with ``path`` and ``line``, ``notes``, ``drawing`` and ``tables`` (None where the text is no TOML),
-        ``headers`` with ``path`` and ``line``, ``title``, ``units`` of plain numbers by path (none where something is
-        wrong).
+        ``headers`` with ``path`` and ``line``, ``title``, ``units`` of plain numbers and ``labels`` of all values by
+        path (none where something is wrong).
     """
     name = file or NAME
     path = name if folder is None else str(folder.path(name))
@@ -70,6 +70,7 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
         "headers": [{"path": list(header.path), "line": header.line} for header in headers(text)],
         "title": tables["name"] if isinstance(tables.get("name"), str) else "",
         "units": {} if problems else units_of(tables),
+        "labels": {} if problems else {path: path_words(path, tables) for path in path_names(tables)},
     }
 
 
@@ -90,7 +91,8 @@ def units_of(tables: Mapping[str, Any]) -> dict[str, str]:
 
 def _answer(problems: Sequence[Problem], path: str, name: str) -> dict[str, Any]:
     entries = [_problem(problem, path, name) for problem in problems]
-    return {"problems": entries, "notes": [], "drawing": None, "tables": None, "headers": [], "title": "", "units": {}}
+    nothing: dict[str, Any] = {"notes": [], "drawing": None, "tables": None, "headers": [], "title": ""}
+    return {"problems": entries, **nothing, "units": {}, "labels": {}}
 
 
 def _problem(problem: Problem, path: str, name: str) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 import { html, useEffect, useState } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
 import { modelOf } from "/static/job_model.js";
+import { about } from "/static/labels.js";
 import { valuesOf } from "/static/live.js";
 
 const LINEAR = /\.(J|stiffness|damping)$/;
@@ -57,7 +58,7 @@ export function Fit({ job, files, file, known, pair, peak, onStarted, onError })
       const edits = free.filter(({ path, start: text }) => text !== values.find((value) => value.path === path).text).map(({ path, start: text }) => ({ op: "set", path, value: isNumber(text) ? Number(text) : text }));
       const { text } = edits.length ? await api.post("/api/edit", { text: model.text, file: model.file, edits }) : model;
       const paths = free.map(({ path }) => path);
-      onStarted(await api.post("/api/jobs", { task: "fit", text, options: { data: data(), free: paths }, name: `fit of ${paths.join(", ")}`.slice(0, 120), parent: job }));
+      onStarted(await api.post("/api/jobs", { task: "fit", text, options: { data: data(), free: paths }, name: about("fit of", paths, model.labels), parent: job }));
     } catch (error) { onError(error); }
   };
   const missing = !free.length ? "Free a value first." : { motion: Object.keys(match).length ? "" : "Pair a measured channel with a simulated one first.", modes: rows.length ? "" : "Add what was measured first.", file: dataFile ? "" : "Choose the data file first." }[what];

@@ -2,6 +2,7 @@
 
 import { html, useEffect, useMemo, useRef, useState } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
+import { about, named } from "/static/labels.js";
 import { jobAnswers, standIn } from "/static/model_stand_in.js";
 import { Widget } from "/static/widget_host.js";
 
@@ -41,8 +42,8 @@ function Head({ job, view, path, onStarted, onError, drop }) {
   const runFitted = async () => {
     try {
       const edits = Object.entries(view.fitted).map(([where, value]) => ({ op: "set", path: where, value: Number(value.toPrecision(7)) }));
-      const { text } = await api.post("/api/edit", { text: await api.get(`${path}/model.toml`), file: job.file, edits });
-      onStarted(await api.post("/api/jobs", { task: "run", text, file: job.file, options: {}, name: `fitted ${Object.keys(view.fitted).join(", ")}`.slice(0, 120), parent: job.id }));
+      const { text, labels } = await api.post("/api/edit", { text: await api.get(`${path}/model.toml`), file: job.file, edits });
+      onStarted(await api.post("/api/jobs", { task: "run", text, file: job.file, options: {}, name: about("fitted", Object.keys(view.fitted), labels), parent: job.id }));
     } catch (error) { onError(error); }
   };
   const parent = job.parent ? html` · from <a href=${`#/runs/${job.parent}`}>its parent</a>` : null;
@@ -124,8 +125,8 @@ const ACTIONS = [["run", "Run this motion"], ["edit", "Edit its model"]];
 function Result({ id, file, view, tab, path, onStarted, onError }) {
   const runMotion = async ({ point, path: of, value }) => {
     try {
-      const text = await api.get(`${path}/motions/${point}/model.toml`);
-      onStarted(await api.post("/api/jobs", { task: "run", text, file, options: {}, name: `${of} ${Number(value.toPrecision(6))}`.slice(0, 120), parent: id }));
+      const text = await api.get(`${path}/motions/${point}/model.toml`), { labels } = await api.post("/api/check", { text, file });
+      onStarted(await api.post("/api/jobs", { task: "run", text, file, options: {}, name: named([[of, Number(value.toPrecision(6))]], labels), parent: id }));
     } catch (error) { onError(error); }
   };
   const openMotion = (chosen) => {

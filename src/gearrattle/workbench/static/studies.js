@@ -3,6 +3,7 @@
 import { html, useEffect, useState } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
 import { modelOf } from "/static/job_model.js";
+import { about, named } from "/static/labels.js";
 import { valuesOf } from "/static/live.js";
 
 const PATTERN = /^\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*)$/;
@@ -35,11 +36,11 @@ export function Studies({ jobs, onStarted, onError }) {
       const value = Number((low + ((high - low) * k) / Math.max(1, count - 1)).toPrecision(6));
       return unit ? `${value} ${unit}` : value;
     })]));
-    api.post("/api/jobs", { task: "study", text: model.text, file: model.file, options: { axes: grid }, name: `study of ${axes.map((axis) => axis.path).join(" and ")}`, parent: base }).then(onStarted).catch(onError);
+    api.post("/api/jobs", { task: "study", text: model.text, file: model.file, options: { axes: grid }, name: about("study over", axes.map((axis) => axis.path), model.labels), parent: base }).then(onStarted).catch(onError);
   };
   const follow = () => {
     const [{ path, unit, low, high }] = axes, range = [low, high].map((value) => (unit ? `${value} ${unit}` : value));
-    api.post("/api/jobs", { task: "continuation", text: model.text, file: model.file, options: { path, range }, name: `motions over ${path}`, parent: base }).then(onStarted).catch(onError);
+    api.post("/api/jobs", { task: "continuation", text: model.text, file: model.file, options: { path, range }, name: about("motions over", [path], model.labels), parent: base }).then(onStarted).catch(onError);
   };
   return html`<div class="page split">
     <aside class="card side" aria-label="Studies"><h2>Studies</h2>
@@ -86,8 +87,7 @@ function Case({ query, jobs, onStarted, onError }) {
       const { text, file } = await modelOf(id);
       const edits = Object.entries(values).map(([path, value]) => ({ op: "set", path, value }));
       const edited = await api.post("/api/edit", { text, file, edits });
-      const name = Object.entries(values).map(([path, value]) => `${path} ${value}`).join(", ").slice(0, 120);
-      onStarted(await api.post("/api/jobs", { task: "run", text: edited.text, file, options: {}, name, parent: id }));
+      onStarted(await api.post("/api/jobs", { task: "run", text: edited.text, file, options: {}, name: named(Object.entries(values), edited.labels), parent: id }));
     } catch (error) { onError(error); }
   };
   return html`<section class="slider"><h2>The case of the map</h2><p>${Object.entries(values).map(([path, value]) => html`<span class="path">${path} = ${String(value)}</span> `)}</p>
