@@ -5,6 +5,7 @@ With no error and no foreign request.
 
 from __future__ import annotations
 
+import io
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
@@ -66,7 +67,49 @@ def test_variants_stand_side_by_side(tab: Any, server: Server) -> None:
     tab.goto(f"{server.address}/#/compare?jobs=first,second")
     tab.wait_for_selector("text=mesh.gear.backlash")
     tab.wait_for_selector("section canvas")
-    assert tab.locator("table .best").count() > 3
+    rows = server.client.get("/api/compare", params={"jobs": "first,second"}).json()["numbers"]
+    assert tab.locator("table .best").count() == sum(row["best"] is not None for row in rows)
+    assert tab.get_by_text("within the scatter").count() == sum(row["in_scatter"] for row in rows) > 0
+
+
+def test_sounds_are_compared_at_one_gain(tab: Any, server: Server) -> None:
+    tab.goto(f"{server.address}/#/compare?jobs=first,second")
+    tab.get_by_role("button", name="Make the sounds").click()
+    playwright.expect(tab.locator("audio")).to_have_count(2)
+    gain = server.client.get("/api/sound", params={"jobs": "first,second"}).json()["gain"]
+    sources = tab.locator("audio").evaluate_all("all => all.map((one) => one.getAttribute('src'))")
+    assert [float(source.partition("?gain=")[2]) for source in sources] == [gain, gain]
+    tab.goto(f"{server.address}/#/runs/second/sound")
+    playwright.expect(tab.locator(".gr-tabpanel")).to_contain_text("The highest peak of this run is half of full scale")
+
+
+def test_runs_of_one_name_have_two_entries_in_a_legend(tab: Any, server: Server) -> None:
+    names = {job: server.state(job)["name"] for job in ("first", "second")}
+    try:
+        for job in names:
+            server.client.patch(f"/api/jobs/{job}", json={"name": "gearbox"})
+        tab.goto(f"{server.address}/#/compare?jobs=first,second")
+        legend = tab.locator("section[aria-label='Laid over each other'] .gr-legend li")
+        playwright.expect(legend).to_have_count(2)
+        assert sorted(legend.all_inner_texts()) == ["gearbox", "gearbox (2)"]
+    finally:
+        for job, name in names.items():
+            server.client.patch(f"/api/jobs/{job}", json={"name": name})
+
+
+def test_pictures_are_dark_in_the_dark_scheme(server: Server) -> None:
+    image = pytest.importorskip("PIL.Image")
+    lightness = {}
+    for scheme in ("light", "dark"):
+        with opened_page(server) as tab:
+            tab.emulate_media(color_scheme=scheme)
+            tab.goto(f"{server.address}/#/runs/modes")
+            tab.get_by_role("tab", name="Shapes", exact=True).click()
+            tab.wait_for_function("() => document.querySelector('.gr-picture')?.naturalWidth > 0")
+            shot = image.open(io.BytesIO(tab.locator(".gr-picture").first.screenshot())).convert("L")
+            lightness[scheme] = np.median(np.asarray(shot))
+    assert lightness["light"] > 240
+    assert lightness["dark"] < 50
 
 
 def test_plain_numbers_have_their_unit(tab: Any, server: Server) -> None:

@@ -83,7 +83,7 @@ function useLatest(value) {
 // ---- the text and its history: everything that changes goes through here, one change after another
 
 function useDocument({ api, initial, onError }) {
-  const [state, setState] = useState({ text: initial.text, name: initial.name, origin: initial.origin ?? "", parent: initial.parent ?? null, answer: EMPTY, past: [], future: [], saved: initial.saved ?? null, version: null });
+  const [state, setState] = useState({ text: initial.text, name: initial.name, origin: initial.origin ?? "", parent: initial.parent ?? null, answer: EMPTY, past: [], future: [], saved: initial.saved ?? null });
   const now = useLatest(state);
   const queue = useRef(Promise.resolve()), timer = useRef(0), typing = useRef(false);
   const change = (part) => { now.current = { ...now.current, ...part }; setState(now.current); };
@@ -115,7 +115,6 @@ function useDocument({ api, initial, onError }) {
       clearTimeout(timer.current);
       timer.current = setTimeout(() => inTurn(check), PAUSE);
     },
-    rest: () => { typing.current = false; },
     undo: () => inTurn(async () => { const { past, text, future } = now.current; if (past.length) { typing.current = false; change({ text: past[past.length - 1], past: past.slice(0, -1), future: [text, ...future] }); await check(); } }),
     redo: () => inTurn(async () => { const { past, text, future } = now.current; if (future.length) { typing.current = false; change({ text: future[0], past: [...past, text], future: future.slice(1) }); await check(); } }),
     open: ({ text, name, saved = null, origin = "", parent = null }) => inTurn(async () => { typing.current = false; change({ ...step(text), name, origin, saved, parent, answer: EMPTY }); await check(); }),

@@ -7,7 +7,7 @@ import { named } from "/static/labels.js";
 import { standIn } from "/static/model_stand_in.js";
 import { Widget } from "/static/widget_host.js";
 
-const PATTERN = /^\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*)$/;
+export const PATTERN = /^\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*)$/;
 const STEPS = 200;
 
 // Every value of a model that is a number or a number with a unit: its path, its text, the SI unit of a plain number, and the words to show.
@@ -36,6 +36,7 @@ export function Live({ id, onStarted, onError }) {
   const [model, setModel] = useState(null);
   const [sliders, setSliders] = useState([]);
   const [answer, setAnswer] = useState(null);
+  const [isShown, setShown] = useState(false); // not before there is a verdict: an empty one would say "quiet"
   const state = useRef({ sequence: 0, isBusy: false, wanted: null });
   const verdict = useMemo(() => standIn({ view: { verdict: { verdict: "quiet", sentence: "", parts: [] }, notes: [] } }), [id]);
   const plane = useMemo(() => standIn({ chart: { panels: [] } }), [id]);
@@ -66,6 +67,7 @@ export function Live({ id, onStarted, onError }) {
     verdict.set("view", { verdict: made.verdict, notes: [] });
     if (made.phase_plane) plane.set("chart", made.phase_plane);
     setAnswer(made);
+    setShown(true);
   };
   useEffect(() => {
     if (!model) return;
@@ -100,7 +102,7 @@ export function Live({ id, onStarted, onError }) {
         <option value="">Choose a value …</option>${free.map((value) => html`<option value=${value.path}>${value.path} = ${value.words}</option>`)}</select></label>
     </section><section aria-label="What comes of it" aria-live="off">
       ${answer?.problems ? html`<ul class="failed" role="alert">${answer.problems.map((problem) => html`<li>${problem.place} ${problem.rule}</li>`)}</ul>` : null}
-      <${Widget} name="verdict" model=${verdict} /><${Widget} name="phase_plane" model=${plane} />
+      ${isShown ? html`<${Widget} name="verdict" model=${verdict} /><${Widget} name="phase_plane" model=${plane} />` : answer ? null : html`<p class="loading" role="status">Computing …</p>`}
     </section></div></div>`;
 }
 

@@ -4,9 +4,8 @@ import { html, useEffect, useState } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
 import { modelOf } from "/static/job_model.js";
 import { about, named } from "/static/labels.js";
-import { valuesOf } from "/static/live.js";
+import { PATTERN, valuesOf } from "/static/live.js";
 
-const PATTERN = /^\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*)$/;
 const MOST = 400;
 const LISTED = ["study", "continuation"];
 
