@@ -73,7 +73,8 @@ def begun(tables: Mapping[str, Any], location: Location, option: int = 0) -> Beg
     if location[:1] == ("coupling",) and location[2:] in (("stages",), ("coast_stages",)):
         return list(_staged(_found(tables, location[:2]), location))
     is_plain = tables.get("units") == "dimensionless"
-    now, choices = _found(tables, location), _options(_node_at(location))
+    now = _found(tables, location)
+    choices = _options(_node_at(location))
     gone = [
         {"op": "delete", "path": [*location[:-1], key]}
         for key in _INSTEAD.get((location[0], location[-1]), ())
@@ -104,7 +105,8 @@ def _staged(row: Any, location: Location) -> Iterator[dict[str, Any]]:
     """Yield the edits after which a coupling has stages, or one more on a side, and the law that it had."""
     if not isinstance(row, Mapping):
         raise LookupError(location)
-    key, path = location[2], list(location[:2])
+    key = location[2]
+    path = list(location[:2])
     stages = row.get("stages")
     if not isinstance(stages, list) or not stages:
         for name in Coupling.clearance_form:
@@ -128,7 +130,8 @@ def _staged(row: Any, location: Location) -> Iterator[dict[str, Any]]:
 def _stages_of(row: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """Yield the stages of the law that a coupling in the clearance form has."""
     kept = {key: row[key] for key in _OF_STAGES if key in row}
-    stiffness, damping = row.get("stiffness", Coupling.template["stiffness"]), row.get("damping", 0.0)
+    stiffness = row.get("stiffness", Coupling.template["stiffness"])
+    damping = row.get("damping", 0.0)
     clearance = row.get("clearance")
     if clearance is not None and _times(clearance, 1.0) not in (0.0, "0"):
         first = {"stiffness": _times(stiffness, row.get("stiffness_ratio", 0.0)), "until": clearance}
@@ -188,7 +191,8 @@ def _table(node: Node) -> dict[str, Any]:
 
 def _first(node: Node, key: str = "") -> Any:
     """Return a valid value of a node, that of a key where that has one of its own."""
-    full, choices = _resolved(node), _options(node)
+    full = _resolved(node)
+    choices = _options(node)
     tables = [choice for choice in choices if "properties" in choice]
     if key in _VALUES:
         return _VALUES[key]

@@ -99,7 +99,8 @@ def _parts(text: str, edit: Edit) -> Sequence[Edit]:
     if not isinstance(edit, Mapping) or edit.get("op") != "begin":
         return [edit]
     tables, _ = read_tables(text, "text")
-    location, option = _location(tables, edit, "path"), edit.get("option", 0)
+    location = _location(tables, edit, "path")
+    option = edit.get("option", 0)
     if type(option) is not int or option < 0:
         raise _refused("edits", str(option), "option must be a whole number from 0")
     try:
