@@ -50,12 +50,19 @@ def model(**changes: float) -> gr.Model:
 
 
 @functools.cache
-def _motion(source: gr.Model, quantity: str, names: tuple[str, ...], cycles: int) -> tuple[np.ndarray, np.ndarray]:
-    """Times and (M, C) values of the cycles after 20, their first as the clock's zero."""
-    run = gr.simulate(source, cycles=cycles, discard=20, audit=False)
-    samples = (run.trajectory.time.size - 1) // cycles
-    time = run.trajectory.time[20 * samples :]
-    values = run.data[quantity].sel(inertia=list(names)).values[20 * samples :]
+def motion(source: gr.Model, quantity: str, names: tuple[str, ...], cycles: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times and (M, C) values of the cycles after 20, their first as the clock's zero.
+
+    A rig's filter keeps what jumps from folding back: the mean over 32 times as many samples, at the output's rate.
+    """
+    finer = 32 if quantity == "acceleration" else 1
+    samples = source.simulation.samples_per_cycle
+    run = gr.simulate(source, cycles=cycles, discard=20, audit=False, samples_per_cycle=finer * samples)
+    values = run.data[quantity].sel(inertia=list(names)).values[20 * finer * samples :]
+    if finer > 1:
+        lines = np.fft.rfft(values[:-1], axis=0)[: len(values) // (2 * finer) + 1] / finer
+        values = np.fft.irfft(lines, len(values) // finer, axis=0)
+    time = run.trajectory.time[20 * finer * samples :: finer][: len(values)]
     return time - time[0], values
 
 
@@ -73,7 +80,7 @@ def recording(
     cycles: int = 80,
 ) -> Recording:
     """A rig's record, its clock 12.3 ms behind; ``noise`` is white, a share of each channel's rms."""
-    time, values = _motion(source, quantity, names, cycles)
+    time, values = motion(source, quantity, names, cycles)
     size = noise * values.std(axis=0)
     noisy = gain * values + size * np.random.default_rng(seed).standard_normal(values.shape)
     channels = tuple(

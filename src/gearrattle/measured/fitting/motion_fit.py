@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError, ModelError, Problem
+from gearrattle.measured.fitting.choice import Chosen, of_both
 from gearrattle.measured.fitting.problem import ROUGH, MotionProblem
-from gearrattle.measured.fitting.recorded import Chosen, Recorded, choose, motion_of
+from gearrattle.measured.fitting.recorded import Recorded, in_band
 from gearrattle.measured.fitting.recording_table import RecordingTable
 from gearrattle.measured.fitting.simulated import Simulator, cycles_of
 from gearrattle.measured.fitting.surface import Surface, settle
@@ -54,6 +55,7 @@ FOLLOWED = 3
 """Starts that are followed, of those that were tried."""
 _SMOOTH = Effort(40, 1e-4, 1e-2)
 _JUMPING = Effort(10, 1e-2, None, settles=False)
+_NEARBY = Effort(40, 1e-4, None, settles=False)
 _WORSE = 10.0  # times the best chi-square: a start of a motion that does not settle is not followed
 _APART = 0.15  # of the width of the bounds: starts nearer to a better one are in its valley
 _EXPECTED = 10  # evaluations of a local search, for the progress alone
@@ -177,40 +179,35 @@ def _recorded(
     simulator = names, band, int(PASSED * setting.samples), wanted.trend
     start = Simulator({}, *simulator).motion_of(own)
     by_rms = np.array([i for i, c in enumerate(pairing.measured) if c.name in wanted.noise], dtype=np.int64)
-    line, channel = choose(cycles, how, start, lowest)
+    line, channel = of_both(orders.lines_of(cycles, how), start.lines, in_band(cycles, lowest))
     delay = None if wanted.clock == "cycle" else 0.0 if wanted.clock == "none" else float(wanted.clock)
-    measured = motion_of(cycles, lowest)
-    lines = cycles.amplitudes()[:, line, channel]
-    squares = levels.mean_squares(cycles)[:, by_rms]
-    squares = squares * (measured.power[by_rms] / np.maximum(squares.mean(axis=0), np.finfo(float).tiny))
-    noise = np.array([wanted.noise[pairing.measured[i].name] ** 2 for i in by_rms.tolist()])
-    _check_levels(pairing, (measured.power, by_rms, noise), line.size)
     recorded = Recorded(
         channels=pairing.measured,
-        motion=measured,
+        cycles=cycles,
+        lowest=lowest,
         period=period,
         base=2.0 * np.pi / (period * run.trajectory.layout.omega),
         chosen=Chosen(line, channel, by_rms, table.phases, delay),
         draws=how,
-        replicates=how.means(lines),
-        power_replicates=how.weights @ squares,
-        noise=noise,
+        noise=np.array([wanted.noise[pairing.measured[i].name] ** 2 for i in by_rms.tolist()]),
         calibration=_calibration(wanted, pairing),
     )
+    _check_levels(recorded)
     said = [*notes, *_off(cycles.period, period)]
     return recorded, simulator, tuple(said)
 
 
-def _check_levels(pairing: Pairing, levels: tuple[Array, NDArray[np.int64], Array], lines: int) -> None:
+def _check_levels(recorded: Recorded) -> None:
     """Refuse a record in which nothing stands out, and noise that is louder than what was measured."""
-    power, by_rms, noise = levels
-    names = [channel.name for channel in pairing.measured]
-    if not lines and not by_rms.size:
+    by_rms = recorded.chosen.by_rms
+    power = recorded.motion.power[by_rms]
+    names = [channel.name for channel in recorded.channels]
+    if not recorded.chosen.line.size and not by_rms.size:
         rule = "no order of the model's period stands out of the scatter of the cycles, neither measured nor simulated"
         raise ModelError(Problem("recording", listed(names), rule, "check speed, band and channels"))
     problems = [
         Problem(f"recording.noise.{names[i]}", f"{level**0.5:.6g}", f"must be below the rms in the band, {rms:.6g}")
-        for i, level, rms in zip(by_rms.tolist(), noise.tolist(), np.sqrt(power[by_rms]).tolist(), strict=True)
+        for i, level, rms in zip(by_rms.tolist(), recorded.noise.tolist(), np.sqrt(power).tolist(), strict=True)
         if level >= rms**2
     ]
     if problems:
@@ -252,15 +249,18 @@ def _searched(problem: MotionProblem, starts: int, seed: int) -> tuple[Searched,
     said = [f"{counted(starts, 'start')} tried, the {len(followed)} that fit best followed."] if len(points) > 1 else []
     if failed:
         said.append(f"{counted(failed, 'start')} had no motion that could be compared: {reason}")
+    searched = problem
+    problem = problem.judged_at(minima[0].x)
     after = problem.jitter(minima[0].x)
     if after > ROUGH:
         problem = problem.scattering(minima[0].x, seed)
         best, judged = settle(problem.differences(problem.jitter(minima[0].x)), minima[0])
         return Searched((best, *_anew(judged.of, minima[1:])), len(followed), lost), judged, said
-    problem = replace(problem, recorded=replace(problem.recorded, scatter=0.0))
-    if rough or differences.step > 3.0 * problem.step(after):  # the start's motion jumps, the best one's does not
+    jumped = rough or differences.step > 3.0 * problem.step(after)  # the start's motion jumps, the best one's does not
+    if jumped or not problem.recorded.compares_as(searched.recorded):
         differences = problem.differences(after)
-        again, _ = search(differences.residuals, [minima[0].x], problem.parameters.box, _SMOOTH)
+        effort = _SMOOTH if jumped else _NEARBY
+        again, _ = search(differences.residuals, [minima[0].x], problem.parameters.box, effort)
         minima = (replace(again[0], times=minima[0].times), *_anew(problem, minima[1:]))
     return Searched(minima, len(followed), lost, _SMOOTH), differences, said
 

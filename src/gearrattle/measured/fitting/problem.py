@@ -25,6 +25,7 @@ from gearrattle.measured.identification.identifiability import Combination, null
 from gearrattle.measured.identification.parameters import Parameters
 from gearrattle.measured.identification.problem import Residual
 from gearrattle.measured.validation.cycles import Cycles
+from gearrattle.measured.validation.scatter import CONFIDENCE
 from gearrattle.model import Model
 
 Array = NDArray[np.float64]
@@ -85,12 +86,20 @@ class MotionProblem:
         finally:
             self.counted()
 
-    def rows(self, x: Array) -> Array:
-        """(N,) residuals of the data."""
+    def motion(self, x: Array) -> Motion:
+        """Return what is compared of the motion at logarithms x."""
         key = x.tobytes()
         if key not in self._kept:
             self._kept[key] = self.simulator.motion_of(self.cycles(x))
-        return self.recorded.rows(self._kept[key])
+        return self._kept[key]
+
+    def rows(self, x: Array) -> Array:
+        """(N,) residuals of the data."""
+        return self.recorded.rows(self.motion(x))
+
+    def judged_at(self, x: Array) -> MotionProblem:
+        """Return the problem with the lines that are strong in the motion at x."""
+        return replace(self, recorded=self.recorded.chosen_by(self.motion(x)))
 
     def scattering(self, x: Array, seed: int) -> MotionProblem:
         """Return the problem with the scatter of the simulated motion at x in its standard errors."""
@@ -171,6 +180,11 @@ class Judged:
         """(N,) residuals of the data and (N, P) Jacobian."""
         raise NotImplementedError
 
+    @property
+    def rows_scattered(self) -> Array:
+        """(N, N) covariance of the residuals from what the measured cycles scatter."""
+        return self.of.recorded.scattered
+
     def covariance_of_rows(self, _x: Array) -> Array:
         """(N, N) of the residuals."""
         return self.of.recorded.covariance
@@ -187,8 +201,9 @@ class Judged:
         return self.of.recorded.records(self.data_residuals(x)[0])
 
     def covariance(self, x: Array, free: NDArray[np.bool_]) -> Array:
-        """(F, F) covariance of the free x, the others held."""
-        return spread(self.residuals(x)[1][:, free], self.covariance_of_rows(x))
+        """(F, F) covariance of the free x, the others held; few cycles tell their own scatter badly, and widen it."""
+        more = widening(self.of.recorded.draws.freedom) - 1.0
+        return spread(self.residuals(x)[1][:, free], self.covariance_of_rows(x) + more * self.rows_scattered)
 
     def chance(self, x: Array, freedom: int) -> float:
         """Probability of a chi-square of the data this large or larger."""
@@ -306,6 +321,14 @@ def spread(jacobian: Array, covariance: Array) -> Array:
     gain = kept @ np.linalg.pinv(jacobian @ kept)
     n = len(covariance)
     return np.asarray(gain[:, :n] @ covariance @ gain[:, :n].T + gain[:, n:] @ gain[:, n:].T)
+
+
+def widening(freedom: float) -> float:
+    """Return by what a variance from few cycles is multiplied: 1.96 roots then hold 95 %, as by Student's t."""
+    from scipy.stats import norm, t
+
+    within = 0.5 + 0.5 * CONFIDENCE
+    return float(t.ppf(within, freedom) / norm.ppf(within)) ** 2
 
 
 def chance(data: tuple[Array, Array], covariance: Array, freedom: tuple[int, float]) -> float:

@@ -1,13 +1,14 @@
 """What of a recording is fitted: lines of its mean cycle, and levels, each with its standard error from the cycles.
 
-Of a channel with the lines z_k of its measured mean cycle (``validation``: same pairing, same cycles, same bootstrap,
-the lines that a validation reports) and s_k of the simulated one,
+Of a channel with the lines z_k of its measured mean cycle (``validation``: same pairing, same cycles, same bootstrap)
+and s_k of the simulated one,
 
     r = Re(s_k exp(i w_k d) conj(z_k) / |z_k|) - |z_k|,   Im(s_k exp(i w_k d) conj(z_k) / |z_k|),   over sigma_k,
 
-in phase with the measured line and in quadrature. Lines of a mean are free of bias by noise, and smooth where the
-motion is. The rms of a channel, which unknown noise raises, counts only where its noise is stated. d is the delay of
-the clocks with the least sum of squares, one more value that is fitted; or it is known.
+in phase with the measured line and in quadrature; without phases the difference of the sizes, that of the simulated one
+raised as noise raises it. Lines of a mean are free of bias by noise, and smooth where the motion is; which ones count is
+told in ``choice``. The rms of a channel, which unknown noise raises, counts only where its noise is stated. d is the
+delay of the clocks with the least sum of squares, one more value that is fitted; or it is known.
 
 sigma_k^2 adds up the scatter of the measured cycles, what resampling leaves open, the calibration as stated and, of a
 simulated motion that does not repeat itself, the scatter of its cycles.
@@ -23,9 +24,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.measured.fitting.choice import Chosen, of_fitted
 from gearrattle.measured.identification.problem import Residual
 from gearrattle.measured.validation import clock, levels, orders
 from gearrattle.measured.validation.cycles import Cycles
+from gearrattle.measured.validation.orders import lines_of
 from gearrattle.measured.validation.scatter import Draws, draws
 from gearrattle.recording import Channel
 
@@ -53,31 +56,6 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Chosen:
-    """Which lines of which channels are compared.
-
-    Attributes
-    ----------
-    line
-        (n,) index, from 0.
-    channel
-        (n,) index.
-    by_rms
-        (m,) indices of channels whose rms is compared as well.
-    phases
-        whether phases are, or amplitudes alone.
-    delay
-        of the clocks [s]; None: fitted.
-    """
-
-    line: NDArray[np.int64]
-    channel: NDArray[np.int64]
-    by_rms: NDArray[np.int64]
-    phases: bool
-    delay: float | None
-
-
-@dataclass(frozen=True)
 class Recorded:
     """The measured motion, its standard errors, and how a simulated one is set against it.
 
@@ -85,8 +63,10 @@ class Recorded:
     ----------
     channels
         of the C columns, as measured.
-    motion
-        the measured one.
+    cycles
+        measured.
+    lowest
+        end of the band [Hz].
     period
         of the model [s].
     base
@@ -95,10 +75,6 @@ class Recorded:
         what is compared.
     draws
         replicates of the mean of the measured cycles.
-    replicates
-        (R, n) of the chosen lines.
-    power_replicates
-        (R, m) of the mean squares, the noise not taken off.
     noise
         (m,) mean square of the stated noise.
     calibration
@@ -108,13 +84,12 @@ class Recorded:
     """
 
     channels: tuple[Channel, ...]
-    motion: Motion
+    cycles: Cycles
+    lowest: float
     period: float
     base: float
     chosen: Chosen
     draws: Draws
-    replicates: Complex
-    power_replicates: Array
     noise: Array
     calibration: Array
     scatter: Array | float = 0.0
@@ -128,10 +103,33 @@ class Recorded:
         squares = np.log(how.weights @ levels.mean_squares(cycles)[:, self.chosen.by_rms])
         return replace(self, scatter=np.concatenate([*parts, 0.5 * how.error(squares)]))
 
+    def chosen_by(self, fitted: Motion) -> Recorded:
+        """Return the same with the lines that are strong in a fitted motion (``choice``), for a motion that repeats."""
+        lines = lines_of(self.cycles, self.draws)
+        omega = 2.0 * np.pi * np.arange(1, len(lines.mean) + 1) / self.period
+        there = fitted.lines * np.exp(1j * omega * self.delay(fitted))[:, None]
+        strongest = np.abs(self.motion.lines).max(axis=0)
+        known = np.hypot(RESAMPLED * strongest, self.calibration * np.abs(lines.mean))
+        within = in_band(self.cycles, self.lowest)
+        line, channel = of_fitted(lines, there, known, within, phases=self.chosen.phases)
+        if not line.size:  # in noise: no better choice than that by both sizes
+            return replace(self, scatter=0.0)
+        return replace(self, chosen=replace(self.chosen, line=line, channel=channel), scatter=0.0)
+
+    def compares_as(self, other: Recorded) -> bool:
+        """Whether the same lines are compared, with the same standard errors."""
+        same = (self.chosen.line, other.chosen.line), (self.chosen.channel, other.chosen.channel)
+        return all(np.array_equal(*pair) for pair in same) and np.array_equal(self.errors, other.errors)
+
     @property
     def fits_delay(self) -> bool:
         """Whether the delay of the clocks is fitted."""
         return self.chosen.phases and self.chosen.delay is None
+
+    @cached_property
+    def motion(self) -> Motion:
+        """The measured one."""
+        return motion_of(self.cycles, self.lowest)
 
     @cached_property
     def measured(self) -> Complex:
@@ -150,12 +148,19 @@ class Recorded:
         return np.asarray(np.where(size > 0.0, self.measured / np.where(size > 0.0, size, 1.0), 1.0))
 
     @cached_property
+    def _replicates(self) -> Complex:
+        """(R, n) replicates of the chosen lines."""
+        return self.draws.means(self.cycles.amplitudes()[:, self.chosen.line, self.chosen.channel])
+
+    @cached_property
     def _deviations(self) -> Array:
         """(R, N) deviations of the measured replicates in every row."""
-        turned = (self.replicates - self.measured) * np.conj(self.direction)
+        turned = (self._replicates - self.measured) * np.conj(self.direction)
         parts = [turned.real, turned.imag] if self.chosen.phases else [turned.real]
         power = self.motion.power[self.chosen.by_rms]
-        by_rms = 0.5 * (self.power_replicates - power) / (power - self.noise)
+        squares = levels.mean_squares(self.cycles)[:, self.chosen.by_rms]
+        squares = squares * (power / np.maximum(squares.mean(axis=0), np.finfo(float).tiny))
+        by_rms = 0.5 * (self.draws.weights @ squares - power) / (power - self.noise)
         return np.concatenate([*parts, by_rms], axis=1)
 
     @cached_property
@@ -188,14 +193,17 @@ class Recorded:
         return np.asarray(np.sqrt(square + self._open**2 + np.sum(self._gains**2, axis=0) + self.scatter**2))
 
     @cached_property
-    def covariance(self) -> Array:
-        """(N, N) of the rows in standard errors: what scatters together in a cycle, or is of one calibration."""
+    def scattered(self) -> Array:
+        """(N, N) covariance of the rows in standard errors: of what scatters together in a cycle."""
         away = (self._deviations - self._deviations.mean(axis=0)) / self.errors
         widened = 1.0 / (1.0 - self.draws.block / self.draws.weights.shape[1])
+        return np.asarray(widened * away.T @ away / len(away))
+
+    @cached_property
+    def covariance(self) -> Array:
+        """(N, N) of the rows in standard errors: what scatters, what is of one calibration, what resampling leaves."""
         gains = self._gains / self.errors
-        return np.asarray(
-            widened * away.T @ away / len(away) + gains.T @ gains + np.diag((self._open / self.errors) ** 2)
-        )
+        return np.asarray(self.scattered + gains.T @ gains + np.diag((self._open / self.errors) ** 2))
 
     def _of(self, motion: Motion) -> Complex:
         return np.asarray(motion.lines[self.chosen.line, self.chosen.channel])
@@ -209,10 +217,15 @@ class Recorded:
         np.add.at(cross, self.chosen.line, weight * np.conj(self._of(motion)) * self.measured)
         return clock.largest(cross, self.period).delay if cross.any() else 0.0
 
+    @cached_property
+    def _raises(self) -> Array:
+        """(n,) noise s in either part of a line: it raises the mean of a size a to (a^2 + s^2)^(1/2), if a > 2 s."""
+        return self.draws.error_of_parts(self._replicates)
+
     def values(self, motion: Motion, delay: float) -> Array:
         """(N,) of a simulated motion, in the unit of every row."""
         turned = self._of(motion) * np.exp(1j * self.omega * delay) * np.conj(self.direction)
-        parts = [turned.real, turned.imag] if self.chosen.phases else [np.abs(turned)]
+        parts = [turned.real, turned.imag] if self.chosen.phases else [np.hypot(np.abs(turned), self._raises)]
         power = np.maximum(motion.power[self.chosen.by_rms], np.finfo(float).tiny)
         return np.concatenate([*parts, 0.5 * np.log(power)])
 
@@ -272,16 +285,6 @@ def power_in(values: Array, period: float, band: tuple[float, float]) -> Array:
     return np.asarray(2.0 * np.sum(np.abs(lines[inside]) ** 2, axis=0))
 
 
-def choose(cycles: Cycles, how: Draws, simulated: Motion, lowest: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return indices of lines and channels that are compared: those that a validation of the start would report."""
-    own = orders.lines_of(cycles, how)
-    errors = how.error(own.along())
-    line, channel = [], []
-    for c in range(own.mean.shape[1]):
-        within = np.arange(1, len(own.mean) + 1) / cycles.period >= lowest
-        measured = np.where(within, np.abs(own.mean[:, c]), 0.0)
-        other = np.where(within, np.abs(simulated.lines[:, c]), 0.0)
-        picked, _ = orders.strongest((measured, other), (errors[:, c], np.zeros(len(errors))))
-        line += picked
-        channel += [c] * len(picked)
-    return np.array(line, dtype=np.int64), np.array(channel, dtype=np.int64)
+def in_band(cycles: Cycles, lowest: float) -> NDArray[np.bool_]:
+    """(K,) which lines of cycles lie at or above a frequency [Hz]."""
+    return np.asarray(cycles.lines() / cycles.period >= lowest)

@@ -1,7 +1,8 @@
 """A model's motion, over whole cycles and without resampling: its output grid has a whole number of samples in each.
 
 Lines of a band-limited record and of the run's own samples are the same within what resampling leaves open, as long as
-nothing folds back into the band; a validation's budget tells that.
+nothing folds back into the band; a validation's budget tells that. Accelerations jump at impacts, so that their samples
+fold back, and change by stairs as an impact passes a sample. So they are derivatives of the velocities, which do not.
 
 Takes models; gives what is compared of their motions.
 """
@@ -19,6 +20,7 @@ from gearrattle.measured.fitting.recorded import Motion, power_in
 from gearrattle.measured.validation.cycles import FEWEST, Cycles
 from gearrattle.measured.validation.simulated import recorded
 from gearrattle.model import Model
+from gearrattle.recording import Recording
 from gearrattle.results import Run
 from gearrattle.signals.conditioning import detrended
 from gearrattle.simulation.simulate import simulate
@@ -97,15 +99,28 @@ def cycles_of(run: Run, names: tuple[str, ...], trend: str) -> Cycles:
         rule = f"at least {FEWEST} cycles after those discarded are needed"
         raise ModelError(Problem("settings", counted(count, "cycle"), rule, "raise cycles, or lower discard"))
     recording = recorded(run)
-    values = np.stack([recording[name].values for name in names], axis=1)
-    samples = (len(values) - 1) // t.cycles
+    samples = (len(recording.time) - 1) // t.cycles
     judged = slice(t.discard * samples, t.cycles * samples)
-    values = values[judged]
+    interval = t.layout.period / samples
+    values = np.stack([_judged_values(recording, name, judged, interval) for name in names], axis=1)
     if trend == "linear":
         values = np.stack([detrended(t.time[judged], column, 1) for column in values.T], axis=1)
     whole = values.reshape(count, samples, -1)
     period = t.layout.period
     return Cycles(whole, whole, t.discard * period, period)
+
+
+def _judged_values(recording: Recording, name: str, judged: slice, interval: float) -> Array:
+    """(M,) samples of a channel; of an acceleration the derivative of the velocity, by its Fourier series."""
+    quantity, _, where = name.partition(".")
+    if quantity != "acceleration":
+        return recording[name].values[judged]
+    velocity = recording[f"velocity.{where}"].values[judged.start : judged.stop + 1]
+    count = velocity.size - 1
+    rise = (velocity[-1] - velocity[0]) / count
+    lines = np.fft.rfft(velocity[:-1] - rise * np.arange(count))
+    turn = 2j * np.pi * np.fft.rfftfreq(count)
+    return np.asarray((np.fft.irfft(turn * lines, count) + rise) / interval)
 
 
 def unrest(cycles: Cycles) -> Array:

@@ -123,6 +123,11 @@ class Surface(Judged):
         """Every datum beside its fitted value."""
         return self.of.recorded.records(self.data_residuals(x)[0], 1.0 / self.weight)
 
+    @property
+    def rows_scattered(self) -> Array:
+        """(N, N) covariance of the residuals from what the measured cycles scatter."""
+        return self.of.recorded.scattered * np.outer(self.weight, self.weight)
+
     def covariance_of_rows(self, x: Array) -> Array:
         """(N, N) of the measured motion and of the runs' mean together."""
         terms = self._terms(x)

@@ -53,6 +53,10 @@ class Draws:
         widened = 1.0 / np.sqrt(1.0 - self.block / self.weights.shape[1])
         return np.asarray(widened * np.std(replicates, axis=0))
 
+    def error_of_parts(self, replicates: NDArray[np.complex128]) -> Array:
+        """(...) standard error of either part of a complex statistic: the root of the mean of both squares."""
+        return np.asarray(np.sqrt(0.5 * (self.error(replicates.real) ** 2 + self.error(replicates.imag) ** 2)))
+
 
 def block_length(levels: Array, lines: Array | None = None) -> int:
     """Return how many cycles make a block: until levels, and lines on average, are correlated no longer.
