@@ -7,20 +7,40 @@ import pytest
 from scipy.stats import binom
 
 import gearrattle as gr
-from tests.measured.fitting import coverage, made
+from tests.measured.fitting import coverage, linear, made
 
-RECORDS = 50
+RECORDS = 300
+FEW_CYCLES = coverage.KINDS[2]
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", coverage.KINDS, ids=[kind.words for kind in coverage.KINDS])
 def test_intervals_hold_the_truth(kind: coverage.Kind) -> None:
-    """Of every value, by the binomial law at one in a thousand; no bias that a user would notice."""
-    away = coverage.deviations(kind, range(RECORDS))
+    """Of every value of 300 records, by the binomial law at one in a thousand, and without bias."""
+    away = linear.deviations(kind, range(RECORDS))
     low, high = binom.ppf([0.0005, 0.9995], RECORDS, 0.95)
     inside = np.count_nonzero(np.abs(away) < 1.96, axis=0)
     assert np.all((low <= inside) & (inside <= high)), dict(zip(kind.free, inside.tolist(), strict=True))
     assert np.all(np.abs(away.mean(axis=0)) < 3.3 / np.sqrt(RECORDS))
+
+
+def test_few_cycles_and_many_weak_lines_hold_the_truth_as_well() -> None:
+    """Twenty-four records, three values each; with the lines of the search too many miss it."""
+    low = binom.ppf(0.0005, 24, 0.95)
+    inside, before = (
+        np.count_nonzero(np.abs(linear.deviations(FEW_CYCLES, range(24), anew=anew)) < 1.96, axis=0)
+        for anew in (True, False)
+    )
+    assert inside.min() >= low
+    assert before.sum() < inside.sum()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", coverage.KINDS[:3], ids=[kind.words for kind in coverage.KINDS[:3]])
+def test_whole_fits_hold_the_truth(kind: coverage.Kind) -> None:
+    away = coverage.deviations(kind, range(10))
+    assert np.all(np.count_nonzero(np.abs(away) < 1.96, axis=0) >= binom.ppf(0.0005, 10, 0.95))
+    assert np.abs(away).max() < 5.0
 
 
 def test_standard_errors_from_accelerations_do_not_depend_on_the_start() -> None:
