@@ -6,8 +6,8 @@ and s_k of the simulated one,
     r = Re(s_k exp(i w_k d) conj(z_k) / |z_k|) - |z_k|,   Im(s_k exp(i w_k d) conj(z_k) / |z_k|),   over sigma_k,
 
 in phase with the measured line and in quadrature; without phases the difference of the sizes, that of the simulated one
-raised as noise raises it. Lines of a mean are free of bias by noise, and smooth where the motion is; which ones count is
-told in ``choice``. The rms of a channel, which unknown noise raises, counts only where its noise is stated. d is the
+raised as noise raises it. Lines of a mean are free of bias by noise, and smooth where the motion is; ``choice`` tells
+which ones count. The rms of a channel, which unknown noise raises, counts only where its noise is stated. d is the
 delay of the clocks with the least sum of squares, one more value that is fitted; or it is known.
 
 sigma_k^2 adds up the scatter of the measured cycles, what resampling leaves open, the calibration as stated and, of a
