@@ -79,7 +79,8 @@ def switches_and_functions() -> list[tuple[str, str, str]]:
         (name, argument.name, rules[kind[0]])
         for name, function in sorted(FUNCTIONS.items())
         for argument in inspect.signature(function).parameters.values()
-        if (kind := re.findall("^(bool|Callable|Progress)", str(argument.annotation))) and argument.name != "function"
+        if (kind := re.findall(r"^(bool|Callable|Progress)(?! \| int)", str(argument.annotation)))
+        and argument.name != "function"
     ]
 
 

@@ -114,6 +114,16 @@ def test_simulations_stand_beside_the_threshold(pair: str, capsys: pytest.Captur
     assert (gear["lifts"], gear["rattles"], gear["judged"], gear["agree"]) == (1, 1, 2, 2)
 
 
+def test_a_check_simulates_the_cases_near_the_border(pair: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of four loads the two about the threshold are run: the forecast holds, and the table says so."""
+    loads = ",".join(f"{factor / RIGID:.6f}" for factor in (0.3, 0.8, 1.2, 3.0))
+    words = ["screen", pair, "--speeds", "80", "--loads", loads, "--check", "--points", "2", "--workers", "1"]
+    assert main(words) == 0
+    out = capsys.readouterr().out
+    assert "of 1 said quiet 1 ran quiet, of 1 said to lift off 1 rattled" in out
+    assert out.count("  right") == 2
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -127,6 +137,9 @@ def test_simulations_stand_beside_the_threshold(pair: str, capsys: pytest.Captur
         (["pair.toml", "--load", "torque.0.mean=1 kg"], "torque.0.mean"),
         (["pair.toml", "--cycles", "9"], "add --simulate"),
         (["pair.toml", "--workers", "2"], "add --simulate"),
+        (["pair.toml", "--points", "2"], "add --check"),
+        (["pair.toml", "--check", "--points", "0"], "whole number"),
+        (["pair.toml", "--check", "--simulate"], "every case"),
         (["pair.toml", "-o", "pair.toml"], "must be a folder, or a file that ends in .nc or .csv"),
         (["study.toml", "--speeds", "80"], "says its speeds and loads itself"),
         (["nowhere.toml"], "nowhere.toml"),

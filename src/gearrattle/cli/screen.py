@@ -32,12 +32,17 @@ def screen(
     loads: str | None = None,
     load: Annotated[Sequence[str], Parameter(negative="")] = (),
     simulate: Annotated[bool, Parameter(negative="")] = False,
+    check: Annotated[bool, Parameter(negative="")] = False,
+    points: Whole | None = None,
     workers: Whole | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     settings: Settings = _SETTINGS,
     json: Json = False,
 ) -> None:
     """Map which loose gear leaves its flank at which speed and load, by the linear driveline; nothing is integrated.
+
+    It is a linear forecast, a range where friction or staged springs may change the driveline: quiet, undecided, lifts
+    off. --check simulates the cases near the border and says how often the forecast was right.
 
     With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 
@@ -56,19 +61,27 @@ def screen(
         PATH=VALUE,VALUE,... instead: values of the model at the loads, which vary together. May be repeated.
     simulate
         Also simulate and judge every case, with the settings below.
+    check
+        Also simulate and judge the cases nearest to the border, with the settings below.
+    points
+        Cases of --check. Default: 8.
     workers
-        Processes or threads of --simulate; default: as many as there are cores.
+        Processes or threads of --simulate and --check; default: as many as there are cores.
     output
         Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the table on the terminal only.
     """
     from gearrattle.report.screening import ScreeningPage
 
     model, asked, title = _asked(source, speeds, count, loads, load)
-    model = _settled(model, settings, simulate=simulate, workers=workers)
+    model = _settled(model, settings, simulate=simulate or check, workers=workers)
+    if points is not None and not check:
+        rule = "is the number of cases of --check, and nothing is checked"
+        raise ModelError(Problem("--points", f"{points}", rule, "add --check, or leave it out"))
+    near = check if points is None else points
 
     def work(watch: Watch) -> ScreeningPage:
         watch.enter("screening")
-        screening = gearrattle.screen(model, *asked, simulate=simulate, workers=workers, progress=watch)
+        screening = gearrattle.screen(model, *asked, simulate=simulate, check=near, workers=workers, progress=watch)
         return ScreeningPage(screening, title)
 
     emit("screening", work, output, json=json, inputs=[source])
@@ -136,5 +149,5 @@ def _settled(model: Model, settings: Settings, *, simulate: bool, workers: int |
     if not simulate and (options or workers is not None):
         names = ", ".join(f"--{key.replace('_', '-')}" for key in (*options, *(("workers",) if workers else ())))
         rule = "is of simulations, and nothing is simulated"
-        raise ModelError(Problem(names or "--workers", "given", rule, "add --simulate, or leave it out"))
+        raise ModelError(Problem(names or "--workers", "given", rule, "add --simulate or --check, or leave it out"))
     return model.with_({f"simulation.{key}": value for key, value in options.items()}) if options else model

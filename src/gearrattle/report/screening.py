@@ -9,11 +9,12 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.json_types import json_value
-from gearrattle.report.page import Section, figure_sections
+from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.screening import screening_map
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.screening_tables import (
+    checks_table,
     gears_of,
     gears_table,
     inside,
@@ -22,6 +23,7 @@ from gearrattle.report.screening_tables import (
     thresholds_table,
 )
 from gearrattle.report.tables import Table
+from gearrattle.studies.screening_check import FORECASTS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,13 +54,16 @@ class ScreeningPage(Presentation["xr.Dataset"]):
         words = (setting_of(data),)
         gears = Section("summary", "Which gears lift off", self.sentence, words, tables=(gears_table(data),))
         figures = figure_sections(self.charts())
-        return gears, *figures, Section("thresholds", "Thresholds", tables=(thresholds_table(data),))
+        thresholds = Section("thresholds", "Thresholds", tables=(thresholds_table(data),))
+        checks = checks_table(data)
+        check = (Section("check", "Forecast and simulation", tables=(checks,)),) if checks.rows else ()
+        return gears, *check, *figures, thresholds, *notes_section(self.notes)
 
     def charts(self) -> list[Chart]:
         return [screening_map(self.result), screening_map(self.result, "separation_ratio")]
 
     def answer(self) -> tuple[Table, ...]:
-        return (gears_table(self.result),)
+        return tuple(table for table in (gears_table(self.result), checks_table(self.result)) if table.rows)
 
     def content(self) -> dict[str, Any]:
         """Return everything for machines: speeds in rad/s; infinite ratios become None."""
@@ -66,7 +71,8 @@ class ScreeningPage(Presentation["xr.Dataset"]):
         for gear in gears_of(data):
             position = {"speed": float(data["speed"].values[gear.speed]), "load": float(data["load"].values[gear.load])}
             gears.append({**asdict(gear), **position})
-        names = ("separation_ratio", "margin", "lift_ratio", "inside", *(("regime",) if "regime" in data else ()))
+        wanted = ("separation_ratio", "margin", "lift_ratio", "lift_low", "lift_high", "forecast", "inside", "regime")
+        names = [name for name in wanted if name in data]
         return {
             "units": str(data.attrs["units"]),
             "cases": int(inside(data).size),
@@ -74,6 +80,8 @@ class ScreeningPage(Presentation["xr.Dataset"]):
             "gears": json_value(gears),
             "axes": {str(name): json_value(coordinate.values) for name, coordinate in data.coords.items()},
             "dimensions": ["speed", "load", "gear"],
+            "forecasts": list(FORECASTS),
+            "notes": list(self.notes),
             **{name: json_value(data[name].values) for name in names},
         }
 

@@ -1,14 +1,16 @@
-"""What a screening found, gear by gear: in how many cases it lifts off, where most, and from which load on.
+"""What a screening says, gear by gear: in how many cases it is quiet, undecided or lifts off, and how it ran there.
 
-The margin is 20 log10 of the lift ratio [dB]; a gear lifts off where it is above zero. Where a gear rests within its
-gap it is off its flank already, and the margin is infinite.
+The margin is 20 log10 of the lift ratio [dB], a range over the linear drivelines that may stand for the real one: a
+gear is quiet where the largest is below zero, lifts off where the least is above, and is undecided in between. Where a
+gear rests within its gap it is off its flank already, and the margin is infinite. Screenings of earlier versions have
+no range: theirs is the lift ratio alone.
 
 Takes the Dataset of ``gearrattle.screen``; gives numbers, sentences and Tables.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +21,7 @@ from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.screening import loads_of, speeds_of
 from gearrattle.report.tables import Table
 from gearrattle.studies.screening import BY_PATH, LOAD
+from gearrattle.studies.screening_check import FORECASTS, QUIET, UNDECIDED, Checked, checked, forecasts_of
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
@@ -38,10 +41,12 @@ class Screened:
         its mesh and the two bodies.
     cases
         of the map.
-    lifts
-        in how many of them it lifts off.
+    quiet, undecided, lifts
+        in how many of them it is quiet, undecided, and lifts off.
     margin
         the largest [dB]; infinite where it rests within its gap.
+    least
+        the least margin in the same case [dB].
     speed, load
         where that is, as indices into the axes.
     classical
@@ -51,48 +56,71 @@ class Screened:
     judged
         in how many cases the simulation was judged; None as above.
     agree
-        in how many of these lift-off and simulation say the same; None as above.
+        in how many of these forecast and simulation say the same; an undecided one says nothing. None as above.
+    checked
+        the same by what the forecast says; None as above.
     """
 
     gear: str
     loose: str
     driver: str
     cases: int
+    quiet: int
+    undecided: int
     lifts: int
     margin: float
+    least: float
     speed: int
     load: int
     classical: float
     rattles: int | None = None
     judged: int | None = None
     agree: int | None = None
+    checked: Checked | None = None
 
 
 def gears_of(data: xr.Dataset) -> list[Screened]:
     """Return every gear, the one with the largest margin first."""
-    margin = margins(data)
+    low, high = margins(data)
+    forecast = forecasts(data)
     gears = []
     for k, gear in enumerate(data["gear"].values.tolist()):
-        own = margin[:, :, k]
+        own = high[:, :, k]
         at = np.unravel_index(int(np.argmax(np.nan_to_num(own, nan=-np.inf))), own.shape)
-        lifts = own > 0.0
-        counts: tuple[int, ...] = ()
-        if "regime" in data:
-            regime = np.asarray(data["regime"].values)[:, :, k]
-            judged = regime >= 0
-            counts = int((regime > 0).sum()), int(judged.sum()), int((judged & ((regime > 0) == lifts)).sum())
+        said = [int((forecast[:, :, k] == code).sum()) for code in range(len(FORECASTS))]
         names = str(gear), str(data["loose"].values[k]), str(data["driver"].values[k])
         classical = float(np.nanmax(data["margin"].values[:, :, k]))
-        gears.append(
-            Screened(*names, own.size, int(lifts.sum()), float(own[at]), int(at[0]), int(at[1]), classical, *counts)
-        )
+        place = int(at[0]), int(at[1])
+        least = float(low[:, :, k][at])
+        screened = Screened(*names, own.size, *said, float(own[at]), least, *place, classical)
+        if "regime" in data:
+            regime = np.asarray(data["regime"].values)[:, :, k]
+            done = checked(forecast[:, :, k], regime)
+            screened = replace(
+                screened,
+                rattles=int((regime > 0).sum()),
+                judged=int((regime >= 0).sum()),
+                agree=done.ran_quiet + done.ran_rattling,
+                checked=done,
+            )
+        gears.append(screened)
     return sorted(gears, key=lambda gear: -gear.margin)
 
 
-def margins(data: xr.Dataset) -> Array:
-    """(speed, load, gear) 20 log10 of the lift ratio [dB]."""
+def margins(data: xr.Dataset) -> tuple[Array, Array]:
+    """(speed, load, gear) 20 log10 of the least and of the largest lift ratio [dB]."""
+    names = ("lift_low", "lift_high") if "lift_high" in data else ("lift_ratio", "lift_ratio")
     with np.errstate(divide="ignore"):
-        return np.asarray(20.0 * np.log10(np.asarray(data["lift_ratio"].values, dtype=np.float64)))
+        low, high = (20.0 * np.log10(np.asarray(data[name].values, dtype=np.float64)) for name in names)
+    return low, high
+
+
+def forecasts(data: xr.Dataset) -> NDArray[np.int8]:
+    """(speed, load, gear) codes of ``FORECASTS``."""
+    if "forecast" in data:
+        return np.asarray(data["forecast"].values, dtype=np.int8)
+    ratio = np.asarray(data["lift_ratio"].values, dtype=np.float64)
+    return forecasts_of(ratio, ratio)
 
 
 def inside(data: xr.Dataset) -> NDArray[np.bool_]:
@@ -115,11 +143,14 @@ def place(data: xr.Dataset, speed: int, load: int) -> str:
     return f"{at}, {measure.words} = {measure.with_unit(data[path].values[load])}"
 
 
-def decibels(margin: float) -> str:
-    """Say a margin."""
+def decibels(margin: float, least: float | None = None) -> str:
+    """Say a margin, or the range from the least to the largest."""
     if np.isnan(margin):
         return "–"
-    return "within its gap" if margin == np.inf else f"{numeral(margin, 3)} dB"
+    if margin == np.inf:
+        return "within its gap"
+    largest, smallest = numeral(margin, 3), numeral(margin if least is None else least, 3)
+    return f"{largest} dB" if largest == smallest else f"{smallest} to {largest} dB"
 
 
 def summary_of(data: xr.Dataset) -> str:
@@ -127,29 +158,53 @@ def summary_of(data: xr.Dataset) -> str:
     gears = gears_of(data)
     sentences = []
     for gear in gears[:_MOST_NAMED]:
-        if gear.lifts == 0:
+        where = f"{place(data, gear.speed, gear.load)}"
+        margin = decibels(gear.margin, gear.least)
+        if gear.quiet == gear.cases:
+            sentences.append(f"{gear.gear} holds everywhere, nearest at {where}, by {margin}.")
+        elif gear.undecided == gear.cases:
+            sentences.append(f"{gear.gear} is undecided in {_all_of(gear.cases, gear.cases)} ({margin} at {where}).")
+        elif gear.undecided:
             sentences.append(
-                f"{gear.gear} holds everywhere, nearest at {place(data, gear.speed, gear.load)}, by "
-                f"{decibels(gear.margin)}."
+                f"{gear.gear} is quiet in {gear.quiet} of {counted(gear.cases, 'case')}, undecided in {gear.undecided} "
+                f"and lifts off in {gear.lifts}, most at {where} ({margin})."
             )
         else:
-            where = "in all" if gear.lifts == gear.cases else f"in {gear.lifts} of"
-            sentences.append(
-                f"{gear.gear} lifts off {where} {counted(gear.cases, 'case')}, most at "
-                f"{place(data, gear.speed, gear.load)} ({decibels(gear.margin)})."
-            )
+            sentences.append(f"{gear.gear} lifts off in {_all_of(gear.lifts, gear.cases)}, most at {where} ({margin}).")
     if len(gears) > _MOST_NAMED:
         sentences.append(f"{len(gears) - _MOST_NAMED} more gears stand in the table.")
     exact = int(inside(data).sum())
     sentences.append(
-        f"In {exact} of {counted(inside(data).size, 'case')} no clearance crosses a corner: there the linear motion is "
-        "exact, and so are the margins. In the others the margins are estimates."
+        f"In {exact} of {counted(inside(data).size, 'case')} no clearance crosses a corner, and nothing rubs: there "
+        "the linear motion is exact, and so are the margins."
     )
+    if exact < inside(data).size:
+        sentences.append(
+            "In the others this is a linear forecast: quiet means that no linear driveline lifts the gear off, "
+            "undecided that some do (friction stuck or let go, staged springs in the stages they reach, other gears "
+            "on or off their flanks)."
+        )
     if "regime" in data:
-        judged = sum(gear.judged or 0 for gear in gears)
-        agree = sum(gear.agree or 0 for gear in gears)
-        sentences.append(f"Lift-off and simulation say the same of {agree} of {judged} pairs of a gear and a case.")
+        sentences.append(_simulated(gears))
     return " ".join(sentences)
+
+
+def _all_of(some: int, cases: int) -> str:
+    """Say in how many of the cases."""
+    return f"all {counted(cases, 'case')}" if some == cases and cases > 1 else f"{some} of {counted(cases, 'case')}"
+
+
+def _simulated(gears: list[Screened]) -> str:
+    """How often simulations say what the forecast says, over all gears."""
+    done = [gear.checked for gear in gears if gear.checked is not None]
+    parts = [
+        (sum(c.said_quiet for c in done), sum(c.ran_quiet for c in done), "said quiet", "ran quiet"),
+        (sum(c.said_lifts for c in done), sum(c.ran_rattling for c in done), "said to lift off", "rattled"),
+        (sum(c.undecided for c in done), sum(c.undecided_rattling for c in done), "undecided", "rattled"),
+    ]
+    words = [f"of {said} {what} {ran} {how}" for said, ran, what, how in parts if said]
+    pairs = sum(gear.judged or 0 for gear in gears)
+    return f"Simulated were {pairs} pairs of a gear and a case: {', '.join(words) or 'none could be judged'}."
 
 
 def setting_of(data: xr.Dataset) -> str:
@@ -167,43 +222,80 @@ def setting_of(data: xr.Dataset) -> str:
 def gears_table(data: xr.Dataset) -> Table:
     """A row a gear."""
     gears = gears_of(data)
-    head: tuple[str, ...] = ("gear", "loose body", "driver", "lifts off", "largest margin", "at", "classical, largest")
+    head: tuple[str, ...] = ("gear", "loose body", "driver", "quiet", "undecided", "lifts off")
+    head = (*head, "largest margin", "at", "classical, largest")
     rows: list[tuple[str, ...]] = [
         (
             gear.gear,
             gear.loose,
             gear.driver,
-            f"{gear.lifts} of {gear.cases}",
-            decibels(gear.margin),
+            *(f"{some} of {gear.cases}" for some in (gear.quiet, gear.undecided, gear.lifts)),
+            decibels(gear.margin, gear.least),
             place(data, gear.speed, gear.load),
             decibels(gear.classical),
         )
         for gear in gears
     ]
     if "regime" in data:
-        head = (*head, "rattles when simulated", "said alike")
-        more = [(f"{gear.rattles} of {gear.judged}", f"{gear.agree} of {gear.judged}") for gear in gears]
+        head = (*head, "said quiet, ran quiet", "said to lift off, rattled", "undecided, rattled")
+        more = [_counts(gear.checked) for gear in gears]
         rows = [(*row, *extra) for row, extra in zip(rows, more, strict=True)]
     note = (
-        "Margins above 0 dB: the gear leaves the flank its drag presses it to. Classical: the separation ratio of the "
-        "engine's orders on a rigid mesh."
+        "Margins above 0 dB: the gear leaves the flank its drag presses it to; a range is over the linear drivelines "
+        "that may stand for this one. Classical: the separation ratio of the engine's orders on a rigid mesh."
     )
-    return Table(head, tuple(rows), frozenset({0, 1, 2, 5}), note=note)
+    return Table(head, tuple(rows), frozenset({0, 1, 2, 7}), note=note)
+
+
+def _counts(done: Checked | None) -> tuple[str, str, str]:
+    """How many of the forecasts of a gear came true, cell by cell."""
+    if done is None:
+        return ("–", "–", "–")
+    pairs = (
+        (done.ran_quiet, done.said_quiet),
+        (done.ran_rattling, done.said_lifts),
+        (done.undecided_rattling, done.undecided),
+    )
+    first, second, third = (f"{some} of {said}" if said else "–" for some, said in pairs)
+    return first, second, third
+
+
+def checks_table(data: xr.Dataset) -> Table:
+    """A row a gear and simulated case: forecast, range, how it ran; wrong ones first. Empty without simulations."""
+    head = ("at", "gear", "forecast", "margin", "simulated", "")
+    if "regime" not in data:
+        return Table(head, ())
+    low, high = margins(data)
+    forecast = forecasts(data)
+    regime = np.asarray(data["regime"].values)
+    words = str(data["regime"].attrs.get("flag_meanings", "")).split()
+    names = [str(name) for name in data["gear"].values]
+    rows = []
+    for i, j, k in np.argwhere(regime >= 0).tolist():
+        said = int(forecast[i, j, k])
+        ran = int(regime[i, j, k])
+        is_right = "" if said == UNDECIDED else "right" if (said == QUIET) == (ran == 0) else "wrong"
+        margin = decibels(float(high[i, j, k]), float(low[i, j, k]))
+        rows.append((place(data, i, j), names[k], FORECASTS[said], margin, words[ran], is_right))
+    rows.sort(key=lambda row: row[-1] != "wrong")
+    note = "Wrong forecasts come first. An undecided one is neither right nor wrong."
+    return Table(head, tuple(rows), frozenset({0, 1, 2, 4, 5}), "Simulated cases", note)
 
 
 def thresholds_table(data: xr.Dataset) -> Table:
-    """For every speed and gear the least load from which on, as far as the map goes, the gear lifts off."""
-    margin, (labels, what) = margins(data), loads_of(data)
+    """For every speed and gear the least load from which on, as far as the map goes, the gear may lift off."""
+    may_lift = forecasts(data) != QUIET
+    labels, what = loads_of(data)
     names = [str(name) for name in data["gear"].values]
     head = (speeds_of(data)[1], *names)
     if len(labels) < 2:
         return Table(head, ())
     speeds = speeds_of(data)[0]
     rows = tuple(
-        (numeral(float(speed), 4), *(_first(margin[i, :, k] > 0.0, labels) for k in range(len(names))))
+        (numeral(float(speed), 4), *(_first(may_lift[i, :, k], labels) for k in range(len(names))))
         for i, speed in enumerate(speeds)
     )
-    note = f"The first load of the map ({what}) from which on the gear lifts off; a dash: it holds at the last."
+    note = f"The first load of the map ({what}) from which on the gear may lift off; a dash: it holds at the last."
     return Table(head, rows, note=note)
 
 

@@ -8,9 +8,15 @@ them to. In the steady response of that linear driveline
 
 The first is of the engine's orders and takes the mesh for rigid (Singh, Xie, Comparin 1989, J. Sound Vib. 131,
 177-196); the second is of all orders and knows the mesh's stiffness, damping and transmission error. While no clearance
-of the driveline leaves its piece, the linear motion is an exact motion of the driveline, and the lift ratio exact with
-it. Where others do, a clutch between its stages, a spline in its lash, both are estimates, and ``inside`` says so.
-Nothing is integrated: a map takes milliseconds a case. With ``simulate`` every case is also run and judged, as a study.
+of the driveline leaves its piece, and nothing rubs, the linear motion is an exact motion of the driveline, and the lift
+ratio exact with it; ``inside`` says so. Everywhere else it is one linear forecast of many: friction that sticks, a
+clutch that swings beyond its stage, gears that have left their flanks make other linear drivelines
+(``screening_models``). ``lift_low`` and ``lift_high`` are the least and the largest lift ratio of all of them, and the
+forecast is quiet only where no one lifts the gear off. What no linear driveline knows: impacts of gears that rattle,
+motions that pass between stages, and which motion of several the start leads to.
+
+Nothing is integrated: a map takes milliseconds a case. With ``check`` cases near the border are also run and judged,
+with ``simulate`` all of them.
 
 Takes a Model, speeds and loads; gives an xarray Dataset.
 """
@@ -18,24 +24,25 @@ Takes a Model, speeds and loads; gives an xarray Dataset.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.analysis.linear.response import steady_angles, steady_deflections, steady_extremes, turning_rates
+from gearrattle.analysis.linear.response import steady_angles, steady_extremes, turning_rates
 from gearrattle.analysis.statics import named_equilibrium
-from gearrattle.assembly import assemble, motion_amplitudes, refuse_recorded_motions, refuse_unsteady, whole
-from gearrattle.engine.system.equilibrium import Equilibrium
-from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.assembly import assemble, left_out, motion_amplitudes, refuse_recorded_motions, refuse_unsteady, whole
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import path_label
-from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
+from gearrattle.model.quantity import CALLBACK, FLAG, Count, check_arguments
 from gearrattle.quantities.chunks import orders_of
 from gearrattle.result import KIND
 from gearrattle.signals import LooseGear, loose_gears, torque_ratio
 from gearrattle.studies.axes import Axis, axes_of
+from gearrattle.studies.screening_check import CHECKED, FORECASTS, forecasts_of, near_border
+from gearrattle.studies.screening_models import at_rest, is_inside, lift_range, lift_ratios, reach_of
 from gearrattle.studies.study import study
 from gearrattle.trajectory import Array, Layout
 
@@ -46,6 +53,10 @@ SPEED = "speed"
 LOAD = "load"
 GEAR = "gear"
 _PATH = "excitation.speed"
+_FLAGS = {
+    "flag_values": list(range(len(FORECASTS))),
+    "flag_meanings": " ".join(word.replace(" ", "_") for word in FORECASTS),
+}
 _SHARE = 0.02  # of the work, that thresholds are where cases are simulated
 BY_FACTOR, BY_PATH = "factor on the amplitudes of the torques", "number of the load"
 """What the coordinate "load" holds, as its ``long_name`` says."""
@@ -59,10 +70,14 @@ def screen(
     loads: Loads | None = None,
     *,
     simulate: bool = False,
+    check: bool | int = False,
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Map which loose gear rattles at which speed and load, by the threshold and, if asked, by simulation.
+
+    The threshold is a linear forecast. Where the driveline has friction, or a clearance leaves the stage it rests in,
+    it is a range over the linear drivelines that may stand for it.
 
     Parameters
     ----------
@@ -75,6 +90,8 @@ def screen(
         which vary together; None: the model's own.
     simulate
         also run every case, by the model's settings, and keep the regime of every loose gear's mesh.
+    check
+        also run the cases nearest to the border, by the model's settings: how many, or 8 with True.
     workers
         of the simulations, as in ``study``.
     progress
@@ -85,13 +102,15 @@ def screen(
     -------
     xr.Dataset
         A Dataset with the dimensions "speed" [rad/s], "load" (factor, or number) and "gear" (by its mesh, with its
-        loose and driver). separation_ratio [1], margin [dB] and lift_ratio [1] are of every gear; inside tells whether
-        the linear motion is an exact one; with ``simulate`` there is regime, codes of ``flag_meanings``.
+        loose and driver). separation_ratio [1], margin [dB] and lift_ratio [1] are of every gear, with friction let go
+        in the stages of rest; lift_low and lift_high are the range over all linear drivelines, and forecast is what
+        it says, codes of ``flag_meanings``. inside tells whether the linear motion is an exact one. With ``simulate``
+        or ``check`` there is regime, codes of ``flag_meanings``, -1 where nothing was simulated.
 
     Raises
     ------
     ModelError
-        no loose gear, a value or path that is none, records instead of harmonics.
+        no loose gear, a value or path that is none, records instead of harmonics; ``check`` beside ``simulate``.
     ConvergenceError
         not even one case could be simulated.
 
@@ -103,6 +122,7 @@ def screen(
     """
     check_model(model)
     check_arguments(simulate=(FLAG, simulate), progress=(CALLBACK, progress))
+    most = _points(check, simulate=simulate)
     import xarray as xr
 
     refuse_recorded_motions(model, "a screening")
@@ -115,21 +135,65 @@ def screen(
     if not gears:
         rule = "a screening needs a loose gear: a drag torque on a body whose only stiffness is its mesh"
         raise ModelError(Problem("inertia", ", ".join(layout.inertia_names), rule, "give drag_torque to a loose gear"))
-    ratio, lift, inside = _thresholds(model, speed, load, gears, _part(progress, 0.0, _SHARE if simulate else 1.0))
-    dims = (SPEED, LOAD, GEAR)
-    with np.errstate(divide="ignore"):
-        margin = 20.0 * np.log10(ratio)
+    simulates = simulate or most > 0
+    done = _thresholds(model, speed, load, gears, _part(progress, 0.0, _SHARE if simulates else 1.0))
+    positions = _positions(model, speed, load, factors, BY_PATH if by_path else BY_FACTOR)
     screening = xr.Dataset(
-        {
-            "separation_ratio": (dims, ratio, {"units": "1"}),
-            "margin": (dims, margin, {"units": "dB"}),
-            "lift_ratio": (dims, lift, {"units": "1"}),
-            "inside": (dims[:2], inside, {"units": "1"}),
-        },
-        {**_coordinates(layout, gears), **_positions(model, speed, load, factors, BY_PATH if by_path else BY_FACTOR)},
+        _variables(done),
+        {**_coordinates(layout, gears), **positions},
         {KIND: "screening", "title": f"screening of {model.name}", "units": model.units},
     )
-    return _simulated(screening, model, (speed, load), workers, progress) if simulate else screening
+    if notes := _notes(base, done):
+        screening.attrs["notes"] = "\n".join(notes)
+    if not simulates:
+        return screening
+    if simulate:
+        cases = np.argwhere(np.ones(screening["inside"].shape, dtype=np.bool_))
+    else:
+        cases = near_border(done.low, done.high, most)
+    return _simulated(screening, model, _cases(speed, load, cases), workers, _part(progress, _SHARE, 1.0))
+
+
+def _points(check: bool | int, *, simulate: bool) -> int:
+    """Read how many cases are checked."""
+    if isinstance(check, bool):
+        most = CHECKED if check else 0
+    else:
+        check_arguments(check=(Count(1), check))
+        most = int(check)
+    if most and simulate:
+        rule = "simulate runs every case, those near the border too"
+        raise ModelError(Problem("check", f"{check}", rule, "leave one of them out"))
+    return most
+
+
+def _variables(done: _Thresholds) -> dict[str, Any]:
+    """Return the variables of a screening."""
+    dims = (SPEED, LOAD, GEAR)
+    with np.errstate(divide="ignore"):
+        margin = 20.0 * np.log10(done.ratio)
+    return {
+        "separation_ratio": (dims, done.ratio, {"units": "1"}),
+        "margin": (dims, margin, {"units": "dB"}),
+        "lift_ratio": (dims, done.lift, {"units": "1"}),
+        "lift_low": (dims, done.low, {"units": "1"}),
+        "lift_high": (dims, done.high, {"units": "1"}),
+        "forecast": (dims, forecasts_of(done.low, done.high), _FLAGS),
+        "inside": (dims[:2], done.inside, {"units": "1"}),
+    }
+
+
+def _notes(model: Model, done: _Thresholds) -> list[str]:
+    """Say what the forecast leaves out; nothing where it is exact everywhere."""
+    notes = list(left_out(model))
+    if any(element.rubs for element in model.elements):
+        notes.append("the range of the lift ratio has that friction stuck as well.")
+    if not done.inside.all():
+        notes.append(
+            "this is a linear forecast: impacts of rattling gears, friction that sticks and slips, and motions that "
+            "pass between stages are left out. check simulates the cases near the border."
+        )
+    return notes
 
 
 def _axes(model: Model, speeds: Any, loads: Loads | None) -> tuple[Axis, Axis | None, tuple[float, ...]]:
@@ -175,63 +239,54 @@ def _part(progress: Progress | None, begin: float, end: float) -> Progress | Non
     return None if progress is None else lambda share: progress(begin + (end - begin) * share)
 
 
+@dataclass(frozen=True)
+class _Thresholds:
+    """Ratios (speed, load, gear), and (speed, load) whether the linear motion is an exact one."""
+
+    ratio: Array
+    lift: Array
+    low: Array
+    high: Array
+    inside: NDArray[np.bool_]
+
+
 def _thresholds(
     model: Model, speed: Axis, load: Axis | None, gears: Sequence[LooseGear], progress: Progress | None
-) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return (speed, load, gear) both ratios, and (speed, load) whether the linear motion is an exact one."""
-    ratio = np.full((len(speed), len(load) if load else 1, len(gears)), np.nan)
-    lift, inside = ratio.copy(), np.zeros(ratio.shape[:2], dtype=np.bool_)
-    for number, (i, j) in enumerate(np.ndindex(inside.shape), start=1):
+) -> _Thresholds:
+    """Return the thresholds of all cases."""
+    shape = (len(speed), len(load) if load else 1)
+    ratios = np.full((4, *shape, len(gears)), np.nan)
+    inside = np.zeros(shape, dtype=np.bool_)
+    for number, (i, j) in enumerate(np.ndindex(shape), start=1):
         case = model.with_({**speed.at(i), **(load.at(j) if load else {})})
-        ratio[i, j], lift[i, j], inside[i, j] = _threshold(case, gears)
+        ratios[:, i, j], inside[i, j] = _threshold(case, gears)
         if progress is not None:
             progress(number / inside.size)
-    return ratio, lift, inside
+    return _Thresholds(*ratios, inside)
 
 
-def _threshold(model: Model, gears: Sequence[LooseGear]) -> tuple[Array, Array, bool]:
-    """Return (gears,) separation and lift ratios of one case, and whether the linear motion is an exact one."""
+def _threshold(model: Model, gears: Sequence[LooseGear]) -> tuple[Array, bool]:
+    """Return (4, gears) separation ratio, lift ratio and its range of one case, and whether the motion is exact."""
     driveline = assemble(model)
-    system, rest = driveline.system, named_equilibrium(driveline)[1]
-    slope, damping = (
-        np.array([getattr(law, name)[p] for law, p in zip(system.laws, rest.pieces, strict=True)])
-        for name in ("stiffness", "damping")
-    )
-    rates, angles = turning_rates(system), steady_angles(system, slope, damping)
+    system = driveline.system
+    rest = named_equilibrium(driveline)[1]
+    linear = at_rest(system, rest)
+    # the driver's acceleration at the engine's orders, at rest and swinging
+    rates = turning_rates(system)
+    angles = steady_angles(system, linear.stiffness, linear.damping)
     angles = whole(model, angles.T, motion_amplitudes(model).T).T  # (inertias, orders)
     orders = rates / model.excitation.omega
     engine = np.isclose(orders[:, None], orders_of(model), rtol=1e-9, atol=0.0).any(axis=1)
     swings = steady_extremes(system, np.where(engine, -(rates**2) * angles, 0.0))
-    reach = steady_extremes(system, steady_deflections(system, slope, damping))
     acceleration = whole(model, rest.acceleration, np.zeros(len(model.motions)))
     peak = np.maximum(*(np.abs(acceleration + swing) for swing in swings))
     ratio = [torque_ratio(driveline.layout, gear, float(peak[gear.driver])) for gear in gears]
-    lift = [_lift(system, rest, reach, g.mesh) for g in gears]
-    return np.array(ratio), np.array(lift), _inside(system, rest, reach)
-
-
-def _lift(system: PiecewiseSystem, rest: Equilibrium, reach: tuple[Array, Array], mesh: int) -> float:
-    """How far a mesh swings towards its gap, over its depth in contact; infinite at rest within its gap."""
-    law = system.laws[mesh]
-    piece = rest.pieces[mesh]
-    at = float(rest.deflection[mesh])
-    if not law.corners.size:
-        return 0.0
-    if law.stiffness[piece] == 0.0:
-        return float("inf")
-    if piece == law.pieces - 1:
-        return float(-reach[0][mesh] / (at - law.corners[-1]))
-    return float(reach[1][mesh] / (law.corners[piece] - at))
-
-
-def _inside(system: PiecewiseSystem, rest: Equilibrium, reach: tuple[Array, Array]) -> bool:
-    """Whether every element stays in the piece it rests in."""
-    for k, (law, piece) in enumerate(zip(system.laws, rest.pieces, strict=True)):
-        edges = np.concatenate([[-np.inf], law.corners, [np.inf]])
-        low, high = rest.deflection[k] + reach[0][k], rest.deflection[k] + reach[1][k]
-        if not (low > edges[piece] and high < edges[piece + 1]):
-            return False
-    return True
+    # the mesh's own deflection, in the driveline at rest and in all that may stand for it
+    reach = reach_of(system, linear)
+    meshes = [gear.mesh for gear in gears]
+    lift = lift_ratios(system, rest, reach, meshes)
+    low, high = lift_range(system, rest, meshes)
+    return np.array([ratio, lift, low, high]), is_inside(system, rest, reach) and not system.auxiliaries
 
 
 def _coordinates(layout: Layout, gears: Sequence[LooseGear]) -> dict[str, Any]:
@@ -254,19 +309,28 @@ def _positions(model: Model, speed: Axis, load: Axis | None, factors: tuple[floa
     return positions
 
 
+def _cases(speed: Axis, load: Axis | None, indices: NDArray[np.int64]) -> _Cases:
+    """Return the cases of these (M, 2) speeds and loads, as values by path that vary together."""
+    numbers = [int(i) for i in indices[:, 0]]
+    values = {_PATH: [speed.values[_PATH][i] for i in numbers]}
+    for path, of_load in (load.values if load else {}).items():
+        values[path] = [of_load[int(j)] for j in indices[:, 1]]
+    return _Cases(indices, values)
+
+
+class _Cases(NamedTuple):
+    """Some cases of the map: (M, 2) indices, and values by path."""
+
+    indices: NDArray[np.int64]
+    values: dict[str, list[Any]]
+
+
 def _simulated(
-    screening: xr.Dataset,
-    model: Model,
-    axes: tuple[Axis, Axis | None],
-    workers: int | None,
-    progress: Progress | None,
+    screening: xr.Dataset, model: Model, cases: _Cases, workers: int | None, progress: Progress | None
 ) -> xr.Dataset:
-    """Add the regime of every loose gear's mesh, from a study of the same cases."""
-    speed, load = axes
-    axis_values: dict[str, Any] = {SPEED: {_PATH: list(speed.values[_PATH])}}
-    if load is not None:
-        axis_values[LOAD] = {path: list(values) for path, values in load.values.items()}
-    done = study(model, axis_values, ["regime"], workers=workers, progress=_part(progress, _SHARE, 1.0))
+    """Add the regime of every loose gear's mesh, from a study of these cases; -1 for the others."""
+    done = study(model, {"case": cases.values}, ["regime"], workers=workers, progress=progress)
     regime = done["regime"].sel(part=[str(name) for name in screening[GEAR].values])
-    codes = np.asarray(regime.values).reshape(screening["margin"].shape)
+    codes = np.full(screening["margin"].shape, -1, dtype=np.int64)
+    codes[cases.indices[:, 0], cases.indices[:, 1]] = regime.transpose("case", "part").values
     return screening.assign(regime=((SPEED, LOAD, GEAR), codes, dict(regime.attrs)))

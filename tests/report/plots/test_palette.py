@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gearrattle.report.plots.palette import ACCENT, COAST, DRIVE, INK, MUTED, PAPER, REGIMES, tint
-from gearrattle.report.plots.screening import SHADES
+from gearrattle.report.plots.screening import SHADES, UNSURE
 
 # Protanopia and deuteranopia in linear RGB: G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, IEEE TVCG 15 (2009).
 BLINDNESS = {
@@ -45,7 +45,7 @@ def test_colours_that_carry_meaning_stay_apart(kind: str, a: str, b: str) -> Non
 
 
 @pytest.mark.parametrize("kind", BLINDNESS)
-@pytest.mark.parametrize(("a", "b"), [*combinations(SHADES, 2)])
+@pytest.mark.parametrize(("a", "b"), [*combinations((*SHADES, UNSURE), 2)])
 def test_shades_of_a_screening_stay_apart(kind: str, a: str, b: str) -> None:
     seen = [lab(np.array(BLINDNESS[kind]) @ linear(colour)) for colour in (a, b)]
     assert np.linalg.norm(seen[0] - seen[1]) > 10.0

@@ -1,7 +1,8 @@
 """The map of a screening: which loose gear rattles at which speed and load.
 
-A panel a gear. Blue cells hold, crimson ones lift off, darker further from the threshold; a dark line parts them.
-Where cases were simulated, dots mark those that rattle. Over speed alone, curves instead of cells.
+A panel a gear. Blue cells hold, crimson ones lift off, darker further from the threshold; yellow ones are undecided:
+some of the linear drivelines that may stand for the real one lift the gear off. A dark line parts cells that hold from
+all others. Where cases were simulated, dots mark those that rattle. Over speed alone, curves instead of cells.
 
 Takes the Dataset of ``gearrattle.screen``; gives a Chart.
 """
@@ -11,6 +12,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.report.plots.axis_names import cell_ticks, labels_of, measure_of, paths_of
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
@@ -27,6 +29,9 @@ STEPS = (1.0, 2.0, 3.0, 6.0, 10.0, 15.0, 20.0, 30.0, 40.0, 60.0)
 """Widths of a shade [dB]: on either side of 0 the least with which three shades reach the margins there."""
 SHADES = ("#08519c", "#4f93c6", "#c3dbee", "#f3c9d2", "#cf5573", "#7d0a2c")
 """Blues that hold, crimsons that lift off; neighbours keep apart for every form of colour vision (tests)."""
+UNSURE = "#d9b32c"
+"""Of cells that are undecided."""
+_UNSURE = Key("undecided", UNSURE)
 _BELIEVE = (
     " Lift-off takes in mesh stiffness and transmission errors, the separation ratio neither: where the two maps "
     "disagree, believe lift-off."
@@ -46,28 +51,35 @@ def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
     measure
         by which ratio; "separation_ratio" is the classical one, of the engine's orders alone.
     """
-    with np.errstate(divide="ignore"):
-        margin = 20.0 * np.log10(np.asarray(data[measure].values))
+    margin, low, undecided = _margins(data, measure)
     speeds, what = speeds_of(data)
     word = "lift-off" if measure == "lift_ratio" else "separation"
     title = f"Screening by {word}"
     said = "deflection of the mesh" if measure == "lift_ratio" else "driver's acceleration at the engine's orders"
     caption = f"Margin of every loose gear by the {said} in the linear driveline; above 0 dB it leaves its flank."
     caption += _BELIEVE if "regime" not in data else _BELIEVE_DOTS
+    if undecided.any():
+        caption += (
+            " Undecided: some linear drivelines lift the gear off and some do not, by friction stuck or let go, staged "
+            "springs in the stages they reach, other gears on or off their flanks. Shades: the margin nearest to 0 dB."
+        )
     if np.isinf(margin).any():
         caption += " A gear that rests within its gap is off its flank already: its margin is without bounds."
     key = "screening" if measure == "lift_ratio" else "screening_separation"
     if data.sizes["load"] == 1:
-        return _curves(data, margin[:, 0, :], speeds, what, (key, title, caption))
-    bounds = bounds_of(margin)
+        return _curves(data, (low[:, 0, :], margin[:, 0, :]), speeds, what, (key, title, caption))
+    shaded = np.where(undecided, np.nan, np.where(low > 0.0, low, margin))
+    bounds = bounds_of(shaded)
     edges = (-np.inf, *bounds, np.inf)
     legend = tuple(Key(_between(low, high), s) for low, high, s in zip(edges[:-1], edges[1:], SHADES, strict=True))
+    unsure = (_UNSURE,) if undecided.any() else ()
     across, (up, load) = [numeral(v, 4) for v in speeds], loads_of(data)
     panels = []
     for k, gear in enumerate(data["gear"].values.tolist()):
-        margins = margin[:, :, k].T
+        margins = shaded[:, :, k].T
         codes = np.where(np.isnan(margins), -1, np.searchsorted(bounds, margins, "right"))
-        lines = edge_between(margins > 0.0, np.isfinite(margins) | np.isinf(margins))
+        codes = np.where(undecided[:, :, k].T, len(legend), codes)
+        lines = edge_between(margin[:, :, k].T > 0.0, ~np.isnan(margin[:, :, k].T))
         panels.append(
             Panel(
                 str(gear),
@@ -78,10 +90,10 @@ def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
                 x_ticks=cell_ticks(across, 6),
                 y_ticks=cell_ticks(up, 10),
                 lines=(*lines, *_dots(data, k)),
-                cells=cells_of(codes, (*legend, NOTHING)),
+                cells=cells_of(codes, (*legend, *unsure, NOTHING)),
             )
         )
-    dots = (*((NOTHING,) if np.isnan(margin).any() else ()), *((_DOTS,) if "regime" in data else ()))
+    dots = (*unsure, *((NOTHING,) if np.isnan(margin).any() else ()), *((_DOTS,) if "regime" in data else ()))
     return Chart(
         key,
         title,
@@ -104,19 +116,39 @@ def bounds_of(margin: Array) -> tuple[float, ...]:
     return (-2.0 * below, -below, 0.0, above, 2.0 * above)
 
 
-def _curves(data: xr.Dataset, margin: Array, speeds: Array, what: str, words: tuple[str, str, str]) -> Chart:
-    """Margins over speed, a line a gear; dots where a simulation rattles."""
-    lines, legend = [], []
+def _margins(data: xr.Dataset, measure: Measure) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """(speed, load, gear) largest and least margin [dB], and where the forecast is undecided."""
+    names = (measure, measure)
+    if measure == "lift_ratio" and "lift_high" in data:
+        names = ("lift_high", "lift_low")
+    with np.errstate(divide="ignore"):
+        high, low = (20.0 * np.log10(np.asarray(data[name].values, dtype=np.float64)) for name in names)
+    return high, low, (high > 0.0) & (low <= 0.0)
+
+
+def _curves(
+    data: xr.Dataset, margins: tuple[Array, Array], speeds: Array, what: str, words: tuple[str, str, str]
+) -> Chart:
+    """Margins over speed, a line a gear, dashed the least where it is a range; dots where a simulation rattles."""
+    lines = []
+    legend = []
+    low, margin = margins
+    is_range = bool(np.any(low < margin))
     for k, gear in enumerate(data["gear"].values.tolist()):
         key = Key(str(gear), COLOURS[k % len(COLOURS)])
         legend.append(key)
         y = np.where(np.isfinite(margin[:, k]), margin[:, k], np.nan)
         lines.append(Line(speeds, y, key.name, key.colour, width=1.6))
         lines.append(Line(speeds, y, key.name, key.colour, "points", 5.0))
+        if is_range:
+            least = np.where(np.isfinite(low[:, k]), low[:, k], np.nan)
+            lines.append(Line(speeds, least, f"{key.name}, least", key.colour, width=1.0, dash="dashed"))
         if "regime" in data:
             rattles = np.asarray(data["regime"].values)[:, 0, k] > 0
             lines.append(Line(speeds[rattles], y[rattles], _DOTS.name, INK, "points", 2.5))
     dots = (*((NOTHING,) if np.isnan(margin).any() else ()), *((_DOTS,) if "regime" in data else ()))
+    if is_range:
+        words = (*words[:2], f"{words[2]} Dashed: the least over the linear drivelines; the line is the largest.")
     panel = Panel("Margin", "dB", what, tuple(lines), rules=(Rule(0.0, label="lifts off"),))
     return Chart(*words, (panel,), panel_height=260, legend=(*legend, *dots))
 

@@ -1,0 +1,106 @@
+"""Which cases of a screening are simulated, and what the simulations say of its forecast.
+
+The cases nearest to the border teach most: those in which the range of some gear's lift ratio holds 1, or comes nearest
+to it. Of equally near ones some are taken that lie evenly over the map. A gear that the forecast says is quiet and that
+rattles when simulated, or the other way round, is a wrong forecast; undecided ones are neither right nor wrong.
+
+Takes ratios, forecasts and regimes; gives indices of cases, and counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.trajectory import Array
+
+CHECKED = 8
+"""Cases that a check simulates if it is not told how many."""
+FORECASTS = ("quiet", "undecided", "lifts off")
+"""What a screening says of a gear; codes in this order."""
+QUIET, UNDECIDED, LIFTS = range(3)
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What simulations say of the forecasts of one gear.
+
+    Attributes
+    ----------
+    said_quiet, ran_quiet
+        in how many simulated cases the forecast is quiet, and how many of these ran quiet.
+    said_lifts, ran_rattling
+        in how many it is lift-off, and how many of these ran rattling.
+    undecided, undecided_rattling
+        in how many it is undecided, and how many of these ran rattling.
+    """
+
+    said_quiet: int
+    ran_quiet: int
+    said_lifts: int
+    ran_rattling: int
+    undecided: int
+    undecided_rattling: int
+
+
+def forecasts_of(low: Array, high: Array) -> NDArray[np.int8]:
+    """Return the codes of ``FORECASTS``: quiet where no linear driveline lifts the gear off, lifts off where all do."""
+    codes = np.full(low.shape, UNDECIDED, dtype=np.int8)
+    codes[high <= 1.0] = QUIET
+    codes[low > 1.0] = LIFTS
+    return codes
+
+
+def near_border(low: Array, high: Array, most: int) -> NDArray[np.int64]:
+    """Return (M, 2) speed and load of the cases nearest to the border, in the order of the map.
+
+    Parameters
+    ----------
+    low, high
+        (speed, load, gear) least and largest lift ratios.
+    most
+        cases at most.
+    """
+    with np.errstate(divide="ignore"):
+        below = -np.log(high)
+        above = np.log(low)
+    far = np.maximum(np.maximum(below, above), 0.0).min(axis=2).ravel()
+    order = np.argsort(far, kind="stable")
+    if order.size > most:
+        # of those as near as the last one that is taken, some that lie evenly over the map
+        last = far[order[most - 1]]
+        nearer = np.flatnonzero(far < last)
+        alike = np.flatnonzero(far == last)
+        missing = most - nearer.size
+        evenly = ((np.arange(missing) + 0.5) * alike.size / missing).astype(np.int64)
+        order = np.concatenate([nearer, alike[evenly]])
+    return np.stack(np.unravel_index(np.sort(order), low.shape[:2]), axis=1).astype(np.int64)
+
+
+def checked(forecast: NDArray[np.int8], regime: NDArray[np.int64]) -> Checked:
+    """Count forecasts of one gear and what the simulations say of them.
+
+    Parameters
+    ----------
+    forecast
+        (speed, load) codes of ``FORECASTS``.
+    regime
+        (speed, load) codes of regimes, 0 quiet, -1 where nothing was simulated.
+    """
+    judged = regime >= 0
+    rattles = regime > 0
+
+    def count(code: int, *, rattling: bool | None = None) -> int:
+        cases = judged & (forecast == code)
+        return int(cases.sum() if rattling is None else (cases & (rattles == rattling)).sum())
+
+    return Checked(
+        count(QUIET),
+        count(QUIET, rattling=False),
+        count(LIFTS),
+        count(LIFTS, rattling=True),
+        count(UNDECIDED),
+        count(UNDECIDED, rattling=True),
+    )

@@ -1,0 +1,150 @@
+"""The linear drivelines that a screening judges by: friction stuck or let go, staged springs in every stage reached.
+
+One linear driveline, in the stages it rests in and with its dry friction let go, is one forecast of many. Where
+friction sticks its spring adds to the stage's; where a staged clutch swings beyond its stage the stiffness changes, and
+with it which order is near a resonance; where a loose gear leaves its flank its driver carries less. (A gap that is
+flown through is no stage to stay in, and left out.) None of these linear motions is that of the driveline, which passes
+from one to the other. But a gear that holds in all of them is quiet by every linear forecast, and one that lifts off in
+all of them by none; in between the linear driveline cannot tell.
+
+    lift ratio = reach of the mesh's deflection towards its gap / its static depth in contact,    in every model
+
+Takes a system, its rest and the meshes of loose gears; gives the least and the largest lift ratio of every gear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+from math import prod
+from typing import NamedTuple
+
+import numpy as np
+
+from gearrattle.analysis.linear.response import steady_deflections, steady_extremes
+from gearrattle.engine.system.auxiliary import STICK
+from gearrattle.engine.system.equilibrium import Equilibrium
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.trajectory import Array
+
+_MOST_STAGES = 16
+"""Combinations of stages that are tried; of more, those in which one element leaves the stage it rests in."""
+Reach = tuple[Array, Array]
+
+
+class Linear(NamedTuple):
+    """Slope and damping of every element, (m,) each."""
+
+    stiffness: Array
+    damping: Array
+
+
+def at_rest(system: PiecewiseSystem, rest: Equilibrium) -> Linear:
+    """Return the driveline in the stages it rests in, with its friction let go."""
+    return _in_pieces(system, rest.pieces, sticks=False)
+
+
+def reach_of(system: PiecewiseSystem, linear: Linear) -> Reach:
+    """Return (m,) how far the steady motion takes every element down and up from its rest."""
+    return steady_extremes(system, steady_deflections(system, linear.stiffness, linear.damping))
+
+
+def lift_range(system: PiecewiseSystem, rest: Equilibrium, meshes: Sequence[int]) -> tuple[Array, Array]:
+    """Return (gears,) the least and the largest lift ratio over all linear drivelines.
+
+    Parameters
+    ----------
+    system
+        the driveline.
+    rest
+        where it rests.
+    meshes
+        of its loose gears.
+    """
+    models = list(_models(system, rest, meshes))
+    ratios = np.array([lift_ratios(system, rest, reach_of(system, linear), meshes) for linear in models])
+    low = ratios.min(axis=0)
+    high = ratios.max(axis=0)
+    # gears that may lift off load their driver no more: the others are judged without them as well
+    off = np.zeros(len(meshes), dtype=np.bool_)
+    while np.any((high > 1.0) & ~off) and not np.all(high > 1.0):
+        off = high > 1.0
+        held = [mesh for mesh, is_off in zip(meshes, off, strict=True) if not is_off]
+        for linear in models:
+            without = Linear(linear.stiffness.copy(), linear.damping.copy())
+            for column in without:
+                column[[mesh for mesh in meshes if mesh not in held]] = 0.0
+            ratio = lift_ratios(system, rest, reach_of(system, without), held)
+            low[~off] = np.minimum(low[~off], ratio)
+            high[~off] = np.maximum(high[~off], ratio)
+    return low, high
+
+
+def lift_ratios(system: PiecewiseSystem, rest: Equilibrium, reach: Reach, meshes: Sequence[int]) -> Array:
+    """Return how far meshes swing towards their gaps, over their depth in contact; infinite at rest within a gap."""
+    return np.array([_lift(system, rest, reach, mesh) for mesh in meshes])
+
+
+def _lift(system: PiecewiseSystem, rest: Equilibrium, reach: Reach, mesh: int) -> float:
+    """The lift ratio of one mesh."""
+    law = system.laws[mesh]
+    piece = rest.pieces[mesh]
+    at = float(rest.deflection[mesh])
+    if not law.corners.size:
+        return 0.0
+    if law.stiffness[piece] == 0.0:
+        return float("inf")
+    if piece == law.pieces - 1:
+        return float(-reach[0][mesh] / (at - law.corners[-1]))
+    return float(reach[1][mesh] / (law.corners[piece] - at))
+
+
+def is_inside(system: PiecewiseSystem, rest: Equilibrium, reach: Reach) -> bool:
+    """Whether every element stays in the piece it rests in."""
+    return all(_reached(system, rest, [reach], k) == [piece] for k, piece in enumerate(rest.pieces))
+
+
+def _reached(system: PiecewiseSystem, rest: Equilibrium, reaches: Sequence[Reach], element: int) -> list[int]:
+    """The pieces that an element is in when it moves so far from its rest; that on whose corner it turns as well."""
+    law = system.laws[element]
+    at = float(rest.deflection[element])
+    low = min(at + float(reach[0][element]) for reach in reaches)
+    high = max(at + float(reach[1][element]) for reach in reaches)
+    first = int(np.searchsorted(law.corners, low, side="left"))
+    last = int(np.searchsorted(law.corners, high, side="right"))
+    return [*range(first, last + 1)]
+
+
+def _models(system: PiecewiseSystem, rest: Equilibrium, meshes: Sequence[int]) -> Iterator[Linear]:
+    """All linear drivelines: at rest stuck and let go, then with what leaves its stage in the stages it reaches."""
+    first = list(_frictions(system, rest.pieces))
+    reaches = [reach_of(system, linear) for linear in first]
+    yield from first
+    at = [int(piece) for piece in rest.pieces]
+    stages = []
+    for k, piece in enumerate(at):
+        others = [] if k in meshes else [p for p in _reached(system, rest, reaches, k) if p != piece]
+        stages.append([piece, *(p for p in others if system.laws[k].stiffness[p] > 0.0)])
+    if prod(map(len, stages)) <= _MOST_STAGES:
+        pieces = list(product(*stages))[1:]
+    else:
+        pieces = [(*at[:k], p, *at[k + 1 :]) for k, reached in enumerate(stages) for p in reached[1:]]
+    for chosen in pieces:
+        yield from _frictions(system, chosen)
+
+
+def _frictions(system: PiecewiseSystem, pieces: Sequence[int]) -> Iterator[Linear]:
+    """Friction let go, then stuck where there is any."""
+    yield _in_pieces(system, pieces, sticks=False)
+    if any(auxiliary.kind == "slider" for auxiliary in system.auxiliaries):
+        yield _in_pieces(system, pieces, sticks=True)
+
+
+def _in_pieces(system: PiecewiseSystem, pieces: Sequence[int], *, sticks: bool) -> Linear:
+    """Slopes with every element in one piece; springs of sliders that are engaged there added where they stick."""
+    stiffness = np.array([law.stiffness[p] for law, p in zip(system.laws, pieces, strict=True)])
+    damping = np.array([law.damping[p] for law, p in zip(system.laws, pieces, strict=True)])
+    for auxiliary in system.auxiliaries if sticks else ():
+        if auxiliary.kind == "slider" and auxiliary.follow[pieces[auxiliary.element], STICK] == STICK:
+            stiffness[auxiliary.element] += auxiliary.memory[STICK]
+    return Linear(stiffness, damping)
