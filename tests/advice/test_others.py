@@ -6,11 +6,16 @@ import re
 from dataclasses import replace
 
 import pytest
+from benchmarks.growth.models import gearbox
 from scipy import stats
 
 import gearrattle as gr
-from gearrattle.advice.others import ADVISED, PASSING, TOPIC, _percent, calls_of, others_of
+from gearrattle.advice.others import ADVISED, PASSING, PERIODS, PILOTS, SMALL, TOPIC, _percent, others_of, periods_for
 from gearrattle.advice.pilot import run_pilot
+from gearrattle.assembly import assemble
+from gearrattle.engine.periodic.period_map import PeriodMap
+from gearrattle.orbits.settled import BLOCK, settled_motions
+from gearrattle.orbits.state import state_of
 from gearrattle.report.summary import findings_content
 from tests.comparison.cases import case
 from tests.orbits.test_freedom import train
@@ -60,7 +65,8 @@ def test_a_run_says_it_too_where_it_is_nearly_free() -> None:
 
 def test_what_costs_more_than_the_bound_is_left_to_advice() -> None:
     model = case("case3")
-    assert PASSING < calls_of(run_pilot(model, 200)) < ADVISED
+    pilot = run_pilot(model, 200)
+    assert periods_for(pilot, PASSING) < PERIODS <= periods_for(pilot, ADVISED)
     findings = gr.run(model, cycles=40)
     assert findings.advice is not None
     assert TOPIC not in [line.topic for line in findings.advice.lines]
@@ -75,9 +81,33 @@ def test_a_long_run_may_ask_for_a_tenth_of_its_own_work() -> None:
     assert notes == (lines[0].words,)
 
 
-def test_advice_says_where_it_did_not_look() -> None:
-    advice = gr.advise(gr.example("planetary_set"))
-    assert advice.line(TOPIC).words.startswith("Not looked for")
+def test_advice_says_which_starts_it_left_out() -> None:
+    """A period of the planetary set costs so much that the starts do not fit into what advice may spend."""
+    line = gr.advise(gr.example("planetary_set")).line(TOPIC)
+    assert any("of 24 starts left out" in words for words in line.evidence)
+    assert any("gr.basins" in words for words in line.evidence)
+
+
+def test_a_large_driveline_may_spend_fewer_calls() -> None:
+    """By the square of its size, for that is how the cost of a call grows; twice the pilot's periods in any case."""
+    model = gearbox(2 * SMALL, 2)
+    pilot = run_pilot(model, 8, cycles=8)
+    a_period = pilot.run.cost.function_calls / 8
+    assert periods_for(pilot, ADVISED) == pytest.approx(max(ADVISED / 4.0, 0.1 * 8 * a_period) / a_period)
+    assert PILOTS >= 1.0
+
+
+def test_starts_end_with_the_periods_that_may_be_followed() -> None:
+    """One period too few for the second start: it is left out, not called unsettled."""
+    model = case("case3")
+    state = state_of(model, PeriodMap(assemble(model).system), gr.simulate(model, cycles=40, initial="static"))
+    whole = settled_motions(model, state, 3)
+    assert whole.left_out == 0
+    some = settled_motions(model, state, 3, most_periods=2 * BLOCK)
+    assert some.starts + some.left_out == 3
+    assert some.left_out >= 1
+    none = settled_motions(model, state, 3, most_periods=BLOCK - 1)
+    assert (none.starts, none.left_out, none.own) == (0, 3, -1)
 
 
 def test_a_state_that_mean_torques_drive_away_has_no_such_line() -> None:

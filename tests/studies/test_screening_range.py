@@ -224,5 +224,5 @@ def test_a_check_is_refused_beside_simulate_and_below_one() -> None:
     with pytest.raises(gr.ModelError, match="every case"):
         gr.screen(clutched(RUBBING), [OMEGA], simulate=True, check=True)
     for wrong in (0, 2.5, "no"):
-        with pytest.raises(gr.ModelError, match="check.*whole number"):
+        with pytest.raises(gr.ModelError, match=r"check.*whole number"):
             gr.screen(clutched(RUBBING), [OMEGA], check=wrong)  # type: ignore[arg-type]

@@ -6,6 +6,8 @@ Takes excursions, a pilot and a model; gives lines and forecasts.
 from __future__ import annotations
 
 import math
+from collections import Counter
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -19,6 +21,8 @@ from gearrattle.model import Model
 from gearrattle.trajectory import Layout
 
 LINEAR = "linear response"
+LISTED = 6
+"""Parts that a line names one by one; of more it gives counts and ranges, and the table of clearances has each."""
 
 
 def linear_forecasts(layout: Layout, excursions: Excursions) -> list[Forecast]:
@@ -34,14 +38,18 @@ def clearances_line(layout: Layout, excursions: Excursions, pilot: Pilot, notes:
     names, shown = layout.clearance_names, pilot.of("regime")
     if not names:
         return Line("clearances", "There are none: the driveline is linear.")
-    moving = {name: regime for name, regime in shown.items() if regime != "quiet"}
-    if moving:
-        words = ", ".join(f"{name} {regime}" for name, regime in moving.items())
-        quiet = [name for name in names if name not in moving]
-        words = f"Expect impacts: {words}{'; quiet: ' + ', '.join(quiet) if quiet else ''}."
-    else:
+    moving = {name: str(regime) for name, regime in shown.items() if regime != "quiet"}
+    quiet = [name for name in names if name not in moving]
+    if not moving:
         words = "No clearance opens."
-    evidence = [f"{pilot.name}, its second half: {', '.join(f'{n} {r}' for n, r in shown.items())}"]
+    elif len(names) > LISTED:
+        words = f"Expect impacts in {len(moving)} of {len(names)} clearances: {_kinds(moving)}."
+    else:
+        words = ", ".join(f"{name} {regime}" for name, regime in moving.items())
+        words = f"Expect impacts: {words}{'; quiet: ' + ', '.join(quiet) if quiet else ''}."
+    regimes = {name: str(regime) for name, regime in shown.items()}
+    each = _kinds(regimes) if len(names) > LISTED else ", ".join(f"{n} {r}" for n, r in regimes.items())
+    evidence = [f"{pilot.name}, its second half: {each}"]
     if excursions.inside and not notes:
         least = int(np.argmax(excursions.used))
         evidence.append(
@@ -58,7 +66,14 @@ def clearances_line(layout: Layout, excursions: Excursions, pilot: Pilot, notes:
 
 
 def _corners(over: list[str]) -> str:
+    if len(over) > LISTED:
+        return f"corners of {len(over)} clearances"
     return f"corners of {', '.join(over)}" if over else "no corner"
+
+
+def _kinds(regimes: Mapping[str, str]) -> str:
+    """How many clearances have each regime."""
+    return ", ".join(f"{count} {regime}" for regime, count in Counter(regimes.values()).most_common())
 
 
 def contact_ratios_line(model: Model, pilot: Pilot) -> Line:
@@ -66,14 +81,22 @@ def contact_ratios_line(model: Model, pilot: Pilot) -> Line:
     slopes = {name: float(value) for name, value in pilot.of("mean slope").items()}
     if not slopes:
         return Line("contact ratios", "There are none.")
-    words = ", ".join(f"{name} {value:.3g}" for name, value in slopes.items())
+    words = _slopes(slopes)
     try:
         linearised, attributes = forecast_ratios(model, "mean-slope", thorough=False)
         count = len(attributes["fixed_points"])
         points = f", the most visited of {count} fixed points" if count > 1 else ""
-        ratios_text = ", ".join(f"{name} {linearised[name]:.3g}" for name in slopes)
+        ratios_text = _slopes({name: linearised[name] for name in slopes})
         off = max((abs(linearised[n] - v) for n, v in slopes.items() if not math.isnan(v)), default=0.0)
         second = f"equivalent linearisation, without simulating{points}: {ratios_text}; up to {off:.2g} apart"
     except ConvergenceError as error:
         second = f"equivalent linearisation: {error}"
     return Line("contact ratios", f"Mean slopes: {words}.", (f"of the {pilot.name}", second))
+
+
+def _slopes(values: Mapping[str, float]) -> str:
+    """Say slopes, of many clearances their range."""
+    known = [value for value in values.values() if not math.isnan(value)]
+    if len(values) > LISTED and known:
+        return f"{min(known):.3g} to {max(known):.3g} over {len(values)} clearances"
+    return ", ".join(f"{name} {value:.3g}" for name, value in values.items())

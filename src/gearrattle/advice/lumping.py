@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from gearrattle.advice.clearances import LISTED
 from gearrattle.advice.pilot import Pilot, run_pilot
 from gearrattle.advice.record import Line
 from gearrattle.errors import ModelError
@@ -37,7 +38,9 @@ def lumping_line(
         return Line(TOPIC, "Keep every body: none can be lumped within the error allowed.", (*why, str(error)))
     if not reduction.groups:
         return Line(TOPIC, "Keep every body: all of them move against their neighbours in the band.", why)
-    merged = "; ".join(f"{', '.join(members)} into {kept}" for kept, members in reduction.groups.items())
+    groups = [f"{', '.join(members)} into {kept}" for kept, members in reduction.groups.items()]
+    more = f"; and {counted(len(groups) - LISTED, 'group')} more, which gr.reduce lists" if len(groups) > LISTED else ""
+    merged = "; ".join(groups[:LISTED]) + more
     bodies = f"{counted(len(layout.inertia_names), 'body', 'bodies')} become {len(reduction.model.inertias)}"
     off = reduction.error
     why = (
@@ -46,6 +49,8 @@ def lumping_line(
         f"({100.0 * off.limit:g} % allowed)",
     )
     apart = _differences(reduction, pilot, progress)
+    if len(apart) > LISTED:
+        apart = (*apart[:LISTED], f"and {len(apart) - LISTED} more differences")
     if apart:
         words = f"Keep every body. Linear modes would allow to lump {merged}, but the lumped model moves otherwise."
         return Line(TOPIC, words, (*why, *apart))

@@ -3,7 +3,9 @@
 A simulation shows one motion. Under the same load there may be others, and it depends on the past which one the
 driveline takes. The question is asked where it costs little: a bound in function calls of the exact solution, predicted
 from the pilot, so that the answer does not depend on the machine. ``ADVISED`` calls take about a second, ``PASSING``
-ones some hundredths: those a run may spend unasked.
+ones some hundredths: those a run may spend unasked. A call of a large driveline costs more, by about the square of its
+size beyond ``SMALL`` inertias; there the calls are fewer. Advice follows as many starts as its calls suffice for, at
+least ``PILOTS`` times as many periods as the pilot, and says how many it left out.
 
 Takes a pilot run; gives a line, and a note where another motion exists.
 """
@@ -24,8 +26,15 @@ from gearrattle.wording import counted
 
 TOPIC = "other motions"
 ADVISED, PASSING = 2_000_000, 100_000
-"""Function calls that advice may spend on the question, and those that a run may."""
+"""Function calls that advice may spend on the question, and those that a run may, of a driveline that is small."""
+SMALL = 8
+"""Inertias up to which a call costs about the same."""
+PILOTS = 2.0
+"""Times the periods of the pilot, which advice may follow in any case."""
 _SHARE = 0.1  # of the planned run's own function calls, which it may spend as well
+PERIODS = (1 + STARTS) * BLOCKS * BLOCK
+"""That the whole question follows at most."""
+_REMEDY = "gr.basins looks for motions that settle, gr.periodic(model, every=True) for all that repeat"
 _REACH = "starts lie evenly within 4 times the largest clearance, else turning and wound up as the pilot"
 
 
@@ -57,23 +66,37 @@ def others_of(
         return (), ()
     if not pilot.run.trajectory.layout.clearance_names:
         return (), ()
-    calls, planned = calls_of(pilot), pilot.run.cost.function_calls * pilot.stretched
-    if calls > max(ADVISED if is_asked else PASSING, _SHARE * planned):
-        words = f"Not looked for: that would take up to {calls:.2g} function calls, more than {ADVISED:.0e}."
-        remedy = "gr.basins looks for motions that settle, gr.periodic(model, every=True) for all that repeat"
-        return ((Line(TOPIC, words, (remedy,)),) if is_asked else ()), ()
+    most = periods_for(pilot, ADVISED if is_asked else PASSING)
+    if is_asked:
+        most = max(most, PILOTS * pilot.run.trajectory.cycles)
+    elif most < PERIODS:
+        return (), ()
     try:
         start = state_of(model, PeriodMap(assemble(model).system), pilot.run)
-        settled = settled_motions(model, start, progress=progress)
+        settled = settled_motions(model, start, progress=progress, most_periods=most)
     except ConvergenceError:
         return (), ()
     words = words_of(settled)
-    return (Line(TOPIC, words, (_counts(settled), _REACH)),), (words,) if others_in(settled) else ()
+    evidence = [_counts(settled), _REACH] if settled.starts else []
+    if settled.left_out:
+        evidence += [_left_out(settled, most), _REMEDY]
+    return (Line(TOPIC, words, tuple(evidence)),), (words,) if others_in(settled) else ()
 
 
-def calls_of(pilot: Pilot) -> float:
-    """Return the function calls that the question costs at most."""
-    return (1 + STARTS) * BLOCKS * BLOCK * pilot.run.cost.function_calls / pilot.run.trajectory.cycles
+def periods_for(pilot: Pilot, calls: float) -> float:
+    """Return how many periods the question may follow.
+
+    Parameters
+    ----------
+    pilot
+        whose function calls tell what a period costs.
+    calls
+        that a driveline of up to ``SMALL`` inertias may spend.
+    """
+    bodies = len(pilot.run.trajectory.layout.inertia_names)
+    allowed = calls / max(1.0, bodies / SMALL) ** 2
+    planned = pilot.run.cost.function_calls * pilot.stretched
+    return max(allowed, _SHARE * planned) * pilot.run.trajectory.cycles / pilot.run.cost.function_calls
 
 
 def others_in(settled: Settled) -> list[int]:
@@ -84,6 +107,9 @@ def others_in(settled: Settled) -> list[int]:
 def words_of(settled: Settled) -> str:
     """Return which motions exist besides the one that the pilot settles in."""
     others = others_in(settled)
+    if not settled.starts and not others:
+        own = f"the pilot settles in {settled.names[settled.own]}; " if settled.own >= 0 else ""
+        return f"Not looked for: {own}other starts cost more than advice may spend."
     basins = "; ".join(
         f"{settled.names[i]}, basin about {_percent(settled.counts[i] / settled.starts)}" for i in others
     )
@@ -115,6 +141,15 @@ def _counts(settled: Settled) -> str:
     if settled.unsettled:
         parts.append(f"not settled after {BLOCK * BLOCKS} periods {settled.unsettled}")
     return f"of {counted(settled.starts, 'start')}: {'; '.join(parts)}"
+
+
+def _left_out(settled: Settled, most: float) -> str:
+    """How many starts were not followed, and why."""
+    total = settled.starts + settled.left_out
+    return (
+        f"{settled.left_out} of {counted(total, 'start')} left out: advice follows {most:.0f} periods here, and all "
+        f"starts take up to {PERIODS}"
+    )
 
 
 def _percent(share: float) -> str:

@@ -240,13 +240,16 @@ class Settled:
     starts
         how many there are.
     own
-        index of the motion in which the given state settles; -1 if it does not settle.
+        index of the motion in which the given state settles; -1 if it does not settle, or was not followed so far.
+    left_out
+        how many further starts were to be followed, had the periods allowed sufficed.
     """
 
     orbits: tuple[Orbit, ...]
     counts: tuple[int, ...]
     starts: int
     own: int
+    left_out: int = 0
 
     @property
     def unsettled(self) -> int:
@@ -266,7 +269,12 @@ class Settled:
 
 
 def settled_motions(
-    model: Model, state: State, starts: int = STARTS, progress: Callable[[float], None] | None = None
+    model: Model,
+    state: State,
+    starts: int = STARTS,
+    progress: Callable[[float], None] | None = None,
+    *,
+    most_periods: float = np.inf,
 ) -> Settled:
     """Return the motions in which a driveline settles from states within its reach.
 
@@ -281,26 +289,41 @@ def settled_motions(
         how many states are drawn besides.
     progress
         called with the finished share; what it raises ends the work.
+    most_periods
+        that are followed in all; the starts that these do not suffice for are left out.
     """
-    search = _Search(model)
-    own, counts = search.settled_in(state), Counter[int | None]()
-    wound_up = search.wound_up(state)
-    for i, start in enumerate(starts_of(search.map, starts), 1):
-        begun = search.turned_like(state, State(start.y + wound_up, start.auxiliary_pieces))
-        counts[search.settled_in(begun)] += 1
-        if progress is not None:
-            progress(i / starts)
+    search = _Search(model, most_periods)
+    counts = Counter[int | None]()
+    own = None
+    followed = 0
+    try:
+        own = search.settled_in(state)
+        wound_up = search.wound_up(state)
+        for start in starts_of(search.map, starts):
+            begun = search.turned_like(state, State(start.y + wound_up, start.auxiliary_pieces))
+            counts[search.settled_in(begun)] += 1
+            followed += 1
+            if progress is not None:
+                progress(followed / starts)
+    except _Spent:
+        pass
     known = list(range(len(search.attractors)))
     order = sorted(known, key=lambda i: -counts[i])
     orbits = tuple(search.attractors[i].orbit for i in order)
-    return Settled(orbits, tuple(counts[i] for i in order), starts, -1 if own is None else order.index(own))
+    index = -1 if own is None else order.index(own)
+    return Settled(orbits, tuple(counts[i] for i in order), followed, index, starts - followed)
+
+
+class _Spent(Exception):
+    """The periods that may be followed are used up."""
 
 
 class _Search:
     """The motions met so far."""
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, most_periods: float) -> None:
         self.model = model
+        self.left = most_periods
         self.map = PeriodMap(assemble(model).system, 1)
         self.attractors: list[Attractor] = []
         self._turning = np.linalg.qr(turning(self.map) * self.map.scale[:, None])[0]
@@ -322,6 +345,9 @@ class _Search:
     def settled_in(self, state: State) -> int | None:
         """The index of the motion that a state settles in; None if it does not settle, or to nothing that is known."""
         for block in range(1, BLOCKS + 1):
+            if self.left < BLOCK:
+                raise _Spent
+            self.left -= BLOCK
             try:
                 march = self.map.marched(state, BLOCK)
             except ConvergenceError:

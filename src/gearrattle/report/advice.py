@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from gearrattle.advice import Advice
+from gearrattle.advice.clearances import LISTED
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.page import Section
 from gearrattle.report.plots.chart import Chart
@@ -37,9 +38,9 @@ class AdvicePage(Presentation[Advice]):
         return f"{topics}, and {counted(len(self.result.forecasts), 'forecast')} that a run will settle."
 
     def sections(self) -> tuple[Section, ...]:
-        lines, forecasts = self.answer()[0], self._forecasts()
+        forecasts = self._forecasts()
         return (
-            Section("advice", "Advice", self.sentence, tables=(lines,)),
+            Section("advice", "Advice", self.sentence, tables=self.answer()),
             Section("forecasts", "Forecasts", tables=(forecasts,), charts=tuple(self.figures())),
         )
 
@@ -65,7 +66,9 @@ class AdvicePage(Presentation[Advice]):
         rows: list[tuple[str, ...]] = []
         for line in self.result.lines:
             rows += [(line.topic, line.words), *(("", f"- {evidence}") for evidence in line.evidence)]
-        return (Table(("topic", "advice, and its evidence"), tuple(rows), frozenset({0, 1})),)
+        lines = Table(("topic", "advice, and its evidence"), tuple(rows), frozenset({0, 1}))
+        clearances = self._clearances()
+        return (lines, clearances) if len(clearances.rows) > LISTED else (lines,)
 
     def content(self) -> dict[str, Any]:
         return self.result.to_dict()
@@ -82,6 +85,20 @@ class AdvicePage(Presentation[Advice]):
             "word": ("forecast", texts(value if isinstance(value, str) else "" for value in values)),
         }
         return Arrays({**forecasts, **lines}, attributes={"model": advice.model})
+
+    def _clearances(self) -> Table:
+        """A row a clearance, where there are too many for a line: regime, mean slope, and what linear response says."""
+        columns: dict[str, dict[str, str]] = {"regime": {}, "mean slope": {}, "corners": {}}
+        for forecast in self.result.forecasts:
+            value = forecast.value
+            shown = value if isinstance(value, str) else "–" if math.isnan(value) else numeral(value, 3)
+            columns.get(forecast.quantity, {})[forecast.subject] = shown
+        rows = [
+            (name, regime, columns["mean slope"].get(name, "–"), columns["corners"].get(name, "–"))
+            for name, regime in columns["regime"].items()
+        ]
+        head = ("clearance", "in the pilot", "mean slope", "corners by linear response")
+        return Table(head, tuple(rows), frozenset({0, 1, 3}), "Clearances")
 
     def _forecasts(self) -> Table:
         rows = []

@@ -41,6 +41,7 @@ CONVERGED = 1e-8  # largest change of a gain, as a share of the largest slope
 _RELAXED = 25  # iterations before Newton's take over
 _MOST_SOUGHT = 32  # clearances beyond which no motions are sought: a matrix an order, and hundreds of orders
 _MANY, _MOST_KRYLOV = 12, 20  # clearances beyond which Newton's steps are by Krylov's method, and how many of them
+_FEW_KRYLOV = 6  # how many of them where the search need not be thorough
 _PERIODS_WITHOUT_PERIOD = 61  # how long incommensurate orders are sampled, in periods
 
 
@@ -194,10 +195,10 @@ def _starts(count: int, *, thorough: bool) -> Iterator[Array]:
 
     No more than about ``MOST_STARTS``: of very many clearances only some, evenly spread, are the one unlike.
 
-    Where it need not be thorough: all in contact, and all open.
+    Where it need not be thorough: all in contact, and up to ``_MANY`` clearances all open as well.
     """
     if not thorough:
-        yield from (np.full(count, level) for level in (1.0, LOWEST))
+        yield from (np.full(count, level) for level in ((1.0, LOWEST) if count <= _MANY else (1.0,)))
         return
     steps = max((n for n in range(2, FINEST + 1) if n**count <= MOST_STARTS), default=0)
     if steps:
@@ -209,7 +210,7 @@ def _starts(count: int, *, thorough: bool) -> Iterator[Array]:
         yield from (np.where(np.arange(count) == k, other, level) for k in range(0, count, apart))
 
 
-def _search(linear: Linearisation, start: Array) -> Iterator[Array]:
+def _search(linear: Linearisation, start: Array, *, thorough: bool) -> Iterator[Array]:
     """Yield the fixed points that searches from one start end at: Newton's method at once, and after relaxation.
 
     Beyond ``_MANY`` clearances after relaxation only, without the derivatives that cost an answer for every clearance.
@@ -220,12 +221,13 @@ def _search(linear: Linearisation, start: Array) -> Iterator[Array]:
         return linear.answer(np.clip(shares, 0.0, 1.0)) - shares
 
     many = len(linear.moving) > _MANY
+    most = _MOST_KRYLOV if thorough else _FEW_KRYLOV
     for relaxed in (_RELAXED,) if many else (0, _RELAXED):
         shares = start
         for _ in range(relaxed):
             shares = 0.5 * (shares + linear.answer(shares))
         if many:
-            options = {"fatol": 1e-11, "maxiter": _MOST_KRYLOV}
+            options = {"fatol": 1e-11, "maxiter": most}
             with suppress(ValueError):  # a direction of no length: it stays where it is
                 shares = np.asarray(root(change, shares, method="krylov", options=options).x)
         else:
@@ -243,7 +245,8 @@ def forecast(system: PiecewiseSystem, *, thorough: bool = True) -> Forecast:
         the driveline; it must have a static equilibrium.
     thorough
         whether to search from a grid of starts and to seek the motions that fixed points lead to, of up to
-        ``_MOST_SOUGHT`` clearances; otherwise two starts and no motions.
+        ``_MOST_SOUGHT`` clearances; otherwise from two starts, of more than ``_MANY`` clearances from one, and no
+        motions.
 
     Raises
     ------
@@ -269,7 +272,7 @@ def _from_starts(system: PiecewiseSystem, *, thorough: bool) -> Forecast:
     searches = ended = 0
     for start in _starts(len(linear.moving), thorough=thorough):
         searches += 1 if len(linear.moving) > _MANY else 2
-        for shares in _search(linear, np.concatenate([start, start])):
+        for shares in _search(linear, np.concatenate([start, start]), thorough=thorough):
             ended += 1
             same = next((i for i, (other, _) in enumerate(distinct) if np.abs(other - shares).max() < SAME), None)
             if same is None:
