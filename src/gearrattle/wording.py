@@ -1,4 +1,4 @@
-"""Plurals, articles and lists in English sentences, prefixes of units, and text in columns.
+"""Plurals, articles and lists in English sentences, numbers with their units, and text in columns.
 
 Takes numbers, nouns, units and cells; gives text for messages, notes, pages and terminals.
 """
@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterable, Sequence
 _SILENT_H = ("hour", "honest", "heir")
 _Y_SOUND = ("uni", "use", "eu", "one")
 _NARROWEST = 24
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 
@@ -82,6 +83,55 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
         if largest >= 0.5 * step:
             return 1.0 / step, f"{prefix}{unit}"
     return 1.0, unit
+
+
+def numeral(value: float, digits: int = 4, *, times: str = " × ") -> str:
+    """Write a number.
+
+    Parameters
+    ----------
+    value
+        any float; NaN becomes a dash.
+    digits
+        significant digits.
+    times
+        what stands between mantissa and power of ten.
+
+    Returns
+    -------
+    str
+        Plain notation from 0.001 to 100 000, mantissa and power of ten elsewhere, e.g. ``"1.5 × 10⁻⁷"``.
+    """
+    if math.isnan(value):
+        return "–"
+    if math.isinf(value):
+        return "∞" if value > 0.0 else "−∞"
+    if value == 0.0:
+        return "0"
+    rounded = float(f"{value:.{digits - 1}e}")
+    if 1e-3 <= abs(rounded) < 1e5:
+        places = max(0, digits - 1 - math.floor(math.log10(abs(rounded))))
+        text = f"{rounded:.{places}f}"
+        return (text.rstrip("0").rstrip(".") if "." in text else text).replace("-", "−")
+    mantissa, power = f"{value:.{digits - 1}e}".split("e")
+    short = mantissa.rstrip("0").rstrip(".").replace("-", "−")
+    raised = f"10{str(int(power)).translate(_RAISED)}"
+    return raised if short == "1" else f"{short}{times}{raised}"
+
+
+def quantity(value: float | None, unit: str = "", digits: int = 4) -> str:
+    """Write a number with its unit; a dash for None and NaN; the unit ``"1"`` is not written."""
+    if value is None or math.isnan(value):
+        return "–"
+    return f"{numeral(value, digits)} {unit}" if unit and unit != "1" else numeral(value, digits)
+
+
+def engineering(value: float | None, unit: str, digits: int = 3) -> str:
+    """Write a number with its unit and an SI prefix; a dash for None and NaN."""
+    if value is None or math.isnan(value):
+        return "–"
+    factor, scaled = prefixed(abs(value), unit)
+    return quantity(value * factor, scaled, digits)
 
 
 def measured(value: float, unit: str, digits: int = 9, largest: float | None = None) -> str:

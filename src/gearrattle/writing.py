@@ -147,7 +147,15 @@ class Staging:
         sweep(anchor)
         with suppress(OSError):
             sweep(anchor.parent)  # a program killed there may have begun before the folder was made
-        self._hidden, self._owner = _hidden_folder(anchor)
+        try:
+            self._hidden, self._owner = _hidden_folder(anchor)
+        except OSError as error:
+            if error.errno not in (errno.ENOENT, errno.EACCES, errno.EPERM, errno.EROFS):
+                raise
+            # a file system that takes no files says that there is no such file
+            reason = "permission denied" if error.errno != errno.EROFS else "read-only file system"
+            reason = "its file system takes no files" if error.errno == errno.ENOENT else reason
+            raise PermissionError(errno.EACCES, f"this folder cannot be written: {reason}", str(anchor)) from None
         self._path = self._hidden / _CONTENT / self.destination.relative_to(anchor)
         try:
             self._path.mkdir(parents=True)

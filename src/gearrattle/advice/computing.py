@@ -13,7 +13,7 @@ from gearrattle.advice.pilot import Pilot
 from gearrattle.advice.record import Line
 from gearrattle.model import Model
 from gearrattle.simulation.steps import step_limits
-from gearrattle.wording import counted, measured
+from gearrattle.wording import counted, engineering, measured
 
 
 def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
@@ -63,7 +63,7 @@ def cost_line(pilot: Pilot) -> Line:
     crossings = pilot.of("crossings a cycle")[""]
     return Line(
         "cost",
-        f"About {_rounded(calls)} function calls and {seconds:.1g} s for {counted(pilot.planned, 'cycle')} by exact.",
+        f"About {_rounded(calls)} function calls and {engineering(seconds, 's', 1)} for {counted(pilot.planned, 'cycle')} by exact.",
         (
             f"{pilot.name}: {counted(cost.function_calls, 'call')}, {counted(len(t.events), 'crossing')}, "
             f"{crossings:.3g} per cycle at its end",

@@ -10,6 +10,7 @@ reading of other TOML files to those who have some.
 from __future__ import annotations
 
 import difflib
+import json
 import os
 import re
 import tomllib
@@ -188,6 +189,9 @@ def read_tables(text: str, name: str, kind: str = "model file") -> tuple[dict[st
     except NestingError as error:
         raise ModelError(Problem(f"{name}:{error.line}", "", "arrays, tables or keys are nested too deeply")) from None
     tables = _parse(text, name)
+    if not tables:
+        value = "an empty file" if not text.strip() else "a file without a key"
+        raise ModelError(Problem(name, value, f"a {kind} has tables and keys", _BEGIN.get(kind, "")))
     _check_kind(tables, name, kind)
     positions = Positions(name, lines)
     if is_newer_schema(tables.get("schema")):
@@ -195,6 +199,9 @@ def read_tables(text: str, name: str, kind: str = "model file") -> tuple[dict[st
     return tables, positions
 
 
+_ALIKE = 0.75
+"""Least likeness of names, 0 to 1 (``difflib``), with which a file is suggested."""
+_BEGIN = {"model file": "it needs schema, inertia and excitation; gearrattle examples lists models"}
 _MARKS = {"inertia": "model file", "model": "study file", "channel": "mapping file", "response": "data file"}
 """A key that a kind of file always has, or has alone."""
 _COMMANDS = {
@@ -276,12 +283,26 @@ def _parse(text: str, name: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
+        if _is_json(text):
+            rule = "must be TOML: KEY = VALUE lines under [table] headings"
+            raise ModelError(Problem(name, "a JSON file", rule, "write its keys as TOML")) from None
         line, words = _syntax(str(error), text)
         raise ModelError(Problem(f"{name}:{line}", "", f"not valid TOML: {words}")) from None
     except ValueError:  # a whole number longer than Python converts
         digits = re.search(r"\d[\d_]{999,}", text)
         line = text.count("\n", 0, digits.start() if digits else 0) + 1
         raise ModelError(Problem(f"{name}:{line}", "", "a whole number has too many digits")) from None
+
+
+def _is_json(text: str) -> bool:
+    """Whether a text is an object or a list of JSON."""
+    if not text.lstrip().startswith(("{", "[")):
+        return False
+    try:
+        json.loads(text)
+    except (ValueError, RecursionError):
+        return False
+    return True
 
 
 def _syntax(message: str, text: str) -> tuple[int, str]:
@@ -295,14 +316,20 @@ def _syntax(message: str, text: str) -> tuple[int, str]:
 
 
 def _neighbour(name: str) -> str:
-    """Suggest a file of a similar name in the same folder."""
+    """Suggest a file of a similar name in the same folder: what stands before the ending is compared, not the ending."""
     path = Path(name)
     try:
-        names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
+        names = sorted(entry.name for entry in path.parent.iterdir() if entry.is_file())
     except (OSError, ValueError):
         return f"the folder {path.parent} does not exist or cannot be read"
-    close = difflib.get_close_matches(path.name, names, n=1, cutoff=0.6)
-    return f'did you mean "{path.parent / close[0]}"?' if close else ""
+    by_stem: dict[str, list[str]] = {}
+    for one in names:
+        by_stem.setdefault(Path(one).stem.lower(), []).append(one)
+    close = difflib.get_close_matches(path.stem.lower(), by_stem, n=1, cutoff=_ALIKE)
+    if not close:
+        return ""
+    best = max(by_stem[close[0]], key=lambda one: difflib.SequenceMatcher(None, path.name, one).ratio())
+    return f'did you mean "{path.parent / best}"?'
 
 
 def _models_in(folder: str) -> str:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gearrattle.quantities.parts import Part
-from gearrattle.wording import counted
+from gearrattle.wording import counted, engineering
 
 SPELT_OUT = 3
 
@@ -55,9 +55,9 @@ def _rattle(part: Part) -> str:
         return f"{part.name} leaves contact and does not hit again" + _margin(part)
     severity = [f"{counted(float(part.impacts_per_cycle), 'impact')} per cycle"]
     if part.max_approach_speed is not None:
-        severity.append(f"approach speed up to {part.max_approach_speed:.3g}{_unit(part.speed_unit)}")
+        severity.append(f"approach speed up to {engineering(part.max_approach_speed, part.speed_unit)}")
     if part.max_impact_energy is not None:
-        severity.append(f"impact energy up to {part.max_impact_energy:.3g}{_unit(part.energy_unit)}")
+        severity.append(f"impact energy up to {engineering(part.max_impact_energy, part.energy_unit)}")
     severity.append(f"in contact {_percent(part.contact_share)} of the time")
     return f"{hits}, " + ", ".join(severity) + _margin(part)
 
@@ -91,10 +91,6 @@ def _side(part: Part) -> str:
     if part.drive_impacts_per_cycle > 0.0:
         return "drive "
     return "coast " if part.coast_impacts_per_cycle > 0.0 else ""
-
-
-def _unit(unit: str) -> str:
-    return "" if unit == "1" else f" {unit}"
 
 
 def _percent(share: float) -> str:

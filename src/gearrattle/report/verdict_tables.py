@@ -140,18 +140,14 @@ def verdict_table(verdict: Verdict) -> Table:
             part.name,
             part.regime,
             f"{part.impacts_per_cycle:.4g}",
-            _with_unit(part.max_approach_speed, part.speed_unit),
-            _with_unit(part.max_impact_energy, part.energy_unit),
+            engineering(part.max_approach_speed, part.speed_unit),
+            engineering(part.max_impact_energy, part.energy_unit),
             percent(part.contact_share),
             decibel(part.margin_db),
         )
         for part in verdict.parts
     )
     return Table(head, rows, frozenset({0, 1}))
-
-
-def _with_unit(value: float | None, unit: str) -> str:
-    return "–" if value is None else f"{value:.4g} {unit}".removesuffix(" 1")
 
 
 def criteria_tables(verdict: Verdict) -> list[Table]:
