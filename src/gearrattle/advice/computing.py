@@ -61,9 +61,10 @@ def cost_line(pilot: Pilot) -> Line:
     t, cost = pilot.run.trajectory, pilot.run.cost
     calls, seconds = cost.function_calls * pilot.stretched, cost.wall_time * pilot.stretched
     crossings = pilot.of("crossings a cycle")[""]
+    time = engineering(seconds, "s", 1)
     return Line(
         "cost",
-        f"About {_rounded(calls)} function calls and {engineering(seconds, 's', 1)} for {counted(pilot.planned, 'cycle')} by exact.",
+        f"About {_rounded(calls)} function calls and {time} for {counted(pilot.planned, 'cycle')} by exact.",
         (
             f"{pilot.name}: {counted(cost.function_calls, 'call')}, {counted(len(t.events), 'crossing')}, "
             f"{crossings:.3g} per cycle at its end",

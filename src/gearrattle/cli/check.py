@@ -10,6 +10,7 @@ import gearrattle
 from gearrattle.cli.options import Json
 from gearrattle.json_types import json_text
 from gearrattle.model.components import COMPONENTS
+from gearrattle.model.plausibility import plausibility_notes
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ _UNITS = {"speed": " rad/s", "sweep_to": " rad/s", "sweep_over": " s"}
 
 
 def check(model: Path, /, *, json: Json = False) -> None:
-    """Check a model file: print "ok" and what is in it, or every problem.
+    """Check a model file: print "ok" and what is in it, or every problem; notes on values that are hardly right.
 
     Parameters
     ----------
@@ -32,6 +33,7 @@ def check(model: Path, /, *, json: Json = False) -> None:
     try:
         driveline = gearrattle.load(model)
         rest = gearrattle.equilibrium(driveline)
+        notes = [*plausibility_notes(driveline), *rest.notes]
     except gearrattle.ModelError as error:
         if json:
             print(json_text({"ok": False, "problems": [problem.to_dict() for problem in error.problems]}))

@@ -316,7 +316,7 @@ def _syntax(message: str, text: str) -> tuple[int, str]:
 
 
 def _neighbour(name: str) -> str:
-    """Suggest a file of a similar name in the same folder: what stands before the ending is compared, not the ending."""
+    """Suggest a file of the same folder whose name, without its ending, is similar."""
     path = Path(name)
     try:
         names = sorted(entry.name for entry in path.parent.iterdir() if entry.is_file())

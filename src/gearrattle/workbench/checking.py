@@ -17,6 +17,7 @@ from gearrattle.model import Model
 from gearrattle.model.file import read_tables
 from gearrattle.model.path_labels import path_words, si_unit
 from gearrattle.model.paths import path_names, value_at
+from gearrattle.model.plausibility import plausibility_notes
 from gearrattle.model.positions import headers
 from gearrattle.workbench.drawing import drawing
 from gearrattle.workbench.folder import Folder
@@ -58,7 +59,7 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
         notes: Sequence[str] = ()
         try:
             model = Model.from_tables(tables, positions)
-            notes = (*record_notes(model), *equilibrium(model).notes)
+            notes = (*plausibility_notes(model), *record_notes(model), *equilibrium(model).notes)
         except ModelError as error:
             problems = error.problems
         except ConvergenceError as error:
