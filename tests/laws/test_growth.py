@@ -11,11 +11,16 @@ import pytest
 from benchmarks.growth.models import gearbox
 
 import gearrattle as gr
+from gearrattle.advice.others import ADVISED, PILOTS, SMALL, others_of
+from gearrattle.advice.pilot import run_pilot
 from gearrattle.analysis.contact_ratios.forecast import Linearisation
 from gearrattle.analysis.stiffness import regions_visited
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.solvers.stability import most_regions
 from gearrattle.engine.system.perturbed import Perturbed
+from gearrattle.orbits.settled import BLOCK
 from gearrattle.signals import dwell_of_regions
+from gearrattle.simulation.settings import settled
 
 SIZES = ((4, 2), *(pytest.param(*size, marks=pytest.mark.long) for size in ((16, 8), (64, 20), (128, 64))))
 
@@ -56,6 +61,28 @@ def test_advice_treats_a_bounded_number_of_systems(n: int, clearances: int, call
     assert 0 < calls["contact states"] <= 8000
     assert calls["contact states"] * n**3 <= 3e9
     assert 0 < calls["gains"] <= 1000
+
+
+@pytest.mark.parametrize(("n", "clearances"), SIZES)
+def test_other_motions_follow_a_bounded_number_of_periods(
+    n: int, clearances: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In function calls times the square of the size, with no more than twice the pilot's periods in any case."""
+    model = settled(gearbox(n, clearances, cycles=8), {})
+    pilot = run_pilot(model, 8)
+    followed = Counter[str]()
+    marched = PeriodMap.marched
+
+    def counted(self: PeriodMap, state: Any, passes: int, *rest: Any) -> Any:
+        followed["periods"] += passes if passes == BLOCK else 0
+        return marched(self, state, passes, *rest)
+
+    monkeypatch.setattr(PeriodMap, "marched", counted)
+    others_of(model, pilot, is_asked=True)
+    cycles = pilot.run.trajectory.cycles
+    a_period = pilot.run.cost.function_calls / cycles
+    allowed = ADVISED / max(1.0, n / SMALL) ** 2 / a_period
+    assert followed["periods"] <= max(allowed, 0.1 * cycles, PILOTS * cycles)
 
 
 def test_regions_beyond_those_treated_are_counted_and_said() -> None:
