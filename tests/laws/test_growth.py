@@ -73,9 +73,9 @@ def test_other_motions_follow_a_bounded_number_of_periods(
     followed = Counter[str]()
     marched = PeriodMap.marched
 
-    def counted(self: PeriodMap, state: Any, passes: int, *rest: Any) -> Any:
-        followed["periods"] += passes if passes == BLOCK else 0
-        return marched(self, state, passes, *rest)
+    def counted(self: PeriodMap, state: Any, passes: int | None = None, *rest: Any, **named: Any) -> Any:
+        followed["periods"] += BLOCK if passes == BLOCK else 0
+        return marched(self, state, passes, *rest, **named)
 
     monkeypatch.setattr(PeriodMap, "marched", counted)
     others_of(model, pilot, is_asked=True)
