@@ -73,7 +73,7 @@ def test_other_motions_follow_a_bounded_number_of_periods(
     followed = Counter[str]()
     marched = PeriodMap.marched
 
-    def counted(self: PeriodMap, state: Any, passes: int | None = None, *rest: Any, **named: Any) -> Any:
+    def counted(self: PeriodMap, state: Any, passes: int = 1, *rest: Any, **named: Any) -> Any:
         followed["periods"] += BLOCK if passes == BLOCK else 0
         return marched(self, state, passes, *rest, **named)
 
