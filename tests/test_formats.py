@@ -234,7 +234,7 @@ WRITERS = {
     "report/reductions.py": "matrices",
     "report/plots/stored.py": "charts",
     "measured/readers/hdf5.py": "recording",
-    "measured/readers/mat.py": "recording",
+    "measured/readers/mat/__init__.py": "recording",
     "report/numbers.py": "result",
     "results.py": "run",
     "studies/diagram.py": "part of a chunk, read by the study that wrote it alone",

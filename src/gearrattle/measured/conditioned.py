@@ -208,7 +208,7 @@ def brought(even: Even, grid: Array, rate: float) -> Array:
     if not even.beyond(grid, rate):
         places = even.places(grid)
         assert places is not None
-        return even.values[places]
+        return np.asarray(even.values[places])
     return resample(even.values, even.interval, even.first, grid, rate)
 
 

@@ -191,9 +191,9 @@ def _numbers(
 def _stamps(layout: Layout, use: Mapping[str, int]) -> dict[int, FromFirst]:
     """Return what reads the columns of time stamps, where these are wanted, by their index."""
     stamps = layout.stamps
-    if stamps is None or stamps.index not in use.values():
+    if stamps is None or stamps.column not in use.values():
         return {}
-    readers = {stamps.index: FromFirst(stamps.first)}
+    readers = {stamps.column: FromFirst(stamps.first)}
     if stamps.day_index is not None:
         readers[stamps.day_index] = FromFirst(stamps.first_day)
     return readers
@@ -205,13 +205,13 @@ def _since_first(
     """Add dates to the clock times beside them, or the days at midnight; leave the column of dates out."""
     if not stamps or layout.stamps is None or not table.size:
         return table[:, : len(use)], ()
-    own = list(use.values()).index(layout.stamps.index)
+    own = list(use.values()).index(layout.stamps.column)
     midnights = 0
     if len(stamps) > 1:
         table[:, own] += table[:, len(use)]
-    elif stamps[layout.stamps.index].first.day is None:
+    elif stamps[layout.stamps.column].first.day is None:
         table[:, own], midnights = over_midnight(table[:, own])
-    name = layout.heads[layout.stamps.index].name
+    name = layout.heads[layout.stamps.column].name
     note = f"{name}: the clock passes midnight {counted(midnights, 'time')}; a day is added at each"
     return table[:, : len(use)], (note,) if midnights else ()
 

@@ -62,15 +62,15 @@ class Stamps(NamedTuple):
 
     Attributes
     ----------
-    index
-        of their column.
+    column
+        index of their column.
     first
         the first one.
     day_index, first_day
         of the column of dates, where dates and clock times stand in two columns.
     """
 
-    index: int
+    column: int
     first: str
     day_index: int | None = None
     first_day: str = ""
@@ -263,7 +263,7 @@ def _stamps(row: Sequence[str]) -> Stamps | None:
 def _with_stamps(heads: tuple[Head, ...], stamps: Stamps) -> tuple[Head, ...]:
     """Return heads in which the time stamps are in s, and a column of dates beside clock times has no name."""
     told = list(heads)
-    told[stamps.index] = Head(heads[stamps.index].name, "s")
+    told[stamps.column] = Head(heads[stamps.column].name, "s")
     if stamps.day_index is not None:
         told[stamps.day_index] = Head("", None)
     return tuple(told)
@@ -326,4 +326,4 @@ def _notes_of_stamps(heads: Sequence[Head], stamps: Stamps | None) -> Iterator[s
     """Yield from when on the time stamps count."""
     if stamps is not None:
         first = f"{stamps.first_day} {stamps.first}".strip()
-        yield f"{heads[stamps.index].name}: time stamps, taken as s from the first, {first}"
+        yield f"{heads[stamps.column].name}: time stamps, taken as s from the first, {first}"

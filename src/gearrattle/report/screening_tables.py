@@ -87,12 +87,21 @@ def gears_of(data: xr.Dataset) -> list[Screened]:
     for k, gear in enumerate(data["gear"].values.tolist()):
         own = high[:, :, k]
         at = np.unravel_index(int(np.argmax(np.nan_to_num(own, nan=-np.inf))), own.shape)
-        said = [int((forecast[:, :, k] == code).sum()) for code in range(len(FORECASTS))]
-        names = str(gear), str(data["loose"].values[k]), str(data["driver"].values[k])
-        classical = float(np.nanmax(data["margin"].values[:, :, k]))
-        place = int(at[0]), int(at[1])
-        least = float(low[:, :, k][at])
-        screened = Screened(*names, own.size, *said, float(own[at]), least, *place, classical)
+        quiet, undecided, lifts = (int((forecast[:, :, k] == code).sum()) for code in range(len(FORECASTS)))
+        screened = Screened(
+            gear=str(gear),
+            loose=str(data["loose"].values[k]),
+            driver=str(data["driver"].values[k]),
+            cases=own.size,
+            quiet=quiet,
+            undecided=undecided,
+            lifts=lifts,
+            margin=float(own[at]),
+            least=float(low[:, :, k][at]),
+            speed=int(at[0]),
+            load=int(at[1]),
+            classical=float(np.nanmax(data["margin"].values[:, :, k])),
+        )
         if "regime" in data:
             regime = np.asarray(data["regime"].values)[:, :, k]
             done = checked(forecast[:, :, k], regime)

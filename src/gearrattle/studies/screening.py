@@ -262,7 +262,8 @@ def _thresholds(
         ratios[:, i, j], inside[i, j] = _threshold(case, gears)
         if progress is not None:
             progress(number / inside.size)
-    return _Thresholds(*ratios, inside)
+    ratio, lift, low, high = ratios
+    return _Thresholds(ratio, lift, low, high, inside)
 
 
 def _threshold(model: Model, gears: Sequence[LooseGear]) -> tuple[Array, bool]:

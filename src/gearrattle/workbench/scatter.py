@@ -35,6 +35,7 @@ def standard_errors(folder: Path) -> Errors:
         of the job, a run.
     """
     source = source_of(folder)
+    assert source.period is not None  # a run has one
     cycles = round(source.step * (source.count - 1) / source.period)
     if cycles - source.discard < PARTS:
         return {}

@@ -102,11 +102,12 @@ def mat_scaled(path: Path) -> tuple[Column, Any, Any]:
     return named(path, "n"), T, X
 
 
-def mdf(path: Path, values: Any, **about: Any) -> Column:
-    """Write one signal with asammdf, and read it."""
+def mdf(path: Path, values: Any, unit: str = "s", **about: Any) -> Column:
+    """Write one signal with asammdf, its times in a unit, and read it."""
     asammdf = pytest.importorskip("asammdf")
     with asammdf.MDF(version="4.10") as file:
         file.append([asammdf.Signal(values, T, name="n", unit="rpm", **about)])
+        file.groups[0].channels[0].unit = unit
         file.save(path, overwrite=True)
     return named(path, "n")
 
@@ -118,7 +119,7 @@ def mdf_axis(path: Path) -> tuple[Column, Any, Any]:
 
 @case("mdf4", "unit")
 def mdf_unit(path: Path) -> tuple[Column, Any, Any]:
-    return mdf(path, X), T, X
+    return mdf(path, X, unit="ms"), 1e-3 * T, X
 
 
 @case("mdf4", "counts")
@@ -155,13 +156,13 @@ def wav_scaled(path: Path) -> tuple[Column, Any, Any]:
     return named(path, "1"), T, X / 2.0**15
 
 
-def uff(path: Path, rows: str) -> Column:
-    """Write a dataset 58 as text, five samples 0.01 s apart, and read it."""
+def uff(path: Path, rows: str, unit: str = "s") -> Column:
+    """Write a dataset 58 as text, five samples 0.01 apart in a unit of time, and read it."""
     axis = f"{{:10d}}{0:5d}{0:5d}{0:5d} {{:20s}} {{:20s}}"
     lines = ["    -1", "    58", "n", *["NONE"] * 4]
     lines.append(f"{1:5d}{0:10d}{0:5d}{0:10d} {'hub':10s}{1:10d}{6:4d} {'NONE':10s}{0:10d}{0:4d}")
     lines.append(f"{4:10d}{5:10d}{1:10d}{0.25:13.5E}{0.01:13.5E}{0.0:13.5E}")
-    lines += [axis.format(17, "Time", "s"), axis.format(0, "NONE", "rpm"), *[axis.format(0, "NONE", "NONE")] * 2]
+    lines += [axis.format(17, "Time", unit), axis.format(0, "NONE", "rpm"), *[axis.format(0, "NONE", "NONE")] * 2]
     path.write_text("\n".join([*lines, rows, "    -1", ""]))
     return named(path, "n")
 
@@ -173,7 +174,7 @@ def uff_axis(path: Path) -> tuple[Column, Any, Any]:
 
 @case("uff", "unit")
 def uff_unit(path: Path) -> tuple[Column, Any, Any]:
-    return uff(path, "".join(f"{x:20.12E}" for x in X)), T + 0.25, X
+    return uff(path, "".join(f"{x:20.12E}" for x in X), unit="ms"), 1e-3 * (T + 0.25), X
 
 
 @case("uff", "counts")

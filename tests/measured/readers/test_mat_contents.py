@@ -195,7 +195,7 @@ def test_every_type_and_shape_of_numbers(
     kind: str, shape: tuple[int, int], packed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Tables along either side, read in pieces that do not divide them."""
-    monkeypatch.setattr("gearrattle.measured.readers.mat_variables.PIECE", 700)
+    monkeypatch.setattr("gearrattle.measured.readers.mat.variables.PIECE", 700)
     numbers = np.random.default_rng(3).integers(0, 120, shape).astype(kind)
     path = tmp_path / "x.mat"
     savemat(path, {"t": np.arange(5000.0), "m": numbers}, do_compression=packed)

@@ -49,20 +49,27 @@ ANSWERS: dict[str, Answers] = {
         "not scaled",
     ),
     "mdf4": Answers(
-        "the master channel of the group",
-        "s",
-        "all but those whose invalidation bit is set: gaps",
+        "the master channel of time of the group; one of an angle or a distance is left out, or refused; without one: "
+        "`sampled` or `time` of a mapping",
+        "of the master channel; s if it has none",
+        "all but those marked invalid, one by one or all of a channel: gaps",
         "by the conversion rule of the channel",
     ),
-    "wav": Answers("the number of the sample", "the rate of the header", "all", "whole numbers: full scale is 1"),
+    "wav": Answers(
+        "the number of the sample",
+        "the rate of the header",
+        "all; without a length in the header those up to the end of the file",
+        "whole numbers: full scale is 1",
+    ),
     "uff": Answers(
-        "the abscissa of the dataset",
-        "s",
+        "the abscissa of the dataset, of type 17 or in a unit of time; another one (frequency, speed, order) is left "
+        "out, or refused",
+        "of record 8",
         "as many as the header counts",
-        "not scaled",
+        "not scaled; the unit of a ratio is numerator over denominator",
     ),
     "csv": Answers(
-        "the column called `time` or `t`, or in s, ms or us",
+        "the column called `time` or `t`, or in s, ms or us, or of time stamps",
         "in the names or in a row of units; else s",
         "all; an empty entry and NaN are gaps",
         "not scaled",

@@ -155,7 +155,9 @@ def _times(file: Any, group: int, request: Request, path: Path) -> Array | Model
     if request.time:
         at = next((at for at in file.channels_db.get(request.time, ()) if at[0] == group), None)
         rule = f'has no channel "{request.time}" for its times'
-        return ModelError(Problem(place, "", rule)) if at is None else _seconds(file, *at, request.time_unit, place)
+        if at is None:
+            return ModelError(Problem(place, "", rule))
+        return _seconds(file, at[0], at[1], request.time_unit, place)
     master = _master(file, group)
     channel = None if master is None else file.groups[master[0]].channels[master[1]]
     if master is not None and _kind(channel) in _OF_TIME:

@@ -122,7 +122,7 @@ class TachoTable(Table):
             rule = "must leave two teeth more on the wheel than there are gaps"
             yield Breach(("missing",), missing, rule)
         elif any(isinstance(gap, list | tuple) for gap in gaps):
-            yield from _gap_breaches(gaps, int(teeth))
+            yield from _gap_breaches(list(gaps), int(teeth))
 
 
 def _gap_breaches(gaps: list[Any], teeth: int) -> Iterator[Breach]:

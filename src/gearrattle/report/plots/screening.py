@@ -118,7 +118,7 @@ def bounds_of(margin: Array) -> tuple[float, ...]:
 
 def _margins(data: xr.Dataset, measure: Measure) -> tuple[Array, Array, NDArray[np.bool_]]:
     """(speed, load, gear) largest and least margin [dB], and where the forecast is undecided."""
-    names = (measure, measure)
+    names: tuple[str, str] = (measure, measure)
     if measure == "lift_ratio" and "lift_high" in data:
         names = ("lift_high", "lift_low")
     with np.errstate(divide="ignore"):

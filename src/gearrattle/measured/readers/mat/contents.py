@@ -20,7 +20,7 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.readers.base import Column, Request, column_names, is_time
-from gearrattle.measured.readers.mat_variables import Variable
+from gearrattle.measured.readers.mat.variables import Variable
 from gearrattle.recording import Array
 from gearrattle.wording import counted
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearrattle.measured.readers.mat_variables import Damaged, Part, Variable
+from gearrattle.measured.readers.mat.variables import Damaged, Part, Variable
 
 _HEAD = 20
 _LONGEST_NAME = 64

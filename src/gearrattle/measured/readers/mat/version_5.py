@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearrattle.measured.readers.mat_variables import Damaged, Part, Variable, part_of
+from gearrattle.measured.readers.mat.variables import Damaged, Part, Variable, part_of
 
 HEAD = 128
 """Bytes before the first element."""

@@ -20,10 +20,10 @@ from typing import Any, BinaryIO
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import opened
 from gearrattle.formats import check_format, format_name
-from gearrattle.measured.readers import mat4, mat5
 from gearrattle.measured.readers.base import Column, Raw, Request, ask_for, column_names, unfit, with_times
-from gearrattle.measured.readers.mat_contents import FORMAT, TOLD, Clock, Contents, contents_of
-from gearrattle.measured.readers.mat_variables import Variable, part_of
+from gearrattle.measured.readers.mat import version_4, version_5
+from gearrattle.measured.readers.mat.contents import FORMAT, TOLD, Clock, Contents, contents_of
+from gearrattle.measured.readers.mat.variables import Variable, part_of
 from gearrattle.recording import Array, Recording
 
 NAME = "mat"
@@ -33,7 +33,7 @@ _LONGEST_NAME = 63
 
 def knows(_path: Path, head: bytes) -> bool:
     """Tell the text and the mark of byte order of version 5, or the head of a variable of version 4."""
-    return _is_version_5(head) or mat4.is_version_4(head)
+    return _is_version_5(head) or version_4.is_version_4(head)
 
 
 def read(path: Path, request: Request) -> Raw:
@@ -78,11 +78,11 @@ def _variables(stream: BinaryIO, *, within: bool) -> Iterator[Variable]:
     """Yield the variables of an open file from its beginning; compressed structures whole, or what is within them."""
     size = os.fstat(stream.fileno()).st_size
     stream.seek(0)
-    head = stream.read(mat5.HEAD)
+    head = stream.read(version_5.HEAD)
     if _is_version_5(head):
-        return mat5.variables(head, part_of(stream, size), within=within)
+        return version_5.variables(head, part_of(stream, size), within=within)
     stream.seek(0)
-    return mat4.variables(part_of(stream, size))
+    return version_4.variables(part_of(stream, size))
 
 
 def _check_packed(stream: BinaryIO, request: Request) -> None:
