@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
+from gearrattle.assembly.statistics import Between
 from gearrattle.signals.levels import extremes_missed, missed, rms_missed
 from gearrattle.signals.summaries import summary_of
 
@@ -239,3 +240,25 @@ def test_levels_and_their_errors_of_a_sine() -> None:
     assert float(low) == pytest.approx(float(high), rel=1e-9)
     assert float(rms_missed(np.sin(turn))) < 1e-12
     assert float(rms_missed(np.where(np.arange(129) == 64, 1.0, 0.0))) == pytest.approx(1.0 / np.sqrt(128.0), rel=1e-9)
+
+
+@pytest.mark.parametrize(("example", "few", "rounding"), [("paper/case3", 1, 1e-9), ("paper/eight_dof", 4, 1e-7)])
+def test_few_samples_a_cycle_are_enough_and_take_no_long_series(example: str, few: int, rounding: float) -> None:
+    """Bifurcation diagrams and basins keep few samples a period, in which a stiff mesh turns thousands of radians.
+
+    Rounding grows from sample to sample as the motion is sensitive, so that more of them know it better.
+    """
+    model = gr.load(EXAMPLES / f"{example}.toml")
+    between, extremes = Between(model), []
+    for samples in (few, 512):
+        run = gr.simulate(model, cycles=3, discard=1, samples_per_cycle=samples, audit=False)
+        statistics = between.statistics(run.trajectory, between.signals(run.trajectory))
+        assert statistics is not None
+        extremes.append((statistics.low, statistics.high))
+        walk = between._walk(run.trajectory)
+        assert walk is not None
+        assert max(series.count for series in walk.series.values()) <= 16
+    (low, high), (fine_low, fine_high) = extremes
+    size = np.maximum(np.abs(fine_low), np.abs(fine_high))
+    np.testing.assert_allclose(low / size, fine_low / size, rtol=0, atol=rounding)
+    np.testing.assert_allclose(high / size, fine_high / size, rtol=0, atol=rounding)

@@ -1,9 +1,10 @@
 """Extremes, moments and exceeded levels of a motion between its samples: from the exact motion, not from the samples.
 
 The window is cut at samples, crossings and knots of signals; intervals between samples are joined again where the
-motion is slow. Through every part rows times the state are power series
-(``series``): forwards from the sample a part begins with, or backwards from the one it ends with; only parts between
-two cuts, and those of very stiff contacts, need states that are carried on.
+motion is slow, and cut further where it is so fast that a region's series through one of them would be long. Through
+every part rows times the state are power series (``series``): forwards from the sample a part begins with, or backwards
+from the one it ends with; only parts between two cuts, and those of very stiff contacts, need states that are carried
+on.
 
 Extremes: four terms and a bound on the others tell of most parts that they do not pass the extremes seen so far; the
 rest are searched for turning points (``kernels.extremes``). Moments are Gauss-Legendre sums, with as many nodes as the
@@ -36,6 +37,8 @@ _UNCUT = 1e-9  # of an interval between two samples: shorter remainders are roun
 _LEVEL, _NEWTON = 1e-12, 1e-8  # of a level: its rounding, and a step of Newton's after which that is its error
 _TURN = 0.05  # rad of the fastest oscillation between two points of a curve: chords miss 0.03 % of its amplitude
 _MOST_POINTS, _FEWEST = 200_000, 8  # of a curve; of a block where these are too many
+_MOST_BLOCKS, _MOST_CUTS = 16, 4096
+"""Blocks of a region's series through an interval between samples, and parts into which one of more is cut."""
 _MOST_WORK = 1e10  # floating-point operations, some seconds: beyond, samples must do
 
 
@@ -153,6 +156,13 @@ def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float]
     if 100.0 * flow.width**3 * len(present) > _MOST_WORK:
         return None
     series = {r: series_of(regions[r], length) for r in present}
+    # samples far apart: a state carried on costs less than a series of so many blocks in every region
+    longest = max(region_series.count for region_series in series.values())
+    if longest > _MOST_BLOCKS:
+        cuts = min(_MOST_CUTS, -(-longest // _MOST_BLOCKS))
+        parts = _parts_of(flow, path, visited, cuts)
+        length /= cuts
+        series = {r: series_of(regions[r], length) for r in present}
     together, blocks = np.ones((2, len(regions)), dtype=np.int64)
     for r, region_series in series.items():
         together[r], blocks[r] = region_series.intervals, region_series.count
@@ -450,8 +460,8 @@ def _carried(flow: Flow, path: SampledMotion, parts: _Parts, series: dict[int, S
     return carried_states
 
 
-def _parts_of(flow: Flow, path: SampledMotion, visited: IntArray) -> _Parts:
-    """Cut the window at samples, crossings and knots."""
+def _parts_of(flow: Flow, path: SampledMotion, visited: IntArray, cuts: int = 1) -> _Parts:
+    """Cut the window at samples, crossings and knots, and intervals between samples into so many."""
     samples = path.first + np.arange(len(path.samples) - 1)
     begin, end = path.first / path.per_cycle, (path.first + samples.size) / path.per_cycle
     knots = flow.knots[1:-1] - path.first_cycle
@@ -459,11 +469,13 @@ def _parts_of(flow: Flow, path: SampledMotion, visited: IntArray) -> _Parts:
     knots = knots[first_knot : np.searchsorted(knots, end)]
     gone = int(np.searchsorted(path.time, begin, side="right"))
     crossings = path.time[gone : np.searchsorted(path.time, end)]
-    at = np.concatenate([samples / path.per_cycle, crossings, knots])
+    between = (samples[:, None] + np.arange(1, cuts) / cuts).ravel() / path.per_cycle
+    at = np.concatenate([samples / path.per_cycle, crossings, knots, between])
     order = np.argsort(at, kind="stable")
     durations = np.maximum(np.diff(np.append(at[order], end)), 0.0)
     is_sample, which_knot = order < samples.size, order - samples.size - crossings.size
     crossed = ~is_sample & (which_knot < 0)
+    which_knot = np.where(which_knot < knots.size, which_knot, -1)
     return _Parts(
         durations,
         visited[gone + np.cumsum(crossed)],
