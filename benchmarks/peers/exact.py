@@ -20,7 +20,9 @@ def build(plant: Plant) -> Prepared:
     def run(cycles: float | Fraction) -> Outcome:
         end = Fraction(cycles)
         whole, samples = -(-end.numerator // end.denominator), end.denominator
-        done = gr.simulate(model, "exact", cycles=whole, discard=0, samples_per_cycle=samples, audit=False)
+        done = gr.simulate(
+            model, "exact", cycles=whole, discard=0, samples_per_cycle=samples, initial="static", audit=False
+        )
         motion = done.trajectory  # arrays; the tables of `data` and `events` are made only when asked for
         until = motion.time[end.numerator]
         return Outcome(motion.deflection[end.numerator] / gap, int(np.sum(motion.events.time <= until)))

@@ -34,7 +34,7 @@ def test_no_shipped_model_is_told_of(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "place", "said"),
+    ("path", "value", "subject", "said"),
     [
         ("inertia.flywheel.J", 140e3, "inertia.flywheel.J", "between 10⁻¹⁰ to 20000 kg m²"),
         ("inertia.flywheel.J", 1e-11, "inertia.flywheel.J", "moments of inertia"),
@@ -44,9 +44,9 @@ def test_no_shipped_model_is_told_of(path: Path) -> None:
         ("torque.0.mean", 1e9, "torque.0.mean", "torques"),
     ],
 )
-def test_what_lies_outside_is_told_of(path: str, value: float, place: str, said: str) -> None:
+def test_what_lies_outside_is_told_of(path: str, value: float, subject: str, said: str) -> None:
     notes = plausibility_notes(gr.example("case3").with_({path: value}))
-    (note,) = [note for note in notes if place in note]
+    (note,) = [note for note in notes if subject in note]
     assert said in note
     assert "Is the unit right?" in note
 

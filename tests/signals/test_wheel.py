@@ -50,8 +50,8 @@ def _pulses(
     teeth, gaps = wheel
     number = np.arange(int(np.ceil(angle[0] / TURN * teeth)) + 1, int(angle[-1] / TURN * teeth))
     number = number[~np.isin(number % teeth + 1, list(LEFT_OUT.get((teeth, len(gaps)), ())))]
-    place = TURN / teeth * (number + 0.1 * np.sin(TURN / teeth * number) + jitter * rng.standard_normal(number.size))
-    return np.interp(np.sort(place), angle, TIME), number.astype(float)
+    angles = TURN / teeth * (number + 0.1 * np.sin(TURN / teeth * number) + jitter * rng.standard_normal(number.size))
+    return np.interp(np.sort(angles), angle, TIME), number.astype(float)
 
 
 @pytest.mark.parametrize("wheel", WHEELS)

@@ -13,7 +13,7 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.assembly import unsteady
-from gearrattle.studies.cases import DONE, FAILED, OUTCOMES
+from gearrattle.studies.cases import DONE, FAILED
 
 EXAMPLES = (
     "alternating_mesh",
@@ -93,9 +93,3 @@ def test_the_number_of_multipliers_may_change_along_a_sweep() -> None:
     assert np.all(data["motion"] == 0)
     shown = np.isfinite(data["multiplier real"]).sum("multiplier").values.ravel()
     assert shown[1] == shown[0] + 1
-
-
-def test_failures_are_told() -> None:
-    model = gr.example("case3")
-    with pytest.warns(RuntimeWarning, match=f"1 {OUTCOMES[2]}"):
-        gr.bifurcation(model, "inertia.i2.J", [-1.0, 1e-3], direction="up", **SHORT)

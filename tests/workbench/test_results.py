@@ -116,8 +116,10 @@ def test_sounds_that_are_compared_have_one_gain(page: Any) -> None:
     for job in ("first", "second"):
         content = page.get(f"/api/jobs/{job}/sound.wav", params={"gain": made["gain"]}).content
         assert content == expected.wav(job, 24)
-    alone = page.get("/api/jobs/second/sound.wav").content
-    assert alone == gr.listen(narrow).wav("A", 24) != expected.wav("second", 24)
+    alone = {job: gr.listen(run) for job, run in (("first", wide), ("second", narrow))}
+    lower = min(alone, key=lambda job: np.abs(alone[job].pressure[0]).max())  # its own gain is larger
+    content = page.get(f"/api/jobs/{lower}/sound.wav").content
+    assert content == alone[lower].wav("A", 24) != expected.wav(lower, 24)
 
 
 def test_differences_of_two_runs_are_named(page: Any) -> None:

@@ -48,8 +48,8 @@ def clearances_line(layout: Layout, excursions: Excursions, pilot: Pilot, notes:
         words = ", ".join(f"{name} {regime}" for name, regime in moving.items())
         words = f"Expect impacts: {words}{'; quiet: ' + ', '.join(quiet) if quiet else ''}."
     regimes = {name: str(regime) for name, regime in shown.items()}
-    each = _kinds(regimes) if len(names) > LISTED else ", ".join(f"{n} {r}" for n, r in regimes.items())
-    evidence = [f"{pilot.name}, its second half: {each}"]
+    states = _kinds(regimes) if len(names) > LISTED else ", ".join(f"{n} {r}" for n, r in regimes.items())
+    evidence = [f"{pilot.name}, its second half: {states}"]
     if excursions.inside and not notes:
         least = int(np.argmax(excursions.used))
         evidence.append(

@@ -33,12 +33,11 @@ def check(model: Path, /, *, json: Json = False) -> None:
     try:
         driveline = gearrattle.load(model)
         rest = gearrattle.equilibrium(driveline)
-        notes = [*plausibility_notes(driveline), *rest.notes]
     except gearrattle.ModelError as error:
         if json:
             print(json_text({"ok": False, "problems": [problem.to_dict() for problem in error.problems]}))
         raise
-    notes = [*record_notes(driveline), *rest.notes]
+    notes = [*plausibility_notes(driveline), *record_notes(driveline), *rest.notes]
     if json:
         print(json_text({"ok": True, **_content(driveline), "notes": notes}))
         return

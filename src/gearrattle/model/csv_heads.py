@@ -56,8 +56,8 @@ def heads_of(rows: Sequence[Sequence[str]]) -> tuple[tuple[Head, ...], int, int 
     if not units:
         return heads, names, None
     best = max(units, key=lambda index: (sum(map(_is_unit, rows[index])), -abs(index - names)))
-    told = (_unit(cell) for cell in rows[best])
-    return tuple(Head(head.name, unit or head.unit) for head, unit in zip(heads, told, strict=True)), names, best
+    units = (_unit(cell) for cell in rows[best])
+    return tuple(Head(head.name, unit or head.unit) for head, unit in zip(heads, units, strict=True)), names, best
 
 
 def is_name_of_time(name: str) -> bool:
@@ -83,8 +83,8 @@ def _likeness(rows: Sequence[Sequence[str]], index: int, units: Sequence[int]) -
     told_apart = len({cell for cell in row if cell}) == len(row) and not any(cell[:1].isdigit() for cell in row)
     blanks = sum(" " in head.name for head in heads)
     above = index < units[-1] if units else True
-    place = -sum(map(len, row)) if timed else index
-    return timed or not _are_units(row), timed, bracketed, told_apart, -blanks, above, place
+    order = -sum(map(len, row)) if timed else index
+    return timed or not _are_units(row), timed, bracketed, told_apart, -blanks, above, order
 
 
 def _is_timed(row: Sequence[str]) -> bool:
@@ -99,10 +99,10 @@ def _are_types(row: Sequence[str]) -> bool:
 
 def _are_units(row: Sequence[str]) -> bool:
     """Tell a row of units: one of time or angle among them, or nothing but units."""
-    told = [cell for cell in row if cell]
-    if any(_unit(cell) in _OF_TIME_OR_ANGLE for cell in told):
+    entries = [cell for cell in row if cell]
+    if any(_unit(cell) in _OF_TIME_OR_ANGLE for cell in entries):
         return True
-    return all(map(_is_unit, told)) and any(len(cell) > 1 for cell in told)
+    return all(map(_is_unit, entries)) and any(len(cell) > 1 for cell in entries)
 
 
 def _is_unit(cell: str) -> bool:

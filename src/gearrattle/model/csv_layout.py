@@ -201,8 +201,8 @@ def layout_of(path: Path) -> Layout:
         heads = _with_stamps(heads, stamps)
     comma = _has_decimal_comma(path, encoding, first_row, separator)
     quoted = any('"' in line for _, line in lines[first_row:]) or (comma and separator == ",")
-    told = [index for index in (kept[names], None if units is None else kept[units]) if index is not None]
-    left_out = [(index, lines[index][0]) for index in range(first_row) if index not in told]
+    used = [index for index in (kept[names], None if units is None else kept[units]) if index is not None]
+    left_out = [(index, lines[index][0]) for index in range(first_row) if index not in used]
     notes = (
         *_notes(encoding, comma),
         *_notes_of_lines([number for index, number in left_out if index < kept[names]], "above"),
@@ -232,8 +232,8 @@ def _first_numbers(lines: Sequence[str]) -> tuple[str, int]:
 
 def _has_gaps(row: Sequence[str]) -> bool:
     """Tell a row of one number or time stamp, with gaps for the others."""
-    told = [cell for cell in row if cell]
-    return bool(told) and all(_is_number(cell) or instant_of(cell) is not None for cell in told)
+    entries = [cell for cell in row if cell]
+    return bool(entries) and all(_is_number(cell) or instant_of(cell) is not None for cell in entries)
 
 
 def _top_of_heads(rows: Sequence[Sequence[str]], first_row: int, count: int) -> int | None:
@@ -262,11 +262,11 @@ def _stamps(row: Sequence[str]) -> Stamps | None:
 
 def _with_stamps(heads: tuple[Head, ...], stamps: Stamps) -> tuple[Head, ...]:
     """Return heads in which the time stamps are in s, and a column of dates beside clock times has no name."""
-    told = list(heads)
-    told[stamps.column] = Head(heads[stamps.column].name, "s")
+    timed = list(heads)
+    timed[stamps.column] = Head(heads[stamps.column].name, "s")
     if stamps.day_index is not None:
-        told[stamps.day_index] = Head("", None)
-    return tuple(told)
+        timed[stamps.day_index] = Head("", None)
+    return tuple(timed)
 
 
 def _is_number(cell: str) -> bool:
@@ -292,9 +292,9 @@ def _has_decimal_comma(path: Path, encoding: str, first_row: int, separator: str
         for number, line in itertools.islice(numbered(stream), first_row, None):
             if not ("," in line or "." in line) or (separator == "," and '"' not in line and "." not in line):
                 continue
-            told = [cell for cell in cells_of(line, separator) if _is_number(cell)]
-            commas = [cell for cell in told if "," in cell]
-            if any("." in cell for cell in told):
+            numbers = [cell for cell in cells_of(line, separator) if _is_number(cell)]
+            commas = [cell for cell in numbers if "," in cell]
+            if any("." in cell for cell in numbers):
                 return False
             if commas and (separator != "," or not all(map(_THOUSANDS.fullmatch, commas))):
                 return True

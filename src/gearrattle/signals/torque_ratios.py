@@ -92,10 +92,10 @@ def _peaks_of_cycles(trajectory: Trajectory, gears: list[LooseGear], cycles: int
     drivers = [i for i in dict.fromkeys(gear.driver for gear in gears) if ("acceleration", names[i]) in known]
     signals = [("acceleration", names[i]) for i in drivers]
     ends = tuple(range(cycles + 1))
-    found = trajectory.exact.statistics(trajectory, signals, with_moments=False, cycles=ends) if signals else None
-    if found is None:
+    peaks = trajectory.exact.statistics(trajectory, signals, with_moments=False, cycles=ends) if signals else None
+    if peaks is None:
         return {}
-    return dict(zip(drivers, np.maximum(found.high, -found.low).T, strict=True))
+    return dict(zip(drivers, np.maximum(peaks.high, -peaks.low).T, strict=True))
 
 
 def _between(trajectory: Trajectory, gear: LooseGear, sampled: float, peaks: Array, speed: Array) -> LargestRatio:

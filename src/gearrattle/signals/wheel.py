@@ -143,7 +143,7 @@ def _pattern(times: Array, units: Array, per_turn: int, gaps: Gaps) -> tuple[Arr
         raise PulseError("no interval is as long as a gap", "set missing = 0 for a full wheel")
     count = per_turn - sum(sizes)
     expected = sorted(size + 1 for size in sizes)
-    given = _turns_alike(_given(per_turn, gaps)) if isinstance(gaps[0], tuple) else None
+    stated = _turns_alike(_given(per_turn, gaps)) if isinstance(gaps[0], tuple) else None
     turns: Counter[tuple[int, ...]] = Counter()
     first: dict[tuple[int, ...], int] = {}
     for at in long[long + count <= whole.size].tolist():
@@ -152,15 +152,15 @@ def _pattern(times: Array, units: Array, per_turn: int, gaps: Gaps) -> tuple[Arr
             alike = _turns_alike(tuple(turn.tolist()))
             turns[alike] += 1
             first.setdefault(alike, at)
-    if given is not None:
-        turns = Counter({given: turns[given]} if turns[given] else {})
+    if stated is not None:
+        turns = Counter({stated: turns[stated]} if turns[stated] else {})
     if not turns:
         raise _other_wheel(times, np.rint(units).astype(np.int64), per_turn, sizes)
-    found, seen = turns.most_common(1)[0]
+    commonest, seen = turns.most_common(1)[0]
     if 2 * seen <= sum(turns.values()):
         rule = f"the gaps lie at one place in {seen} turns of {sum(turns.values())}: they are not told from lost pulses"
         raise PulseError(rule, "say which teeth are missing, such as missing = [[1, 2], [19, 20], [22, 23]]")
-    start = first[found]
+    start = first[commonest]
     return whole[start : start + count].astype(np.float64), start
 
 
@@ -206,31 +206,31 @@ def _follow(units: Array, pattern: Array) -> _Reading:
     wheel = np.log(pattern)
     block = max(4096, 16 * size)
     at = 0
-    place = 0
+    tooth = 0
     while at < units.size:
         # what agrees
         end = min(units.size, at + block)
-        places = (place + np.arange(end - at)) % size
+        places = (tooth + np.arange(end - at)) % size
         off = np.abs(logarithms[at:end] - wheel[places]) > _AGREES
         off |= np.abs(units[at:end] - pattern[places]) > _GAP_AGREES
         agreeing = int(np.argmax(off)) - 1 if off.any() else end - at  # one less: its end may be a pulse too many
         agreeing = max(agreeing, 0)
         reading.teeth[at : at + agreeing] = pattern[places[:agreeing]]
         at += agreeing
-        place = (place + agreeing) % size
+        tooth = (tooth + agreeing) % size
         # what does not
         if off.any():
-            at, place = _read(units, pattern, at, place, reading)
+            at, tooth = _read(units, pattern, at, tooth, reading)
     return reading
 
 
-def _read(units: Array, pattern: Array, begin: int, place: int, reading: _Reading) -> tuple[int, int]:
+def _read(units: Array, pattern: Array, begin: int, tooth: int, reading: _Reading) -> tuple[int, int]:
     """Take the cheapest reading of some intervals, a turn ahead; return the interval and the place behind them."""
     size = pattern.size
     end = min(units.size, begin + 2 * _CERTAIN + (size if size > 1 else 0))
     passed = np.concatenate([[0.0], np.cumsum(units[begin : end + 2])]).tolist()
     ahead_most = (end - begin) * len(_EDITS) + 1
-    wheel = np.concatenate([[0.0], np.cumsum(pattern[(place + np.arange(ahead_most)) % size])]).tolist()
+    wheel = np.concatenate([[0.0], np.cumsum(pattern[(tooth + np.arange(ahead_most)) % size])]).tolist()
     # by interval and by places passed since the first: the cost, and the chain of what was read
     readings: dict[int, dict[int, tuple[float, _Chain]]] = {0: {0: (0.0, None)}}
     for at in range(end - begin):
@@ -248,7 +248,7 @@ def _read(units: Array, pattern: Array, begin: int, place: int, reading: _Readin
                 if ahead + 1 + lost not in behind or total < behind[ahead + 1 + lost][0]:
                     behind[ahead + 1 + lost] = (total, _Step(chain, begin + at, extra, lost, ahead, teeth, misfit))
     chain = min((way for ways in readings.values() for way in ways.values()), key=lambda way: way[0])[1]
-    return _keep(chain, begin + _CERTAIN, reading, place, size)
+    return _keep(chain, begin + _CERTAIN, reading, tooth, size)
 
 
 class _Step(NamedTuple):
@@ -276,7 +276,7 @@ def _misfit(measured: float, teeth: float, edit: tuple[int, int], full: bool) ->
     return misfit if misfit <= _AGREES else None
 
 
-def _keep(chain: _Chain, end: int, reading: _Reading, place: int, size: int) -> tuple[int, int]:
+def _keep(chain: _Chain, end: int, reading: _Reading, tooth: int, size: int) -> tuple[int, int]:
     """Write down a reading up to an interval; return the interval and the place behind it."""
     steps = []
     while chain is not None:
@@ -294,7 +294,7 @@ def _keep(chain: _Chain, end: int, reading: _Reading, place: int, size: int) -> 
             reading.unsure.append(step.at)
         at = step.at + 1 + step.extra
         ahead = step.ahead + 1 + step.lost
-    return at, (place + ahead) % size
+    return at, (tooth + ahead) % size
 
 
 def _refuse_another_wheel(times: Array, units: Array, reading: _Reading, pattern: Array) -> None:
@@ -377,8 +377,8 @@ def _refuse_recurring(times: Array, units: Array, per_turn: float) -> None:
         sizes = np.rint(units[long[:gaps]]).astype(int) - 1
         rule = f"an interval some {units[long[0]]:.2g} times as long as its neighbours comes every {turn} pulses"
         rule += f", the first at {times[long[0]]:.6g} s: this is a gap of the wheel"
-        given = str(sizes[0]) if gaps == 1 else str(sizes.tolist())
-        raise PulseError(rule, f"pulses_per_turn = {turn + int(sizes.sum())}, missing = {given}")
+        missing = str(sizes[0]) if gaps == 1 else str(sizes.tolist())
+        raise PulseError(rule, f"pulses_per_turn = {turn + int(sizes.sum())}, missing = {missing}")
 
 
 def _told(times: Array, reading: _Reading) -> Teeth:

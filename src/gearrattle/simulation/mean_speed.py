@@ -19,6 +19,7 @@ from gearrattle.wording import measured
 NEGLIGIBLE = 1e-3
 """Part of a body's fluctuation of speed up to which its mean is not told."""
 _ROUNDING = 1e-9  # of the speed of the file
+_NOTHING = 1e-300  # below every fluctuation that is one
 
 
 def mean_speed_notes(model: Model, system: PiecewiseSystem, trajectory: Trajectory) -> tuple[str, ...]:
@@ -44,13 +45,14 @@ def mean_speed_notes(model: Model, system: PiecewiseSystem, trajectory: Trajecto
     is_off = (np.abs(mean) > NEGLIGIBLE * fluctuation) & (np.abs(mean) > _ROUNDING * model.excitation.omega)
     if not is_off.any():
         return ()
-    worst = int(np.argmax(np.where(is_off, np.abs(mean) / fluctuation, 0.0)))
+    share = np.abs(mean) / np.maximum(fluctuation, _NOTHING)
+    worst = int(np.argmax(np.where(is_off, share, 0.0)))
     name = free_names(model)[bodies[worst]]
     value = measured(abs(float(mean[worst])), "rad/s" if model.units == "SI" else "", 3)
     side = "above" if mean[worst] > 0.0 else "below"
-    share = f"{abs(mean[worst]) / fluctuation[worst]:.2g} of its fluctuation"
+    size = f"{share[worst]:.2g} of its fluctuation" if fluctuation[worst] > 0.0 else "it does not fluctuate"
     why = _reason(model, system, int(bodies[worst]))
-    return (f"over the judged part the mean speed of {name} lies {value} {side} that of the file ({share}): {why}.",)
+    return (f"over the judged part the mean speed of {name} lies {value} {side} that of the file ({size}): {why}.",)
 
 
 def _reason(model: Model, system: PiecewiseSystem, body: int) -> str:

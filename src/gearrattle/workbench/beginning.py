@@ -173,11 +173,11 @@ def _node_at(location: Location) -> Node:
     """Return the node of a location."""
     node: Node = _schema()
     for part in location:
-        found = (
+        nodes = (
             choice.get("items") if isinstance(part, int) else choice.get("properties", {}).get(part)
             for choice in _options(node)
         )
-        node = next(filter(None, found), {})
+        node = next(filter(None, nodes), {})
     if not node:
         raise LookupError(location)
     return node
@@ -186,11 +186,12 @@ def _node_at(location: Location) -> Node:
 def _table(node: Node) -> dict[str, Any]:
     """Return what a table must have; its first value if it must have none."""
     keys: Sequence[str] = node.get("required") or list(node["properties"])[:1]
-    return {key: _first(node["properties"][key], key) for key in keys}
+    points = next((len(_ASCENDING[key]) for key in keys if key in _ASCENDING), 0)
+    return {key: _first(node["properties"][key], key, points) for key in keys}
 
 
-def _first(node: Node, key: str = "") -> Any:
-    """Return a valid value of a node, that of a key where that has one of its own."""
+def _first(node: Node, key: str = "", points: int = 0) -> Any:
+    """Return a valid value of a node, that of a key where that has one of its own; a list has so many entries."""
     full = _resolved(node)
     choices = _options(node)
     tables = [choice for choice in choices if "properties" in choice]
@@ -201,7 +202,7 @@ def _first(node: Node, key: str = "") -> Any:
     if "prefixItems" in full:
         return [_first(entry) for entry in full["prefixItems"]]
     if full.get("type") == "array":
-        count = full.get("minItems", 1)
+        count = max(points, full.get("minItems", 1))
         return list(_ASCENDING[key][:count]) if key in _ASCENDING else [_first(full["items"])] * count
     if tables and len(tables) == len(choices):
         return _table(tables[-1])  # of a record the values themselves: a file is named by who has one

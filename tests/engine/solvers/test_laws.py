@@ -59,6 +59,7 @@ def test_inertias_without_any_element_turn_by_themselves(name: str) -> None:
     inertia = [{ name = "a", J = 2.0, drag = 0.5 }, { name = "b", J = 1.0 }]
     excitation = { speed = 8.0 }
     torque = [{ on = "a", harmonics = [{ order = 1, amplitude = 1.0 }] }]
+    simulation = { initial = "static" }
     """
     step = 1e-3 if name in FIXED else None
     tolerance = None if name in FIXED else TOLERANCE

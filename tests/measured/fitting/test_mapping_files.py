@@ -35,9 +35,9 @@ def test_a_mapping_is_a_recorded_motion(quantity: str, tmp_path: Path) -> None:
         "channel": [{"name": "n_gear", "quantity": quantity, "of": "gear", "unit": "rad/s"}],
     }
     for data in (path, str(path), tables):
-        found = recording_of(data)
-        assert found is not None
-        recording, _ = found
+        mapped = recording_of(data)
+        assert mapped is not None
+        recording, _ = mapped
         np.testing.assert_array_equal(recording["n_gear"].values, 83.0 + SWING)
 
 
@@ -45,9 +45,9 @@ def test_a_mapping_of_a_mapping_is_still_named_by_recording(tmp_path: Path) -> N
     gr.write(Recording(TIME, (Channel("n_gear", "", "", "rad/s", SWING),), "rig"), tmp_path / "rig.csv")
     (tmp_path / "measurement.toml").write_text(MAPPING.format(quantity="speed"))
     (tmp_path / "data.toml").write_text('[recording]\nfile = "measurement.toml"\nend = "0.5 s"\n')
-    found = recording_of(tmp_path / "data.toml")
-    assert found is not None
-    assert found[0].names == ("n_gear",)
+    mapped = recording_of(tmp_path / "data.toml")
+    assert mapped is not None
+    assert mapped[0].names == ("n_gear",)
 
 
 def test_a_speed_has_the_velocity_of_its_body_as_partner() -> None:

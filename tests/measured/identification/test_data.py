@@ -81,7 +81,8 @@ def test_wrong_response_files(text: str, said: str) -> None:
 @pytest.mark.parametrize(
     ("data", "said"),
     [
-        ("", "data need at least one [[mode]]"),
+        ("", "an empty file; a data file has tables and keys"),
+        ("schema = 1\n", "data need at least one [[mode]]"),
         ("schema = 2\n[[mode]]\nnumber = 2\nomega = 3\n", "data.toml:1: schema"),
         ("[[mode]]\nnumber = 2\nfrequency = 55\n", "data.toml:3: mode.0.frequency: found 55; must name its unit"),
         ('[[mode]]\nnumber = 2\nfrequency = "55"\n', "must name a unit"),

@@ -47,8 +47,8 @@ def test_one_pulse_of_a_full_wheel(fault: str, tmp_path: Path) -> None:
         pulses[at : at + 20] = 1.0
     speed, notes = _speed(tmp_path, pulses, {"pulses_per_turn": 60})
     np.testing.assert_allclose(speed, 1500.0, rtol=0.015)
-    told = {"none": "", "lost": "x: 1 pulse lost, at 0.6673", "extra": "x: 1 pulse too many left out, at 0.66779"}
-    assert told[fault] in notes
+    words = {"none": "", "lost": "x: 1 pulse lost, at 0.6673", "extra": "x: 1 pulse too many left out, at 0.66779"}
+    assert words[fault] in notes
     assert ("pulse lost" in notes, "too many" in notes) == (fault == "lost", fault == "extra")
 
 

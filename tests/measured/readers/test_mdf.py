@@ -80,8 +80,8 @@ def test_a_master_that_is_no_time_is_told(kind: int, unit: str, words: str, tmp_
         gr.read(path)
     with pytest.raises(ModelError, match=words):
         gr.read({"file": str(path), "channel": [{"name": "n0", "quantity": "speed"}]})
-    beside = written(tmp_path / "y.mf4", master(sync_type=kind, unit=unit), groups=2)
-    record = gr.read(beside)
+    two_groups = written(tmp_path / "y.mf4", master(sync_type=kind, unit=unit), groups=2)
+    record = gr.read(two_groups)
     assert record.names == ("n1", "T1")
     assert any(note.startswith(f"group 0 left out: is sampled {words}") for note in record.notes)
 

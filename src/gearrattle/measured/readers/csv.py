@@ -16,7 +16,7 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import opened_text
-from gearrattle.measured.readers.base import Column, Raw, Request, is_time, unfit, with_times
+from gearrattle.measured.readers.base import TIME_NAMES, Column, Raw, Request, is_time, unfit, with_times
 from gearrattle.model.csv_columns import read_all
 from gearrattle.model.csv_heads import defused
 from gearrattle.model.csv_layout import RecordError, encoding_of, numbered
@@ -62,8 +62,10 @@ def read(path: Path, request: Request) -> Raw:
         quantity, subject = said.get(name) or _of_a_run(name)
         columns.append(Column(name, unit or _SI.get(quantity, ""), array, None, quantity, subject))
     if layout.stamps is not None:
-        stamps = layout.heads[layout.stamps.index].name
+        stamps = layout.heads[layout.stamps.column].name
         columns.sort(key=lambda column: column.name == stamps)  # times in s or ms beside them are finer
+        if not request.time and any(column.name in TIME_NAMES and column.name != stamps for column in columns):
+            columns = [column for column in columns if column.name != stamps]
         if request.time in ("", stamps):
             request = request._replace(time_unit="")
     return Raw(with_times(columns, path, request), str(path), NAME, layout.notes)

@@ -62,9 +62,9 @@ def read(path: Path, request: Request) -> Raw:
         _check_long_records(file)
         _check_records(file)
         places = {_master(file, group) for group in range(len(file.groups))}
-        found = [(name, *at) for name, spots in file.channels_db.items() for at in spots if at not in places]
-        count = Counter(name for name, _, _ in found)
-        entries = [(name if count[name] == 1 else f"{name}[{group}]", group, index) for name, group, index in found]
+        channels = [(name, *at) for name, spots in file.channels_db.items() for at in spots if at not in places]
+        count = Counter(name for name, _, _ in channels)
+        entries = [(name if count[name] == 1 else f"{name}[{group}]", group, index) for name, group, index in channels]
         entries.sort(key=lambda entry: entry[1:])
         _check_size(file, entries, request)
         columns, skipped, without_times = _columns(file, entries, request, path)
@@ -150,37 +150,37 @@ def _times(file: Any, group: int, request: Request, path: Path) -> Array | Model
 
     Where there are none, the error that says so is returned.
     """
-    place = f"{path}: group {group}"
+    location = f"{path}: group {group}"
     samples = int(file.groups[group].channel_group.cycles_nr)
     if request.time:
         at = next((at for at in file.channels_db.get(request.time, ()) if at[0] == group), None)
         rule = f'has no channel "{request.time}" for its times'
         if at is None:
-            return ModelError(Problem(place, "", rule))
-        return _seconds(file, at[0], at[1], request.time_unit, place)
+            return ModelError(Problem(location, "", rule))
+        return _seconds(file, at[0], at[1], request.time_unit, location)
     master = _master(file, group)
     channel = None if master is None else file.groups[master[0]].channels[master[1]]
     if master is not None and _kind(channel) in _OF_TIME:
-        return _seconds(file, *master, request.time_unit, place)
+        return _seconds(file, *master, request.time_unit, location)
     if channel is not None and _kind(channel) in _NOT_OF_TIME:
         rule = f"is sampled over {_NOT_OF_TIME[_kind(channel)]}, not over time"
-        return ModelError(Problem(place, f"master channel {channel.name} [{channel.unit}]", rule, _EXPORT_OVER_TIME))
+        return ModelError(Problem(location, f"master channel {channel.name} [{channel.unit}]", rule, _EXPORT_OVER_TIME))
     if request.interval is not None:
         return np.asarray(np.arange(samples) * request.interval, np.float64)
-    return ModelError(Problem(place, "", "has no master channel, so its samples have no times", _TIMES_TOLD))
+    return ModelError(Problem(location, "", "has no master channel, so its samples have no times", _TIMES_TOLD))
 
 
-def _seconds(file: Any, group: int, index: int, unit: str, place: str) -> Array | ModelError:
+def _seconds(file: Any, group: int, index: int, unit: str, location: str) -> Array | ModelError:
     """Return the values of a channel as times [s]; where its unit is none of time, the error that says so."""
     channel = file.groups[group].channels[index]
     if hasattr(channel, "sampling_rate") and not channel.bit_count and not channel.sampling_rate:
-        return ModelError(Problem(place, "", "has no times and no interval between samples", _TIMES_TOLD))
+        return ModelError(Problem(location, "", "has no times and no interval between samples", _TIMES_TOLD))
     signal = file.get(group=group, index=index, ignore_invalidation_bits=True)
     try:
         factor = seconds(unit or signal.unit or "")
     except UnitError as error:
         rule = f"has times whose unit is none of time: {error.rule}"
-        return ModelError(Problem(f"{place}: {channel.name}", shown(unit or signal.unit), rule, 'time_unit = "ms"'))
+        return ModelError(Problem(f"{location}: {channel.name}", shown(unit or signal.unit), rule, 'time_unit = "ms"'))
     return factor * _valid(file, group, index, signal)
 
 
