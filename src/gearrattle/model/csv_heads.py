@@ -56,8 +56,8 @@ def heads_of(rows: Sequence[Sequence[str]]) -> tuple[tuple[Head, ...], int, int 
     if not units:
         return heads, names, None
     best = max(units, key=lambda index: (sum(map(_is_unit, rows[index])), -abs(index - names)))
-    units = (_unit(cell) for cell in rows[best])
-    return tuple(Head(head.name, unit or head.unit) for head, unit in zip(heads, units, strict=True)), names, best
+    own_units = (_unit(cell) for cell in rows[best])
+    return tuple(Head(head.name, unit or head.unit) for head, unit in zip(heads, own_units, strict=True)), names, best
 
 
 def is_name_of_time(name: str) -> bool:

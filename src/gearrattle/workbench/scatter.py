@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gearrattle.trajectory import Array
+from gearrattle.trajectory import Array, IntArray
 from gearrattle.workbench.kept import impacts_of, source_of
 from gearrattle.workbench.traces import Hits
 
@@ -97,7 +97,7 @@ def _deviation(values: Array) -> float:
     return float(np.std(values, ddof=1))
 
 
-def _largest(part: Array, sizes: Array) -> Array:
+def _largest(part: IntArray, sizes: Array) -> Array:
     """Return the largest of every part; 0 where there is none."""
     largest = np.zeros(PARTS)
     np.maximum.at(largest, part, sizes)
