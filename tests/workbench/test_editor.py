@@ -249,7 +249,7 @@ def test_a_model_is_saved_and_opened_again_and_a_draft_survives_a_reload(tab: An
     assert server.client.get("/api/files/second.toml").text == text
     selected(tab, "mesh.0")
     fill(tab, "backlash", "0.07 mm")
-    tab.wait_for_timeout(400)
+    tab.wait_for_function("""() => localStorage.getItem("gearrattle.draft")?.includes("0.07 mm")""")
     tab.reload()
     tab.wait_for_selector(".gr-node")
     assert '"0.07 mm"' in text_of(tab)
