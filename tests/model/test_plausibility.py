@@ -36,7 +36,7 @@ def test_no_shipped_model_is_told_of(path: Path) -> None:
 @pytest.mark.parametrize(
     ("path", "value", "subject", "said"),
     [
-        ("inertia.flywheel.J", 140e3, "inertia.flywheel.J", "between 10⁻¹⁰ to 20000 kg m²"),
+        ("inertia.flywheel.J", 140e3, "inertia.flywheel.J", "between 10⁻¹⁰ and 20000 kg m²"),
         ("inertia.flywheel.J", 1e-11, "inertia.flywheel.J", "moments of inertia"),
         ("mesh.gear.radii.0", 33.0, "mesh.gear.radii", "number without a unit is in metres"),
         ("mesh.gear.backlash", 0.1, "mesh.gear", "backlashes"),

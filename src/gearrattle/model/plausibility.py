@@ -92,7 +92,7 @@ def plausibility_notes(model: Model) -> tuple[str, ...]:
     for path, kind, value in _values(model):
         known = RANGES[kind]
         if value and not known.low <= abs(value) <= known.high:
-            ends = f"{quantity(known.low)} to {quantity(known.high, known.unit)}"
+            ends = f"{quantity(known.low)} and {quantity(known.high, known.unit)}"
             notes.append(
                 f"{path} is {engineering(value, known.unit, 4)}; {known.noun} lie between {ends}: {known.reason}. "
                 "Is the unit right?"
