@@ -43,6 +43,7 @@ def test_a_file_that_is_no_model_is_called_what_it_is(tmp_path: Path, text: str,
         ("gearbox.toml", ("gearbox_2.toml",), "gearbox_2.toml"),
         ("case33.toml", ("comment.toml", "readme.toml"), ""),
         ("new.toml", ("old.toml", "two.toml"), ""),
+        ("rig1.toml", ("rig2.uff", "rig3.nc"), ""),
     ],
 )
 def test_a_suggestion_has_a_like_name(tmp_path: Path, missing: str, there: tuple[str, ...], meant: str) -> None:

@@ -316,20 +316,15 @@ def _syntax(message: str, text: str) -> tuple[int, str]:
 
 
 def _neighbour(name: str) -> str:
-    """Suggest a file of the same folder whose name, without its ending, is similar."""
+    """Suggest a TOML file of the same folder whose name is similar."""
     path = Path(name)
     try:
-        names = sorted(entry.name for entry in path.parent.iterdir() if entry.is_file())
+        names = [entry.name for entry in path.parent.iterdir() if entry.suffix.lower() == ".toml"]
     except (OSError, ValueError):
         return f"the folder {path.parent} does not exist or cannot be read"
-    by_stem: dict[str, list[str]] = {}
-    for one in names:
-        by_stem.setdefault(Path(one).stem.lower(), []).append(one)
+    by_stem = {Path(name).stem.lower(): name for name in sorted(names)}
     close = difflib.get_close_matches(path.stem.lower(), by_stem, n=1, cutoff=_ALIKE)
-    if not close:
-        return ""
-    best = max(by_stem[close[0]], key=lambda one: difflib.SequenceMatcher(None, path.name, one).ratio())
-    return f'did you mean "{path.parent / best}"?'
+    return f'did you mean "{path.parent / by_stem[close[0]]}"?' if close else ""
 
 
 def _models_in(folder: str) -> str:
