@@ -55,7 +55,8 @@ class Recorded:
     @property
     def sizes(self) -> tuple[float, ...]:
         """Largest values: of a torque; of a motion's angle over the record, and of its speed."""
-        curve, time = curve_of(self.signal), self.signal.time
+        curve = curve_of(self.signal)
+        time = self.signal.time
         largest = float(np.abs(self.signal.scale * self.signal.value).max())
         if self.is_rate:
             return (largest * float(time[-1] - time[0]), largest + abs(self.slope))
@@ -64,7 +65,8 @@ class Recorded:
 
     def at(self, time: Array, rest: Array | float = 0.0, derivative: int = 0) -> Array:
         """(t,) values, or a derivative, at times (t,) [s]."""
-        curve, start = curve_of(self.signal), self.signal.start
+        curve = curve_of(self.signal)
+        start = self.signal.start
         time = time + rest
         if self.is_rate:
             value = curve.antiderivative()(start + time) - curve.antiderivative()(start) if not derivative else None
@@ -84,7 +86,8 @@ def curve_of(signal: Signal) -> PPoly:
     """The curve through a record's points, before its scale, in the record's own time; its last piece goes on."""
     from scipy.interpolate import CubicSpline, PPoly
 
-    time, value = signal.time, signal.value
+    time = signal.time
+    value = signal.value
     if signal.interpolation == "step":
         return PPoly(value[None], np.append(time, np.inf))
     if signal.interpolation == "linear":
@@ -105,7 +108,8 @@ def channel_of(signal: Signal, end: float = 0.0) -> Channel:
     end
         of the run, up to which the last value of steps is held [s]; every other record ends with its last point.
     """
-    curve, last = curve_of(signal), float(signal.time[-1])
+    curve = curve_of(signal)
+    last = float(signal.time[-1])
     if signal.interpolation == "step":
         last = max(last, signal.start + end)
     return Channel(curve.x, np.ascontiguousarray(curve.c[::-1].T) * signal.scale).between(signal.start, last)
@@ -146,7 +150,8 @@ def swings(signal: Signal) -> tuple[Swing, ...]:
     curve = curve_of(signal) if signal.key == "time" else periodic_spline(signal)
     # extrema: where the slope of a piece is zero; NaN where it is not
     cubic, square, slope, left = signal.scale * curve.c
-    right, length = np.append(left[1:], signal.scale * curve(curve.x[-1])), np.diff(curve.x)
+    right = np.append(left[1:], signal.scale * curve(curve.x[-1]))
+    length = np.diff(curve.x)
     with np.errstate(all="ignore"):
         root = np.sqrt(square**2 - 3.0 * cubic * slope)
         larger = -(square + np.copysign(root, square))
@@ -154,8 +159,10 @@ def swings(signal: Signal) -> tuple[Swing, ...]:
     since = np.where((since > 0.0) & (since < length), since, 0.0)
     value = ((cubic * since + square) * since + slope) * since + left
     # beyond both neighbours, on either side
-    low, high = np.minimum(left, right), np.maximum(left, right)
-    most, leaving = _ALLOWED * float(high.max() - low.min()), []
+    low = np.minimum(left, right)
+    high = np.maximum(left, right)
+    most = _ALLOWED * float(high.max() - low.min())
+    leaving = []
     for beyond, neighbour in ((value - high, high), (low - value, low)):
         i, j = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
         if beyond[i, j] > most:
@@ -206,7 +213,8 @@ def record_notes(model: Model) -> tuple[str, ...]:
     records = [(record, "s") for record in records_of(model)]
     for i, torque in enumerate(model.torques):
         if torque.engine is not None:
-            path, words = f"torque.{i}.engine.pressure", f"pressure of the engine on {torque.on}"
+            path = f"torque.{i}.engine.pressure"
+            words = f"pressure of the engine on {torque.on}"
             records.append((Record(torque.engine.pressure, path, words, "Pa", _LINES), "rad"))
     return tuple(note for record, along in records if (note := _note(record, along, is_si=model.units == "SI")))
 

@@ -39,7 +39,8 @@ def mean_speed_notes(model: Model, system: PiecewiseSystem, trajectory: Trajecto
         return ()
     # the mean is exact from the angles, the fluctuation is that of the samples
     first = settings.discard * settings.samples_per_cycle
-    angle, velocity = trajectory.angle[first:, bodies], trajectory.velocity[first:, bodies]
+    angle = trajectory.angle[first:, bodies]
+    velocity = trajectory.velocity[first:, bodies]
     mean = (angle[-1] - angle[0]) / (trajectory.time[-1] - trajectory.time[first])
     fluctuation = np.maximum(velocity.max(axis=0) - mean, mean - velocity.min(axis=0))
     is_off = (np.abs(mean) > NEGLIGIBLE * fluctuation) & (np.abs(mean) > _ROUNDING * model.excitation.omega)

@@ -29,14 +29,17 @@ def start_of(initial: str | Initial | None, driveline: Driveline) -> tuple[Array
     ModelError
         the model has no static equilibrium.
     """
-    system, model = driveline.system, driveline.model
+    system = driveline.system
+    model = driveline.model
     if isinstance(initial, Initial):
         free = free_of(model)
         return np.array(initial.angle, dtype=float)[free], np.array(initial.velocity, dtype=float)[free], ()
     if initial == "zero":
         return np.zeros(system.size), np.zeros(system.size), ()
     named, rest = named_equilibrium(driveline)
-    angle, velocity, notes = rest.angle, np.zeros(system.size), named.notes
+    angle = rest.angle
+    velocity = np.zeros(system.size)
+    notes = named.notes
     if model.motions:
         carried_angle, carried_velocity = (carried_along(model, moved(model, np.zeros(1), d)[0]) for d in (0, 1))
         angle = angle + carried_angle

@@ -43,6 +43,7 @@ def rigid_response(system: PiecewiseSystem, rest: Equilibrium) -> tuple[Array, A
     elastic = elastic_elements(system)
     sought = statics_of(elastic, relative_coordinates(system, elastic))
     frame = frame_of(system, relative_coordinates(system))
-    angle, velocity = np.empty(system.size), np.empty(system.size)
+    angle = np.empty(system.size)
+    velocity = np.empty(system.size)
     respond_rigidly(coefficients_of(system), frame, sought, rest.angle, angle, velocity)
     return angle, velocity
