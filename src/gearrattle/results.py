@@ -275,7 +275,8 @@ class Run(Result):
         """A row a sample, a column a name and quantity; of bodies also the speed along a sweep."""
         import pandas as pd
 
-        t, variables, coordinates = self.trajectory, *self._labelled()
+        t = self.trajectory
+        variables, coordinates = self._labelled()
         columns = {} if self.speed is None or "angle" not in names else {"speed": self.speed}
         for name in names:
             labels = coordinates[_SAMPLED[name][0]][1]

@@ -256,7 +256,8 @@ def _at_rate(
         raise ModelError(Problem(f"{measurement.place}: rate", value, error.rule, error.remedy)) from None
     grid = begin + np.arange(int(count)) / rate
     if grid.size < 2:
-        value, rule = f"{rate:.6g} Hz", f"leaves one sample of {end - begin:.6g} s"
+        value = f"{rate:.6g} Hz"
+        rule = f"leaves one sample of {end - begin:.6g} s"
         raise ModelError(Problem(f"{measurement.place}: rate", value, rule))
     notes: list[str] = []
     even = [uniform(part) for part in parts]

@@ -189,10 +189,12 @@ def region_in(store: Store, slot: int) -> Region:
 
 def _rates_of_chains(flow: Flow, width: int) -> Array:
     """(Q, Y) rates of the chains, which no array holds: every link takes the next one."""
-    signals, count = flow.system.signals, flow.chain.size
+    signals = flow.system.signals
+    count = flow.chain.size
     rates = np.zeros((count, width))
     if signals is not None:
-        links, pace = signals.degree + 1, signals.pace(flow.system.inputs.period)
+        links = signals.degree + 1
+        pace = signals.pace(flow.system.inputs.period)
         for j in range(count):
             if (j + 1) % links:
                 rates[j, width - count + j + 1] = pace

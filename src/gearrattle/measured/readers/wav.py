@@ -80,7 +80,8 @@ def _samples(path: Path) -> tuple[io.BytesIO, tuple[str, ...]]:
         if kind not in _KINDS:
             raise ValueError(f"begins with {kind!r}, not with RIFF")
         order = ">" if kind == b"RIFX" else "<"
-        form, long = b"", 0
+        form = b""
+        long = 0
         while len(chunk := stream.read(8)) == 8:
             name, length = struct.unpack(f"{order}4sI", chunk)
             start = stream.tell()
