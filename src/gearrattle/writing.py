@@ -45,6 +45,8 @@ _NEW = "new"
 _OLD = "old"
 _PART = ".part"
 _ATTEMPTS = 5
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_NO_ROOM_WORDS = "no space left on device"  # of libraries that keep the words of an error alone
 _FLUSHING = 8  # threads: the disk takes several requests at once
 
 
@@ -221,6 +223,11 @@ class Staging:
         self._path = None
         if hidden is not None:
             _discard(hidden, self._owner)
+
+
+def disk_is_full(error: BaseException) -> bool:
+    """Whether an error says that the disk takes no more."""
+    return getattr(error, "errno", None) in _NO_ROOM or _NO_ROOM_WORDS in str(error).lower()
 
 
 def is_left(name: str) -> bool:

@@ -18,6 +18,7 @@ import threading
 from collections.abc import Callable, Iterator
 
 from gearrattle.errors import Cancelled, GearRattleError, ModelError
+from gearrattle.writing import disk_is_full
 
 DONE = 0
 FAILED = 1
@@ -31,9 +32,6 @@ _AGAIN = 0.01  # seconds until a lost interruption is raised again
 
 class Terminated(KeyboardInterrupt):
     """SIGTERM, of a batch queue or a container: everything that Ctrl-C does is done."""
-
-
-_NO_SPACE = "no space left on device"
 
 
 def guarded(work: Callable[[], object]) -> int:
@@ -131,11 +129,6 @@ def _chain(error: BaseException) -> list[BaseException]:
     while (cause := chain[-1].__cause__) is not None and cause not in chain:
         chain.append(cause)
     return chain
-
-
-def disk_is_full(error: BaseException) -> bool:
-    """Whether an error says so."""
-    return getattr(error, "errno", None) in (errno.ENOSPC, errno.EDQUOT) or _NO_SPACE in str(error).lower()
 
 
 def _reason(error: BaseException) -> str:

@@ -11,11 +11,11 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.background import watched
 from gearrattle.cli.emit import print_result
-from gearrattle.cli.failures import disk_is_full
 from gearrattle.cli.options import Json, Settings, Whole
 from gearrattle.errors import Cancelled, GearRattleError
 from gearrattle.json_types import json_text
 from gearrattle.wording import counted
+from gearrattle.writing import disk_is_full
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch

@@ -10,11 +10,10 @@ from cyclopts import Parameter
 
 from gearrattle.cli.background import watched
 from gearrattle.cli.emit import print_result
-from gearrattle.cli.failures import disk_is_full
 from gearrattle.cli.options import Json, Whole
 from gearrattle.errors import Cancelled, GearRattleError, ModelError, Problem, SchedulerLost
 from gearrattle.json_types import json_text
-from gearrattle.writing import staged
+from gearrattle.writing import disk_is_full, staged
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
