@@ -238,6 +238,30 @@ def test_an_edit_that_leads_nowhere_is_refused(edit: dict[str, Any]) -> None:
         edited(TEXT, [edit])
 
 
+@pytest.mark.parametrize(
+    ("text", "edit"),
+    [
+        ('units = "SI"', {"op": "add", "table": ["units"], "value": 1.0}),
+        ('units = "SI"', {"op": "add", "table": ["units", "a"], "value": 1.0}),
+        ('units = "SI"', {"op": "set", "path": ["units", "a"], "value": 1.0}),
+        ("inertia = 3", {"op": "add", "table": ["inertia"], "value": {"name": "a", "J": 1.0}}),
+        ("inertia = [1, 2]", {"op": "delete", "path": ["inertia", 5]}),
+        ("inertia = [1, 2]", {"op": "add", "table": ["inertia", 1], "value": 1.0}),
+        ("inertia = [1, 2]", {"op": "set", "path": ["inertia", 1, "J"], "value": 1.0}),
+        ("mesh = [[1]]", {"op": "add", "table": "mesh.backlash", "value": 1.0}),
+        (TEXT, {"op": "add", "table": ["inertia"], "value": 3}),
+        (TEXT, {"op": "add", "table": ["planetary"], "value": [1]}),
+        (TEXT, {"op": "add", "table": ["excitation"], "value": {"speed": 1.0}}),
+    ],
+)
+def test_an_edit_of_what_is_no_table_is_refused(text: str, edit: dict[str, Any]) -> None:
+    if edit["op"] == "delete":
+        assert edited(text, [edit]).text.strip() == text
+        return
+    with pytest.raises(gr.ModelError, match=r"leads nowhere|list|table|cannot be edited|goes by|is named"):
+        edited(text, [edit])
+
+
 def test_an_empty_field_takes_the_key_out() -> None:
     text = after(TEXT, {"op": "set", "path": "inertia.b.J", "typed": "  "})
     assert "J" not in tomllib.loads(text)["inertia"][1]

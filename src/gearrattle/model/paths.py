@@ -171,7 +171,7 @@ def _index(node: list[Any], part: str, above: Sequence[str]) -> int:
     """Return the index of an entry that goes by name or by number."""
     where = ".".join(above)
     if list(above[:1]) == list(above) and where in _NAMED:
-        names = [row.get("name") for row in node]
+        names = [row.get("name") if isinstance(row, dict) else None for row in node]
         if part in names:
             return names.index(part)
         known = [name for name in names if isinstance(name, str)]

@@ -146,6 +146,11 @@ def _adding(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
     location, value = _location(tables, edit, "table"), edit.get("value")
     if value is None:
         raise _refused("edits", "", "an added row needs a value")
+    words = ".".join(str(part) for part in location)
+    if _stands(tables, location) and not isinstance(_value_at(tables, location), list):
+        raise _refused(f"path {words}", "", "is no list, to which a row can be added")
+    if len(location) == 1 and not isinstance(value, Mapping):
+        raise _refused(f"path {words}", str(value), "a row of it must be a table")
     steps: list[Step] = [("add", location, value_text(value))]
     if location == (BODY,):
         steps += [("add", start, "0.0") for start in _starts(tables)]
@@ -156,7 +161,8 @@ def _deleting(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
     location = _location(tables, edit, "path")
     if not _stands(tables, location):
         return [], ""
-    name = _value_at(tables, location).get("name") if location[:1] == (BODY,) and len(location) == 2 else None
+    row = _value_at(tables, location)
+    name = row.get("name") if location[:1] == (BODY,) and len(location) == 2 and isinstance(row, Mapping) else None
     if not isinstance(name, str) or sum(row.get("name") == name for row in rows_of(tables, BODY)) > 1:
         return [("delete", location, "")], ""
     gone = sorted(
@@ -254,12 +260,20 @@ def _on_tables(tables: dict[str, Any], op: str, location: Location, literal: str
     fresh = deepcopy(tables)
     node: Any = fresh
     for part, following in pairwise(location):
-        node = node.setdefault(part, {}) if isinstance(part, str) and isinstance(following, str) else node[part]
+        if isinstance(node, dict) and isinstance(part, str) and isinstance(following, str):
+            node.setdefault(part, {})
+        node = _value_at(node, (part,))
     last = location[-1]
+    holder: Any = dict if isinstance(last, str) else list
+    if not isinstance(node, holder):
+        raise LookupError(last)
     if op == "delete":
         del node[last]
     elif op == "add":
-        node.setdefault(last, []).append(value)
+        rows = node.setdefault(last, []) if isinstance(node, dict) else node[last]
+        if not isinstance(rows, list):
+            raise LookupError(last)
+        rows.append(value)
     else:
         node[last] = value
     return fresh
