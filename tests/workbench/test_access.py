@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from urllib.parse import quote
@@ -14,12 +15,17 @@ import httpx
 import pytest
 
 from gearrattle.errors import ModelError
+from gearrattle.workbench import access
+from gearrattle.workbench.access import Access, Message, Receive, Scope, Send, Strangers
 from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.jobs.worker import resident_bytes
 
 pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
 
+import uvicorn
+from starlette.exceptions import HTTPException
+from uvicorn.server import ServerState
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
@@ -268,3 +274,117 @@ def test_hundreds_of_connections_leave_nothing(server: Server) -> None:
     assert answers()
     assert opened() <= descriptors + 20
     assert resident_bytes(server.process.pid) - memory < 8_000_000
+
+
+def _page_answers(server: Server) -> bool:
+    """Whether the page and the list of runs are there."""
+    return [server.client.get(path).status_code for path in ("/", "/api/jobs")] == [200, 200]
+
+
+def test_silent_connections_do_not_keep_the_page_out(server: Server) -> None:
+    """More heads are begun than the server serves requests at a time."""
+    assert _page_answers(server)
+    before = len(list(Path(f"/proc/{server.process.pid}/fd").iterdir()))
+    wires = []
+    for _ in range(400):
+        wire = socket.create_connection(("127.0.0.1", server.port), timeout=10.0)
+        with suppress(OSError):
+            wire.sendall(b"GET / HTTP/1.1\r\nHost: x\r\nX: ")
+        wires.append(wire)
+    assert _page_answers(server)
+    assert len(list(Path(f"/proc/{server.process.pid}/fd").iterdir())) < before + 80
+    for wire in wires:
+        wire.close()
+
+
+def test_a_connection_has_so_long_for_its_head(monkeypatch: pytest.MonkeyPatch) -> None:
+    from gearrattle.workbench import connections
+
+    closed: list[str] = []
+
+    class Transport(asyncio.Transport):
+        def abort(self) -> None:
+            closed.append("aborted")
+
+        def get_extra_info(self, _name: str, default: object = None) -> object:
+            return default
+
+    async def wait() -> None:
+        config = uvicorn.Config(lambda *_: None, ws="none")  # type: ignore[arg-type,return-value]
+        for data in (b"G", b"GET / HTTP/1.1\r\n"):
+            connection = connections.Connection(config, ServerState(), {})
+            connection.connection_made(Transport())
+            connection.data_received(data)
+        await asyncio.sleep(0.2)
+
+    monkeypatch.setattr(connections, "_LONGEST", 0.05)
+    asyncio.run(wait())
+    assert closed == ["aborted", "aborted"]
+
+
+def test_requests_without_the_token_spend_nothing_of_those_with_it(server: Server) -> None:
+    with httpx.Client(base_url=server.address) as stranger:
+        statuses = [stranger.get("/api/jobs").status_code for _ in range(100)]
+    assert set(statuses) == {401, 429}
+    assert _page_answers(server)
+
+
+def test_each_address_has_a_pace_of_its_own() -> None:
+    strangers = Strangers(2, 0.0)
+    for address in ("10.0.0.7", "2001:db8::1", ""):
+        assert [strangers.allows(address) for _ in range(3)] == [True, True, False]
+    assert not strangers.allows("2001:db8::2")  # one machine has a whole network of them
+    assert strangers.allows("2001:db8:1::2")
+    for number in range(2000):
+        strangers.allows(f"10.1.{number // 250}.{number % 250}")
+    assert len(strangers._paces) == 1000
+
+
+def asked(access: Access, messages: Callable[[], Awaitable[Message]], path: str = "/api/jobs") -> int:
+    """The status that a request with the token gets."""
+    sent: list[Message] = []
+
+    async def send(message: Message) -> None:
+        sent.append(message)
+
+    headers = [(b"host", b"127.0.0.1:80"), (b"authorization", b"Bearer token")]
+    scope = {"type": "http", "method": "POST", "path": path, "headers": headers, "server": ("127.0.0.1", 80)}
+    try:
+        asyncio.run(access(scope, messages, send))  # type: ignore[arg-type]
+    except HTTPException as error:
+        return error.status_code
+    return int(sent[0]["status"])
+
+
+async def _all_of_the_body(_scope: Scope, receive: Receive, send: Send) -> None:
+    while (await receive()).get("more_body"):
+        pass
+    await send({"type": "http.response.start", "status": 200})
+
+
+def test_a_body_has_so_long_and_all_bodies_so_much(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def never() -> Message:
+        await asyncio.sleep(60.0)
+        raise AssertionError
+
+    async def whole() -> Message:
+        return {"type": "http.request", "body": b"0" * 1000, "more_body": False}
+
+    app = Access(_all_of_the_body, "127.0.0.1", "token")
+    assert asked(app, whole) == 200
+    assert app._held == 0
+    monkeypatch.setattr(access, "_LONGEST_BODY", 0.05)
+    assert asked(app, never) == 408
+    monkeypatch.setattr(access, "_MOST_HELD", 999)
+    assert asked(app, whole) == 503
+    assert app._held == 0
+
+
+def test_a_password_has_so_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def never() -> Message:
+        await asyncio.sleep(60.0)
+        raise AssertionError
+
+    monkeypatch.setattr(access, "_LONGEST_SIGN_IN", 0.05)
+    app = Access(_all_of_the_body, "127.0.0.1", "another token", "a long password")
+    assert asked(app, never, "/api/session") == 408

@@ -2,14 +2,16 @@
 
 A request passes if its ``Host`` names this server, its ``Origin`` (where there is one) is this server, and it carries
 the token: as a cookie, or as ``Authorization: Bearer``. The start address carries the token once and exchanges it for
-the cookie. Sockets need an ``Origin``, for browsers send it and forbid no page to open one. Bodies end at a limit while
-they are read; requests without the token, and requests at all, end at a rate.
+the cookie. Sockets need an ``Origin``, for browsers send it and forbid no page to open one. Bodies end at a limit of
+size and of time while they are read, and together hold so much memory at most. Requests end at a rate: those with the
+token at one of their own, those without it at one for each address, so that nobody spends what others may ask.
 
 Takes ASGI scopes; passes them on, or answers.
 """
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import ipaddress
 import json
@@ -44,6 +46,11 @@ _HEADERS = {
     "permissions-policy": "camera=(), microphone=(), geolocation=()",
     "cache-control": "no-cache",
 }
+_MOST_HELD = 100_000_000  # bytes of all bodies that are being read
+_LONGEST_BODY = 60.0  # seconds: 20 MB at 2.7 Mbit/s
+_LONGEST_SIGN_IN = 2.0  # seconds
+_MOST_ADDRESSES = 1000
+_PREFIX = 64  # bits of an IPv6 address that one machine has to itself
 _TOO_LARGE = f"the body is larger than {LARGEST / 1e6:.0f} MB"
 _MOST_SOCKETS = 64
 _SIGN_IN = "/api/session"
@@ -82,6 +89,32 @@ class Pace:
         return True
 
 
+class Strangers:
+    """The pace of each address that asks without the token; of very many addresses the oldest are forgotten.
+
+    Examples
+    --------
+    >>> from gearrattle.workbench.access import Strangers
+    >>> strangers = Strangers(1, 0.0)
+    >>> [strangers.allows(address) for address in ("10.0.0.7", "10.0.0.7", "10.0.0.8")]
+    [True, False, True]
+    """
+
+    def __init__(self, at_once: int, a_second: float) -> None:
+        self._at_once = at_once
+        self._a_second = a_second
+        self._paces: dict[str, Pace] = {}
+
+    def allows(self, address: str) -> bool:
+        """Whether one more request of an address may be answered now; if so it counts."""
+        machine = _machine(address)
+        pace = self._paces.pop(machine, None) or Pace(self._at_once, self._a_second)
+        self._paces[machine] = pace
+        if len(self._paces) > _MOST_ADDRESSES:
+            del self._paces[next(iter(self._paces))]
+        return pace.allows()
+
+
 class Access:
     """The application behind its checks.
 
@@ -99,7 +132,10 @@ class Access:
 
     def __init__(self, application: Application, host: str, token: str, password: str = "") -> None:
         self._application, self._host, self._token, self._password = application, host, token, password
-        self._strangers, self._requests, self._sockets = Pace(60, 5.0), Pace(2000, 400.0), 0
+        self._strangers = Strangers(20, 5.0)
+        self._requests = Pace(2000, 400.0)
+        self._sockets = 0
+        self._held = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer, or pass on."""
@@ -114,13 +150,9 @@ class Access:
         headers = _headers(scope)
         if (refusal := self._stranger(scope, headers)) is not None:
             await _answer(send, 403, refusal)
-        elif not self._requests.allows():
-            await _answer(send, 429, "too many requests at once; try again in a second")
-        elif int(headers["content-length"]) > LARGEST if headers.get("content-length", "").isdigit() else False:
-            await _answer(send, 413, _TOO_LARGE)
         elif self._knows(scope, headers):
-            await self._pass_on(scope, receive, send)
-        elif not self._strangers.allows():
+            await self._known(scope, headers, receive, send)
+        elif not self._strangers.allows((scope.get("client") or ("", 0))[0]):
             await _answer(send, 429, "too many requests without the token; try again in a minute")
         elif scope["path"] == "/" and scope["method"] == "GET":
             await self._start(send)
@@ -128,6 +160,17 @@ class Access:
             await self._sign_in(scope, receive, send)
         else:
             await _answer(send, 401, "open the workbench by the start address that gearrattle serve printed")
+
+    async def _known(self, scope: Scope, headers: dict[str, str], receive: Receive, send: Send) -> None:
+        """Answer a request with the token, or pass it on."""
+        if not self._requests.allows():
+            await _answer(send, 429, "too many requests at once; try again in a second")
+        elif int(headers["content-length"]) > LARGEST if headers.get("content-length", "").isdigit() else False:
+            await _answer(send, 413, _TOO_LARGE)
+        elif scope["path"] == "/" and b"token=" in scope.get("query_string", b""):
+            await _redirect(send, self._cookie(scope))
+        else:
+            await self._pass_on(scope, receive, send)
 
     async def _socket(self, scope: Scope, receive: Receive, send: Send) -> None:
         headers = _headers(scope)
@@ -148,21 +191,33 @@ class Access:
             self._sockets -= 1
 
     async def _pass_on(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Call the application with a body that ends at the limit."""
+        """Call the application with a body that ends at the limits of size and time."""
         size = 0
+        is_whole = False
+        end = time.monotonic() + _LONGEST_BODY
 
         async def limited() -> Message:
-            nonlocal size
-            message = await receive()
-            size += len(message.get("body", b""))
+            nonlocal size, is_whole
+            if is_whole:  # what comes now is the end of the connection
+                return await receive()
+            try:
+                message = await asyncio.wait_for(receive(), end - time.monotonic())
+            except TimeoutError:
+                raise _refused(408, f"the body took more than {_LONGEST_BODY:.0f} s") from None
+            length = len(message.get("body", b""))
+            size += length
+            self._held += length
+            is_whole = not message.get("more_body", False)
             if size > LARGEST:
-                raise HTTPException(413, _TOO_LARGE, {"connection": "close"})
+                raise _refused(413, _TOO_LARGE)
+            if self._held > _MOST_HELD:
+                raise _refused(503, "too much is uploaded at once; try again in a moment")
             return message
 
-        if scope["path"] == "/" and b"token=" in scope.get("query_string", b""):
-            await _redirect(send, self._cookie(scope))
-        else:
+        try:
             await self._application(scope, limited, send)
+        finally:
+            self._held -= size
 
     def _stranger(self, scope: Scope, headers: dict[str, str]) -> str | None:
         """Why a request comes from elsewhere; None if it does not."""
@@ -201,11 +256,16 @@ class Access:
 
     async def _sign_in(self, scope: Scope, receive: Receive, send: Send) -> None:
         body = b""
-        while len(body) < 4096:
-            message = await receive()
-            body += message.get("body", b"")
-            if not message.get("more_body"):
-                break
+        try:
+            async with asyncio.timeout(_LONGEST_SIGN_IN):
+                while len(body) < 4096:
+                    message = await receive()
+                    body += message.get("body", b"")
+                    if not message.get("more_body"):
+                        break
+        except TimeoutError:
+            await _answer(send, 408, "the password did not come")
+            return
         password = parse_qs(body.decode("latin-1"), encoding="utf-8").get("password", [""])[0]
         if hmac.compare_digest(password.encode(), self._password.encode()):
             await _redirect(send, self._cookie(scope))
@@ -239,6 +299,22 @@ def _is_address(name: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _machine(address: str) -> str:
+    """Return what an address has in common with the others of its machine."""
+    try:
+        number = ipaddress.ip_address(address)
+    except ValueError:
+        return address
+    if number.version == 4:
+        return address
+    return str(ipaddress.ip_network((number.packed, _PREFIX), strict=False))
+
+
+def _refused(status: int, rule: str) -> HTTPException:
+    """Return the error of a request whose body is not read on."""
+    return HTTPException(status, rule, {"connection": "close"})
 
 
 def _cookie_name(scope: Scope) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import ipaddress
+import math
 import os
 import secrets
 import socket
@@ -22,6 +23,7 @@ from gearrattle.writing import Lock
 PASSWORD = "GEARRATTLE_PASSWORD"
 """Environment variable of the password that a host other than loopback needs: command lines are seen by all users."""
 _SHORTEST = 12
+_MOST_WORKERS = 1000
 _LAST_PORT = 65535
 _CONNECTIONS = 200
 _TURN = 5e-4  # seconds that a thread computes while others wait: files of the page are sent while modules are imported
@@ -56,18 +58,20 @@ def serve(
     Raises
     ------
     ModelError
-        the folder, the host or the port cannot be served; an extra is missing.
+        the folder, the host or the port cannot be served, or a limit is no possible one; an extra is missing.
     """
     try:
         import uvicorn
 
         from gearrattle.workbench.access import Access
         from gearrattle.workbench.application import Limits, Server, application
+        from gearrattle.workbench.connections import Connection
     except ImportError:
         rule = "needs starlette, uvicorn and websockets"
         raise NotInstalled(Problem("serve", "", rule, "pip install 'gearrattle[workbench]'")) from None
     if not folder.is_dir():
         raise ModelError(Problem("FOLDER", f'"{folder}"', "must be a folder", "make it first"))
+    _check_limits(workers, memory)
     password = _password(host)
     workspace = Folder(folder.resolve())
     lock = _locked(workspace)
@@ -78,6 +82,7 @@ def serve(
     config = uvicorn.Config(
         Access(app, host, token, password),
         lifespan="on",
+        http=Connection,
         ws="websockets-sansio",
         ws_max_size=65536,
         limit_concurrency=_CONNECTIONS,
@@ -111,6 +116,19 @@ def _within(folder: Path) -> Iterator[None]:
     os.environ["PYTHONSAFEPATH"] = "1"
     with contextlib.chdir(folder):
         yield
+
+
+def _check_limits(workers: int | None, memory: float | None) -> None:
+    """Refuse numbers that no server can have."""
+    problems = []
+    if workers is not None and not 1 <= workers <= _MOST_WORKERS:
+        remedy = "leave it out for one less than there are cores"
+        problems.append(Problem("--workers", str(workers), f"must be 1 ... {_MOST_WORKERS}", remedy))
+    if memory is not None and not 0.0 < memory < math.inf:
+        remedy = "leave it out for half of the machine's memory"
+        problems.append(Problem("--memory", f"{memory / 1e9:g}", "must be a number of GB above 0", remedy))
+    if problems:
+        raise ModelError(problems)
 
 
 def _password(host: str) -> str:
@@ -150,7 +168,7 @@ def is_loopback(host: str) -> bool:
 
 def _locked(folder: Folder) -> Lock:
     """Take the right to compute jobs in a folder, of one server at a time."""
-    folder.jobs.mkdir(parents=True, exist_ok=True)
+    folder.make_jobs()
     try:
         return Lock(folder.jobs.parent)
     except Refused as refused:
