@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
@@ -42,6 +43,51 @@ def json_value(value: object) -> Any:
     if isinstance(value, list | tuple):
         return [json_value(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def parsed_json(content: bytes | str) -> Any:
+    """Return what a JSON text of others says, if it can be said again in JSON: numbers are finite, text is Unicode.
+
+    Raises
+    ------
+    ValueError
+        it is no JSON, holds NaN, an infinite or a very large whole number or half of a surrogate pair, or is nested
+        more than 64 deep.
+
+    Examples
+    --------
+    >>> from gearrattle.json_types import parsed_json
+    >>> parsed_json('{"cycles": NaN}')
+    Traceback (most recent call last):
+        ...
+    ValueError: NaN is no number of JSON
+    """
+    try:
+        value = json.loads(content, parse_constant=_refuse_constant)
+    except RecursionError:
+        raise ValueError(_TOO_DEEP) from None
+    pending: list[tuple[Any, int]] = [(value, 0)]
+    while pending:
+        item, depth = pending.pop()
+        if depth > _DEEPEST:
+            raise ValueError(_TOO_DEEP)
+        if isinstance(item, dict):
+            pending += [(part, depth + 1) for pair in item.items() for part in pair]
+        elif isinstance(item, list):
+            pending += [(part, depth + 1) for part in item]
+        elif isinstance(item, str) and not item.isascii():
+            item.encode()  # a UnicodeEncodeError is a ValueError
+        elif isinstance(item, int | float) and not abs(item) <= sys.float_info.max:
+            raise ValueError("a number is too large")
+    return value
+
+
+_DEEPEST = 64
+_TOO_DEEP = f"it is nested more than {_DEEPEST} deep"
+
+
+def _refuse_constant(word: str) -> float:
+    raise ValueError(f"{word} is no number of JSON")
 
 
 def json_text(value: object) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import re
 import socket
 import threading
@@ -37,8 +38,9 @@ from starlette.websockets import WebSocketDisconnect
 from gearrattle.workbench.access import LARGEST, Access, Pace
 from gearrattle.workbench.application import Limits, Server, all_routes, application
 from gearrattle.workbench.jobs import worker
+from gearrattle.workbench.jobs.options import check_options
 from gearrattle.workbench.jobs.record import ENDED, Job, read_jobs
-from gearrattle.workbench.jobs.tasks import TASKS, carry_out, check_options
+from gearrattle.workbench.jobs.tasks import TASKS, carry_out
 from gearrattle.workbench.live import CYCLES, live_view
 from tests.workbench.server import MODEL
 
@@ -223,6 +225,11 @@ def test_files_are_written_whole_and_never_over_what_is_newer(client: TestClient
         Folder(root).path("a/../../b")
 
 
+def fitting(data: Any) -> dict[str, Any]:
+    """A request for a fit."""
+    return {"json": {"task": "fit", "text": MODEL, "options": {"data": data, "free": []}}}
+
+
 OUTSIDE = ["../x.toml", "a/../../x.toml", "/etc/x.toml", "up/x.toml", ".gearrattle/x.toml", "..\\x.toml", "\0.toml"]
 NAMED: list[tuple[str, str, Callable[[str], dict[str, Any]]]] = [
     ("POST", "/api/check", lambda name: {"json": {"text": MODEL, "file": name}}),
@@ -235,17 +242,9 @@ NAMED: list[tuple[str, str, Callable[[str], dict[str, Any]]]] = [
         "/api/jobs",
         lambda name: {"json": {"task": "validate", "text": MODEL, "options": {"measurement": name}}},
     ),
-    ("POST", "/api/jobs", lambda name: {"json": {"task": "fit", "text": MODEL, "options": {"data": name}}}),
-    (
-        "POST",
-        "/api/jobs",
-        lambda name: {"json": {"task": "fit", "text": MODEL, "options": {"data": {"recording": {"file": name}}}}},
-    ),
-    (
-        "POST",
-        "/api/jobs",
-        lambda name: {"json": {"task": "fit", "text": MODEL, "options": {"data": {"response": [{"file": name}]}}}},
-    ),
+    ("POST", "/api/jobs", fitting),
+    ("POST", "/api/jobs", lambda name: fitting({"recording": {"file": name}})),
+    ("POST", "/api/jobs", lambda name: fitting({"response": [{"file": name}]})),
     ("GET", "/api/files/{name}", lambda _: {}),
     ("PUT", "/api/files/{name}", lambda _: {"content": MODEL}),
     ("GET", "/api/measured", lambda name: {"params": {"file": name}}),
@@ -341,9 +340,7 @@ def test_an_answer_that_the_end_of_the_server_cancels_is_not_logged_as_a_fault(
 
 
 def test_tasks_call_public_functions_with_the_options_they_have(tmp_path: Path) -> None:
-    for name, task in TASKS.items():
-        assert callable(task.callable())
-        check_options(name, dict.fromkeys(set(task.options()) - set(task.files)))
+    assert all(callable(task.callable()) for task in TASKS.values())
     shares: list[float] = []
     model = gr.loads(MODEL)
     axes = {"coupling.gap.clearance": [0.01, 0.02]}
@@ -371,3 +368,38 @@ def test_a_worker_answers_what_it_is_asked(tmp_path: Path) -> None:
     kind, view = worker._answer(there, "live", question)
     assert kind == "done"
     assert view["verdict"]
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_an_option_is_of_a_kind_that_its_function_takes(task: str) -> None:
+    """What no argument can be, an object of lists of objects, is refused; what is missing or unknown is named."""
+    signature = inspect.signature(TASKS[task].callable())
+    names = TASKS[task].options()
+    required = {name for name in names if signature.parameters[name].default is inspect.Parameter.empty}
+    with pytest.raises(gr.ModelError) as caught:
+        check_options(task, {**{name: [[[{}]]] for name in names}, "fly": 1})
+    assert {problem.place for problem in caught.value.problems} == {f"options.{name}" for name in [*names, "fly"]}
+    if required:
+        with pytest.raises(gr.ModelError, match="is missing"):
+            check_options(task, {})
+    else:
+        check_options(task, {})
+
+
+@pytest.mark.parametrize(
+    ("task", "options"),
+    [
+        ("simulate", {"cycles": 20, "step": "1 us", "initial": {"angle": [0.0, 1]}, "tolerance": None, "audit": True}),
+        ("study", {"axes": {"mesh.gear.backlash": ["0.1 mm", 2e-4]}, "outputs": ["hub: TR rms"], "most": 10}),
+        ("continuation", {"path": "excitation.speed", "range": [100, "1500 rpm"], "isolated": True}),
+        ("bifurcation", {"path": "excitation.speed", "values": {"low": 1, "high": 2, "points": 3}}),
+        ("compare", {"algorithms": ["rk4", "exact"]}),
+        ("compare", {"algorithms": {"rk4": {"step": 1e-5}}}),
+        ("screen", {"speeds": [100, "2000 rpm"], "loads": None, "check": 3}),
+        ("validate", {"measurement": {"file": "a.csv"}, "band": [0, None], "clock": "clutch"}),
+        ("fit", {"data": {"mode": [{"omega": 300.0}]}, "free": ["a.b"], "bounds": {"a.b": [1, "2 mm"]}}),
+        ("reduce", {"up_to": "75 Hz", "check": "simulate"}),
+    ],
+)
+def test_options_that_a_function_takes_pass(task: str, options: dict[str, Any]) -> None:
+    check_options(task, options)

@@ -113,7 +113,8 @@ def test_cancelled_jobs_end_and_the_next_one_runs(server: Server) -> None:
 
 def test_a_crash_of_a_job_is_its_own(server: Server) -> None:
     job = server.job(options=LONG)
-    server.until(job["id"], "running")
+    while not server.state(job["id"])["progress"]["fraction"]:  # not before its process computes
+        time.sleep(0.02)
     for child in children(template_of(server.process.pid)):
         os.kill(child, signal.SIGKILL)
     assert server.ended(job["id"])["state"] == "failed"

@@ -84,7 +84,7 @@ def application(folder: Folder, limits: Limits) -> Starlette:
 
     static = Mount("/static", StaticFiles(directory=STATIC))
     routes = [Route("/", _page), static, *widgets.ROUTES, Mount("/", _interface)]
-    app = Starlette(routes=routes, lifespan=living, exception_handlers={HTTPException: _refusal})
+    app = Starlette(routes=routes, lifespan=living, exception_handlers={HTTPException: _refusal, Exception: _refusal})
     app.state.folder = folder
     return app
 

@@ -7,20 +7,20 @@ Takes the folders of jobs; gives rows of text and numbers, one column a job.
 
 from __future__ import annotations
 
-import json
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from gearrattle.errors import ModelError
 from gearrattle.json_types import TomlTable, json_value
+from gearrattle.model.file import read_tables
 from gearrattle.model.path_labels import si_unit
 from gearrattle.model.paths import path_names, value_at
 from gearrattle.quantities.parts import SEVERITY
 from gearrattle.report.saved import SUMMARY
 from gearrattle.workbench.kept import RESULT
 from gearrattle.workbench.scatter import Errors, best_of, standard_errors
+from gearrattle.workbench.stored import stored_object, stored_text
 
 _NUMBERS = (
     ("impacts_per_second", "impacts per second", "1/s"),
@@ -62,13 +62,13 @@ def differences(folders: Sequence[Path]) -> dict[str, Any]:
 
 
 def _model(folder: Path) -> TomlTable:
-    return tomllib.loads((folder / "model.toml").read_text(encoding="utf-8"))
+    tables, _ = read_tables(stored_text(folder / "model.toml"), f"{folder.name}/model.toml")
+    return tables
 
 
 def _summary(folder: Path) -> dict[str, Any]:
     path = folder / RESULT / SUMMARY
-    summary: dict[str, Any] = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
-    return summary
+    return stored_object(path) if path.is_file() else {}
 
 
 def _paths(models: Sequence[TomlTable]) -> list[dict[str, Any]]:

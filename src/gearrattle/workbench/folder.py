@@ -11,16 +11,19 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, read_bytes
-from gearrattle.writing import put
+from gearrattle.writing import PREFIX, disk_is_full, put, sweep
 
 _LONGEST = 240
-_JOB = re.compile(r"[A-Za-z0-9_-]{1,64}")
+JOB_NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
+"""How the folder of a job is called."""
 _MOST_FILES = 2000
 _KINDS = {
     ".toml": "model",
@@ -73,6 +76,15 @@ class Folder:
         """Where jobs are kept."""
         return self.root / ".gearrattle" / "jobs"
 
+    def sweep(self) -> None:
+        """Remove what a server that was killed was writing: hidden files and folders in its own and those of jobs."""
+        for where, folders, _ in islice(os.walk(self.root), _MOST_FILES):
+            folders[:] = sorted(name for name in folders if not name.startswith("."))
+            sweep(Path(where))
+        for where, folders, _ in os.walk(self.jobs.parent):
+            folders[:] = [name for name in folders if not name.startswith(PREFIX)]
+            sweep(Path(where))
+
     def path(self, name: str) -> Path:
         """Return the path of a file by its name.
 
@@ -117,10 +129,30 @@ class Folder:
         ------
         NotThereError
             there is no such job.
+        ModelError
+            it holds a link, a pipe or a device.
         """
-        if not _JOB.fullmatch(job) or not (self.jobs / job).is_dir():
+        if not JOB_NAME.fullmatch(job) or not (self.jobs / job).is_dir():
             raise NotThereError(Problem("job", job[:64], "there is no such job", "look at the list of runs"))
+        check_job_folder(self.jobs / job)
         return self.jobs / job
+
+    def make_jobs(self) -> None:
+        """Make the folder of jobs.
+
+        Raises
+        ------
+        ModelError
+            it, or the hidden folder around it, is a link or a file.
+        OSError
+            the machine refused.
+        """
+        for path in (self.jobs.parent, self.jobs):
+            if not os.path.lexists(path):
+                path.mkdir(exist_ok=True)
+            if path.is_symlink() or not path.is_dir():
+                kind = "a link" if path.is_symlink() else "no folder"
+                raise ModelError(Problem("FOLDER", str(path), f"is {kind}; runs are kept there", "remove or rename it"))
 
     def read(self, name: str) -> bytes:
         """Return what a file holds; raises as ``file``."""
@@ -137,6 +169,8 @@ class Folder:
         ModelError
             it is no name, leads outside, names a folder or a file of a kind that is not kept here, or the machine
             refuses.
+        OSError
+            the disk takes no more.
         """
         path = self.path(name)
         if path.suffix.lower() not in _KINDS:
@@ -148,6 +182,8 @@ class Folder:
             path.parent.mkdir(parents=True, exist_ok=True)
             put(path, content)
         except OSError as error:
+            if disk_is_full(error):
+                raise
             raise ModelError(Problem("file", name, (error.strerror or "cannot be written").lower())) from None
 
     def tag(self, name: str) -> str:
@@ -171,6 +207,31 @@ class Folder:
                 if len(entries) >= _MOST_FILES:
                     return entries
         return entries
+
+
+def check_job_folder(folder: Path) -> None:
+    """Refuse the folder of a job in which anything is no regular file and no folder: somebody else may have made it.
+
+    Raises
+    ------
+    ModelError
+        a link, which may lead to any file of this machine, a pipe, a device or a socket.
+    """
+    if folder.is_symlink():
+        raise _no_regular_file(folder.name, "")
+    pending = [folder]
+    while pending:
+        with suppress(FileNotFoundError), os.scandir(pending.pop()) as entries:
+            for entry in entries:
+                if entry.is_dir(follow_symlinks=False):
+                    pending.append(Path(entry.path))
+                elif not entry.is_file(follow_symlinks=False):
+                    raise _no_regular_file(folder.name, Path(entry.path).relative_to(folder).as_posix())
+
+
+def _no_regular_file(job: str, name: str) -> ModelError:
+    rule = "is a link, a pipe or a device; files of a run are regular files"
+    return ModelError(Problem("job", f"{job}/{name}".rstrip("/"), rule, "delete the run"))
 
 
 def _outside(name: str) -> ModelError:

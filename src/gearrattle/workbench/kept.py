@@ -39,6 +39,7 @@ from gearrattle.results import Run, open_run
 from gearrattle.studies import open_study
 from gearrattle.workbench.editing import edited
 from gearrattle.workbench.folder import NotThereError
+from gearrattle.workbench.stored import reading, stored_json, stored_object, stored_text
 from gearrattle.workbench.traces import Hits, RunFile, write_index
 from gearrattle.workbench.views import chart_json, motions_json, section_json, view_of
 from gearrattle.writing import whole
@@ -118,8 +119,7 @@ def read_view(folder: Path) -> dict[str, Any]:
         path = folder / RESULT / "results.nc"
         is_run = path.is_file() and format_of(path) == "run"
         _write_json(view_of(presentation_of(run_of(folder))) if is_run else _plain_view(folder), folder / VIEW)
-    view: dict[str, Any] = json.loads((folder / VIEW).read_text(encoding="utf-8"))
-    return view
+    return stored_object(folder / VIEW)
 
 
 def motions_of(folder: Path) -> dict[str, Any] | None:
@@ -134,29 +134,29 @@ def motions_of(folder: Path) -> dict[str, Any] | None:
     if not path.is_file():
         problem = Problem("motions", folder.name, "keeps no branches of motions", "run continuation again")
         raise NotThereError(problem)
-    motions: dict[str, Any] | None = json.loads(path.read_text(encoding="utf-8"))
+    motions: dict[str, Any] | None = stored_json(path)
     return motions
 
 
 def model_of_motion(folder: Path, point: int) -> str:
     """Return the model file of a job with the value of a point of its branches, started in the motion there."""
     motions = motions_of(folder)
-    chosen = next((entry for entry in (motions or {}).get("points", ()) if entry["point"] == point), None)
-    if motions is None or chosen is None:
-        raise NotThereError(Problem("motion", f"{point}", "is no point whose motion is kept"))
-    edits = [
-        {"op": "set", "path": motions["path"], "value": chosen["value"]},
-        {"op": "set", "path": ["simulation", "initial"], "value": chosen["start"]},
-    ]
-    return edited((folder / "model.toml").read_text(encoding="utf-8"), edits).text
+    with reading(folder / MOTIONS):
+        chosen = next((entry for entry in (motions or {}).get("points", ()) if entry["point"] == point), None)
+        if motions is None or chosen is None:
+            raise NotThereError(Problem("motion", f"{point}", "is no point whose motion is kept"))
+        edits = [
+            {"op": "set", "path": motions["path"], "value": chosen["value"]},
+            {"op": "set", "path": ["simulation", "initial"], "value": chosen["start"]},
+        ]
+    return edited(stored_text(folder / "model.toml"), edits).text
 
 
 def partial_view(folder: Path) -> dict[str, Any] | None:
     """Return the view of what is computed of a study or of branches, and its figures by key; None: there is none."""
     path = folder / PARTIAL / _SO_FAR
     if path.is_file():
-        grown: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        return grown
+        return stored_object(path)
     try:
         seen: dict[str, Any] = json_value(_seen(presentation_of(open_study(folder / PARTIAL))))
     except ModelError:
@@ -169,7 +169,7 @@ def _plain_view(folder: Path) -> dict[str, Any]:
     path = folder / RESULT / SUMMARY
     if not path.is_file():
         raise ModelError(Problem("job", folder.name, "has no result yet", "wait until it is done"))
-    summary = json.loads(path.read_text(encoding="utf-8"))
+    summary = stored_object(path)
     sections = [section_json(section) for section in figure_sections(charts_of_job(folder))]
     return {
         **{key: summary[key] for key in ("title", "sentence", "notes")},
@@ -197,7 +197,8 @@ def source_of(folder: Path) -> RunFile:
     path = folder / RESULT / "results.nc"
     if not path.is_file():
         raise ModelError(Problem("job", folder.name, "has no result yet", "wait until it is done"))
-    return _opened(path, path.stat().st_mtime_ns)
+    with reading(path):
+        return _opened(path, path.stat().st_mtime_ns)
 
 
 @lru_cache(8)
@@ -210,7 +211,8 @@ def impacts_of(folder: Path) -> Hits:
     """Return the impacts of a job's run."""
     if not (folder / TRACES / "impacts.npz").is_file():
         _write_traces(run_of(folder), folder)
-    return _hits(folder / TRACES, (folder / TRACES / "impacts.npz").stat().st_mtime_ns)
+    with reading(folder / TRACES / "impacts.npz"):
+        return _hits(folder / TRACES, (folder / TRACES / "impacts.npz").stat().st_mtime_ns)
 
 
 @lru_cache(8)

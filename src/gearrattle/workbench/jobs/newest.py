@@ -70,6 +70,7 @@ class Newest:
             if number != self._latest:
                 raise SupersededError("a newer request took its place")
             self._is_busy = True
+            self._process.start()
         try:
             content = {"text": text, "values": values, "folder": self._folder, "file": file, "roots": allowed_roots()}
             answer: dict[str, Any] = self._process.ask("live", content)

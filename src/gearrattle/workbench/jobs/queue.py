@@ -8,6 +8,7 @@ from __future__ import annotations
 import shutil
 import threading
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,11 @@ from typing import Any
 from gearrattle.errors import ModelError, Problem
 from gearrattle.workbench.folder import Folder, NotThereError
 from gearrattle.workbench.inputs import INPUTS, NAME, copy_inputs, files_of, model_of
-from gearrattle.workbench.jobs.record import ENDED, Job, now, read_jobs
-from gearrattle.workbench.jobs.tasks import TASKS, check_options
+from gearrattle.workbench.jobs.options import check_options
+from gearrattle.workbench.jobs.record import ENDED, Job, State, now, read_job, read_jobs
+from gearrattle.workbench.jobs.tasks import TASKS
 from gearrattle.workbench.jobs.worker import EndedError, FailedError, Reserve, WarmProcess
+from gearrattle.workbench.stored import problem_of
 from gearrattle.writing import put
 
 Listener = Callable[[dict[str, Any]], None]
@@ -41,12 +44,14 @@ class Jobs:
     """
 
     def __init__(self, folder: Folder, processes: int, memory: float, reserve: Reserve) -> None:
+        folder.sweep()
         self._folder, self._reserve = folder, reserve
         self._jobs = {job.id: job for job in read_jobs(folder.jobs)}
         self._changed = threading.Condition()
         self._listeners: list[Listener] = []
         self._running: dict[str, WarmProcess] = {}
         self._cancelled: set[str] = set()
+        self._unwritten: dict[str, Job] = {}
         self._is_open = True
         for job in self._jobs.values():
             if job.state not in ENDED:
@@ -87,6 +92,8 @@ class Jobs:
         ------
         ModelError
             of the model, the task or its options.
+        OSError
+            the disk takes no more.
         """
         check_options(job.task, job.options)
         model = model_of(text, self._folder, job.file)
@@ -99,11 +106,11 @@ class Jobs:
             others = files_of(job.options, TASKS[job.task].files)
             job.data_files = copy_inputs(target / INPUTS, self._folder, text, job.file, others)
             put(target / NAME, text.encode())
+            job.write(self._folder.jobs)
         except BaseException:
             shutil.rmtree(target, ignore_errors=True)
             raise
         with self._changed:
-            job.write(self._folder.jobs)
             self._jobs[job.id] = job
             self._tell(job)
             self._changed.notify()
@@ -114,13 +121,23 @@ class Jobs:
         return self._folder.jobs / job
 
     def rename(self, job: str, name: str) -> Job:
-        """Give a job another name."""
+        """Give a job another name.
+
+        Raises
+        ------
+        ModelError
+            its record cannot be read.
+        OSError
+            the disk takes no more.
+        """
         with self._changed:
-            renamed = self.get(job)
-            renamed.name = name.strip()[:_LONGEST_NAME] or renamed.task
+            known = self.get(job)
+            read_job(self.path(job))
+            renamed = replace(known, name=name.strip()[:_LONGEST_NAME] or known.task)
             renamed.write(self._folder.jobs)
-            self._tell(renamed)
-            return renamed
+            known.name = renamed.name
+            self._tell(known)
+            return known
 
     def cancel(self, job: str) -> Job:
         """Take a job from the queue, or end its process; one that has ended stays as it is."""
@@ -145,7 +162,11 @@ class Jobs:
             if self.get(job).state not in ENDED:
                 raise ModelError(Problem("job", job, "has not ended", "cancel it first"))
             del self._jobs[job]
-            shutil.rmtree(self.path(job), ignore_errors=True)
+            self._unwritten.pop(job, None)
+            if self.path(job).is_symlink():
+                self.path(job).unlink()
+            else:
+                shutil.rmtree(self.path(job), ignore_errors=True)
             self._say({"deleted": job})
 
     def listen(self, listener: Listener) -> Callable[[], None]:
@@ -174,30 +195,41 @@ class Jobs:
         process = WarmProcess(memory, self._reserve)
         process.start()
         while (job := self._next(process)) is not None:
-            content = {"folder": self.path(job.id), "task": job.task, "options": job.options, "file": job.file}
-            try:
-                sentence = process.ask("job", content, partial(self._progress, job))
-            except FailedError as failure:
-                self._finish(job, "failed", failure.problems)
-            except EndedError as ended:
-                self._finish(job, "failed", [Problem("job", job.id, str(ended), "ask for fewer cycles or samples")])
-            else:
-                job.sentence = sentence
-                self._finish(job, "done", [])
+            state, problems = self._computed(job, process)
+            self._finish(job, state, problems)
         process.end()
+
+    def _computed(self, job: Job, process: WarmProcess) -> tuple[State, Sequence[Problem]]:
+        """Compute a job; return its state then, and why it failed: whatever goes wrong concerns this job alone."""
+        content = {"folder": self.path(job.id), "task": job.task, "options": job.options, "file": job.file}
+        try:
+            job.sentence = process.ask("job", content, partial(self._progress, job))
+        except FailedError as failure:
+            return "failed", failure.problems
+        except EndedError as ended:
+            return "failed", [Problem("job", job.id, str(ended), "ask for fewer cycles or samples")]
+        except Exception as error:  # the queue goes on
+            return "failed", [Problem("internal error", type(error).__name__, str(error), "please report it")]
+        return "done", []
 
     def _next(self, process: WarmProcess) -> Job | None:
         """Wait for a job and begin it; None: the queue is closed."""
         with self._changed:
             while self._is_open:
                 job = next((job for job in self._jobs.values() if job.state == "waiting"), None)
-                if job is not None:
-                    job.state, job.started = "running", now()
-                    self._running[job.id] = process
-                    job.write(self._folder.jobs)
-                    self._tell(job)
-                    return job
-                self._changed.wait()
+                if job is None:
+                    self._changed.wait()
+                    continue
+                job.state = "running"
+                job.started = now()
+                refused = self._write(job)
+                if refused is not None:
+                    self._end(job, "failed", [refused])
+                    continue
+                process.start()
+                self._running[job.id] = process
+                self._tell(job)
+                return job
         return None
 
     def _progress(self, job: Job, fraction: float) -> None:
@@ -205,7 +237,7 @@ class Jobs:
             job.progress = {"fraction": min(1.0, max(0.0, fraction)), "text": "computing"}
             self._tell(job)
 
-    def _finish(self, job: Job, state: Any, problems: Sequence[Problem]) -> None:
+    def _finish(self, job: Job, state: State, problems: Sequence[Problem]) -> None:
         with self._changed:
             del self._running[job.id]
             if job.id in self._cancelled:
@@ -217,11 +249,26 @@ class Jobs:
                 job.progress = {"fraction": 1.0, "text": ""}
             self._end(job, state, problems)
 
-    def _end(self, job: Job, state: Any, problems: Sequence[Problem]) -> None:
-        job.state, job.ended = state, now()
+    def _end(self, job: Job, state: State, problems: Sequence[Problem]) -> None:
+        job.ended = now()
+        job.state = state
         job.problems = [problem.to_dict() for problem in problems]
-        job.write(self._folder.jobs)
+        refused = self._write(job)
+        if refused is not None and state == "done":
+            job.state = "failed"
+            job.problems = [refused.to_dict()]
         self._tell(job)
+
+    def _write(self, job: Job) -> Problem | None:
+        """Write the record of a job, and those that the disk took no more; return what it refuses now."""
+        self._unwritten[job.id] = job
+        try:
+            for unwritten in list(self._unwritten.values()):
+                unwritten.write(self._folder.jobs)
+                del self._unwritten[unwritten.id]
+        except OSError as error:
+            return problem_of(error)
+        return None
 
     def _tell(self, job: Job) -> None:
         self._say({"job": job.to_dict()})

@@ -1,18 +1,26 @@
 """A job as the page sees it and as its folder keeps it.
 
+The folder may have been made by somebody else, or by another version: a record that cannot be read becomes a job that
+is broken, with the reason, and spoils no other.
+
 Takes what is asked for; gives ``job.json``, whole or not at all.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import os
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 from uuid import uuid4
 
+from gearrattle.errors import ModelError, Problem
+from gearrattle.workbench.folder import JOB_NAME, NotThereError, check_job_folder
+from gearrattle.workbench.jobs.tasks import TASKS
+from gearrattle.workbench.stored import stored_object
 from gearrattle.writing import put
 
 State = Literal["waiting", "running", "done", "failed", "cancelled", "broken"]
@@ -80,21 +88,107 @@ class Job:
     def write(self, jobs: Path) -> None:
         """Write it into its folder, which is made."""
         (jobs / self.id).mkdir(parents=True, exist_ok=True)
-        put(jobs / self.id / NAME, json.dumps(self.to_dict(), ensure_ascii=False).encode())
+        put(jobs / self.id / NAME, json.dumps(self.to_dict(), allow_nan=False).encode())
 
 
 def read_jobs(jobs: Path) -> list[Job]:
-    """Return all jobs of a folder, the earliest first; what is no job is left alone."""
-    records = [record for path in jobs.glob(f"*/{NAME}") if (record := _read(path)) is not None]
+    """Return all jobs of a folder, the earliest first; a folder without a record is left alone."""
+    folders = [path for path in jobs.iterdir() if JOB_NAME.fullmatch(path.name)] if jobs.is_dir() else []
+    records = [_readable(path) for path in folders if path.is_symlink() or os.path.lexists(path / NAME)]
     return sorted(records, key=lambda job: (job.created, job.id))
 
 
-def _read(path: Path) -> Job | None:
+def read_job(folder: Path) -> Job:
+    """Return the job of a folder.
+
+    Raises
+    ------
+    ModelError
+        there is no record, it is damaged, or it says what no job has.
+    """
+    check_job_folder(folder)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    if not isinstance(content, Mapping) or not isinstance(content.get("task"), str):
-        return None
+        content = stored_object(folder / NAME)
+    except FileNotFoundError:
+        raise NotThereError(Problem(NAME, folder.name, "is not there", "delete the run")) from None
     known = {name: value for name, value in content.items() if name in Job.__dataclass_fields__}
-    return Job(**{**known, "id": path.parent.name})
+    if "task" not in known:
+        raise _wrong("task", "", "is missing")
+    for name, value in known.items():
+        rule = _RULES[name]
+        if not rule.holds(value):
+            raise _wrong(name, str(value), rule.words)
+    return Job(**{**known, "id": folder.name})
+
+
+def _readable(folder: Path) -> Job:
+    """Return the job of a folder; one that is broken, with the reason, if its record cannot be read."""
+    try:
+        return read_job(folder)
+    except ModelError as error:
+        problems = [problem.to_dict() for problem in error.problems]
+        created = datetime.fromtimestamp(os.lstat(folder).st_mtime, UTC).isoformat(timespec="milliseconds")
+        return Job("unknown", folder.name, id=folder.name, state="broken", created=created, problems=problems)
+
+
+def _wrong(name: str, value: str, rule: str) -> ModelError:
+    return ModelError(Problem(f"{NAME}: {name}", value[:80], rule, "delete the run, and start it again"))
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """What a field of a record may hold, and its words."""
+
+    holds: Callable[[Any], bool]
+    words: str
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+def _is_time(value: Any) -> bool:
+    try:
+        return datetime.fromisoformat(value).tzinfo is not None
+    except (TypeError, ValueError):
+        return False
+
+
+def _is_progress(value: Any) -> bool:
+    if not isinstance(value, Mapping) or set(value) != {"fraction", "text"}:
+        return False
+    fraction = value["fraction"]
+    return isinstance(fraction, int | float) and 0.0 <= fraction <= 1.0 and _is_text(value["text"])
+
+
+def _is_list_of_texts(value: Any) -> bool:
+    return isinstance(value, list) and all(map(_is_text, value))
+
+
+def _is_list_of_problems(value: Any) -> bool:
+    names = set(Problem("", "", "").to_dict())
+    return isinstance(value, list) and all(
+        isinstance(problem, Mapping) and set(problem) == names and all(map(_is_text, problem.values()))
+        for problem in value
+    )
+
+
+_TEXT = _Rule(_is_text, "must be a text")
+_TIME_OR_NONE = _Rule(lambda value: value is None or _is_time(value), "must be a time, ISO 8601 in UTC, or null")
+_RULES = {
+    "task": _Rule(lambda value: _is_text(value) and value in TASKS, f"must be one of {', '.join(TASKS)}"),
+    "name": _TEXT,
+    "parent": _Rule(lambda value: value is None or _is_text(value), "must be a text or null"),
+    "options": _Rule(lambda value: isinstance(value, Mapping), "must be an object"),
+    "id": _TEXT,
+    "state": _Rule(lambda value: value in get_args(State), f"must be one of {', '.join(get_args(State))}"),
+    "progress": _Rule(_is_progress, "must hold fraction, 0 ... 1, and text"),
+    "created": _Rule(_is_time, "must be a time, ISO 8601 in UTC"),
+    "started": _TIME_OR_NONE,
+    "ended": _TIME_OR_NONE,
+    "problems": _Rule(_is_list_of_problems, "must be a list of place, value, rule and remedy"),
+    "sentence": _TEXT,
+    "file": _TEXT,
+    "data_files": _Rule(_is_list_of_texts, "must be a list of texts"),
+}
+"""Field of a record -> what it may hold."""

@@ -11,12 +11,10 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.workbench.inputs import moved
 from gearrattle.workbench.kept import Growing
@@ -94,26 +92,6 @@ TASKS: dict[str, Task] = {
 """Name of a task -> what it calls."""
 
 
-def check_options(task: str, options: Mapping[str, Any]) -> None:
-    """Check a task and the names of its options before anything runs.
-
-    Raises
-    ------
-    ModelError
-        no such task, or an unknown option.
-    """
-    if task not in TASKS:
-        raise ModelError(Problem("task", task[:40], f"must be one of {', '.join(TASKS)}"))
-    known = TASKS[task].options()
-    problems = [
-        Problem(f"options.{name}"[:80], "", "is no option of this task", _meant(name, known))
-        for name in options
-        if name not in known
-    ]
-    if problems:
-        raise ModelError(problems)
-
-
 def carry_out(
     task: str, model: Model, options: Mapping[str, Any], folders: tuple[Path, Path], progress: Progress
 ) -> Any:
@@ -142,8 +120,3 @@ def carry_out(
     if "progress" in inspect.signature(function).parameters:
         arguments["progress"] = lambda fraction, *_: progress(float(fraction))
     return function(model, **arguments)
-
-
-def _meant(name: str, known: list[str]) -> str:
-    close = get_close_matches(name, known, 1)
-    return f'did you mean "{close[0]}"?' if close else f"known: {', '.join(known)}"

@@ -27,6 +27,7 @@ from gearrattle.errors import GearRattleError, ModelError, Problem
 from gearrattle.files import allowed_root
 from gearrattle.processes import warm_processes
 from gearrattle.threads import one_thread
+from gearrattle.workbench.stored import problem_of
 
 _LOOKED = 0.1  # seconds between two looks at memory
 _TOLD = 0.1  # seconds between two reports of progress
@@ -130,13 +131,15 @@ class WarmProcess:
         self._started: Future[Started] | None = None
 
     def start(self) -> Future[Started]:
-        """Have it started, unless it runs; its end cancels that."""
+        """Have it started, unless it runs; its end cancels that. To be called before each request."""
         if self._started is None or _ended(self._started):
             self._started = self._reserve.take()
         return self._started
 
     def ask(self, what: str, content: dict[str, Any], progress: Callable[[float], None] | None = None) -> Any:
-        """Return the answer to a request.
+        """Return the answer to a request of the process that ``start`` has named, and of no other.
+
+        Whoever ends that process, even before it is asked, ends the request with it.
 
         Raises
         ------
@@ -145,8 +148,10 @@ class WarmProcess:
         EndedError
             the process ended.
         """
+        if self._started is None:
+            raise EndedError("its process was not started")
         try:
-            process, connection = self.start().result()
+            process, connection = self._started.result()
         except CancelledError:
             raise EndedError("its process was ended before it was warm") from None
         try:
@@ -176,7 +181,7 @@ class WarmProcess:
             raise EndedError(words)
 
     def end(self) -> None:
-        """End it at once; the next request starts another."""
+        """End it at once; ``start`` begins another."""
         if self._started is not None:
             _end(self._started)
 
@@ -227,7 +232,7 @@ def _answer(connection: Connection, what: str, content: dict[str, Any]) -> tuple
     except MemoryError:
         return "failed", [Problem("memory", "", "there is not enough", "ask for fewer cycles or samples")]
     except OSError as error:
-        return "failed", [Problem("files", str(error.filename or ""), (error.strerror or str(error)).lower())]
+        return "failed", [problem_of(error)]
     except Exception as error:  # a job's fault must not end the process
         return "failed", [Problem("internal error", type(error).__name__, str(error), "please report it")]
 

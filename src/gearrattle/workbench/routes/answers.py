@@ -8,20 +8,35 @@ from functools import wraps
 from typing import Any
 
 from starlette.concurrency import run_in_threadpool
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
 from gearrattle.errors import GearRattleError, ModelError, Problem
 from gearrattle.files import Refused
+from gearrattle.json_types import json_value, parsed_json
 from gearrattle.workbench.folder import NotThereError
 from gearrattle.workbench.jobs.newest import SupersededError
+from gearrattle.workbench.stored import problem_of
+from gearrattle.writing import disk_is_full
 
 Endpoint = Callable[[Request], Awaitable[Response]]
 
 
-def problems(status: int, those: Iterable[Problem]) -> JSONResponse:
+class JsonAnswer(JSONResponse):
+    """An answer in JSON, whatever it holds: what is not finite becomes null, half of a surrogate pair is escaped."""
+
+    def render(self, content: Any) -> bytes:
+        """Return its body."""
+        try:
+            text = json.dumps(content, allow_nan=False, separators=(",", ":"))
+        except ValueError:
+            text = json.dumps(json_value(content), separators=(",", ":"))
+        return text.encode()
+
+
+def problems(status: int, those: Iterable[Problem]) -> JsonAnswer:
     """Return problems as an answer."""
-    return JSONResponse({"problems": [problem.to_dict() for problem in those]}, status_code=status)
+    return JsonAnswer({"problems": [problem.to_dict() for problem in those]}, status_code=status)
 
 
 def answering(work: Callable[..., Any], body: Callable[[bytes], Any] | None = None) -> Endpoint:
@@ -36,22 +51,27 @@ def answering(work: Callable[..., Any], body: Callable[[bytes], Any] | None = No
         try:
             arguments = (request,) if body is None else (request, body(await request.body()))
             content = await run_in_threadpool(work, *arguments)
-        except (GearRattleError, Refused) as error:
+        except ClientDisconnect:  # nobody is there to be told
+            return Response(status_code=400)
+        except (GearRattleError, OSError) as error:
             return _refusal(error)
         if isinstance(content, Response):
             return content
         status, content = content if isinstance(content, tuple) else (200, content)
-        return JSONResponse(content, status_code=status)
+        return JsonAnswer(content, status_code=status)
 
     return answer
 
 
-def _refusal(error: GearRattleError | Refused) -> JSONResponse:
+def _refusal(error: GearRattleError | OSError) -> JsonAnswer:
     """Return an error as an answer."""
     if isinstance(error, ModelError):
         return problems(404 if isinstance(error, NotThereError) else 400, error.problems)
     if isinstance(error, Refused):
         return problems(400, [Problem("file", "", error.rule, error.remedy)])
+    if isinstance(error, OSError):
+        status = 507 if disk_is_full(error) else 404 if isinstance(error, FileNotFoundError) else 500
+        return problems(status, [problem_of(error)])
     if isinstance(error, SupersededError):
         return problems(409, [Problem("request", "", str(error))])
     return problems(500, [Problem("computation", "", str(error), getattr(error, "remedy", "") or "try again")])
@@ -66,9 +86,9 @@ def json_object(content: bytes) -> dict[str, Any]:
         it is none.
     """
     try:
-        value = json.loads(content)
-    except (ValueError, RecursionError):
-        raise ModelError(Problem("body", "", "must be JSON")) from None
+        value = parsed_json(content)
+    except ValueError as error:
+        raise ModelError(Problem("body", "", f"must be JSON: {error}"[:200])) from None
     if not isinstance(value, dict):
         raise ModelError(Problem("body", type(value).__name__, "must be a JSON object"))
     return value

@@ -10,7 +10,7 @@ from threading import Lock
 from typing import Any
 
 from starlette.requests import Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from gearrattle.errors import ModelError, Problem
@@ -18,7 +18,7 @@ from gearrattle.model.examples import example_files
 from gearrattle.model.file import load, text_of
 from gearrattle.workbench.folder import Folder, NotThereError
 from gearrattle.workbench.inputs import model_of
-from gearrattle.workbench.routes.answers import answering, problems
+from gearrattle.workbench.routes.answers import JsonAnswer, answering, problems
 
 _WRITING = Lock()
 """Held while a file is compared and written, so that of two writers one is refused."""
@@ -47,7 +47,7 @@ def _put(request: Request, content: bytes) -> Response:
         if refusal:
             return problems(412, [Problem("file", name, refusal, "open it again, or save under another name")])
         folder.write(name, content)
-        return JSONResponse({"path": name}, headers={"etag": folder.tag(name)})
+        return JsonAnswer({"path": name}, headers={"etag": folder.tag(name)})
 
 
 def _precondition(request: Request, tag: str) -> str:

@@ -5,12 +5,12 @@ Takes requests for ``/api/jobs/ID/...``, ``/api/compare`` and ``/api/measured/..
 
 from __future__ import annotations
 
-import json
 import math
 import re
-import tempfile
 import zipfile
 from collections.abc import Callable
+from contextlib import ExitStack
+from functools import wraps
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from starlette.background import BackgroundTask
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from gearrattle.errors import ModelError, Problem
@@ -26,12 +26,15 @@ from gearrattle.workbench import kept
 from gearrattle.workbench.differences import differences
 from gearrattle.workbench.folder import Folder, NotThereError
 from gearrattle.workbench.inputs import INPUTS, NAME, copy_inputs, files_of, moved
+from gearrattle.workbench.jobs.record import read_job
 from gearrattle.workbench.jobs.tasks import TASKS
 from gearrattle.workbench.lines import best_shift, density
 from gearrattle.workbench.routes.answers import answering
 from gearrattle.workbench.script import script
+from gearrattle.workbench.stored import reading, stored_text
 from gearrattle.workbench.traces import InMemory, Source, described, packed
 from gearrattle.workbench.views import chart_json
+from gearrattle.writing import temporary_folder
 
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,120}")
 _FIGURE_TYPES = {"svg": "image/svg+xml", "pdf": "application/pdf"}
@@ -52,27 +55,22 @@ def _job_folder(request: Request, job: str) -> Path:
     return folder
 
 
-def _record(folder: Path) -> dict[str, Any]:
-    record: dict[str, Any] = json.loads((folder / "job.json").read_text(encoding="utf-8"))
-    return record
-
-
 def _file(path: Path, media_type: str, name: str = "") -> Response:
     if not path.is_file():
         raise NotThereError(Problem(path.name, "", "there is no such file", "wait until the job is done"))
     return FileResponse(path, media_type=media_type, filename=name or None)
 
 
-def _view(request: Request) -> Response:
-    return JSONResponse(kept.read_view(_folder(request)))
+def _view(request: Request) -> Any:
+    return kept.read_view(_folder(request))
 
 
-def _partial(request: Request) -> Response:
-    return JSONResponse(kept.partial_view(_folder(request)))
+def _partial(request: Request) -> Any:
+    return kept.partial_view(_folder(request))
 
 
-def _motions(request: Request) -> Response:
-    return JSONResponse(kept.motions_of(_folder(request)))
+def _motions(request: Request) -> Any:
+    return kept.motions_of(_folder(request))
 
 
 def _model_of_motion(request: Request) -> Response:
@@ -80,7 +78,7 @@ def _model_of_motion(request: Request) -> Response:
     return Response(text, media_type="application/toml")
 
 
-def _figure(request: Request) -> Response:
+def _figure(request: Request) -> Any:
     """Send a figure as it stands in the result, as data, or drawn for print."""
     folder, name, form = _folder(request), str(request.path_params["name"]), str(request.path_params["form"])
     if not _NAME.fullmatch(name) or form not in (*_FIGURE_TYPES, "json"):
@@ -91,7 +89,7 @@ def _figure(request: Request) -> Response:
     if chart is None:
         raise NotThereError(Problem("figure", name, "there is no such figure", ""))
     if form == "json":
-        return JSONResponse(chart_json(chart))
+        return chart_json(chart)
     from gearrattle.report.plots.typeset import matplotlib_figure
     from gearrattle.report.plots.typeset.files import saved
 
@@ -122,9 +120,9 @@ def _trace(request: Request, source: Source) -> Response:
     return Response(packed([source.trace(name, begin, end, points) for name in names]), media_type=_BINARY)
 
 
-def _job_channels(request: Request) -> Response:
+def _job_channels(request: Request) -> Any:
     folder = _folder(request)
-    return JSONResponse(described(kept.source_of(folder), kept.impacts_of(folder)))
+    return described(kept.source_of(folder), kept.impacts_of(folder))
 
 
 def _job_trace(request: Request) -> Response:
@@ -140,9 +138,9 @@ def _impacts(request: Request) -> Response:
     return Response(packed([arrays]), media_type=_BINARY)
 
 
-def _spectrum(request: Request) -> Response:
+def _spectrum(request: Request) -> Any:
     channel = request.query_params.get("channel", "")
-    return JSONResponse(density(kept.run_of(_folder(request)), channel))
+    return density(kept.run_of(_folder(request)), channel)
 
 
 def _sound(request: Request) -> Response:
@@ -154,12 +152,12 @@ def _sound(request: Request) -> Response:
     return Response(sound.wav(sound.names[0], 24), media_type="audio/wav")
 
 
-def _sounds(request: Request) -> Response:
+def _sounds(request: Request) -> Any:
     """Send the gain that the sounds of several runs share."""
     from gearrattle.workbench.sounds import at_one_gain
 
     jobs = _jobs_asked_for(request)
-    return JSONResponse({"jobs": jobs, **at_one_gain([_job_folder(request, job) for job in jobs], _elements(request))})
+    return {"jobs": jobs, **at_one_gain([_job_folder(request, job) for job in jobs], _elements(request))}
 
 
 def _elements(request: Request) -> list[str] | None:
@@ -181,10 +179,9 @@ def _model(request: Request) -> Response:
 
 
 def _script_text(folder: Path) -> str:
-    record = _record(folder)
-    task = str(record["task"])
-    options = moved(record.get("options") or {}, TASKS[task].files)
-    return script(task, options, str(record.get("name") or ""), version("gearrattle"))
+    job = read_job(folder)
+    options = moved(job.options, TASKS[job.task].files)
+    return script(job.task, options, job.name, version("gearrattle"))
 
 
 def _script(request: Request) -> Response:
@@ -196,10 +193,9 @@ def _inputs(request: Request) -> Path:
     """Return the folder of inputs of a job; one of an earlier version has none yet."""
     folder, workspace = _folder(request), request.app.state.folder
     if not (folder / INPUTS).is_dir():
-        record = _record(folder)
-        others = files_of(record.get("options") or {}, TASKS[record["task"]].files)
-        text = (folder / NAME).read_text(encoding="utf-8")
-        copy_inputs(folder / INPUTS, workspace, text, record.get("file") or "", others)
+        job = read_job(folder)
+        others = files_of(job.options, TASKS[job.task].files)
+        copy_inputs(folder / INPUTS, workspace, stored_text(folder / NAME), job.file, others)
     return folder / INPUTS
 
 
@@ -208,16 +204,16 @@ def _zipped(request: Request, what: str, *, has_script: bool = True, has_result:
     folder, inputs = _folder(request), _inputs(request)
     files = [(file, file.relative_to(inputs)) for file in inputs.rglob("*")]
     files += [(file, file.relative_to(folder)) for file in (folder / kept.RESULT).rglob("*") if has_result]
-    with tempfile.NamedTemporaryFile(suffix=".zip", delete=False) as target:
-        path = Path(target.name)
-        with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+    with ExitStack() as stack:
+        path = stack.enter_context(temporary_folder()) / f"{what}.zip"
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
             if has_script:
                 archive.writestr("script.py", _script_text(folder))
             for file, name in sorted(files):
                 if file.is_file():
                     archive.write(file, name)
-    removal = BackgroundTask(path.unlink, missing_ok=True)
-    return FileResponse(path, media_type="application/zip", filename=f"{what}.zip", background=removal)
+        removal = BackgroundTask(stack.pop_all().close)
+    return FileResponse(path, media_type="application/zip", filename=path.name, background=removal)
 
 
 def _archive(request: Request) -> Response:
@@ -232,11 +228,11 @@ def _model_archive(request: Request) -> Response:
     return _zipped(request, "model", has_script=False)
 
 
-def _compare(request: Request) -> Response:
+def _compare(request: Request) -> Any:
     jobs = _jobs_asked_for(request)
     folders = [_job_folder(request, job) for job in jobs]
     figures = [[chart.key for chart in kept.charts_of_job(folder)] for folder in folders]
-    return JSONResponse({"jobs": jobs, **differences(folders), "figures": figures})
+    return {"jobs": jobs, **differences(folders), "figures": figures}
 
 
 def _recording(request: Request) -> Any:
@@ -247,19 +243,19 @@ def _recording(request: Request) -> Any:
     return read(folder.file(request.query_params.get("file", "")), root=folder.root)
 
 
-def _measured(request: Request) -> Response:
-    return JSONResponse(described(InMemory.of_recording(_recording(request))))
+def _measured(request: Request) -> Any:
+    return described(InMemory.of_recording(_recording(request)))
 
 
 def _measured_trace(request: Request) -> Response:
     return _trace(request, InMemory.of_recording(_recording(request)))
 
 
-def _measured_spectrum(request: Request) -> Response:
-    return JSONResponse(density(_recording(request), request.query_params.get("channel", "")))
+def _measured_spectrum(request: Request) -> Any:
+    return density(_recording(request), request.query_params.get("channel", ""))
 
 
-def _shift(request: Request) -> Response:
+def _shift(request: Request) -> Any:
     """Send the shift of time with which a measured channel agrees best with a simulated one."""
     recording = InMemory.of_recording(_recording(request))
     source = kept.source_of(_job_folder(request, request.query_params.get("job", "")))
@@ -268,20 +264,31 @@ def _shift(request: Request) -> Response:
     times = source.times(np.arange(first, last)), recording.times(np.arange(recording.count))
     simulated = source.read(request.query_params.get("simulated", ""), first, last)
     measured = recording.read(request.query_params.get("measured", ""), 0, recording.count)
-    return JSONResponse({"shift": best_shift((times[0], simulated), (times[1], measured))})
+    return {"shift": best_shift((times[0], simulated), (times[1], measured))}
 
 
-_PATHS: dict[str, Callable[[Request], Response]] = {
+def _reading(endpoint: Callable[[Request], Any]) -> Callable[[Request], Any]:
+    """Return an endpoint that reads the numbers of a run, and names the file if they are damaged."""
+
+    @wraps(endpoint)
+    def named(request: Request) -> Any:
+        with reading(_folder(request) / kept.RESULT / "results.nc"):
+            return endpoint(request)
+
+    return named
+
+
+_PATHS: dict[str, Callable[[Request], Any]] = {
     "/api/jobs/{job}/view": _view,
     "/api/jobs/{job}/partial": _partial,
     "/api/jobs/{job}/motions": _motions,
     "/api/jobs/{job}/motions/{point:int}/model.toml": _model_of_motion,
     "/api/jobs/{job}/figures/{name}.{form}": _figure,
-    "/api/jobs/{job}/traces": _job_channels,
-    "/api/jobs/{job}/trace": _job_trace,
-    "/api/jobs/{job}/impacts": _impacts,
-    "/api/jobs/{job}/spectrum": _spectrum,
-    "/api/jobs/{job}/sound.wav": _sound,
+    "/api/jobs/{job}/traces": _reading(_job_channels),
+    "/api/jobs/{job}/trace": _reading(_job_trace),
+    "/api/jobs/{job}/impacts": _reading(_impacts),
+    "/api/jobs/{job}/spectrum": _reading(_spectrum),
+    "/api/jobs/{job}/sound.wav": _reading(_sound),
     "/api/jobs/{job}/report.html": _report,
     "/api/jobs/{job}/script.py": _script,
     "/api/jobs/{job}/model.toml": _model,

@@ -21,7 +21,6 @@ export function ResultPane({ job, tab, onStarted, onError, drop }) {
     ${ACTIVE.includes(job.state) ? html`<${Running} job=${job} />` : null}
     ${!["waiting", "done"].includes(job.state) && FILLING.includes(job.task) ? html`<${Filling} job=${job} path=${path} onError=${onError} />` : null}
     ${job.problems?.length ? html`<${Problems} problems=${job.problems} />` : null}
-    ${job.state === "broken" ? html`<p class="failed">The server ended while this was computed; run it again.</p>` : null}
     ${job.state === "cancelled" ? html`<p class="muted">Cancelled before it ended.</p>` : null}
     ${job.state === "done" && !view ? html`<p class="loading">Reading the result …</p>` : null}
     ${view ? html`<${Result} key=${job.id} id=${job.id} file=${job.file} view=${view} tab=${tab} path=${path} onStarted=${onStarted} onError=${onError} />` : null}

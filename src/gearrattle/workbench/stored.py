@@ -1,0 +1,90 @@
+"""Files of the folder of a job, which somebody else may have made: regular ones are read, and what is damaged is named.
+
+Takes paths; gives text, what JSON says, and what the machine refused as a problem.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from gearrattle.errors import GearRattleError, ModelError, Problem
+from gearrattle.files import Refused, opened
+from gearrattle.json_types import parsed_json
+from gearrattle.writing import disk_is_full
+
+_LARGEST = 100_000_000  # bytes: a view of a large study has a tenth
+
+
+def problem_of(error: OSError) -> Problem:
+    """Return what the machine refused as a problem."""
+    words = (error.strerror or str(error)).lower()
+    if disk_is_full(error):
+        return Problem("disk", "", f"takes no more: {words}", "make room on the disk of the folder, and try again")
+    return Problem("files", str(error.filename or ""), words, "see that the folder can be read and written")
+
+
+def stored_text(path: Path) -> str:
+    """Return the text of a file in the folder of a job.
+
+    Raises
+    ------
+    ModelError
+        it is no regular file, is too large, or holds no text.
+    FileNotFoundError
+        there is none.
+    """
+    try:
+        with opened(path) as stream:
+            if os.fstat(stream.fileno()).st_size > _LARGEST:
+                raise _damaged(path, f"is larger than {_LARGEST / 1e6:.0f} MB")
+            return stream.read().decode("utf-8")
+    except Refused as refused:
+        raise _damaged(path, refused.rule) from None
+    except FileNotFoundError:
+        raise
+    except (OSError, UnicodeDecodeError) as error:
+        words = (error.strerror or "cannot be read").lower() if isinstance(error, OSError) else "holds no text"
+        raise _damaged(path, words) from None
+
+
+def stored_json(path: Path) -> Any:
+    """Return what a JSON file in the folder of a job says; raises as ``stored_text``, and ModelError for no JSON."""
+    try:
+        return parsed_json(stored_text(path))
+    except ValueError as error:
+        raise _damaged(path, f"is damaged: {error}") from None
+
+
+def stored_object(path: Path) -> dict[str, Any]:
+    """Return the object that a JSON file in the folder of a job holds; raises as ``stored_json``."""
+    value = stored_json(path)
+    if not isinstance(value, dict):
+        raise _damaged(path, "must hold a JSON object")
+    return value
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Name a file in which whatever reads it meets something else than it expects.
+
+    Raises
+    ------
+    ModelError
+        it is damaged, or what reads it says what is wrong.
+    """
+    try:
+        yield
+    except (GearRattleError, MemoryError, FileNotFoundError, PermissionError):
+        raise
+    except Exception as error:  # libraries that read a damaged file complain as they like
+        if disk_is_full(error):
+            raise
+        raise _damaged(path, f"is damaged ({type(error).__name__})") from error
+
+
+def _damaged(path: Path, rule: str) -> ModelError:
+    return ModelError(Problem(path.name, path.parent.name, rule, "delete the run, and start it again"))
