@@ -108,13 +108,17 @@ def test_any_unit_like_text_is_a_number_or_a_unit_error(text: str) -> None:
     assert outcome.startswith("must") if isinstance(outcome, str) else math.isfinite(outcome)
 
 
-EXPENSIVE = ["1 m**9999999", "1 " + "(" * 90 + "m", "1e-999999999 m", "9" * 5000 + " m", "1 m" + "*m" * 200]
+EXPENSIVE = ["1 m**9999999", "1 " + "(" * 90 + "m", "1e999999999 m", "9" * 5000 + " m", "1 m" + "*m" * 200]
 
 
 @pytest.mark.parametrize("text", EXPENSIVE, ids=range(len(EXPENSIVE)))
 def test_expensive_texts_are_refused_at_once(text: str) -> None:
     with pytest.raises(UnitError):
         convert(text, units.LENGTH)
+
+
+def test_what_is_too_small_for_a_double_is_zero_as_without_a_unit() -> None:
+    assert convert("1e-999999999 m", units.LENGTH) == float("1e-999999999") == 0.0
 
 
 def test_pint_is_not_loaded_without_units() -> None:

@@ -259,3 +259,6 @@ def test_values_may_have_units() -> None:
     np.testing.assert_allclose(attractors["initial.rate.joint"], 2 * pi, rtol=1e-14)
     with pytest.raises(ModelError, match="angle"):
         gr.basins(two_bodies(), {"deflection.joint": ["1 mm"]})
+    for huge in (1e31, "1e31 rad"):
+        with pytest.raises(ModelError, match="must not be larger than"):
+            gr.basins(two_bodies(), {"deflection.joint": [huge]})

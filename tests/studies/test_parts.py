@@ -85,7 +85,11 @@ def test_samples_follow_their_distribution(table: dict[str, Any], law: Any, meth
         ({"distribution": "gaussian", "mean": 1.0}, "must be one of"),
         ({"distribution": "normal", "mean": 0.02}, "needs"),
         ({"distribution": "normal", "mean": 0.02, "sigma": 1.0, "deviation": 0.001}, "no parameter"),
-        ({"distribution": "normal", "mean": 0.02, "deviation": -1.0}, "positive"),
+        (
+            {"distribution": "normal", "mean": 0.02, "deviation": -1.0},
+            "deviation: found -1.0; must be greater than zero",
+        ),
+        ({"distribution": "normal", "mean": 0.02, "deviation": "0 deg"}, 'found "0 deg"; must be greater than zero'),
         ({"distribution": "normal", "mean": 0.02, "deviation": 0.01}, "clearance"),  # reaches below zero
         ({"distribution": "uniform", "from": 0.03, "to": 0.02}, "below"),
         ({"distribution": "triangular", "from": 0.01, "to": 0.02, "likely": 0.5}, "between"),
@@ -96,6 +100,15 @@ def test_samples_follow_their_distribution(table: dict[str, Any], law: Any, meth
 def test_wrong_distributions_are_refused(table: Any, match: str) -> None:
     with pytest.raises(ModelError, match=match):
         distributions_of({GAP: table}, model())
+
+
+def test_a_deviation_with_a_unit_need_be_no_value_of_the_model() -> None:
+    """5 rpm is no speed that the table of the drag torque covers; as 0.5236 it was taken, as a text it was not."""
+    drag = {"speed": [90.0, 110.0], "value": [0.1, 0.2]}
+    covered = model().with_({"excitation.speed": 100.0, "inertia.wheel.drag_torque": drag})
+    table = {"distribution": "normal", "mean": "100 rad/s", "deviation": "5 rpm"}
+    (actual,) = distributions_of({"excitation.speed": table}, covered)
+    assert actual.parameters["deviation"] == pytest.approx(np.pi / 6.0, rel=1e-15)
 
 
 @pytest.mark.parametrize("size", [1, 3, 4, 7, 12, 100])

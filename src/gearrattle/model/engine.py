@@ -22,7 +22,7 @@ from pydantic import model_validator
 
 from gearrattle.model import units
 from gearrattle.model.cycle import missing, pressure_at
-from gearrattle.model.quantity import Count, Quantity
+from gearrattle.model.quantity import Count, Quantity, value_of
 from gearrattle.model.signal import OverTime, Signal
 from gearrattle.model.table import Breach, Table, breach
 
@@ -97,8 +97,9 @@ class Engine(Table):
         if dimensionless:
             yield Breach((), ..., "an engine needs units: this model is dimensionless", "give harmonics instead")
             return
-        firing, cylinders = table.get("firing"), table.get("cylinders")
-        if isinstance(firing, list | tuple) and firing and isinstance(cylinders, int) and len(firing) != cylinders:
+        firing = table.get("firing")
+        cylinders = value_of(cls, table, "cylinders", dimensionless)
+        if isinstance(firing, list | tuple) and firing and cylinders not in (None, len(firing)):
             yield Breach(("firing",), firing, f"must have one angle for each of the {cylinders} cylinders")
 
     @model_validator(mode="after")

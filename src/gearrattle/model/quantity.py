@@ -10,18 +10,19 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from numbers import Integral, Real
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic_core import CoreSchema, PydanticCustomError, PydanticUndefined, core_schema
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import units
-from gearrattle.model.table import NO_TABLE, breach, did_you_mean, listed, shown
-from gearrattle.model.units import Dimension, UnitError
+from gearrattle.model.table import NO_TABLE, Table, breach, did_you_mean, listed, shown
+from gearrattle.model.units import NOT_FINITE, Dimension, UnitError
 
 Bound = Literal["finite", "non-negative", "positive"]
 SMALLEST, LARGEST = 1e-30, 1e30
@@ -61,7 +62,7 @@ class Reader:
 def _bounded(value: float, bound: Bound, remedy: str = "") -> float:
     """Return a finite value within its bound."""
     if not math.isfinite(value):
-        raise breach("must be a finite number")
+        raise breach(NOT_FINITE)
     if bound == "positive" and not value > 0.0:
         raise breach("must be greater than zero", remedy)
     if bound == "non-negative" and value < 0.0:
@@ -88,7 +89,7 @@ def _as_float(value: Real) -> float:
     try:
         return float(value)
     except OverflowError:
-        raise breach("must be a finite number: this one is beyond the range of a double") from None
+        raise breach(NOT_FINITE) from None
 
 
 def _is_number(value: Any) -> bool:
@@ -362,12 +363,44 @@ def two(rule: str) -> BeforeValidator:
     return BeforeValidator(check)
 
 
-def attempt(read: Callable[[Any, bool], Any], value: Any, dimensionless: bool) -> Any:
-    """Return what ``read`` makes of a value, or None where it complains (the field itself reports that)."""
+def value_of(owner: type[Table], table: object, key: str, dimensionless: bool) -> Any:
+    """Return a value as its field reads it: what a rule between keys judges, whether written with a unit or without.
+
+    Parameters
+    ----------
+    owner
+        the class of the table.
+    table
+        as written, or as read; None: there is none, and every key has its default.
+    key
+        of a field that a ``Reader`` reads.
+    dimensionless
+        whether the model's quantities are plain numbers without units.
+
+    Returns
+    -------
+    Any
+        The value; the default of a key that is absent, None of one without a default. None as well where the field
+        refuses the value, and itself says so.
+    """
+    if table is not None and not isinstance(table, Mapping | Table):
+        return None
+    written = table.get(key) if isinstance(table, Mapping) else getattr(table, key, None)
+    if written is None:
+        default = owner.model_fields[key].default
+        return None if default is PydanticUndefined else default
     try:
-        return read(value, dimensionless)
+        return _reader(owner, key).read(written, dimensionless)
     except ValueError:
         return None
+
+
+@cache
+def _reader(owner: type[Table], key: str) -> Reader:
+    """Return what reads a field."""
+    info = owner.model_fields[key]
+    optional = [part for member in get_args(info.annotation) for part in getattr(member, "__metadata__", ())]
+    return next(part for part in (*info.metadata, *optional) if isinstance(part, Reader))
 
 
 Name = Annotated[str, Label()]

@@ -28,7 +28,7 @@ from gearrattle.json_types import TomlTable
 from gearrattle.model import units
 from gearrattle.model.csv_columns import read_columns
 from gearrattle.model.csv_layout import RecordError
-from gearrattle.model.quantity import Plain, Quantity
+from gearrattle.model.quantity import LARGEST, Plain, Quantity
 from gearrattle.model.table import breach, did_you_mean, listed, shown
 from gearrattle.model.units import Dimension
 from gearrattle.wording import counted
@@ -305,18 +305,16 @@ class OverTime:
             raise breach(f"{key} must be a list of numbers", remedy)
         if all(type(entry) is float for entry in entries):
             array = np.array(entries, dtype=float)
-        else:
-            reader, values = Quantity(dimension), []
-            for index, entry in enumerate(entries):
-                try:
-                    values.append(reader.read(entry, dimensionless))
-                except ValueError as error:
-                    raise breach(f"entry {index} of {key}, {shown(entry)}: {error}") from None
-            array = np.array(values, dtype=float)
-        if not np.isfinite(array).all():
-            at = int(np.argmin(np.isfinite(array)))
-            raise breach(f"entry {at} of {key}, {array[at]}: must be a finite number")
-        return array
+            if (np.abs(array) <= LARGEST).all():  # as below, at once
+                return array
+        reader = Quantity(dimension)
+        values = []
+        for index, entry in enumerate(entries):
+            try:
+                values.append(reader.read(entry, dimensionless))
+            except ValueError as error:
+                raise breach(f"entry {index} of {key}, {shown(entry)}: {error}") from None
+        return np.array(values, dtype=float)
 
     def _checked(self, signal: Signal, file: str, column: str) -> Signal:
         """Refuse too few points, and a run that would begin outside of them."""

@@ -16,7 +16,7 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
 from gearrattle.model import units
-from gearrattle.model.quantity import Choice, Count, Plain, Quantity
+from gearrattle.model.quantity import Choice, Count, Plain, Quantity, value_of
 from gearrattle.model.symbol import Shown, Symbol
 from gearrattle.model.table import Breach, Table, breach, did_you_mean
 
@@ -87,12 +87,13 @@ class Simulation(Shown):
     """Step of a fixed-step algorithm, the first one tried by the others [s]."""
 
     @classmethod
-    def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
+    def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
         """Yield breaches: everything discarded."""
-        cycles, discard = table.get("cycles"), table.get("discard")
-        if isinstance(cycles, int) and isinstance(discard, int) and 1 <= cycles <= discard:
+        cycles = value_of(cls, table, "cycles", dimensionless)
+        discard = value_of(cls, table, "discard", dimensionless)
+        if cycles is not None and discard is not None and cycles <= discard:
             rule = f"must be less than cycles ({cycles}): nothing would be left to judge"
-            yield Breach(("discard",), discard, rule)
+            yield Breach(("discard",), table["discard"], rule)
 
 
 @dataclass(frozen=True)

@@ -88,6 +88,10 @@ _BASE_UNITS = {"kilogram": 0, "meter": 1, "second": 2, "radian": 3}
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _TOKEN = re.compile(r"\s*(\*\*|[*/^()·⋅×]|[+-]?\d+|[^\W\d_]\w*|°|[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+)")
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+_NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)\b", re.ASCII | re.IGNORECASE)
+NOT_FINITE = "must be a finite number, not beyond the range of a double"
+_MOST_DIGITS = 600
+"""Before and after the point: beyond all doubles in any unit, and few enough to count with exactly."""
 _LONGEST = 100
 _LARGEST_POWER = 4
 _COMMON = (
@@ -165,7 +169,7 @@ def convert(text: str, dimension: Dimension) -> float:
     try:
         return float(number * measure.factor)
     except OverflowError:
-        raise UnitError("must be a finite number: this one is beyond the range of a double") from None
+        raise UnitError(NOT_FINITE) from None
 
 
 def _split(text: str, dimension: Dimension) -> tuple[Fraction, str]:
@@ -174,6 +178,8 @@ def _split(text: str, dimension: Dimension) -> tuple[Fraction, str]:
     stripped = text.strip()
     if len(stripped) > _LONGEST:
         raise UnitError(f"must be a number with a unit, at most {_LONGEST} characters", example)
+    if _NOT_FINITE.match(stripped):
+        raise UnitError(NOT_FINITE)
     match = _NUMBER.match(stripped)
     if match is None:
         raise UnitError(f"must begin with a decimal number, followed by a unit of {dimension.name}", example)
@@ -186,9 +192,10 @@ def _split(text: str, dimension: Dimension) -> tuple[Fraction, str]:
             f"write the plain number {stripped} without quotes if it is in {dimension.si}",
         )
     decimal = Decimal(match.group())
-    if decimal and abs(decimal.adjusted()) > 400:
-        raise UnitError("must be a finite number within the range of a double")
-    return Fraction(decimal), unit
+    if decimal and decimal.adjusted() > _MOST_DIGITS:
+        raise UnitError(NOT_FINITE)
+    is_nothing = decimal.adjusted() < -_MOST_DIGITS  # as of a number without a unit, which TOML reads as 0.0
+    return Fraction(0 if is_nothing else decimal), unit
 
 
 def _mismatch(unit: str, measure: _Measure, dimension: Dimension) -> UnitError:

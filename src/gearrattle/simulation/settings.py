@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Integral
 from typing import Any
 
 from gearrattle.assembly import default_cycles
@@ -31,7 +32,7 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
     usual = DEFAULTS.discard if model.excitation.sweep is None else 0
     discard = overrides.get("discard", file.discard if file.discard is not None else usual)
     explicit = "discard" in overrides or ("cycles" not in overrides and file.discard is not None)
-    if not explicit and isinstance(cycles, int) and cycles >= 1:
+    if not explicit and isinstance(cycles, Integral) and cycles >= 1:
         discard = min(discard, cycles // 2)
     changes = {"cycles": cycles, "discard": discard}
     for key in ("algorithm", "initial", "samples_per_cycle"):

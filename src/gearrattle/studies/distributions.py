@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.path_values import in_si
+from gearrattle.model.path_values import change_in_si, in_si
 from gearrattle.model.quantity import AnyTable, Plain, checked
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.studies.designs import DESIGNS
@@ -127,9 +127,7 @@ def _distribution(path: str, table: Any, model: Model) -> Distribution:
 
 def _si(path: str, key: str, value: Any, model: Model) -> Any:
     """A deviation is a difference: it has the unit of the value, but need not be one."""
-    if key == "deviation" and not isinstance(value, str):
-        return value
-    return in_si(path, value, model)
+    return change_in_si(path, value, model, "positive", key) if key == "deviation" else in_si(path, value, model)
 
 
 def _check(kind: str, p: Mapping[str, float]) -> None:
@@ -138,8 +136,6 @@ def _check(kind: str, p: Mapping[str, float]) -> None:
         problems.append(Problem("from", f"{p['from']:g}", f"must lie below to, {p['to']:g}"))
     if kind == "triangular" and not p["from"] <= p["likely"] <= p["to"]:
         problems.append(Problem("likely", f"{p['likely']:g}", "must lie between from and to"))
-    if kind == "normal" and not p["deviation"] > 0.0:
-        problems.append(Problem("deviation", f"{p['deviation']:g}", "must be positive"))
     if kind == "log-normal" and not p["factor"] > 1.0:
         problems.append(Problem("factor", f"{p['factor']:g}", "must be above 1: 1.1 scatters by some ten per cent"))
     if "cut" in p and not 0.0 < p["cut"] < np.inf:

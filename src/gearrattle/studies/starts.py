@@ -27,7 +27,7 @@ from gearrattle.assembly import assemble, free_names, moved, whole
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
-from gearrattle.model.quantity import Plain, checked
+from gearrattle.model.quantity import Plain, Quantity, checked
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.simulation.simulate import prepare
 
@@ -178,7 +178,4 @@ def read_value(name: str, value: Any, model: Model) -> float:
     if not isinstance(value, str) or dimension is None or model.units == "dimensionless":
         also = "" if dimension is None or model.units == "dimensionless" else f' or a text as "{dimension.example}"'
         raise ModelError(Problem(name, shown(value), f"must be a finite number in SI{also}"))
-    try:
-        return units.convert(value, dimension)
-    except units.UnitError as error:
-        raise ModelError(Problem(name, shown(value), error.rule, error.remedy)) from None
+    return float(checked(Quantity(dimension), value, name, dimensionless=False))

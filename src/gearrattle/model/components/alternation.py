@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 from gearrattle.model import units
-from gearrattle.model.quantity import Plain, Quantity, Ratio
+from gearrattle.model.quantity import Plain, Quantity, Ratio, value_of
 from gearrattle.model.table import Breach, Table
 
 
@@ -27,9 +27,9 @@ class Alternation(Table):
     """Of the mesh cycle at t = 0 [rad]; a cycle begins with all pairs in contact."""
 
     @classmethod
-    def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
+    def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
         """Yield breaches: a share that is no part of a cycle, a stiffness that does not fall."""
         for key, low in (("share", True), ("fewer", False)):
-            value = table.get(key)
-            if isinstance(value, float | int) and (value >= 1 or (low and value == 0)):
-                yield Breach((key,), value, "must be below 1" + (", and not 0" if low else ""), "such as 0.6")
+            value = value_of(cls, table, key, dimensionless)
+            if value is not None and (value >= 1.0 or (low and value == 0.0)):
+                yield Breach((key,), table[key], "must be below 1" + (", and not 0" if low else ""), "such as 0.6")

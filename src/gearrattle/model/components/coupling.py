@@ -28,11 +28,10 @@ from gearrattle.model.components.contact_damping import ContactDamping, clipping
 from gearrattle.model.components.friction import Hysteresis, StickStiffness, friction, stage_rules, stick_rules
 from gearrattle.model.components.hooke import HookeJoint, joint_rules
 from gearrattle.model.excitation import AngularHarmonic
-from gearrattle.model.quantity import GROUND, Between, Quantity, Ratio, attempt
+from gearrattle.model.quantity import GROUND, Between, Quantity, Ratio, value_of
 from gearrattle.model.symbol import Symbol
 from gearrattle.model.table import Breach, Table
 
-_until = Quantity(units.ANGLE, "positive")
 _FRICTION_SCALING = {"hysteresis": "torque", "stick_stiffness": "torsional_stiffness"}
 _STAGE_SCALING = {
     "stiffness": "torsional_stiffness",
@@ -49,7 +48,7 @@ class Stage(Table):
 
     stiffness: TorsionalStiffness
     """Slope of this stage [N m/rad]."""
-    until: Annotated[float, _until] | None = None
+    until: Annotated[float, Quantity(units.ANGLE, "positive")] | None = None
     """Deflection at which the stage ends [rad]; absent in the last stage."""
     damping: TorsionalDamping = 0.0
     """Damping in this stage [N m s/rad]."""
@@ -226,12 +225,14 @@ class Coupling(Component):
             yield Breach(("coast_stages",), table["coast_stages"], rule)
         for key in ("stages", "coast_stages"):
             yield from _stage_order(key, table.get(key), dimensionless)
-            yield from stage_rules(key, table.get(key), dimensionless)
+            yield from stage_rules(Stage, key, table.get(key), dimensionless)
         yield from joint_rules(table, dimensionless)
-        yield from stick_rules((), table, "20 K is zero")
+        yield from stick_rules(cls, (), table, dimensionless, "20 K is zero")
         if table.get("contact_damping") == "clipped":
-            free = table.get("clearance") and not table.get("stiffness_ratio") and not table.get("damping_ratio")
-            yield from clipping_rules(free, 'such as clearance = "1 deg", without stiffness_ratio and damping_ratio')
+            gap = value_of(cls, table, "clearance", dimensionless)
+            carrying = [value_of(cls, table, key, dimensionless) for key in ("stiffness_ratio", "damping_ratio")]
+            remedy = 'such as clearance = "1 deg", without stiffness_ratio and damping_ratio'
+            yield from clipping_rules([gap], carrying, remedy)
 
 
 def _read(key: str, stages: Sequence[Stage], leaf: Leaf) -> list[PieceColumns]:
@@ -282,7 +283,7 @@ def _stage_order(key: str, stages: object, dimensionless: bool) -> Iterator[Brea
         if last:
             rule = "the last stage must have no until: it goes on for ever"
             yield Breach((key, index, "until"), until, rule, "remove until, or add a stage after it")
-        value = attempt(_until.read, until, dimensionless)
+        value = value_of(Stage, stage, "until", dimensionless)
         if value is not None and before is not None and value <= before:
             rule = f"stages out of order: until must be greater than that of the stage before ({before:.6g} rad)"
             yield Breach((key, index, "until"), until, rule, "list the stages from the centre outward")

@@ -10,11 +10,10 @@ from typing import Annotated, Any
 
 from gearrattle.model import units
 from gearrattle.model.over_speed import OverSpeed
-from gearrattle.model.quantity import Quantity, attempt
-from gearrattle.model.table import Breach
+from gearrattle.model.quantity import Quantity, value_of
+from gearrattle.model.table import Breach, Location, Table
 
-_hysteresis = OverSpeed(units.TORQUE, "non-negative", swept=False)
-Hysteresis = Annotated[float, _hysteresis]
+Hysteresis = Annotated[float, OverSpeed(units.TORQUE, "non-negative", swept=False)]
 StickStiffness = Annotated[float, Quantity(units.TORSIONAL_STIFFNESS, "positive")]
 _STICK = 20.0
 
@@ -24,26 +23,30 @@ def friction(hysteresis: float, stick: float | None, slope: float) -> tuple[floa
     return (hysteresis, _STICK * slope if stick is None else stick) if hysteresis > 0.0 else (0.0, 0.0)
 
 
-def stick_rules(location: tuple[str | int, ...], table: Mapping[str, Any], why: str) -> Iterator[Breach]:
-    """Yield a breach of friction without a slope to stick with."""
-    flat = table.get("stiffness") in (0, 0.0) and not isinstance(table.get("stiffness"), bool)
-    if flat and table.get("hysteresis") and table.get("stick_stiffness") is None:
+def stick_rules(
+    owner: type[Table], location: Location, table: Mapping[str, Any], dimensionless: bool, why: str
+) -> Iterator[Breach]:
+    """Yield a breach of friction without a slope to stick with; ``owner`` is the class of the table."""
+    is_flat = value_of(owner, table, "stiffness", dimensionless) == 0.0
+    is_tabled = isinstance(table.get("hysteresis"), Mapping)  # over speed
+    rubs = is_tabled or bool(value_of(owner, table, "hysteresis", dimensionless))
+    if is_flat and rubs and table.get("stick_stiffness") is None:
         remedy = 'such as stick_stiffness = "100 N*m/rad"'
         yield Breach(
             (*location, "hysteresis"), table["hysteresis"], f"friction needs a stick_stiffness here: {why}", remedy
         )
 
 
-def stage_rules(key: str, stages: object, dimensionless: bool) -> Iterator[Breach]:
-    """Yield breaches of hysteresis in stages: it may not fall outward, and needs a slope."""
+def stage_rules(owner: type[Table], key: str, stages: object, dimensionless: bool) -> Iterator[Breach]:
+    """Yield breaches of hysteresis in stages of one class: it may not fall outward, and needs a slope."""
     before = 0.0
     for index, stage in enumerate(stages if isinstance(stages, (list, tuple)) else ()):
         table = stage if isinstance(stage, Mapping) else getattr(stage, "__dict__", {})
-        yield from stick_rules((key, index), table, "20 times the stage's slope is zero")
+        yield from stick_rules(owner, (key, index), table, dimensionless, "20 times the stage's slope is zero")
         hysteresis = table.get("hysteresis", 0.0)
         if isinstance(hysteresis, Mapping):  # a table over speed: judged where the values are known, in the assembly
             return
-        value = attempt(_hysteresis.read, hysteresis, dimensionless)
+        value = value_of(owner, table, "hysteresis", dimensionless)
         if value is not None and value < before:
             rule = f"hysteresis must not fall from stage to stage: the stage before has {before:.6g} N m in all"
             yield Breach((key, index, "hysteresis"), hysteresis, rule, "give each stage the full height of its loop")

@@ -24,10 +24,9 @@ from typing import Annotated, Any
 
 from gearrattle.model import units
 from gearrattle.model.excitation import Harmonic
-from gearrattle.model.quantity import GROUND, Plain, Quantity, attempt
+from gearrattle.model.quantity import GROUND, Plain, Quantity, value_of
 from gearrattle.model.table import Breach, Table
 
-_angle = Quantity(units.ANGLE, "non-negative")
 _LARGEST = pi / 3.0
 _NEGLIGIBLE = 1e-15  # [rad] of all terms left out
 
@@ -35,7 +34,7 @@ _NEGLIGIBLE = 1e-15  # [rad] of all terms left out
 class HookeJoint(Table):
     """A Hooke joint in a coupling; its driving shaft is the first of ``between``."""
 
-    angle: Annotated[float, _angle]
+    angle: Annotated[float, Quantity(units.ANGLE, "non-negative")]
     """Angle beta between the shafts [rad], below 60 deg."""
     order: Annotated[float, Plain("positive")] = 1.0
     """Turns of the driving shaft in a turn of the reference shaft."""
@@ -87,7 +86,7 @@ def joint_rules(table: Mapping[str, Any], dimensionless: bool) -> Iterator[Breac
     if isinstance(between, (list, tuple)) and GROUND in between:
         rule = "a Hooke joint connects two shafts that turn; ground does not"
         yield Breach(("between",), between, rule, "name two inertias")
-    written = joint.get("angle") if isinstance(joint, Mapping) else getattr(joint, "angle", None)
-    angle = attempt(_angle.read, written, dimensionless)
+    angle = value_of(HookeJoint, joint, "angle", dimensionless)
     if angle is not None and angle >= _LARGEST:
+        written = joint["angle"] if isinstance(joint, Mapping) else angle
         yield Breach(("hooke", "angle"), written, "must be below 60 deg: no joint transmits beyond", 'such as "12 deg"')

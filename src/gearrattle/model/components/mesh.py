@@ -24,7 +24,7 @@ from gearrattle.model.components.base import (
 )
 from gearrattle.model.components.contact_damping import ContactDamping, clipping_rules
 from gearrattle.model.excitation import Harmonic
-from gearrattle.model.quantity import Between, two
+from gearrattle.model.quantity import Between, two, value_of
 from gearrattle.model.symbol import Symbol
 from gearrattle.model.table import Breach
 
@@ -73,10 +73,11 @@ class Mesh(Component):
     """How the stiffness alternates with the tooth pairs in contact; ``stiffness`` is that with all pairs."""
 
     @classmethod
-    def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
+    def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
         """Yield breaches: clipped damping without a gap, or with a stiffness that alternates."""
         if table.get("contact_damping") == "clipped":
-            yield from clipping_rules(table.get("backlash"), 'such as backlash = "0.1 mm"')
+            gap = value_of(cls, table, "backlash", dimensionless)
+            yield from clipping_rules([gap], [], 'such as backlash = "0.1 mm"')
             if table.get("alternation") is not None:
                 rule = "clipped contact damping and alternation exclude each other"
                 yield Breach(("alternation",), table["alternation"], rule, "remove one")

@@ -29,14 +29,13 @@ from gearrattle.model.components.base import (
 )
 from gearrattle.model.components.contact_damping import ContactDamping, clipping_rules
 from gearrattle.model.excitation import Harmonic
-from gearrattle.model.quantity import GROUND, Name, Quantity, attempt
+from gearrattle.model.quantity import GROUND, Name, Quantity, value_of
 from gearrattle.model.symbol import Symbol
 from gearrattle.model.table import Breach, Location, Table
 
 Side = Literal["sun", "ring"]
 SIDES: tuple[Side, Side] = ("sun", "ring")
 _SAME = 1e-9
-_radius = Quantity(units.LENGTH, "positive")
 _NO_GROUND = "a planet is an inertia of its own; ground has no gear"
 
 
@@ -254,17 +253,17 @@ class Planetary(Component):
                 yield Breach((key,), table[key], rule, f"give {other}, or leave {key} out")
         yield from _ring_rules(table.get("radii"), dimensionless)
         if table.get("contact_damping") == "clipped":
-            gaps = all(_at(table.get("backlash"), side) for side in SIDES)
-            yield from clipping_rules(gaps, 'such as backlash = { sun = "0.1 mm", ring = "0.1 mm" }')
+            gaps = [value_of(Backlashes, table.get("backlash"), side, dimensionless) for side in SIDES]
+            yield from clipping_rules(gaps, [], 'such as backlash = { sun = "0.1 mm", ring = "0.1 mm" }')
 
 
 def _ring_rules(radii: object, dimensionless: bool) -> Iterator[Breach]:
     """Yield a breach of a ring that cannot hold a planet."""
-    written = {key: _at(radii, key) for key in ("planet", "ring")}
-    planet, ring = (attempt(_radius.read, value, dimensionless) for value in written.values())
+    planet = value_of(PlanetaryRadii, radii, "planet", dimensionless)
+    ring = value_of(PlanetaryRadii, radii, "ring", dimensionless)
     if planet is not None and ring is not None and ring <= planet:
         rule = f"the ring must be larger than a planet ({planet:.6g} m)"
-        yield Breach(("radii", "ring"), written["ring"], rule, "ring = sun + 2 planet")
+        yield Breach(("radii", "ring"), _at(radii, "ring"), rule, "ring = sun + 2 planet")
 
 
 def _at(table: object, key: str) -> Any:
