@@ -10,7 +10,7 @@ that have at least one corner, in the same order), E events.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -221,8 +221,8 @@ class Exact(Protocol):
     def exceeded(self, trajectory: Trajectory, signals: Sequence[Signal], share: float) -> Array | None:
         """Return (q,) what the modulus of each exceeds for a share of the steady part; None: they take too long."""
 
-    def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Array | None:
-        """Return (N, q, 2) deflection and rate of elements over the last cycles, as lines; None: they take too long."""
+    def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Iterator[Array] | None:
+        """Return deflection and rate of elements over the last cycles, lines in pieces (N, q, 2); None: too long."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ curves in phase planes (``system.statistics``).
 from __future__ import annotations
 
 import weakref
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -106,8 +106,10 @@ class Between:
         walk = self._walk(trajectory)
         return None if walk is None else walk.exceeded(self._rows(trajectory, signals), share)
 
-    def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Array | None:
-        """Return (N, q, 2) deflection and rate of some elements over the last cycles, as lines; None as before.
+    def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Iterator[Array] | None:
+        """Return deflection and rate of some elements over the last cycles, as lines; None as before.
+
+        In pieces (N, q, 2), one after the other in time and made when asked for.
 
         Parameters
         ----------
@@ -125,7 +127,7 @@ class Between:
             return None
         signals = [(quantity, name) for name in elements for quantity in ("deflection", "rate")]
         values = walk.curves(self._rows(trajectory, signals))
-        return None if values is None else values.reshape(len(values), len(elements), 2)
+        return None if values is None else (piece.reshape(len(piece), len(elements), 2) for piece in values)
 
     def _rows(self, trajectory: Trajectory, signals: Sequence[Signal]) -> Rows:
         flow = _engine(self.model)[0]

@@ -16,7 +16,7 @@ Takes a Flow, sampled states and a log; gives extremes, central moments, levels 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -37,6 +37,7 @@ _UNCUT = 1e-9  # of an interval between two samples: shorter remainders are roun
 _LEVEL, _NEWTON = 1e-12, 1e-8  # of a level: its rounding, and a step of Newton's after which that is its error
 _TURN = 0.05  # rad of the fastest oscillation between two points of a curve: chords miss 0.03 % of its amplitude
 _MOST_POINTS, _FEWEST = 200_000, 8  # of a curve; of a block where these are too many
+_PIECE = 2_000_000  # values of curves that are in memory at a time
 _MOST_BLOCKS, _MOST_CUTS = 16, 4096
 """Blocks of a region's series through an interval between samples, and parts into which one of more is cut."""
 _MOST_WORK = 1e10  # floating-point operations, some seconds: beyond, samples must do
@@ -277,10 +278,11 @@ class Walk:
         packed, scratch = self._packed(chosen, with_nodes=False)
         return np.array([self._level(packed, scratch, c, share) for c in range(count)])
 
-    def curves(self, rows: Rows) -> Array | None:
-        """Return (N, q) values of rows at points so near each other that chords between them are the motion.
+    def curves(self, rows: Rows) -> Iterator[Array] | None:
+        """Return values of rows at points so near each other that chords between them are the motion.
 
-        The ends of all parts, where a motion bends, are among the points; None as in ``statistics``.
+        The ends of all parts, where a motion bends, are among the points. They come in pieces (N, q), one after the
+        other in time and made when asked for: of a stiff contact there are millions. None as in ``statistics``.
 
         Parameters
         ----------
@@ -288,25 +290,37 @@ class Walk:
             as in ``statistics``.
         """
         chosen = {r: rows(self.regions[r]) for r in self.series}
-        if self._takes_too_long(len(next(iter(chosen.values())))):
+        count = len(next(iter(chosen.values())))
+        if self._takes_too_long(count):
             return None
-        begins = np.cumsum(self.parts.duration) - self.parts.duration
         most = max(_FEWEST, int(_MOST_POINTS / self.blocks))
-        times, values = [], []
+        shares, values = {}, np.zeros(len(self.regions))
         for r, series in self.series.items():
-            coefficients = series.expanded(chosen[r])
-            shares = np.linspace(0.0, 1.0, 1 + min(most, int(np.ceil(series.phase / _TURN))))
-            part = np.flatnonzero((self.parts.region == r) & (self.parts.duration > 0.0))
-            states = series.begun(self._states_at(part))
+            shares[r] = np.linspace(0.0, 1.0, 1 + min(most, int(np.ceil(series.phase / _TURN))))
+            values[r] = series.count * shares[r].size * count
+        pieces = np.cumsum(values[self.parts.region]) // _PIECE
+        ends = [0, *(np.flatnonzero(np.diff(pieces)) + 1).tolist(), pieces.size]
+        expanded = {r: series.expanded(chosen[r]) for r, series in self.series.items()}
+        return (self._piece(expanded, shares, first, last) for first, last in pairwise(ends))
+
+    def _piece(self, expanded: dict[int, Array], shares: dict[int, Array], first: int, last: int) -> Array:
+        """(N, q) values of rows in some parts, at these shares of the blocks of their regions."""
+        duration, region = self.parts.duration[first:last], self.parts.region[first:last]
+        begins = np.cumsum(duration) - duration
+        times, values = [], []
+        for r in np.unique(region).tolist():
+            series = self.series[r]
+            part = np.flatnonzero((region == r) & (duration > 0.0))
+            states = series.begun(self._states_at(first + part))
             for j in range(series.count):
-                on = self.parts.duration[part] > j * series.block
-                some, length = part[on], np.minimum(self.parts.duration[part[on]] - j * series.block, series.block)
-                is_backward = self.backward[some]
+                on = duration[part] > j * series.block
+                some, length = part[on], np.minimum(duration[part[on]] - j * series.block, series.block)
+                is_backward = self.backward[first + some]
                 powers = np.where(is_backward, -length, length)[:, None] / series.block
-                terms = np.einsum("qpz,nz->nqp", coefficients[j], states[on]) * (powers**series.powers)[:, None]
-                values.append((terms @ (shares[:, None] ** series.powers).T).transpose(0, 2, 1))
-                first = begins[some] + np.where(is_backward, length, j * series.block)
-                times.append(first[:, None] + np.where(is_backward, -length, length)[:, None] * shares)
+                terms = np.einsum("qpz,nz->nqp", expanded[r][j], states[on]) * (powers**series.powers)[:, None]
+                values.append((terms @ (shares[r][:, None] ** series.powers).T).transpose(0, 2, 1))
+                at = begins[some] + np.where(is_backward, length, j * series.block)
+                times.append(at[:, None] + np.where(is_backward, -length, length)[:, None] * shares[r])
         order = np.argsort(np.concatenate([time.ravel() for time in times]), kind="stable")
         return np.asarray(np.concatenate([value.reshape(-1, value.shape[2]) for value in values])[order])
 

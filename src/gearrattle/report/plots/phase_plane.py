@@ -6,7 +6,8 @@ from the bodies' speeds: delta' = R_a theta_a' - R_b theta_b' - e'(t), with R = 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import chain
 
 import numpy as np
 
@@ -102,10 +103,11 @@ def phase_curves(findings: Judged, clearances: Sequence[int], window: Window) ->
         names = [trajectory.layout.clearance_names[k] for k in clearances]
         exact = trajectory.exact.phase_curves(trajectory, names, window.cycles)
         if exact is not None:
-            return [_on_screen(exact[:, k]) for k in range(len(names))], "line"
+            return _drawn(exact), "line"
     part = slice(window.first, window.last + 1)
     if not coarse(trajectory):
-        return [_on_screen(_through_samples(findings, k, part)) for k in clearances], "line"
+        curves = [_through_samples(findings, k, part) for k in clearances]
+        return [_on_screen(curve, np.ptp(curve, axis=0), WITHIN) for curve in curves], "line"
     rates = [deflection_rate(findings, k) for k in clearances]
     deflections = [trajectory.deflection[:, k] for k in clearances]
     return [np.stack(both, 1)[part] for both in zip(deflections, rates, strict=True)], "points"
@@ -126,10 +128,31 @@ def _through_samples(findings: Judged, clearance: int, part: slice) -> Array:
     return between(with_crossings(knots, events.time[own], corner, events.velocity[own]))
 
 
-def _on_screen(points: Array) -> Array:
-    """Those of the points of a curve that a screen shows."""
-    frame = np.ptp(points, axis=0)
-    return points[thinned(points * (np.array(SCREEN) / np.where(frame > 0.0, frame, 1.0)), WITHIN)]
+def _drawn(pieces: Iterator[Array]) -> list[Array]:
+    """The points that a screen shows of curves that come in pieces (N, q, 2).
+
+    A curve in several pieces is thinned twice, each piece as it comes and what is left of all, each time by half of the
+    distance allowed. Before the end the frame is that so far: it can but grow, so that no piece loses too much.
+    """
+    first = next(pieces)
+    second = next(pieces, None)
+    if second is None:
+        return [_on_screen(curve, np.ptp(curve, axis=0), WITHIN) for curve in first.swapaxes(0, 1)]
+    low = first.min(axis=0)
+    high = first.max(axis=0)
+    kept: list[list[Array]] = [[] for _ in low]
+    for piece in chain((first, second), pieces):
+        low = np.minimum(low, piece.min(axis=0))
+        high = np.maximum(high, piece.max(axis=0))
+        for k, points in enumerate(kept):
+            points.append(_on_screen(piece[:, k], high[k] - low[k], 0.5 * WITHIN))
+    frames = high - low
+    return [_on_screen(np.concatenate(points), frames[k], 0.5 * WITHIN) for k, points in enumerate(kept)]
+
+
+def _on_screen(points: Array, frame: Array, within: float) -> Array:
+    """Those of the points of a curve that a screen shows in a frame of some width and height."""
+    return points[thinned(points * (np.array(SCREEN) / np.where(frame > 0.0, frame, 1.0)), within)]
 
 
 def deflection_rate(findings: Judged, clearance: int) -> Array:
