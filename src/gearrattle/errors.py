@@ -63,13 +63,41 @@ class Problem:
 
     def __str__(self) -> str:
         """Return the problem as one line."""
+        where = f"{self.place}: " if self.place else ""
         value_words = f"found {self.value}; " if self.value else ""
         advice = f" ({self.remedy})" if self.remedy else ""
-        return f"{self.place}: {value_words}{self.rule}{advice}"
+        return f"{where}{value_words}{self.rule}{advice}"
+
+
+MOST_SHOWN = 20
+"""Problems that a message lists: more are not read, and a page of thousands takes seconds to draw."""
+
+
+def shown_problems(problems: Iterable[Problem]) -> list[Problem]:
+    """Return the problems that a message lists: the first twenty, and one without a place that counts the others.
+
+    Parameters
+    ----------
+    problems
+        all of them.
+
+    Examples
+    --------
+    >>> from gearrattle.errors import Problem, shown_problems
+    >>> print(shown_problems(Problem(f"row {k}", "-1", "must not be negative") for k in range(3000))[-1])
+    and 2 980 more
+    """
+    every = list(problems)
+    left_out = len(every) - MOST_SHOWN
+    if left_out <= 0:
+        return every
+    return [*every[:MOST_SHOWN], Problem("", "", f"and {left_out:,} more".replace(",", " "))]
 
 
 class ModelError(GearRattleError):
-    """Bad input: a model file, a model or a call's arguments. Carries every problem found, not only the first.
+    """Bad input: a model file, a model or a call's arguments.
+
+    ``problems`` are all that were found, not only the first; as a text it lists twenty and counts the others.
 
     Examples
     --------
@@ -82,7 +110,7 @@ class ModelError(GearRattleError):
 
     def __init__(self, problems: Problem | Iterable[Problem]) -> None:
         self.problems: tuple[Problem, ...] = (problems,) if isinstance(problems, Problem) else tuple(problems)
-        super().__init__("\n".join(str(problem) for problem in self.problems))
+        super().__init__("\n".join(str(problem) for problem in shown_problems(self.problems)))
 
 
 class NotInstalled(ModelError):

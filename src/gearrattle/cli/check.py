@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import gearrattle
 from gearrattle.cli.options import Json
+from gearrattle.errors import shown_problems
 from gearrattle.json_types import json_text
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.plausibility import plausibility_notes
@@ -35,7 +36,8 @@ def check(model: Path, /, *, json: Json = False) -> None:
         rest = gearrattle.equilibrium(driveline)
     except gearrattle.ModelError as error:
         if json:
-            print(json_text({"ok": False, "problems": [problem.to_dict() for problem in error.problems]}))
+            problems = [problem.to_dict() for problem in shown_problems(error.problems)]
+            print(json_text({"ok": False, "count": len(error.problems), "problems": problems}))
         raise
     notes = [*plausibility_notes(driveline), *record_notes(driveline), *rest.notes]
     if json:

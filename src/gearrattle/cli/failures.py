@@ -17,7 +17,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 
-from gearrattle.errors import Cancelled, GearRattleError, ModelError
+from gearrattle.errors import Cancelled, GearRattleError, ModelError, shown_problems
 from gearrattle.writing import disk_is_full
 
 DONE = 0
@@ -115,7 +115,7 @@ def explain(error: BaseException) -> tuple[int, str]:
         word = "terminated" if terminated else "interrupted"
         return TERMINATED if terminated else INTERRUPTED, getattr(error, "kept", "") or f"{word}: nothing was written"
     if isinstance(error, ModelError):
-        return MISUSED, "\n".join(f"error: {problem}" for problem in error.problems)
+        return MISUSED, "\n".join(f"error: {problem}" for problem in shown_problems(error.problems))
     if type(error).__module__.startswith("cyclopts"):
         return MISUSED, f"error: {' '.join(str(error).split())}\ntry: gearrattle --help"
     if isinstance(error, NotADirectoryError | IsADirectoryError):

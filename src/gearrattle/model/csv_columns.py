@@ -13,6 +13,7 @@ import math
 import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 LARGEST = 200_000_000
 """A record has at most so many bytes."""
+_MOST_SEARCHED = 100_000  # lines after the first wrong one that are searched for others: half a second
 T = TypeVar("T")
 
 
@@ -180,8 +182,8 @@ def _numbers(
                     quotechar='"',
                     converters=converters,
                 )
-        except RecordError:
-            raise
+        except RecordError:  # of a row, as the others are that are wrong
+            break
         except ValueError:
             continue
         return _since_first(table.reshape(-1, len(wanted)), layout, use, stamps)
@@ -261,25 +263,59 @@ def _factor(location: str, name: str, unit: str | None, dimension: Dimension, di
 
 
 def _first_wrong(path: Path, layout: Layout, columns: Mapping[str, int], *, gaps: bool = False) -> RecordError:
-    """Find the first line that cannot be read."""
+    """Find the first line that cannot be read, and say which others cannot."""
+    wrong = _wrong_rows(path, layout, columns, gaps=gaps)
+    _, error = next(wrong, (0, RecordError(str(path), "", "must be a table of numbers")))
+    others = []
+    with suppress(RecordError):  # of a line too long, which is told once all before it are mended
+        for number, _ in wrong:
+            others.append(str(number))
+    if others:
+        count = f"{len(others):,} lines more are".replace(",", " ") if len(others) > 1 else "one line more is"
+        error.rule += f"; {count} wrong: {listed(others)}"
+    return error
+
+
+def _wrong_rows(
+    path: Path, layout: Layout, columns: Mapping[str, int], *, gaps: bool
+) -> Iterator[tuple[int, RecordError]]:
+    """Yield the lines that cannot be read, each with its first error, from the first on as far as that is quick."""
     stamps = _stamps(layout, columns)
+    last = math.inf
     for number, line in layout.rows(path):
-        if error := _wrong_count(f"{path}:{number}", line, layout):
-            return error
-        cells = layout.cells(line)
-        for name, index in columns.items():
-            cell = cells[index]
-            if index in stamps:
-                if not _is_read(cell, stamps[index]):
-                    rule = f"must be a time stamp like the first, {layout.stamps.first if layout.stamps else ''}"
-                    return RecordError(f"{path}:{number}: {name}", shown(cell), rule)
-                continue
-            value = _number(layout.with_points(cell))
-            if not math.isfinite(value) and not (gaps and cell in ("", "nan")):
-                other = math.isfinite(_number(cell.replace(",", ".")))
-                remedy = "part decimals by a point, or by a comma, in all rows alike" if other else ""
-                return RecordError(f"{path}:{number}: {name}", shown(cell), "must be a finite number", remedy)
-    return RecordError(str(path), "", "must be a table of numbers")
+        if number > last:
+            return
+        if error := _wrong_row(f"{path}:{number}", line, layout, columns, stamps, gaps=gaps):
+            last = min(last, number + _MOST_SEARCHED)
+            yield number, error
+
+
+def _wrong_row(
+    location: str,
+    line: str,
+    layout: Layout,
+    columns: Mapping[str, int],
+    stamps: Mapping[int, FromFirst],
+    *,
+    gaps: bool,
+) -> RecordError | None:
+    """Return the first error of a line; None: it can be read."""
+    if error := _wrong_count(location, line, layout):
+        return error
+    cells = layout.cells(line)
+    for name, index in columns.items():
+        cell = cells[index]
+        if index in stamps:
+            if not _is_read(cell, stamps[index]):
+                rule = f"must be a time stamp like the first, {layout.stamps.first if layout.stamps else ''}"
+                return RecordError(f"{location}: {name}", shown(cell), rule)
+            continue
+        value = _number(layout.with_points(cell))
+        if not math.isfinite(value) and not (gaps and cell in ("", "nan")):
+            other = math.isfinite(_number(cell.replace(",", ".")))
+            remedy = "part decimals by a point, or by a comma, in all rows alike" if other else ""
+            return RecordError(f"{location}: {name}", shown(cell), "must be a finite number", remedy)
+    return None
 
 
 def _is_read(cell: str, stamp: FromFirst) -> bool:

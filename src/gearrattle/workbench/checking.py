@@ -11,7 +11,7 @@ from typing import Any
 
 from gearrattle.analysis.statics import equilibrium
 from gearrattle.assembly import record_notes
-from gearrattle.errors import ConvergenceError, ModelError, Problem
+from gearrattle.errors import ConvergenceError, ModelError, Problem, shown_problems
 from gearrattle.files import allowed_root
 from gearrattle.model import Model
 from gearrattle.model.file import read_tables
@@ -91,7 +91,7 @@ def units_of(tables: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _answer(problems: Sequence[Problem], path: str, name: str) -> dict[str, Any]:
-    entries = [_problem(problem, path, name) for problem in problems]
+    entries = [_problem(problem, path, name) for problem in shown_problems(problems)]
     nothing: dict[str, Any] = {"notes": [], "drawing": None, "tables": None, "headers": [], "title": ""}
     return {"problems": entries, **nothing, "units": {}, "labels": {}}
 

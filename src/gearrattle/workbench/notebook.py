@@ -14,7 +14,7 @@ from functools import cache, cached_property
 from importlib.util import find_spec
 from typing import Any, Protocol
 
-from gearrattle.errors import GearRattleError, ModelError, Problem
+from gearrattle.errors import GearRattleError, ModelError, Problem, shown_problems
 from gearrattle.json_types import json_value
 from gearrattle.orbits import Branch
 from gearrattle.pipeline import Findings
@@ -79,7 +79,7 @@ class Answers:
         try:
             return asked[str(question["ask"])](question)
         except ModelError as error:
-            return {"problems": [problem.to_dict() for problem in error.problems]}, []
+            return {"problems": [problem.to_dict() for problem in shown_problems(error.problems)]}, []
         except (GearRattleError, KeyError, StopIteration) as error:
             return {"problems": [Problem("view", "", str(error) or "there is no such thing").to_dict()]}, []
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gearrattle.errors import ModelError
+from gearrattle.errors import ModelError, shown_problems
 from gearrattle.json_types import json_value
 from gearrattle.report.sound.listen import Sound, listen
 from gearrattle.workbench.kept import run_of
@@ -52,7 +52,8 @@ def at_one_gain(folders: Sequence[Path], elements: Sequence[str] | None) -> dict
         try:
             sound = sound_of(folder, elements)
         except ModelError as error:
-            designs.append({"level": None, "problems": [problem.to_dict() for problem in error.problems]})
+            problems = [problem.to_dict() for problem in shown_problems(error.problems)]
+            designs.append({"level": None, "problems": problems})
             continue
         (level,) = json_value(list(sound.levels.values()))
         designs.append({"level": level, "problems": []})

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ModelError, Problem, shown_problems
 from gearrattle.workbench.folder import Folder, NotThereError
 from gearrattle.workbench.inputs import INPUTS, NAME, copy_inputs, files_of, model_of
 from gearrattle.workbench.jobs.options import check_options
@@ -252,7 +252,7 @@ class Jobs:
     def _end(self, job: Job, state: State, problems: Sequence[Problem]) -> None:
         job.ended = now()
         job.state = state
-        job.problems = [problem.to_dict() for problem in problems]
+        job.problems = [problem.to_dict() for problem in shown_problems(problems)]
         refused = self._write(job)
         if refused is not None and state == "done":
             job.state = "failed"

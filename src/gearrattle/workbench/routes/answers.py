@@ -11,7 +11,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
-from gearrattle.errors import GearRattleError, ModelError, Problem
+from gearrattle.errors import GearRattleError, ModelError, Problem, shown_problems
 from gearrattle.files import Refused
 from gearrattle.json_types import json_value, parsed_json
 from gearrattle.workbench.folder import NotThereError
@@ -36,7 +36,7 @@ class JsonAnswer(JSONResponse):
 
 def problems(status: int, those: Iterable[Problem]) -> JsonAnswer:
     """Return problems as an answer."""
-    return JsonAnswer({"problems": [problem.to_dict() for problem in those]}, status_code=status)
+    return JsonAnswer({"problems": [problem.to_dict() for problem in shown_problems(those)]}, status_code=status)
 
 
 def answering(work: Callable[..., Any], body: Callable[[bytes], Any] | None = None) -> Endpoint:
