@@ -9,6 +9,7 @@ import sys
 import time
 from collections import OrderedDict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -213,6 +214,50 @@ def test_a_damaged_state_is_one_clear_error(model: gr.Model, tmp_path: Path, gar
     (tmp_path / "state.npz").write_bytes(garbage)
     with pytest.raises(gr.ModelError, match="must be the state of a stored motion"):
         gr.stream(model, **SETTINGS, store=tmp_path, resume=True)
+
+
+@pytest.mark.parametrize("gone", ["", "state.npz", "chunk-000001.nc"])
+def test_a_store_that_was_removed_is_not_gone_on_with(model: gr.Model, tmp_path: Path, gone: str) -> None:
+    """A second chunk was written into a new folder, without the first: nothing could read it."""
+    folder = tmp_path / "store"
+    stream = gr.stream(model, **SETTINGS, store=folder)
+    next(stream)
+    removed = folder / gone
+    shutil.rmtree(removed) if removed.is_dir() else removed.unlink()
+    left = sorted(tmp_path.rglob("*"))
+    for _ in range(2):
+        with pytest.raises(gr.ModelError, match=rf"{removed}: has been removed, after 9 cycles of the motion"):
+            next(stream)
+    assert stream.done == 9
+    assert sorted(tmp_path.rglob("*")) == left
+
+
+def test_a_store_removed_while_a_chunk_is_computed_stays_removed(
+    model: gr.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "store"
+    stream = gr.stream(model, **SETTINGS, store=folder)
+    next(stream)
+    keep = stores.Store.keep
+
+    def removed_before(self: stores.Store, *arguments: Any) -> None:
+        shutil.rmtree(folder)
+        keep(self, *arguments)
+
+    monkeypatch.setattr(stores.Store, "keep", removed_before)
+    with pytest.raises(gr.ModelError, match="has been removed"):
+        next(stream)
+    assert not folder.exists()
+
+
+def test_a_store_removed_while_it_is_read_says_so(reference: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "store"
+    shutil.copytree(reference, folder)
+    chunks = gr.open_stream(folder)
+    next(chunks)
+    shutil.rmtree(folder)
+    with pytest.raises(gr.ModelError, match=rf"{folder}: has been removed: of 7 chunks, 1 can be read"):
+        next(chunks)
 
 
 def test_there_must_be_something_to_open(tmp_path: Path) -> None:

@@ -148,18 +148,37 @@ class Store:
             except Refused as error:
                 raise ModelError(Problem(str(self.folder), "", error.rule, error.remedy)) from None
 
+    def check_there(self) -> None:
+        """Refuse to go on with a folder that has lost what was kept in it: a chunk after a gap can never be read.
+
+        Raises
+        ------
+        ModelError
+            the folder, its state or its last chunk has been removed.
+        """
+        if self.state is None:
+            return
+        for name in ("", STATE, _CHUNK.format(self.state.chunks)):
+            path = self.folder / name
+            if not path.exists():
+                rule = (
+                    f"has been removed, after {counted(self.state.done, 'cycle')} of the motion were kept in the folder"
+                )
+                raise ModelError(Problem(str(path), "", rule, "bring it back, or begin the motion again"))
+
     def keep(self, run: Run, march: Arrays, sums: Arrays, done: int) -> None:
         """Write a chunk, then the state after it.
 
         Raises
         ------
         ModelError
-            another program writes into the folder, or has.
+            another program writes into the folder, or has; what was kept in it has been removed.
         OSError
             the machine refused; what was kept before still counts.
         Cancelled
             the store has been closed.
         """
+        self.check_there()
         self.folder.mkdir(parents=True, exist_ok=True)
         if self._lock is not None and not self._lock.held:
             rule = "is written by another stream of this program, which was begun later"
@@ -259,6 +278,10 @@ def _chunks(folder: Path, state: State) -> Iterator[Run]:
     done, model = 0, None
     for index in range(state.chunks):
         path = folder / _CHUNK.format(index + 1)
+        if not path.exists():
+            gone = path if folder.exists() else folder
+            rule = f"has been removed: of {counted(state.chunks, 'chunk')}, {index} can be read"
+            raise ModelError(Problem(str(gone), "", rule, "bring it back, or compute the motion again"))
         run = open_run(path)
         if model is not None and run.model != model:
             raise ModelError(Problem(str(path), "", "is a chunk of another model", "compute the motion again"))

@@ -204,11 +204,21 @@ class Stream:
         return self
 
     def __next__(self) -> Run:
-        """Compute, judge and store the next chunk."""
+        """Compute, judge and store the next chunk.
+
+        Raises
+        ------
+        ModelError
+            another program writes into the store, or what was kept there has been removed.
+        ConvergenceError
+            the algorithm failed.
+        """
         if self.done >= self.cycles:
             if self._store is not None:
                 self._store.release()
             raise StopIteration
+        if self._store is not None:
+            self._store.check_there()
         plan, cycles = self._plan, self._next
         if not self._ready:
             self._march.extend(cycles)
