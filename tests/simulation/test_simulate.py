@@ -255,3 +255,37 @@ def test_an_unstable_fixed_step_is_a_convergence_error_with_time_and_state(model
         gr.simulate(stiff, "rk4", cycles=50, samples_per_cycle=8, step=2e-3)
     assert caught.value.time > 0
     assert set(caught.value.state) == {"deflection.mesh"}
+
+
+UNDAMPED = {"coupling.damper.damping": 0.0, "mesh.mesh.damping": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("damps", "is_undamped"),
+    [
+        ({}, True),
+        ({"coupling.damper.damping": 1e-9}, False),
+        ({"mesh.mesh.damping": 1e-9}, False),
+        ({"inertia.gear.drag": 1e-9}, False),
+        ({"coupling.damper.hysteresis": 0.1}, False),
+        ({"inertia.gear.drag_torque": 0.0}, True),
+    ],
+)
+def test_where_nothing_decays_a_run_says_so(model: gr.Model, damps: dict[str, float], is_undamped: bool) -> None:
+    changed = model.with_({**UNDAMPED, **damps})
+    notes = gr.simulate(changed, cycles=2, samples_per_cycle=4).notes
+    assert any("nothing decays" in note for note in notes) is is_undamped
+
+
+def test_an_undamped_motion_does_not_decay(model: gr.Model) -> None:
+    """What the note says: without a torque, the energy after twenty periods is that of the start."""
+    free = model.with_({**UNDAMPED, "torque.0.harmonics.0.amplitude": 0.0, "torque.0.harmonics.1.amplitude": 0.0})
+    start = {"angle": [0.02, 0.04], "velocity": [0.0, 0.0]}
+    run = gr.simulate(free, cycles=20, discard=0, samples_per_cycle=64, initial=start)
+    motion = run.trajectory
+    kinetic = 0.5 * (motion.velocity**2 @ np.array([0.2, 0.01]))
+    spring = 20.0 * motion.angle[:, 0] ** 2
+    beyond = np.maximum(np.abs(motion.deflection[:, 0]) - 5e-5, 0.0)
+    work = -0.4 * motion.angle[:, 1]  # of the drag torque, which is constant
+    energy = kinetic + spring + 0.5e7 * beyond**2 - work
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-9)

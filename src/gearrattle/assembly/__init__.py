@@ -2,7 +2,7 @@
 
 from gearrattle.assembly.deflections import deflection, deflection_acceleration, deflection_rate
 from gearrattle.assembly.drive_torque import drive_torque
-from gearrattle.assembly.elements import component_notes, inertia_of, rows_of
+from gearrattle.assembly.elements import component_notes, decay_notes, inertia_of, rows_of
 from gearrattle.assembly.friction import left_out
 from gearrattle.assembly.lumped import lumped_model, must_keep_bodies, must_stay_level
 from gearrattle.assembly.period import CommonPeriod, common_period, period_of
@@ -37,6 +37,7 @@ __all__ = [
     "check_length",
     "common_period",
     "component_notes",
+    "decay_notes",
     "default_cycles",
     "deflection",
     "deflection_acceleration",

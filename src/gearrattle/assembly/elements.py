@@ -35,6 +35,19 @@ def component_notes(model: Model) -> tuple[str, ...]:
     return tuple(note for component in model.components.values() for note in component.notes())
 
 
+def decay_notes(model: Model) -> tuple[str, ...]:
+    """Say that nothing decays in a driveline without damping, drag and friction; nothing where something does."""
+    pieces = [piece for element in model.elements for piece in (*element.drive, *element.coast)]
+    prescribed = {motion.on for motion in model.motions}
+    drags = [body.drag for body in model.inertias if body.name not in prescribed]
+    if any(drags) or any(piece.damping or piece.hysteresis for piece in pieces):
+        return ()
+    return (
+        "nothing decays: the driveline has no damping, no drag and no friction. What the start sets in motion stays, "
+        "so that no steady state is reached, however many cycles are discarded.",
+    )
+
+
 def rows_of(model: Model) -> NDArray[np.float64]:
     """(m, n) W over all inertias, those of prescribed motion too."""
     index = {inertia.name: i for i, inertia in enumerate(model.inertias)}

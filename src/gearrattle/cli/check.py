@@ -29,7 +29,7 @@ def check(model: Path, /, *, json: Json = False) -> None:
     model
         Model file (TOML).
     """
-    from gearrattle.assembly import record_notes
+    from gearrattle.assembly import decay_notes, record_notes
 
     try:
         driveline = gearrattle.load(model)
@@ -39,7 +39,7 @@ def check(model: Path, /, *, json: Json = False) -> None:
             problems = [problem.to_dict() for problem in shown_problems(error.problems)]
             print(json_text({"ok": False, "count": len(error.problems), "problems": problems}))
         raise
-    notes = [*plausibility_notes(driveline), *record_notes(driveline), *rest.notes]
+    notes = [*plausibility_notes(driveline), *decay_notes(driveline), *record_notes(driveline), *rest.notes]
     if json:
         print(json_text({"ok": True, **_content(driveline), "notes": notes}))
         return

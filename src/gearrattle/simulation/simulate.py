@@ -14,6 +14,7 @@ from gearrattle.assembly import (
     assemble,
     check_length,
     component_notes,
+    decay_notes,
     lasts_as_the_run,
     period_of,
     record_notes,
@@ -172,7 +173,8 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     angle, velocity, notes = start_of(settings.initial, driveline)
     grid = (settings.cycles, settings.samples_per_cycle)
     task = Task(driveline.system, angle, velocity, *grid, settings.tolerance, settings.step, audit)
-    notes = (*period_of(model).notes, *component_notes(model), *_sweep_notes(model), *record_notes(model), *notes)
+    of_parts = (*component_notes(model), *decay_notes(model))
+    notes = (*period_of(model).notes, *of_parts, *_sweep_notes(model), *record_notes(model), *notes)
     return Plan(used, task, driveline.layout, settings.algorithm, settings.discard, notes)
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gearrattle.analysis.statics import equilibrium
-from gearrattle.assembly import record_notes
+from gearrattle.assembly import decay_notes, record_notes
 from gearrattle.errors import ConvergenceError, ModelError, Problem, shown_problems
 from gearrattle.files import allowed_root
 from gearrattle.model import Model
@@ -59,7 +59,7 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
         notes: Sequence[str] = ()
         try:
             model = Model.from_tables(tables, positions)
-            notes = (*plausibility_notes(model), *record_notes(model), *equilibrium(model).notes)
+            notes = (*plausibility_notes(model), *decay_notes(model), *record_notes(model), *equilibrium(model).notes)
         except ModelError as error:
             problems = error.problems
         except ConvergenceError as error:
