@@ -245,6 +245,20 @@ def test_a_forecast_leaves_compilation_out_and_progress_names_it(
     ]
 
 
+def test_what_is_not_known_is_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    watch = Watch()
+    watch.enter("screening")
+    watch.expect(float("nan"))
+    now[0] += 60.0
+    watch(0.01)
+    assert watch.remaining() is None
+    watch.expect(30.0)
+    now[0] += 10.0
+    assert watch.remaining() == pytest.approx(20.0)
+
+
 def test_short_work_shows_no_progress(capsys: pytest.CaptureFixture[str]) -> None:
     watched(lambda watch: watch(1.0))
     assert capsys.readouterr().err == ""

@@ -89,6 +89,35 @@ def test_progress_rises_to_one_and_may_end_the_work() -> None:
         gr.screen(pair(), [OMEGA], progress=stop)
 
 
+class Reports:
+    """Takes shares, and how long the work still takes, as the command line does."""
+
+    def __init__(self) -> None:
+        self.reports: list[tuple[float, float | None]] = []
+        self._seconds: float | None = None
+
+    def expect(self, seconds: float) -> None:
+        self._seconds = seconds
+
+    def __call__(self, share: float) -> None:
+        self.reports.append((share, self._seconds))
+
+
+def test_how_long_is_told_by_the_simulations_alone() -> None:
+    """Thresholds stand for a fiftieth of the work; of eight cases they are most, and 50 times too long was told."""
+    progress = Reports()
+    gr.screen(pair(), [OMEGA, 160.0], [0.5, 1.0], check=2, workers=1, progress=progress)
+    before = [seconds for share, seconds in progress.reports if share < 0.02]
+    after = [seconds for share, seconds in progress.reports if share > 0.02]
+    assert before
+    assert all(seconds is not None and np.isnan(seconds) for seconds in before)
+    assert after
+    assert all(seconds is not None and 0.0 <= seconds < 60.0 for seconds in after)
+    progress = Reports()
+    gr.screen(pair(), [OMEGA, 160.0], progress=progress)
+    assert {seconds for _, seconds in progress.reports} == {None}
+
+
 def test_loads_by_path_vary_together() -> None:
     """Twice the drag, half the ratio; coordinates keep what the loads were."""
     loads = {"inertia.wheel.drag_torque": [DRAG, 2.0 * DRAG], "torque.0.mean": [DRAG * RATIO, 2.0 * DRAG * RATIO]}

@@ -10,6 +10,7 @@ Takes a function of a ``Watch``; gives what it returns, or raises what it raises
 from __future__ import annotations
 
 import contextvars
+import math
 import sys
 import threading
 import time
@@ -65,7 +66,7 @@ class Watch:
         self(0.0)
 
     def expect(self, seconds: float) -> None:
-        """Take note of how long the phase still takes, from work that knows better than the share so far."""
+        """Take note of how long the phase still takes [s], which the share so far tells less well; NaN: not known."""
         self._expected = time.monotonic(), seconds
 
     def remaining(self) -> float | None:
@@ -77,6 +78,8 @@ class Watch:
             return None
         if self._expected is not None:
             at, seconds = self._expected
+            if math.isnan(seconds):
+                return None
             return max(0.0, seconds - (time.monotonic() - at))
         if self._since is None or self.fraction <= self._since[1]:
             return None

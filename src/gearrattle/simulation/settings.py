@@ -32,8 +32,8 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
     usual = DEFAULTS.discard if model.excitation.sweep is None else 0
     discard = overrides.get("discard", file.discard if file.discard is not None else usual)
     explicit = "discard" in overrides or ("cycles" not in overrides and file.discard is not None)
-    if not explicit and isinstance(cycles, Integral) and cycles >= 1:
-        discard = min(discard, cycles // 2)
+    if not explicit and isinstance(cycles, Integral) and int(cycles) >= 1:
+        discard = min(discard, int(cycles) // 2)
     changes = {"cycles": cycles, "discard": discard}
     for key in ("algorithm", "initial", "samples_per_cycle"):
         changes[key] = overrides.get(

@@ -23,6 +23,7 @@ Takes a Model, speeds and loads; gives an xarray Dataset.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -136,6 +137,9 @@ def screen(
         rule = "a screening needs a loose gear: a drag torque on a body whose only stiffness is its mesh"
         raise ModelError(Problem("inertia", ", ".join(layout.inertia_names), rule, "give drag_torque to a loose gear"))
     simulates = simulate or most > 0
+    expect = getattr(progress, "expect", None)
+    if simulates and expect is not None:
+        expect(math.nan)  # how long simulations take is known when they begin
     done = _thresholds(model, speed, load, gears, _part(progress, 0.0, _SHARE if simulates else 1.0))
     positions = _positions(model, speed, load, factors, BY_PATH if by_path else BY_FACTOR)
     screening = xr.Dataset(
@@ -191,7 +195,7 @@ def _notes(model: Model, done: _Thresholds) -> list[str]:
     if not done.inside.all():
         notes.append(
             "this is a linear forecast: impacts of rattling gears, friction that sticks and slips, and motions that "
-            "pass between stages are left out. check simulates the cases near the border."
+            "pass between stages are left out. To simulate the cases near the border: --check, or check=True in Python."
         )
     return notes
 
@@ -236,7 +240,21 @@ def _amplitudes(model: Model) -> dict[str, float]:
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
     """Return what takes the shares of a part of the work and tells those of the whole."""
-    return None if progress is None else lambda share: progress(begin + (end - begin) * share)
+    return None if progress is None else _Part(progress, begin, end)
+
+
+class _Part:
+    """Takes the shares of a part of the work, and the seconds that remain of it, and tells those of the whole."""
+
+    def __init__(self, progress: Progress, begin: float, end: float) -> None:
+        self._progress = progress
+        self._begin = begin
+        self._end = end
+        if hasattr(progress, "expect"):
+            self.expect = progress.expect
+
+    def __call__(self, share: float) -> None:
+        self._progress(self._begin + (self._end - self._begin) * share)
 
 
 @dataclass(frozen=True)
