@@ -40,6 +40,7 @@ class Watch:
         self.fraction = 0.0
         self._since: tuple[float, float] | None = None
         self._expected: tuple[float, float] | None = None
+        self.reason = ""
         self._stop = threading.Event()
 
     def __call__(self, fraction: float) -> None:
@@ -63,11 +64,16 @@ class Watch:
         self.phase = phase
         self._since = None
         self._expected = None
+        self.reason = ""
         self(0.0)
 
     def expect(self, seconds: float) -> None:
         """Take note of how long the phase still takes [s], which the share so far tells less well; NaN: not known."""
         self._expected = time.monotonic(), seconds
+
+    def because(self, reason: str) -> None:
+        """Take note of why the phase takes so long, in words."""
+        self.reason = reason
 
     def remaining(self) -> float | None:
         """Seconds this phase will still take, as the work says or at the pace so far; None while unknown.
@@ -175,9 +181,10 @@ class _Display:
             self._told = line
 
     def _left(self) -> str:
-        """How long it still takes, in words; empty while that is not known, and at the end."""
+        """How long it still takes, and why so long, in words; empty while that is not known, and at the end."""
         left = self._watch.remaining()
-        return "" if left is None or left < 1.0 else f"about {_duration(left)} left"
+        pace = "" if left is None or left < 1.0 else f"about {_duration(left)} left"
+        return "; ".join(words for words in (pace, self._watch.reason) if words)
 
     def _draw(self) -> None:
         if self._bar is None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from gearrattle.compilation import COMPILATION
 from gearrattle.engine.solvers import SOLVERS
 from gearrattle.engine.solvers.base import Marching, Motion, Position, Task
 from gearrattle.errors import ConvergenceError
@@ -15,6 +16,8 @@ from gearrattle.slices import slices
 from gearrattle.trajectory import Cost, EventLog, Layout, Trajectory
 
 Progress = Callable[[float], None]
+_UNTIL_JUDGED = 2.0  # s
+_SLOW = 60.0  # seconds a cycle: of machines it takes milliseconds
 
 
 def integrate(
@@ -33,7 +36,8 @@ def integrate(
     discard
         cycles criteria leave out.
     progress
-        called with the fraction done after every slice; whatever it raises ends the run.
+        called with the fraction done after every slice; whatever it raises ends the run. Its method
+        ``because``, if it has one, is called once after two seconds: where a cycle takes minutes with the reason.
 
     Raises
     ------
@@ -71,14 +75,28 @@ def finish(
     first_cycle
         whole cycles before its first sample.
     """
+    because = getattr(progress, "because", None)
+    since = time.perf_counter() - COMPILATION.seconds
     while (outcome := march.advance()) is not Outcome.DONE:
         if outcome is not Outcome.SLICE_SPENT:
             raise _failure(march.position(), outcome, algorithm, layout)
         if progress is not None:
             progress(march.fraction())
+            took = time.perf_counter() - COMPILATION.seconds - since
+            if because is not None and took > _UNTIL_JUDGED:
+                position = march.position()
+                because(_reason(position, layout, took / _SLOW, position.time / layout.period - first_cycle))
+                because = None
     motion = march.motion()
     cost = _cost(algorithm, motion, time.perf_counter() - begin - motion.aside)
     return _trajectory(task, layout, (first_cycle, discard), motion, cost)
+
+
+def _reason(position: Position, layout: Layout, least: float, cycles: float) -> str:
+    """Say why a march is slow that has gone fewer cycles than the least; empty where it is not, or that is unknown."""
+    if cycles >= least or position.fastest is None:
+        return ""
+    return f"a cycle takes minutes: {layout.element_names[position.fastest]} moves very fast for its inertias"
 
 
 def _failure(position: Position, outcome: Outcome, algorithm: str, layout: Layout) -> ConvergenceError:
