@@ -52,6 +52,44 @@ def test_what_is_no_regular_file_is_refused_at_once(
         call(path)
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        *(f"{command} loop.toml" for command in ("check", "run", "metrics", "look", "study")),
+        *(f"{command} {{file}}" for command in ("look", "metrics", "criteria", "validate model.toml")),
+        *(f"{command} mapping.toml" for command in ("look", "metrics", "validate model.toml")),
+        *(f"{command} signal.toml" for command in ("check", "run")),
+        "check model.toml --root {file}",
+    ],
+)
+@pytest.mark.parametrize("file", ["loop.csv", "loop.wav", "loop.nc"])
+def test_a_symbolic_link_to_itself_is_named_as_such(
+    words: str, file: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """However it is named: on the command line, by a mapping, by a model, as the folder that is allowed."""
+    monkeypatch.chdir(tmp_path)
+    for name in (file, "loop.toml"):
+        (tmp_path / name).symlink_to(name)
+    (tmp_path / "record.csv").write_text(RECORD)
+    (tmp_path / "model.toml").write_text(MODEL.format(file="record.csv"))
+    (tmp_path / "signal.toml").write_text(MODEL.format(file=file))
+    mapping = f'schema = 1\nfile = "{file}"\n[[channel]]\nname = "T"\nquantity = "torque"\n'
+    (tmp_path / "mapping.toml").write_text(mapping)
+    assert main(words.format(file=file).split()) == 2
+    said = capsys.readouterr().err
+    place = "--root" if "--root" in words else "loop.toml" if "loop.toml" in words else file
+    assert f"{place}: " in said
+    assert ("must be a folder" if "--root" in words else "is a symbolic link that leads back to itself") in said
+
+
+@pytest.mark.parametrize("call", [gr.load, gr.read])
+def test_a_root_that_links_to_itself_is_refused(call: Callable[..., object], tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to("loop")
+    (tmp_path / "mapping.toml").write_text('schema = 1\nfile = "record.csv"\n')
+    with pytest.raises(ModelError, match=r"root .*loop: is a symbolic link that leads back to itself"):
+        call(tmp_path / "mapping.toml", root=tmp_path / "loop")
+
+
 def test_a_model_names_files_of_its_own_folder_only(tmp_path: Path) -> None:
     inside, outside = tmp_path / "project" / "model", tmp_path / "elsewhere"
     inside.mkdir(parents=True)

@@ -9,6 +9,7 @@ Takes paths; gives bytes, text and paths that may be opened.
 
 from __future__ import annotations
 
+import errno
 import io
 import mmap
 import os
@@ -19,6 +20,8 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
+
+from gearrattle.errors import ModelError, Problem
 
 LIMIT = "GEARRATTLE_READ_LIMIT"
 """Environment variable: how many bytes of a measured file, unpacked, are read at most."""
@@ -56,13 +59,16 @@ def opened(path: str | os.PathLike[str]) -> BinaryIO:
     Raises
     ------
     Refused
-        a folder, a pipe, a device or a socket.
+        a folder, a pipe, a device or a socket; a symbolic link that leads back to itself.
     OSError
         no such file, or the machine refused.
     ValueError
         no possible name of a file.
     """
-    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except OSError as error:
+        raise _loop() if error.errno == errno.ELOOP else error from None
     try:
         mode = os.fstat(handle).st_mode
         if stat.S_ISDIR(mode):
@@ -74,6 +80,27 @@ def opened(path: str | os.PathLike[str]) -> BinaryIO:
     except BaseException:
         os.close(handle)
         raise
+
+
+def _loop() -> Refused:
+    """Return the refusal of a symbolic link that ends nowhere."""
+    return Refused("is a symbolic link that leads back to itself", "let it name a file, or copy the file in its place")
+
+
+def _resolved(path: Path) -> Path:
+    """Return a path without symbolic links.
+
+    Raises
+    ------
+    Refused
+        links lead back to themselves, of which Python 3.11 makes a ``RuntimeError`` and Python 3.13 nothing.
+    """
+    try:
+        path.stat()
+    except OSError as error:
+        if error.errno == errno.ELOOP:
+            raise _loop() from None
+    return path.resolve()
 
 
 def opened_text(path: str | os.PathLike[str], encoding: str, errors: str = "strict") -> TextIO:
@@ -353,8 +380,18 @@ def private_folder(path: Path) -> bool:
 
 @contextmanager
 def allowed_root(folder: str | os.PathLike[str] | None) -> Iterator[None]:
-    """Allow files under a folder as well while the context is open, beside those allowed already; None: none."""
-    token = _ROOTS.set(_ROOTS.get() if folder is None else (*_ROOTS.get(), Path(folder).resolve()))
+    """Allow files under a folder as well while the context is open, beside those allowed already; None: none.
+
+    Raises
+    ------
+    ModelError
+        the folder is a symbolic link that leads back to itself.
+    """
+    try:
+        roots = _ROOTS.get() if folder is None else (*_ROOTS.get(), _resolved(Path(folder)))
+    except Refused as error:
+        raise ModelError(Problem(f"root {os.fspath(folder or '')}", "", error.rule, error.remedy)) from None
+    token = _ROOTS.set(roots)
     try:
         yield
     finally:
@@ -382,8 +419,9 @@ def reachable(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> P
     Refused
         the file lies elsewhere. It is not opened.
     """
-    home, working = Path(folder).resolve(), Path.cwd()
-    target = (home / path).resolve()
+    home = _resolved(Path(folder))
+    working = Path.cwd()
+    target = _resolved(home / path)
     allowed = [home, *([working] if home.is_relative_to(working) else []), *_ROOTS.get()]
     if not any(target.is_relative_to(one) for one in allowed):
         rule = f"lies outside of {allowed[-1] if len(allowed) > 1 else home}, the folder whose files may be read"
