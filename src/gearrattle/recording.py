@@ -112,9 +112,9 @@ class Recording:
 
     def __post_init__(self) -> None:
         """Refuse two channels of one name."""
-        names = self.names
-        for number, name in enumerate(names):
-            if (before := names.index(name)) < number:
+        first: dict[str, int] = {}
+        for number, name in enumerate(self.names):
+            if (before := first.setdefault(name, number)) < number:
                 rule = f"channels {before + 1} and {number + 1} have this name, so it does not tell which one is meant"
                 raise ModelError(Problem(self.source, name, rule, "rename one of them"))
 
@@ -137,7 +137,8 @@ class Recording:
 
     def __getitem__(self, name: str) -> Channel:
         """Return the channel of a name."""
-        return next(channel for channel in self.channels if channel.name == self._known(name))
+        known = self._known(name)
+        return next(channel for channel in self.channels if channel.name == known)
 
     def find(self, quantity: str, subject: str = "") -> Channel | None:
         """Return the first channel of a quantity and, unless that is empty, of a subject; None if there is none."""

@@ -117,11 +117,9 @@ class Contents(Result):
         if len({(row["samples"], row["begin"], row["end"]) for row in known}) > 1:
             rate = max(row["rate"] for row in known)
             text += f'rate = "{rate:.9g} Hz"{"":<10}# the channels have different times: all are brought to this rate\n'
-        names: list[str] = []
-        for row in rows:
-            names.append(_label(row["channel"], names))
-            text += _entry(names[-1], row)
-        return text
+        taken: dict[str, int] = {}
+        entries = [_entry(_label(row["channel"], taken), row) for row in rows]
+        return text + "".join(entries)
 
     def to_dict(self) -> dict[str, Json]:
         """Return the contents in JSON types; numbers that are not finite are null."""
@@ -242,11 +240,15 @@ def _entry(name: str, row: dict[str, Any]) -> str:
     return entry
 
 
-def _label(name: str, taken: list[str]) -> str:
-    """Return a name of letters, digits, _ and - that no other channel has."""
+def _label(name: str, taken: dict[str, int]) -> str:
+    """Return a name of letters, digits, _ and - that is not taken: by name, the last number behind it."""
     label = re.sub(r"[^A-Za-z0-9_-]+", "_", name).strip("_") or "channel"
-    numbered = (f"{label}_{number}" for number in range(2, len(taken) + 3))
-    return label if label not in taken else next(other for other in numbered if other not in taken)
+    free = label
+    while free in taken:
+        taken[label] += 1
+        free = f"{label}_{taken[label]}"
+    taken[free] = 1
+    return free
 
 
 def _quoted(text: str) -> str:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from heapq import nsmallest
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
@@ -46,12 +47,19 @@ class Request(NamedTuple):
         between samples of a file without times [s]; None: there are times.
     names
         the columns wanted; None: all that are signals. A reader may give more.
+    copies
+        of columns that will be made, as one column may become several channels.
     """
 
     time: str = ""
     time_unit: str = ""
     interval: float | None = None
-    names: tuple[str, ...] | None = None
+    names: frozenset[str] | None = None
+    copies: int = 0
+
+    def wants(self, name: str) -> bool:
+        """Tell whether a column is asked for."""
+        return self.names is None or name in self.names
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,12 +196,15 @@ def _axes(columns: Sequence[Column], path: Path, request: Request) -> dict[str, 
     axis_names = {column.axis for column in columns}
     times = [c for c in columns if c.name in axis_names or (c.time is None and is_time(c.name, c.unit))]
     by_name = {time.name for time in times if _is_named_time(time.name) and _is_unit_of_time(time.unit)}
-    by_unit = [time for time in times if time.name not in axis_names | by_name]
+    by_unit = {time.name for time in times if time.name not in axis_names | by_name}
     possible = {time.name for time in times}
-    axes = {column.name: _axis_of(column, times, by_unit) for column in columns if column.name not in possible}
-    serving = [time for time in times if time not in by_unit or time.name in axes.values()]
-    for column in by_unit:  # a signal in a unit of time, such as a delay, if other times are there
-        if column not in serving and (axis := _axis_of(column, serving, by_unit)):
+    choice = _Choice(times, by_unit)
+    axes = {column.name: choice.axis_of(column) for column in columns if column.name not in possible}
+    taken = set(axes.values())
+    serving = [time for time in times if time.name not in by_unit or time.name in taken]
+    choice = _Choice(serving, by_unit)
+    for column in times:  # a signal in a unit of time, such as a delay, if other times are there
+        if column.name in by_unit and column.name not in taken and (axis := choice.axis_of(column)):
             axes[column.name] = axis
     return axes
 
@@ -218,7 +229,7 @@ def refuse_doubles(columns: Sequence[Column], source: str, request: Request) -> 
     first: dict[str, int] = {}
     for number, column in enumerate(columns, 1):
         before = first.setdefault(column.name, number)
-        wanted = request.names is None or column.name in (*request.names, request.time)
+        wanted = request.wants(column.name) or column.name == request.time
         if before != number and (wanted or (not request.time and is_time(column.name, column.unit))):
             rule = f"columns {before} and {number} of the file have this name, so it does not tell which one is meant"
             remedy = "rename one of them, or let a mapping name the channels wanted"
@@ -240,26 +251,40 @@ def _is_unit_of_time(unit: str) -> bool:
     return not unit or " since " in unit or unit in _TIME_UNITS
 
 
-def _axis_of(column: Column, times: Sequence[Column], by_unit: Sequence[Column]) -> str:
-    """Return the name of the column's times: those it names, then of its length by name, then nearest in the tree.
+class _Choice:
+    """Chooses the times of columns: those it names, then of its length by name, then nearest in the tree.
 
-    Of those that only have a unit of time, the ones that ascend come first.
+    Of those that only have a unit of time, the ones that ascend come first. Columns of one group and length have the
+    same ranks, so that a table of very many columns is ranked once.
     """
-    if column.time is not None:
-        return ""
-    if column.axis and any(time.name == column.axis for time in times):
-        return column.axis
-    fitting = [time for time in times if time.values.size == column.values.size and time is not column]
 
-    def rank(time: Column) -> tuple[int, int]:
-        if time not in by_unit:
-            return 0, -_shared(time.name, column.name)
+    def __init__(self, times: Sequence[Column], by_unit: set[str]) -> None:
+        self._names = {time.name for time in times}
+        self._by_unit = by_unit
+        self._best: dict[tuple[int, str], list[Column]] = {}
+        self._of_size: dict[int, list[Column]] = {}
+        for time in times:
+            self._of_size.setdefault(time.values.size, []).append(time)
+
+    def axis_of(self, column: Column) -> str:
+        """Return the name of the column's times; empty where it has none or brings them itself."""
+        if column.time is not None:
+            return ""
+        if column.axis and column.axis in self._names:
+            return column.axis
+        key = (column.values.size, column.name.rpartition("/")[0])
+        if key not in self._best:
+            fitting = self._of_size.get(column.values.size, [])
+            self._best[key] = nsmallest(2, fitting, key=lambda time: self._rank(time, column.name))
+        return next((time.name for time in self._best[key] if time is not column), "")
+
+    def _rank(self, time: Column, name: str) -> tuple[int, int]:
+        if time.name not in self._by_unit:
+            return 0, -_shared(time.name, name)
         if not _is_unit_of_time(time.unit):
             return 3, 0
-        ascends = len(fitting) == 1 or bool((time.values[1:] > time.values[:-1]).all())
-        return 1 if ascends else 2, -_shared(time.name, column.name)
-
-    return min(fitting, key=rank).name if fitting else ""
+        ascends = bool((time.values[1:] > time.values[:-1]).all())
+        return 1 if ascends else 2, -_shared(time.name, name)
 
 
 def _shared(one: str, other: str) -> int:
@@ -331,7 +356,7 @@ def ask_for(lengths: Sequence[int], request: Request, extra: int = 0) -> None:
     lengths
         samples of every column that is read, columns of times among them: each sample becomes eight bytes.
     request
-        what is wanted; times that are made of an interval are counted as well.
+        what is wanted; times that are made of an interval and copies of columns are counted as well.
     extra
         bytes that are needed at the same time, such as copies.
 
@@ -341,6 +366,7 @@ def ask_for(lengths: Sequence[int], request: Request, extra: int = 0) -> None:
         it may not.
     """
     made = sum(set(lengths)) if request.interval is not None else 0
+    made += request.copies * max(lengths, default=0)
     within_limit(8 * (sum(lengths) + made) + extra)
 
 

@@ -45,7 +45,7 @@ def read(path: Path, request: Request) -> Raw:
     def use(name: str, unit: str) -> bool:
         if not name:
             return False  # nothing but separators at the end of every line
-        if request.names is None or name in request.names:
+        if request.wants(name):
             return True
         return name == request.time if request.time else is_time(name, unit)
 

@@ -63,9 +63,10 @@ def read(path: Path, request: Request) -> Raw:
         wanted = [signal for signal in signals if signal.is_wanted(request)]
         lengths = [max(signal.item.shape) for signal in wanted for _ in signal.names]
         ask_for(lengths, request, max((signal.extra for signal in wanted), default=0))
+        read_ones = {id(signal) for signal in wanted}
         for signal in signals:
             table = [np.empty(0)] * len(signal.names)
-            if signal in wanted:
+            if id(signal) in read_ones:
                 packing = _packing(signal, path)
                 table = list(_table(signal, origins))
                 for values in table:
@@ -231,12 +232,13 @@ def _with_axes(columns: list[Column], scales: list[str]) -> list[Column]:
     The references from signals to scales would tell more, but the library ends the process on damaged ones (HDF5 1.14).
     """
     fitting: dict[int, list[str]] = {}
+    are_scales = set(scales)
     for column in columns:
-        if column.name in scales:
+        if column.name in are_scales:
             fitting.setdefault(column.values.size, []).append(column.name)
     assigned = []
     for column in columns:
-        names = [] if column.name in scales else fitting.get(column.values.size, [])
+        names = [] if column.name in are_scales else fitting.get(column.values.size, [])
         assigned.append(replace(column, axis=names[0]) if len(names) == 1 and column.values.size else column)
     return assigned
 

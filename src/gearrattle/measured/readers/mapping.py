@@ -18,12 +18,12 @@ Takes a path or tables; gives a ``Measurement``.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pydantic import ValidationError
 
 from gearrattle.errors import ModelError, Problem
@@ -108,13 +108,17 @@ def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurem
     """
     tables, positions, folder = _tables(source)
     records = {file: _record(tables, file, folder) for file in dict.fromkeys(row.file for row in tables.channels)}
+    columns = {file: {column.name: column for column in reversed(raw.columns)} for file, raw in records.items()}
+    uses = Counter((row.file, row.source or row.name) for row in tables.channels)
     channels: list[Mapped] = []
     problems: list[Problem] = []
     notes: list[str] = []
     for index, row in enumerate(tables.channels):
         where = place(("channel", index), {("channel", index): row.name}, positions)
         try:
-            mapped, said = _mapped(row, records[row.file], where)
+            column = (row.file, row.source or row.name)
+            uses[column] -= 1
+            mapped, said = _mapped(row, records[row.file], columns[row.file], where, is_last_use=uses[column] == 0)
             channels.append(mapped)
             notes += said
         except ModelError as error:
@@ -172,24 +176,34 @@ def _tables(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Measure
     return tables, positions, folder
 
 
-def _request(tables: MeasurementTables, names: tuple[str, ...] | None) -> Request:
+def _request(tables: MeasurementTables, names: Sequence[str] | None) -> Request:
     """Return what is wanted of the first file."""
     interval = None if tables.sampled is None else 1.0 / tables.sampled
-    return Request(tables.time, tables.time_unit, interval, names)
+    return Request(tables.time, tables.time_unit, interval)._replace(**_named(names))
+
+
+def _named(names: Sequence[str] | None) -> dict[str, Any]:
+    """Return the names of columns that are wanted, and how many are wanted again; None: all."""
+    if names is None:
+        return {}
+    once = frozenset(names)
+    return {"names": once, "copies": len(names) - len(once)}
 
 
 def _record(tables: MeasurementTables, file: str | None, folder: Path) -> Raw:
     """Read one of the files; how times are told is said of the first."""
     names = tuple(row.source or row.name for row in tables.channels if row.file == file)
     if file is not None:
-        return read_raw(folder / file, Request(names=names))
+        return read_raw(folder / file, Request(**_named(names)))
     return read_raw(folder / tables.file, _request(tables, names), tables.format or "")
 
 
-def _mapped(row: ChannelTable, raw: Raw, where: str) -> tuple[Mapped, list[str]]:
-    """Find a channel's column and bring it to SI."""
+def _mapped(
+    row: ChannelTable, raw: Raw, columns: Mapping[str, Column], where: str, *, is_last_use: bool
+) -> tuple[Mapped, list[str]]:
+    """Find a channel's column and bring it to SI, where it stands if no other channel is made of it."""
     name = row.source or row.name
-    column = next((column for column in raw.columns if column.name == name), None)
+    column = columns.get(name)
     if column is None:
         names = [c.name for c in raw.columns]
         rule = f"no column of {raw.source} has this name; there are {listed(map(shown, names))}"
@@ -206,8 +220,11 @@ def _mapped(row: ChannelTable, raw: Raw, where: str) -> tuple[Mapped, list[str]]
         raise ModelError(
             Problem(f"{where}.unit", shown(column.unit), f"{raw.source}: {error.rule}", error.remedy)
         ) from None
-    values = (row.scale * column.values + row.offset) * by
-    return Mapped(row, _times(column), np.asarray(values), unit, where), notes
+    values = column.values if is_last_use else column.values.copy()
+    values *= row.scale
+    values += row.offset
+    values *= by
+    return Mapped(row, _times(column), values, unit, where), notes
 
 
 def _times(column: Column) -> Array:

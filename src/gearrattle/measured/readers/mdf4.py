@@ -94,7 +94,7 @@ def _columns(
     times: dict[int, Array | ModelError] = {}
     chosen = file.channels_db.get(request.time, ())
     for name, group, index in entries:
-        if request.names is not None and name not in request.names:
+        if not request.wants(name):
             columns.append(Column(name, "", np.empty(0), np.empty(0)))  # named in messages, not read
             continue
         if group not in times:
@@ -192,7 +192,7 @@ def _check_size(file: Any, entries: list[tuple[str, int, int]], request: Request
     Refused
         they do.
     """
-    groups = {group for name, group, _ in entries if request.names is None or name in request.names}
+    groups = {group for name, group, _ in entries if request.wants(name)}
     samples = {group: int(file.groups[group].channel_group.cycles_nr) for group in groups}
     within_limit(sum(16 * samples[group] for _, group, _ in entries if group in groups))
     for group in groups:

@@ -53,7 +53,7 @@ def read(path: Path, request: Request) -> Raw:
             quantity = "torque" if variable == "element_torque" else variable
             for k, subject in enumerate(file[axis].asstr()[...]):
                 name = f"{variable}.{subject}"
-                if request.names is None or name in request.names:
+                if request.wants(name):
                     unit = "" if plain else linear if subject in meshes else torsional
                     columns.append(Column(name, unit, np.array(file[variable][:, k]), time, quantity, subject))
         if "speed" in file:

@@ -271,9 +271,9 @@ class MeasurementTables(Table):
             yield Breach((), ..., "a measurement needs at least one [[channel]]")
         if table.get("sampled") is not None and (table.get("time") or table.get("time_unit")):
             yield Breach(("sampled",), table["sampled"], "is for a file without times; leave time and time_unit out")
-        names = [row.get("name") for row in rows]
+        first: dict[str, int] = {}
         for index, row in enumerate(rows):
-            if names.index(row.get("name")) < index:
+            if first.setdefault(str(row.get("name")), index) < index:
                 yield Breach(("channel", index, "name"), row.get("name"), "another channel has this name")
             yield from _align_breaches(index, row, rows)
 

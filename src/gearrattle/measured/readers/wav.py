@@ -17,15 +17,15 @@ import struct
 import warnings
 import wave
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.files import opened, within_limit
-from gearrattle.measured.readers.base import Column, Raw, Request, unfit
-from gearrattle.recording import Recording
+from gearrattle.files import opened
+from gearrattle.measured.readers.base import Column, Raw, Request, ask_for, unfit
+from gearrattle.recording import Array, Recording
 from gearrattle.wording import counted
 
 NAME = "wav"
@@ -38,69 +38,113 @@ _KINDS = (b"RIFF", b"RIFX", b"RF64", b"BW64")
 _UNKNOWN = 0xFFFFFFFF
 _LEAST_UNKNOWN = 0x7FFF0000  # a length of samples from here on that passes the end of the file is none
 
+_PIECE = 1_000_000  # bytes of samples that are unpacked at once
+_LONGEST_FORM = 10_000  # bytes of a header that are looked at
+
 
 def knows(_path: Path, head: bytes) -> bool:
     """Tell a RIFF file of waves."""
     return head[:4] in _KINDS and head[8:12] == b"WAVE"
 
 
-def read(path: Path, _request: Request) -> Raw:
-    """Return one column a track."""
+class _Samples(NamedTuple):
+    """Where the samples stand in an open file: what says their form, and how many bytes they are."""
+
+    kind: bytes
+    order: str
+    form: bytes
+    size: int
+    notes: tuple[str, ...]
+
+    @property
+    def block(self) -> int:
+        """Bytes of one sample of all tracks."""
+        return int(struct.unpack(f"{self.order}H", self.form[12:14])[0])
+
+    @property
+    def tracks(self) -> int:
+        """How many there are."""
+        return int(struct.unpack(f"{self.order}H", self.form[2:4])[0])
+
+
+def read(path: Path, request: Request) -> Raw:
+    """Return one column a track; tracks that are not asked for are named only."""
+    with opened(path) as stream:
+        samples = _samples(stream, path)
+        names = [str(k + 1) for k in range(samples.tracks)]
+        wanted = [k for k, name in enumerate(names) if request.wants(name)]
+        length = samples.size // samples.block
+        ask_for([length] * (len(wanted) + 1), request)
+        table, rate = _read(stream, samples, wanted)
+    time = np.arange(length, dtype=np.float64)
+    time /= rate
+    columns = [Column(name, "", np.empty(0), time) for name in names]
+    for k, values in zip(wanted, table, strict=True):
+        columns[k] = Column(names[k], "", values, time)
+    return Raw(tuple(columns), str(path), NAME, samples.notes)
+
+
+def _read(stream: BinaryIO, samples: _Samples, wanted: list[int]) -> tuple[Array, float]:
+    """Return the wanted tracks (tracks, N) and their rate [Hz], unpacked a piece at a time.
+
+    Raises
+    ------
+    ValueError
+        a form of samples that is not known.
+    """
     from scipy.io import wavfile
 
+    table = np.empty((len(wanted), samples.size // samples.block))
+    step = max(1, _PIECE // samples.block)
+    rate = 0
     with warnings.catch_warnings():
         warnings.simplefilter("error", wavfile.WavFileWarning)
-        content, notes = _samples(path)
-        rate, data = wavfile.read(content)
-    table = data.reshape(data.shape[0], -1)
-    if np.issubdtype(table.dtype, np.integer):
-        middle = 128.0 if table.dtype == np.uint8 else 0.0
-        full = 128.0 if table.dtype == np.uint8 else float(np.iinfo(table.dtype).max) + 1.0
-        table = (table - middle) / full
-    time = np.arange(table.shape[0]) / float(rate)
-    with np.errstate(all="ignore"):  # damaged numbers may lie beyond a double
-        tracks = np.asarray(table, np.float64)
-    columns = [Column(str(k + 1), "", tracks[:, k], time) for k in range(tracks.shape[1])]
-    return Raw(tuple(columns), str(path), NAME, notes)
+        for begin in range(0, max(1, table.shape[1]), step):
+            count = min(step, table.shape[1] - begin)
+            bytes_read = stream.read(count * samples.block)
+            rate, piece = wavfile.read(_rebuilt(samples.kind, samples.order, samples.form, bytes_read))
+            rows = piece.reshape(piece.shape[0], -1)
+            if np.issubdtype(rows.dtype, np.integer):
+                middle = 128.0 if rows.dtype == np.uint8 else 0.0
+                full = 128.0 if rows.dtype == np.uint8 else float(np.iinfo(rows.dtype).max) + 1.0
+                rows = (rows - middle) / full
+            with np.errstate(all="ignore"):  # damaged numbers may lie beyond a double
+                table[:, begin : begin + count] = rows[:, wanted].T
+    return table, float(rate)
 
 
-def _samples(path: Path) -> tuple[io.BytesIO, tuple[str, ...]]:
-    """Return a file with the form of the samples and the samples only, whose lengths are those that are there.
+def _samples(stream: BinaryIO, path: Path) -> _Samples:
+    """Return what the file says of its samples, and leave it where they begin.
 
     Raises
     ------
     ModelError
         the file is shorter than its header says, or has no samples.
-    Refused
-        it is larger than the limit when it is unpacked.
     """
-    with opened(path) as stream:
-        size = os.fstat(stream.fileno()).st_size
-        kind = stream.read(12)[:4]
-        if kind not in _KINDS:
-            raise ValueError(f"begins with {kind!r}, not with RIFF")
-        order = ">" if kind == b"RIFX" else "<"
-        form = b""
-        long = 0
-        while len(chunk := stream.read(8)) == 8:
-            name, length = struct.unpack(f"{order}4sI", chunk)
-            start = stream.tell()
-            rest = size - start
-            if name == b"data":
-                length = long if long and length == _UNKNOWN else length
-                if length == 0 and _are_chunks(stream, rest, order):
-                    continue
-                block = _block(form, order, path)
-                taken, notes = _taken(length, rest, block, path)
-                within_limit(taken + 8 * (taken // _bytes_a_sample(form, order)))
-                return _rebuilt(kind, order, form, stream.read(taken)), notes
-            if length > rest:
-                raise _shorter(path, rest, "a header", length)
-            if name == b"ds64":  # lengths of RF64, which holds more than 4 GB
-                long = int(struct.unpack("<QQ", stream.read(16))[1])
-            if name == b"fmt ":
-                form = stream.read(length)
-            stream.seek(start + length + length % 2)
+    size = os.fstat(stream.fileno()).st_size
+    kind = stream.read(12)[:4]
+    if kind not in _KINDS:
+        raise ValueError(f"begins with {kind!r}, not with RIFF")
+    order = ">" if kind == b"RIFX" else "<"
+    form = b""
+    long = 0
+    while len(chunk := stream.read(8)) == 8:
+        name, length = struct.unpack(f"{order}4sI", chunk)
+        start = stream.tell()
+        rest = size - start
+        if name == b"data":
+            length = long if long and length == _UNKNOWN else length
+            if length == 0 and _are_chunks(stream, rest, order):
+                continue
+            taken, notes = _taken(length, rest, _block(form, order, path), path)
+            return _Samples(kind, order, form, taken, notes)
+        if length > rest:
+            raise _shorter(path, rest, "a header", length)
+        if name == b"ds64":  # lengths of RF64, which holds more than 4 GB
+            long = int(struct.unpack("<QQ", stream.read(16))[1])
+        if name == b"fmt ":
+            form = stream.read(min(length, _LONGEST_FORM))
+        stream.seek(start + length + length % 2)
     raise ModelError(Problem(str(path), "", "has no samples", "is this the whole record?"))
 
 

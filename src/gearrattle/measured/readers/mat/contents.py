@@ -169,6 +169,7 @@ def _signals(shapes: dict[str, tuple[int, ...]], texts: dict[str, str], numbers:
     rows = _rows(texts.get(TOLD, ""))
     labels = {path: _text_of(texts, path, _NAMES) for path in shapes}
     taken = Counter([*shapes, *labels.values()])
+    axes = _data_of_axes(shapes, labels)
     signals = {}
     for path, shape in shapes.items():
         is_axis = _is_axis(path)
@@ -178,14 +179,28 @@ def _signals(shapes: dict[str, tuple[int, ...]], texts: dict[str, str], numbers:
             row = rows.get(full, {})
             unit, quantity, subject = (str(row.get(key, "")) for key in ("unit", "quantity", "subject"))
             name = str(row.get("name", full.replace(path, label, 1) if label else full))
-            axis = "" if is_axis else _axis(path, shapes, labels, numbers)
+            axis = "" if is_axis else _axis(path, max(shape), axes, numbers)
             unit = unit or _text_of(texts, path, _UNITS)
             columns.append(Column(name, unit, np.empty(0), None, quantity, subject, axis))
         signals[path] = Signal(max(shape), columns)
     return signals
 
 
-def _axis(path: str, shapes: dict[str, tuple[int, ...]], labels: dict[str, str], numbers: dict[str, float]) -> str:
+def _data_of_axes(
+    shapes: dict[str, tuple[int, ...]], labels: dict[str, str]
+) -> dict[tuple[str, int], list[tuple[str, float]]]:
+    """Return every ``X.Data`` whose name may be one of time, and its number, by what stands before it and length."""
+    axes: dict[tuple[str, int], list[tuple[str, float]]] = {}
+    for path, shape in shapes.items():
+        axis = _SERIES.fullmatch(path)
+        if axis is not None and axis[2] in "Xx" and _OF_TIME.search(labels[path]):
+            axes.setdefault((axis[1], max(shape)), []).append((path, float(axis[3] or 1)))
+    return axes
+
+
+def _axis(
+    path: str, samples: int, axes: dict[tuple[str, int], list[tuple[str, float]]], numbers: dict[str, float]
+) -> str:
     """Return the path of ``X.Data`` beside ``Y(k).Data``: the one that XIndex names, else the first of its length.
 
     An axis whose name is none of time is not taken for times.
@@ -194,13 +209,7 @@ def _axis(path: str, shapes: dict[str, tuple[int, ...]], labels: dict[str, str],
     if series is None:
         return ""
     index = numbers.get(f"{_parent(path)}XIndex", 0.0)
-    for other, shape in shapes.items():
-        axis = _SERIES.fullmatch(other)
-        if axis is None or axis[1] != series[1] or axis[2] not in "Xx" or max(shape) != max(shapes[path]):
-            continue
-        if index in (0.0, float(axis[3] or 1)) and _OF_TIME.search(labels[other]):
-            return other
-    return ""
+    return next((other for other, number in axes.get((series[1], samples), []) if index in (0.0, number)), "")
 
 
 def _is_axis(path: str) -> bool:
