@@ -77,8 +77,8 @@ def test_a_symbolic_link_to_itself_is_named_as_such(
     (tmp_path / "mapping.toml").write_text(mapping)
     assert main(words.format(file=file).split()) == 2
     said = capsys.readouterr().err
-    place = "--root" if "--root" in words else "loop.toml" if "loop.toml" in words else file
-    assert f"{place}: " in said
+    named = "--root" if "--root" in words else "loop.toml" if "loop.toml" in words else file
+    assert f"{named}: " in said
     assert ("must be a folder" if "--root" in words else "is a symbolic link that leads back to itself") in said
 
 

@@ -13,16 +13,24 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.files import read_bytes
-from gearrattle.measured.readers.base import Column, Raw, Request, seconds, unfit
+from gearrattle.files import opened
+from gearrattle.measured.readers.base import Column, Raw, Request, ask_for, seconds, unfit
+from gearrattle.measured.readers.uff_blocks import (
+    HEADER,
+    Block,
+    Samples,
+    blocks,
+    check_count,
+    read_bytes_of,
+    read_text_of,
+)
 from gearrattle.model.units import UnitError
 from gearrattle.recording import Array, Channel, Recording
 from gearrattle.wording import counted
@@ -36,17 +44,8 @@ _NOT_SAID = (0, 1)  # specific data types "unknown" and "general"
 _ABSCISSAS = {18: "a frequency", 19: "a speed", 20: "an order"}
 _RESPONSE = 1  # function type of a time history
 _LAGS = {7: "auto-correlation", 8: "cross-correlation", 25: "impulse response"}  # function types over time lags
-_HEADER = 11
+_COLUMNS = {2: 13, 4: 20}  # width of a number in a text by kind: single and double precision
 _DIGITS = 1e-5  # relative: what E13.5 keeps
-
-
-class _Block(NamedTuple):
-    """A dataset: its number, header, and what follows: lines, or bytes in an order."""
-
-    number: int
-    lines: list[str]
-    data: bytes
-    order: str
 
 
 class _Axis(NamedTuple):
@@ -55,6 +54,31 @@ class _Axis(NamedTuple):
     kind: int
     label: str
     unit: str
+
+
+class _History(NamedTuple):
+    """A time history before its numbers are read; ``factor`` is that of the abscissa to s."""
+
+    block: Block
+    location: str
+    column: Column
+    kind: int
+    count: int
+    even: bool
+    first: float
+    step: float
+    factor: float
+    notes: tuple[str, ...]
+
+    @property
+    def numbers(self) -> int:
+        """How many the header tells."""
+        return self.count if self.even else 2 * self.count
+
+    @property
+    def axis(self) -> tuple[float, float, int]:
+        """First time and interval [s], and count: histories that have these alike share their times."""
+        return self.factor * self.first, self.factor * self.step, self.count
 
 
 class _LeftOut(Exception):
@@ -67,26 +91,86 @@ def knows(_path: Path, head: bytes) -> bool:
     return len(lines) > 1 and lines[0].strip() == b"-1" and re.match(rb"\s*\d{1,5}\b|\s*58[bB]", lines[1]) is not None
 
 
-def read(path: Path, _request: Request) -> Raw:
-    """Return its real time histories."""
-    columns: list[Column] = []
+def read(path: Path, request: Request) -> Raw:
+    """Return its real time histories; those that are not asked for are named only."""
+    histories: list[_History] = []
     notes: list[str] = []
-    for position, block in enumerate(_blocks(path), 1):
-        if block.number != 58:
+    with opened(path) as stream:
+        for position, block in enumerate(blocks(stream, path), 1):
+            if block.number != 58:
+                continue
+            try:
+                histories.append(_history(block, f"{path}: dataset {position}"))
+            except _LeftOut as reason:
+                notes.append(f"dataset {position} left out: {reason}")
+        if not histories:
+            rule = "holds no time history (dataset 58)"
+            raise ModelError(Problem(str(path), "", rule, "; ".join(notes[:3])))
+        count = Counter(history.column.name.rpartition(" @ ")[0] for history in histories)
+        histories = [history._replace(column=_shortest(history.column, count)) for history in histories]
+        wanted = [history for history in histories if request.wants(history.column.name)]
+        columns = _columns(stream, histories, wanted, request, notes)
+    return Raw(tuple(columns), str(path), NAME, tuple(notes))
+
+
+def _columns(
+    stream: BinaryIO, histories: list[_History], wanted: list[_History], request: Request, notes: list[str]
+) -> list[Column]:
+    """Read what is wanted, and name the others; notes of what is read are added.
+
+    Raises
+    ------
+    ModelError
+        a header tells other numbers than there are.
+    Refused
+        the numbers and their times take too much memory.
+    """
+    widths = {id(history): _width(history) for history in wanted}
+    axes = {history.axis for history in wanted if history.even}
+    uneven = [history.count for history in wanted if not history.even]
+    ask_for([*(h.count for h in wanted), *uneven, *(axis[2] for axis in axes)], request)
+    times: dict[tuple[float, float, int], Array] = {}
+    columns = []
+    for history in histories:
+        if id(history) not in widths:
+            columns.append(replace(history.column, time=history.column.values))
             continue
-        try:
-            column, said = _history(block, f"{path}: dataset {position}")
-        except _LeftOut as reason:
-            notes.append(f"dataset {position} left out: {reason}")
-        else:
-            columns.append(column)
-            notes += [f"{column.name.rpartition(' @ ')[0]}: {note}" for note in said]
-    if not columns:
-        rule = "holds no time history (dataset 58)"
-        raise ModelError(Problem(str(path), "", rule, "; ".join(notes[:3])))
-    count = Counter(column.name.rpartition(" @ ")[0] for column in columns)
-    named = [_shortest(column, count) for column in columns]
-    return Raw(tuple(named), str(path), NAME, tuple(notes))
+        samples, behind = _samples(stream, history, widths[id(history)])
+        time = samples.time
+        if time is None:
+            time = times[history.axis] if history.axis in times else _times(*history.axis)
+            times[history.axis] = time
+        columns.append(replace(history.column, values=samples.values, time=time))
+        said = [f"{counted(behind, 'number')} behind the {history.numbers} that the header tells: left out"]
+        notes += [f"{history.column.name}: {note}" for note in (*history.notes, *(said if behind else []))]
+    return columns
+
+
+def _width(history: _History) -> int:
+    """Return the bytes of a sample, 0 in a text; raise ``ModelError`` if so many cannot be there."""
+    return check_count(history.block, history.numbers, history.count, history.location)
+
+
+def _samples(stream: BinaryIO, history: _History, width: int) -> tuple[Samples, int]:
+    """Read the numbers of a dataset, its abscissa in s; return as well how many fill up its last line."""
+    samples = Samples(np.empty(history.count), None if history.even else np.empty(history.count))
+    behind = 0
+    if history.block.order:
+        read_bytes_of(stream, history.block, width, samples)
+    else:
+        columns = _COLUMNS[history.kind]
+        behind = read_text_of(stream, history.block, columns, samples, history.location)
+    if samples.time is not None:
+        samples.time *= history.factor
+    return samples, behind
+
+
+def _times(first: float, step: float, count: int) -> Array:
+    """Return times of even spacing [s]."""
+    times = np.arange(count, dtype=np.float64)
+    times *= step
+    times += first
+    return times
 
 
 def _shortest(column: Column, count: Counter[str]) -> Column:
@@ -95,84 +179,31 @@ def _shortest(column: Column, count: Counter[str]) -> Column:
     return replace(column, name=name) if count[name] == 1 else column
 
 
-def _blocks(path: Path) -> Iterator[_Block]:
-    """Cut the file into datasets; binary ones by the number of bytes they tell."""
-    content = read_bytes(path)
-    at, end = 0, len(content)
-
-    def line() -> bytes:
-        nonlocal at
-        stop = content.find(b"\n", at)
-        stop = end if stop < 0 else stop
-        text = content[at:stop]
-        at = min(stop + 1, end)
-        return text
-
-    while at < end:
-        if line().strip() != b"-1":
-            continue
-        head = line().decode("latin-1")
-        words = head.split()
-        if head[5:7].lower() == "8b" and len(words) >= 5:
-            fields = [int(word) for word in head[7:].split()]
-            if not (0 <= fields[2] <= end - at and 0 <= fields[3] <= end - at):
-                raise _cut(path)
-            lines = [line().decode("latin-1") for _ in range(fields[2])]
-            data, at = content[at : at + fields[3]], at + fields[3]
-            if fields[1] != 2:
-                rule = "binary numbers must be of IEEE 754"
-                raise ModelError(Problem(str(path), f"format {fields[1]}", rule, "write it as text"))
-            closing = line().strip()
-            while not closing and at < end:  # a line break may stand between the bytes and the line that closes
-                closing = line().strip()
-            if len(data) < fields[3] or closing not in (b"-1", b""):
-                raise _cut(path)
-            yield _Block(58, lines, data, "<" if fields[0] == 1 else ">")
-            continue
-        lines = []
-        while (text := line()).strip() != b"-1":
-            if at >= end:
-                raise _cut(path)
-            lines.append(text.decode("latin-1"))
-        yield _Block(int(words[0]), lines, b"", "")
-
-
-def _cut(path: Path) -> ModelError:
-    return ModelError(Problem(str(path), "", "ends inside a dataset: the file is truncated", "copy it again"))
-
-
-def _history(block: _Block, location: str) -> tuple[Column, list[str]]:
-    """Return the column of a dataset, and what must be known of it.
+def _history(block: Block, location: str) -> _History:
+    """Return what the header of a dataset says.
 
     Raises
     ------
     _LeftOut
         it is no time history.
     ModelError
-        its header cannot be read, or its values are not as many as that says.
+        its header cannot be read.
     """
-    if len(block.lines) < _HEADER:
-        raise ModelError(Problem(location, f"{len(block.lines)} lines", f"a dataset 58 has {_HEADER} lines of header"))
+    if len(block.lines) < HEADER:
+        raise ModelError(Problem(location, f"{len(block.lines)} lines", f"a dataset 58 has {HEADER} lines of header"))
     factor, notes = _seconds(block)
     kind, count, even, first, step = _record_7(block.lines[6], location)
-    if kind not in (2, 4):
+    if kind not in _COLUMNS:
         raise _LeftOut("its values are complex")
     if count < 2:
         raise _LeftOut(f"it has {counted(count, 'sample')}")
     if even and not step > 0.0:
         rule = "must have samples a step above zero apart"
         raise ModelError(Problem(f"{location}, record 7", block.lines[6].strip(), rule))
-    # values and times
-    values, behind = _values(block, kind, count if even else 2 * count, location, even)
-    if behind:
-        notes.append(f"{counted(behind, 'number')} behind the {count} that the header tells: left out")
-    if even:
-        exact = _TIMES.search(block.lines[3])
-        if exact and factor == 1.0 and abs(float(exact[2]) - step) <= _DIGITS * step:
-            first, step = float(exact[1]), float(exact[2])
-        time = np.asarray(factor * first + factor * step * np.arange(count), np.float64)
-    else:
-        time, values = factor * values[::2], values[1::2]
+    exact = _TIMES.search(block.lines[3])
+    if exact and factor == 1.0 and abs(float(exact[2]) - step) <= _DIGITS * step:
+        first = float(exact[1])
+        step = float(exact[2])
     # name, unit and quantity
     name = block.lines[0].strip()
     record = block.lines[5]
@@ -180,10 +211,11 @@ def _history(block: _Block, location: str) -> tuple[Column, list[str]]:
     name = f"{name} @ {node}" if name and name.upper() != "NONE" else f"{node} @ {node}"
     said = block.lines[1].strip()
     quantity, _, subject = said.removeprefix(_MARK).partition(",") if said.startswith(_MARK) else ("", "", "")
-    return Column(name, _unit(block), values, time, quantity, subject.strip()), notes
+    column = Column(name, _unit(block), np.empty(0), None, quantity, subject.strip())
+    return _History(block, location, column, kind, count, even, first, step, factor, tuple(notes))
 
 
-def _seconds(block: _Block) -> tuple[float, list[str]]:
+def _seconds(block: Block) -> tuple[float, list[str]]:
     """Return the factor of the abscissa to s, and a note if the file does not say that it is a time.
 
     Raises
@@ -224,7 +256,7 @@ def _axis(line: str) -> _Axis:
     return _Axis(kind, label, unit)
 
 
-def _unit(block: _Block) -> str:
+def _unit(block: Block) -> str:
     """Return the unit of the ordinate: numerator over denominator, where the file names one."""
     numerator = _axis(block.lines[8]).unit
     denominator = _axis(block.lines[9])
@@ -235,56 +267,16 @@ def _unit(block: _Block) -> str:
 
 def _record_7(text: str, location: str) -> tuple[int, int, bool, float, float]:
     """Read kind of numbers, their count, whether they are evenly spaced, first abscissa and spacing."""
-    words = text.split()
-    if len(words) < 5:
-        words = [text[a:b] for a, b in ((0, 10), (10, 20), (20, 30), (30, 43), (43, 56))]
-    try:
-        kind, count, even = (int(word) for word in words[:3])
-        first, step = (float(word.replace("D", "E")) for word in words[3:5])
-    except ValueError:
-        rule = "must tell kind, count, spacing, first value and step"
-        raise ModelError(Problem(f"{location}, record 7", text.strip(), rule)) from None
-    return kind, count, bool(even), first, step
-
-
-def _values(block: _Block, kind: int, count: int, location: str, even: bool) -> tuple[Array, int]:
-    """Read the numbers: bytes, or columns of text; return as well how many more fill the last line of a text."""
-    behind = 0
-    if block.order:
-        samples = count if even else count // 2
-        width = len(block.data) // samples if len(block.data) % samples == 0 else 0
-        forms = {4: "f4", 8: "f8"} if even else {8: "f4,f4", 12: "f4,f8", 16: "f8,f8"}  # as many bytes as there are
-        if width not in forms:
-            rule = f"its header tells {counted(samples, 'sample')}"
-            raise ModelError(
-                Problem(location, f"{len(block.data)} bytes", rule, "the file is damaged: export it again")
-            )
-        form = np.dtype(",".join(f"{block.order}{part}" for part in forms[width].split(",")))
-        table = np.frombuffer(block.data, form)
-        flat = table if even else np.stack([table["f0"].astype("f8"), table["f1"].astype("f8")], axis=1).reshape(-1)
-        values = flat.astype(np.float64)
-    else:
-        words, behind = _words(block.lines[_HEADER:], kind, count, even)
-        values = np.array([float(word.replace("D", "E")) for word in words])
-    if values.size != count:
-        rule = f"its header tells {counted(count, 'number')}"
-        raise ModelError(Problem(location, f"{values.size} numbers", rule, "the file is damaged: export it again"))
-    return values, behind
-
-
-def _words(lines: list[str], kind: int, count: int, even: bool) -> tuple[list[str], int]:
-    """Return the numbers of a text, and how many of its last line are more than the count: that line is filled up."""
-    lines = [line for line in lines if line.strip()]
-    width = 13 if kind == 2 else 20
-    rows = [line.split() for line in lines]
-    if even and not 0 <= sum(map(len, rows)) - count < len(rows[-1] if rows else ()):  # no blank between columns
-        fixed = [[w for k in range(0, len(line), width) if (w := line[k : k + width].strip())] for line in lines]
-        rows = fixed
-    words = [word for row in rows for word in row]
-    behind = len(words) - count
-    if not 0 < behind < len(rows[-1] if rows else ()):
-        return words, 0
-    return words[:count], behind
+    touching = [text[a:b] for a, b in ((0, 10), (10, 20), (20, 30), (30, 43), (43, 56))]
+    for words in (text.split(), touching):
+        try:
+            kind, count, even = (int(word) for word in words[:3])
+            first, step = (float(word.replace("D", "E")) for word in words[3:5])
+        except ValueError:
+            continue
+        return kind, count, bool(even), first, step
+    rule = "must tell kind, count, spacing, first value and step"
+    raise ModelError(Problem(f"{location}, record 7", text.strip(), rule))
 
 
 def _first_number(text: str) -> int:
@@ -309,7 +301,7 @@ def _dataset(channel: Channel, first: float, interval: float) -> bytes:
     axis = "{:10d}{:5d}{:5d}{:5d} {:<20.20s} {:<20.20s}"
     none = axis.format(0, 0, 0, 0, "NONE", "NONE")
     lines = [
-        f"    58b{1:6d}{2:6d}{_HEADER:12d}{len(data):12d}{0:6d}{0:6d}{0:12d}{0:12d}",
+        f"    58b{1:6d}{2:6d}{HEADER:12d}{len(data):12d}{0:6d}{0:6d}{0:12d}{0:12d}",
         channel.name,
         f"{_MARK}{channel.quantity}, {channel.subject}",
         "NONE",
