@@ -17,9 +17,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from gearrattle.files import Refused, check_regular
+from gearrattle.files import Refused, within_limit
 from gearrattle.model import units
-from gearrattle.model.csv_layout import Layout, RecordError, layout_of
+from gearrattle.model.csv_layout import Layout, RecordError, count_lines, layout_of
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.model.time_stamps import FromFirst, over_midnight
 from gearrattle.model.units import Dimension, UnitError
@@ -29,10 +29,15 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-LARGEST = 200_000_000
-"""A record has at most so many bytes."""
 _MOST_SEARCHED = 100_000  # lines after the first wrong one that are searched for others: half a second
 T = TypeVar("T")
+Ask = Callable[[int, int], None]
+"""Asks whether rows and columns of numbers may be read; raises ``Refused``."""
+
+
+def _ask(rows: int, columns: int) -> None:
+    """Ask for the memory of a table of numbers."""
+    within_limit(8 * rows * columns)
 
 
 class Columns(NamedTuple):
@@ -70,10 +75,10 @@ def read_columns(path: Path, wanted: Mapping[str, Dimension], dimensionless: boo
         the file is missing or no text, a column is missing or without its unit, two columns have one
         name, a unit has the wrong dimension, a value is no finite number.
     """
-    return _guarded(path, lambda layout: _read(path, layout, wanted, dimensionless))
+    return _guarded(path, lambda layout, rows: _read(path, layout, rows, wanted, dimensionless))
 
 
-def read_all(path: Path, use: Callable[[str, str], bool]) -> tuple[Layout, NDArray[np.float64]]:
+def read_all(path: Path, use: Callable[[str, str], bool], ask: Ask = _ask) -> tuple[Layout, NDArray[np.float64]]:
     """Read columns as they stand: no unit is asked for, NaN is a value, and an empty entry is NaN.
 
     Parameters
@@ -82,6 +87,8 @@ def read_all(path: Path, use: Callable[[str, str], bool]) -> tuple[Layout, NDArr
         the file.
     use
         tells from name and unit whether a column is wanted; others need not be numbers.
+    ask
+        is asked before the numbers are read.
 
     Returns
     -------
@@ -94,29 +101,27 @@ def read_all(path: Path, use: Callable[[str, str], bool]) -> tuple[Layout, NDArr
         the file is missing or no text, two columns have one name, a value is no number.
     """
 
-    def read(layout: Layout) -> tuple[Layout, NDArray[np.float64]]:
+    def read(layout: Layout, rows: int) -> tuple[Layout, NDArray[np.float64]]:
         chosen = {head.name: index for index, head in enumerate(layout.heads) if use(head.name, head.unit or "")}
-        table, notes = _numbers(path, layout, chosen, gaps=True)
+        table, notes = _numbers(path, layout, chosen, lambda columns: ask(rows, columns), gaps=True)
         return layout._replace(notes=(*layout.notes, *notes)), table
 
     return _guarded(path, read)
 
 
-def _guarded(path: Path, read: Callable[[Layout], T]) -> T:
-    """Find out how a record is written, have it read, and put what the machine refuses in our words."""
+def _guarded(path: Path, read: Callable[[Layout, int], T]) -> T:
+    """Find out how a record is written, have it and its rows read, and put what the machine refuses in our words."""
     try:
         if os.path.isdir(path):
             raise RecordError(str(path), "a folder", "must be a CSV file")
-        if check_regular(path) > LARGEST:
-            raise RecordError(str(path), f"more than {LARGEST // 1_000_000} MB", "a record must be smaller than that")
+        lines = count_lines(path)
         layout = layout_of(path)
-        names = [head.name for head in layout.heads]
-        twice = [index for index, name in enumerate(names) if name and name in names[:index]]
-        if twice:
-            name = names[twice[0]]
-            rule = f"columns {names.index(name) + 1} and {twice[0] + 1} have this name"
-            raise RecordError(f"{path}:{layout.names_line}", shown(name), rule, "rename one of them")
-        return read(layout)
+        first: dict[str, int] = {}
+        for index, (name, _) in enumerate(layout.heads):
+            if name and (before := first.setdefault(name, index)) < index:
+                rule = f"columns {before + 1} and {index + 1} have this name"
+                raise RecordError(f"{path}:{layout.names_line}", shown(name), rule, "rename one of them")
+        return read(layout, lines - layout.first_row)
     except FileNotFoundError:
         raise RecordError(str(path), "", "no such file", "a path is relative to the model file") from None
     except Refused as error:
@@ -125,7 +130,7 @@ def _guarded(path: Path, read: Callable[[Layout], T]) -> T:
         raise RecordError(str(path), "", f"cannot be read: {(error.strerror or str(error)).lower()}") from None
 
 
-def _read(path: Path, layout: Layout, wanted: Mapping[str, Dimension], dimensionless: bool) -> Columns:
+def _read(path: Path, layout: Layout, rows: int, wanted: Mapping[str, Dimension], dimensionless: bool) -> Columns:
     import numpy as np
 
     location = f"{path}:{layout.names_line}"
@@ -137,15 +142,16 @@ def _read(path: Path, layout: Layout, wanted: Mapping[str, Dimension], dimension
         raise RecordError(location, shown(missing[0]), rule, did_you_mean(missing[0], columns) or example)
     factors = [_factor(location, name, columns[name][1], d, dimensionless) for name, d in wanted.items()]
     use = {name: columns[name][0] for name in wanted}
-    table, notes = _numbers(path, layout, use)
+    table, notes = _numbers(path, layout, use, lambda columns: _ask(rows, columns))
     if table.size and not np.isfinite(table).all():
         raise _first_wrong(path, layout, use)
-    values = {name: table[:, k] * factor for k, (name, factor) in enumerate(zip(wanted, factors, strict=True))}
+    table *= factors
+    values = {name: table[:, k] for k, name in enumerate(wanted)}
     return Columns(path, values, layout._replace(notes=(*layout.notes, *notes)))
 
 
 def _numbers(
-    path: Path, layout: Layout, use: Mapping[str, int], *, gaps: bool = False
+    path: Path, layout: Layout, use: Mapping[str, int], ask: Callable[[int], None], *, gaps: bool = False
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
     """Read columns (N, columns) in one go, and what must be known of them.
 
@@ -159,6 +165,8 @@ def _numbers(
         how it is written.
     use
         name of a column to its index.
+    ask
+        is asked for columns before they are read.
     gaps
         whether an empty entry is NaN; otherwise it is refused.
     """
@@ -167,7 +175,8 @@ def _numbers(
     if not use:
         return np.empty((0, 0)), ()
     stamps = _stamps(layout, use)
-    wanted = [*use.values(), *(index for index in stamps if index not in use.values())]
+    wanted = list(dict.fromkeys([*use.values(), *stamps]))
+    ask(len(wanted) + bool(stamps))  # steps of time stamps are looked at for midnights
     ways: list[Any] = [stamps or None, dict.fromkeys(wanted, _or_nan) | stamps] if gaps else [stamps or None]
     for converters in ways:
         try:

@@ -26,8 +26,11 @@ from gearrattle.model.csv_heads import Head, heads_of
 from gearrattle.model.time_stamps import instant_of
 
 _LOOKED_AT = 200  # lines that are no comments, at most, until the first numbers
+_CHARACTERS_LOOKED_AT = 4_000_000  # of these lines together
 _BYTES_LOOKED_AT = 65_536
-_LONGEST_LINE = 100_000
+_LONGEST_LINE = 1_000_000  # bytes
+_PIECE = 500_000  # bytes in which line ends are counted at once; less than the longest line
+_MOST_COLUMNS = 100_000
 _COMMA_NUMBER = re.compile(r"[+-]?(\d+(,\d*)?|,\d+)([eE][+-]?\d+)?")
 _COMMA_TO_POINT = str.maketrans(",.", ".,")
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f]")
@@ -165,6 +168,49 @@ def encoding_of(head: bytes) -> str | None:
     return "utf-8-sig"
 
 
+def count_lines(path: Path) -> int:
+    """Return how many lines a file has, by its line ends, without reading a whole line.
+
+    Parameters
+    ----------
+    path
+        the file.
+
+    Raises
+    ------
+    RecordError
+        a line that is too long to be one of a table.
+    OSError
+        the file cannot be read.
+    """
+    ends = 0
+    open_line = 0
+    with opened(path) as stream:
+        while piece := stream.read(_PIECE):
+            marked = piece.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+            first = marked.find(b"\n")
+            open_line += len(marked) if first < 0 else first
+            if open_line > _LONGEST_LINE:
+                value = f"more than {_LONGEST_LINE // 1_000_000} MB"
+                rule = "a line must be shorter: it has one number of every column"
+                raise RecordError(f"{path}:{ends + 1}", value, rule, "is this file a table?")
+            ends += marked.count(b"\n")
+            open_line = open_line if first < 0 else len(marked) - 1 - marked.rfind(b"\n")
+    return ends + 1
+
+
+def _first_lines(stream: Iterator[str]) -> list[tuple[int, str]]:
+    """Return number and text of the first lines that are neither blank nor comments."""
+    lines: list[tuple[int, str]] = []
+    size = 0
+    for number, line in itertools.islice(numbered(stream), _LOOKED_AT):
+        lines.append((number, line.rstrip("\r\n")))
+        size += len(line)
+        if size > _CHARACTERS_LOOKED_AT:
+            break
+    return lines
+
+
 def layout_of(path: Path) -> Layout:
     """Find out how a file is written.
 
@@ -180,12 +226,16 @@ def layout_of(path: Path) -> Layout:
     if encoding is None:
         raise RecordError(str(path), "", "must be a text", "export the record as CSV")
     with opened_text(path, encoding, "replace") as stream:
-        lines = [(number, line.rstrip("\r\n")) for number, line in itertools.islice(numbered(stream), _LOOKED_AT)]
-    if not lines or any(len(line) > _LONGEST_LINE for _, line in lines):
+        lines = _first_lines(stream)
+    if not lines:
         raise RecordError(str(path), "", "must begin with a line of column names and units", EXAMPLE)
     separator, first_row = _first_numbers([line for _, line in lines])
     rows = [cells_of(line, separator) for _, line in lines]
     count = len(rows[min(first_row, len(rows) - 1)])
+    if count > _MOST_COLUMNS:
+        number, _ = lines[min(first_row, len(lines) - 1)]
+        rule = f"a table has at most {_MOST_COLUMNS}"
+        raise RecordError(f"{path}:{number}", f"{count} columns", rule, "a row has the samples of one time")
     while first_row > 0 and len(rows[first_row - 1]) == count and _has_gaps(rows[first_row - 1]):
         first_row -= 1
     top = _top_of_heads(rows, first_row, count)

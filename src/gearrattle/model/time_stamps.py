@@ -140,7 +140,7 @@ class FromFirst:
 
 
 def over_midnight(seconds: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
-    """Return clock times without their falls at midnight, and how many these were.
+    """Return clock times without their falls at midnight, changed where they stand, and how many these were.
 
     Parameters
     ----------
@@ -149,6 +149,8 @@ def over_midnight(seconds: NDArray[np.float64]) -> tuple[NDArray[np.float64], in
     """
     import numpy as np
 
-    falls = np.diff(seconds) < -0.5 * _A_DAY
-    days = np.concatenate(([0.0], np.cumsum(falls)))
-    return seconds + _A_DAY * days, int(falls.sum())
+    falls = np.flatnonzero(np.diff(seconds) < -0.5 * _A_DAY) + 1
+    ends = [*falls[1:], seconds.size]
+    for days, (begin, end) in enumerate(zip(falls, ends, strict=False), 1):
+        seconds[begin:end] += _A_DAY * days
+    return seconds, falls.size

@@ -16,7 +16,7 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import opened_text
-from gearrattle.measured.readers.base import TIME_NAMES, Column, Raw, Request, is_time, unfit, with_times
+from gearrattle.measured.readers.base import TIME_NAMES, Column, Raw, Request, ask_for, is_time, unfit, with_times
 from gearrattle.model.csv_columns import read_all
 from gearrattle.model.csv_heads import defused
 from gearrattle.model.csv_layout import RecordError, encoding_of, numbered
@@ -50,7 +50,7 @@ def read(path: Path, request: Request) -> Raw:
         return name == request.time if request.time else is_time(name, unit)
 
     try:
-        layout, values = read_all(path, use)
+        layout, values = read_all(path, use, lambda rows, columns: ask_for([rows] * columns, request))
     except RecordError as error:
         raise ModelError(Problem(error.place, error.value, error.rule, error.remedy)) from None
     said, read_ones = _stated_columns(path, layout.encoding), iter(values.T)
