@@ -44,6 +44,7 @@ QUANTITIES = (
 _UNEVEN = 1e-6  # of a sample interval: steps that differ by more are no uniform sampling, unless times are rounded
 _COARSEST = 0.05  # of a sample interval: a last digit worth more says too little about the sampling
 _MOST_DECIMALS = 22
+_PIECE = 250_000  # times that are looked at together: what is made of them is small against a long record
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +181,10 @@ class Recording:
 
 def are_even(time: Array, interval: float) -> bool:
     """Tell whether the steps of times [s] are alike: each is the interval, within 1e-6 of it."""
-    return bool(np.all(np.abs(np.diff(time) - interval) <= _UNEVEN * interval))
+    return all(
+        bool(np.all(np.abs(np.diff(time[begin : begin + _PIECE + 1]) - interval) <= _UNEVEN * interval))
+        for begin in range(0, time.size - 1, _PIECE)
+    )
 
 
 def _is_rounded(time: Array, interval: float) -> bool:
@@ -189,34 +193,57 @@ def _is_rounded(time: Array, interval: float) -> bool:
     With the grid through the first and the last time, t_k is off by at most q_k/2 + (1 - s) q_0/2 + s q_n/2: a unit of
     the last digit is worth q, and s = (t_k - t_0) / (t_n - t_0).
     """
-    unit = _last_digits(time)
-    unit = np.where(unit <= _COARSEST * interval, unit, 0.0)
-    share = (time - time[0]) / (time[-1] - time[0])
-    grid = time[0] + interval * np.arange(time.size)
-    bound = 0.5 * (unit + (1.0 - share) * unit[0] + share * unit[-1]) + _UNEVEN * interval
-    return bool(np.all(np.abs(time - grid) <= bound))
+    worth = _Digits(time)
+    ends = worth.of(time[[0, -1]])
+    begins, lasts = (unit if unit <= _COARSEST * interval else 0.0 for unit in ends)
+    for first in range(0, time.size, _PIECE):
+        part = time[first : first + _PIECE]
+        unit = worth.of(part)
+        unit = np.where(unit <= _COARSEST * interval, unit, 0.0)
+        share = (part - time[0]) / (time[-1] - time[0])
+        grid = time[0] + interval * np.arange(first, first + part.size)
+        bound = 0.5 * (unit + (1.0 - share) * begins + share * lasts) + _UNEVEN * interval
+        if not np.all(np.abs(part - grid) <= bound):
+            return False
+    return True
 
 
-def _last_digits(time: Array) -> Array:
+class _Digits:
     """What a unit of the last digit of every time is worth [s], at most.
 
     The fewest decimals that write all times of a decade bound it. A column has as many decimals everywhere, or as many
     digits, so that a decade has one decimal less than the one below: neighbouring decades bound each other.
     """
-    size = np.abs(time)
-    smallest = size[size > 0.0].min(initial=1.0)
-    decades = np.floor(np.log10(np.maximum(size, smallest))).astype(np.int64)
-    known, member = np.unique(decades, return_inverse=True)
-    worth = np.array([10.0 ** -_decimals(size[decades == decade]) for decade in known])
-    worth = np.minimum.accumulate(worth[::-1])[::-1]
-    step = 10.0**known
-    worth = np.minimum.accumulate(worth / step) * step
-    return np.asarray(worth[member], dtype=np.float64)
+
+    def __init__(self, time: Array) -> None:
+        parts = [slice(first, first + _PIECE) for first in range(0, time.size, _PIECE)]
+        sizes = (np.abs(time[part]) for part in parts)
+        self._smallest = min(float(size[size > 0.0].min(initial=1.0)) for size in sizes)
+        decimals: dict[int, int] = {}
+        for part in parts:
+            size = np.abs(time[part])
+            decades = self._decades(size)
+            for decade in np.unique(decades).tolist():
+                decimals[decade] = _decimals(size[decades == decade], decimals.get(decade, 0))
+        self._known = np.array(sorted(decimals))
+        worth = np.array([10.0 ** -decimals[decade] for decade in self._known.tolist()])
+        worth = np.minimum.accumulate(worth[::-1])[::-1]
+        step = 10.0**self._known
+        self._worth = np.minimum.accumulate(worth / step) * step
+
+    def _decades(self, size: Array) -> NDArray[np.int64]:
+        """Return the decades of numbers above zero; zero has that of the smallest."""
+        return np.floor(np.log10(np.maximum(size, self._smallest))).astype(np.int64)
+
+    def of(self, time: Array) -> Array:
+        """Return it for some of the times."""
+        at = np.searchsorted(self._known, self._decades(np.abs(time)))
+        return np.asarray(self._worth[at], dtype=np.float64)
 
 
-def _decimals(numbers: Array) -> int:
-    """The fewest decimals that write numbers up to the rounding of a double."""
-    for decimals in range(_MOST_DECIMALS):
+def _decimals(numbers: Array, least: int) -> int:
+    """The fewest decimals, from a number of them on, that write numbers up to the rounding of a double."""
+    for decimals in range(least, _MOST_DECIMALS):
         scaled = numbers * 10.0**decimals
         if np.all(np.abs(scaled - np.rint(scaled)) <= 4.0 * np.finfo(np.float64).eps * scaled):
             return decimals

@@ -9,6 +9,7 @@ import json
 import os
 import re
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -18,6 +19,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import Json, json_value
 from gearrattle.measured.readers import Column, Request, read_raw
 from gearrattle.measured.readers.mapping import mapped_file
+from gearrattle.measured.readers.packing import PIECE
 from gearrattle.measured.readers.quantities import guess
 from gearrattle.recording import QUANTITIES, Array, Recording
 from gearrattle.result import Result
@@ -161,7 +163,9 @@ def look(source: str | os.PathLike[str], *, time: str = "", sampled: float | Non
     if time or sampled is not None:
         request = Request(time=time, interval=None if sampled is None else 1.0 / sampled)
     raw = read_raw(path, request, file_format)
-    table = pd.DataFrame([_row(column) for column in raw.columns])
+    times = {id(column.time): column.time for column in raw.columns if column.time is not None}
+    even = {key: Recording(time, (), "").interval is not None for key, time in times.items()}
+    table = pd.DataFrame([_row(column, is_uniform=even[id(column.time)]) for column in raw.columns])
     return Contents(raw.source, raw.format, table, (*notes, *raw.notes), tuple(map(_outline, raw.columns)), request)
 
 
@@ -176,11 +180,11 @@ def _looked_at(source: str | os.PathLike[str]) -> tuple[str | os.PathLike[str], 
     return path, request, file_format, tuple(notes)
 
 
-def _row(column: Column) -> dict[str, Any]:
+def _row(column: Column, *, is_uniform: bool) -> dict[str, Any]:
     """Return what is known of one channel."""
     times = column.time
     assert times is not None
-    numbers = column.values[np.isfinite(column.values)]
+    count, smallest, largest = _extremes(column.values)
     span = float(times[-1] - times[0])
     return {
         "channel": column.name,
@@ -189,12 +193,12 @@ def _row(column: Column) -> dict[str, Any]:
         "subject": column.subject,
         "samples": column.values.size,
         "rate": (times.size - 1) / span if span > 0.0 else float("nan"),
-        "uniform": Recording(times, (), "").interval is not None,
+        "uniform": is_uniform,
         "begin": float(times[0]),
         "end": float(times[-1]),
-        "smallest": _extreme(numbers, "min"),
-        "largest": _extreme(numbers, "max"),
-        "not_numbers": column.values.size - numbers.size,
+        "smallest": smallest,
+        "largest": largest,
+        "not_numbers": column.values.size - count,
         "first": column.values[:PREVIEW].tolist(),
     }
 
@@ -202,22 +206,36 @@ def _row(column: Column) -> dict[str, Any]:
 def _outline(column: Column) -> tuple[Array, Array]:
     """Return the samples of a channel, of a long one the extremes of equal parts; what is not finite is left out."""
     assert column.time is not None
-    finite = np.flatnonzero(np.isfinite(column.values))
-    values = column.values[finite]
-    if finite.size > 2 * _PARTS:
-        edges = np.linspace(0, finite.size, _PARTS + 1).astype(np.int64)
-        ends = [
-            edges[i] + extreme(values[edges[i] : edges[i + 1]])
-            for i in range(_PARTS)
-            for extreme in (np.argmin, np.argmax)
-        ]
-        finite = finite[np.unique([0, *ends, finite.size - 1])]
-    return column.time[finite], column.values[finite]
+    values = column.values
+    if values.size <= 2 * _PARTS:
+        finite = np.flatnonzero(np.isfinite(values))
+        return column.time[finite], values[finite]
+    edges = np.linspace(0, values.size, _PARTS + 1).astype(np.int64)
+    shown: list[int] = []
+    last: list[int] = []
+    for first, end in pairwise(edges.tolist()):
+        numbers = np.flatnonzero(np.isfinite(values[first:end])) + first
+        if numbers.size:
+            part = values[numbers]
+            shown += [] if shown else [int(numbers[0])]
+            shown += [int(numbers[np.argmin(part)]), int(numbers[np.argmax(part)])]
+            last = [int(numbers[-1])]
+    at = np.unique(np.array([*shown, *last], dtype=np.int64))
+    return column.time[at], values[at]
 
 
-def _extreme(numbers: Array, which: str) -> float:
-    """Return the smallest or largest number; NaN if there is none."""
-    return float(getattr(numbers, which)()) if numbers.size else float("nan")
+def _extremes(values: Array) -> tuple[int, float, float]:
+    """Return how many values are finite, the smallest and the largest; NaN if there is none."""
+    count = 0
+    smallest = np.inf
+    largest = -np.inf
+    for begin in range(0, values.size, PIECE):
+        part = values[begin : begin + PIECE]
+        numbers = part[np.isfinite(part)]
+        count += numbers.size
+        smallest = min(smallest, float(numbers.min(initial=np.inf)))
+        largest = max(largest, float(numbers.max(initial=-np.inf)))
+    return (count, smallest, largest) if count else (0, float("nan"), float("nan"))
 
 
 def _entry(name: str, row: dict[str, Any]) -> str:

@@ -30,6 +30,7 @@ WORST_CORRELATION = 0.5
 LEAST_SHARE = 0.05
 """An alignment that agrees less is refused: correlation, or the part of the power at the frequency."""
 _RIVAL = 0.95
+_SMALL = 10  # a part that is so many times smaller than its array is copied
 _KEEP = 'ends = "keep" in its [[channel]] keeps them, less accurate'
 
 
@@ -160,13 +161,25 @@ def _cut(channel: Mapped, start: float | None, end: float | None) -> Mapped:
     """Leave out of a channel of the first file what lies before the start and after the end."""
     if channel.table.file is not None or (start is None and end is None):
         return channel
-    inside = np.ones(channel.time.size, dtype=np.bool_)
-    inside &= channel.time >= (-np.inf if start is None else start)
-    inside &= channel.time <= (np.inf if end is None else end)
-    if inside.sum() < 2:
+    inside = _between(channel.time, start, end)
+    if inside.stop - inside.start < 2:
         rule = f"leave nothing of the record, which goes from {channel.time[0]:.9g} s to {channel.time[-1]:.9g} s"
         raise channel.wrong("", f"start {start}, end {end}", rule, "these are times of the file")
-    return Mapped(channel.table, channel.time[inside], channel.values[inside], channel.unit, channel.place)
+    parts = (_part(array, inside) for array in (channel.time, channel.values))
+    return Mapped(channel.table, *parts, channel.unit, channel.place)
+
+
+def _between(time: Array, start: float | None, end: float | None) -> slice:
+    """Return which of ascending times lie from a start to an end."""
+    first = 0 if start is None else int(np.searchsorted(time, start, "left"))
+    last = time.size if end is None else int(np.searchsorted(time, end, "right"))
+    return slice(first, max(first, last))
+
+
+def _part(array: Array, inside: slice) -> Array:
+    """Return a part of an array; a small one by itself, so that the array can go."""
+    part = array[inside]
+    return part.copy() if _SMALL * part.size < array.size else part
 
 
 def _shifts(channels: Sequence[Mapped], own: Mapping[str, Conditioned]) -> list[tuple[str, float, str]]:
@@ -224,22 +237,21 @@ def _one_axis(measurement: Measurement, own: Mapping[str, Conditioned]) -> tuple
         raise ModelError(Problem(measurement.place, "", rule, "align the second file, or check start and end"))
     if measurement.tables.rate is not None:
         return _at_rate(measurement, parts, (begin, end), measurement.tables.rate)
-    inside = [(p.time >= begin) & (p.time <= end) for p in parts]
-    time = parts[0].time[inside[0]]
-    for part, mask, channel in zip(parts, inside, measurement.channels, strict=True):
-        if not np.array_equal(part.time[mask], time):
+    inside = [_between(part.time, begin, end) for part in parts]
+    time = _part(parts[0].time, inside[0])
+    for part, within_both, channel in zip(parts, inside, measurement.channels, strict=True):
+        if not np.array_equal(part.time[within_both], time):
             value = f"{measurement.channels[0].table.name} and {channel.table.name}"
             rule = "have different times; a recording has one time axis"
             raise ModelError(Problem(measurement.place, value, rule, 'resample: rate = "10 kHz" at the top'))
-    return time, [part.values[mask] for part, mask in zip(parts, inside, strict=True)], []
+    return time, [_part(part.values, within_both) for part, within_both in zip(parts, inside, strict=True)], []
 
 
 def _within(channel: Mapped, part: Conditioned, tables: MeasurementTables) -> tuple[float, float]:
     """Return a channel's first and last time between the start and the end."""
     time = part.time
     if channel.table.file is None:
-        time = time[time >= (-np.inf if tables.start is None else tables.start)]
-        time = time[time <= (np.inf if tables.end is None else tables.end)]
+        time = time[_between(time, tables.start, tables.end)]
     return (float(time[0]), float(time[-1])) if time.size else (np.inf, -np.inf)
 
 
