@@ -41,7 +41,7 @@ from gearrattle.run_groups import (
     write_auxiliaries,
     write_points,
 )
-from gearrattle.trajectory import Array, Cost, EventLog, Trajectory
+from gearrattle.trajectory import Array, Cost, EventLog, Layout, Trajectory, check_stored
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -468,13 +468,35 @@ def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
             events=EventLog(**logged),
             initial_region=np.array(file["initial_region"][...], np.int64),
             final_force_integral=np.array(file["final_force_integral"][...]),
-            samples_per_cycle=int(file.attrs["samples_per_cycle"]),
-            cycles=int(file.attrs["cycles"]),
-            discard=int(file.attrs["discard"]),
+            samples_per_cycle=_count(file.attrs["samples_per_cycle"]),
+            cycles=_count(file.attrs["cycles"]),
+            discard=_count(file.attrs["discard"]),
             cost=Cost(**json.loads(str(file.attrs["cost"]))),
             notes=tuple(json.loads(str(file.attrs["notes"]))),
             energy=_energy(json.loads(str(file.attrs["energy"]))),
-            first_cycle=int(file.attrs.get("first_cycle", 0)),
+            first_cycle=_count(file.attrs.get("first_cycle", 0)),
             auxiliaries=read_auxiliaries(file) if has_auxiliaries(file) else None,
         )
+        check_stored(trajectory, path)
+        _check_names(file, layout, path)
     return Run(trajectory, model)
+
+
+def _count(value: Any) -> int:
+    """Return a whole number of a file."""
+    number = int(value)
+    if number != value:
+        raise ValueError(f"{value} where a whole number is needed")
+    return number
+
+
+def _check_names(file: Any, layout: Layout, path: str | os.PathLike[str]) -> None:
+    """Refuse a file whose labels are not those of its model."""
+    names = {"inertia": layout.inertia_names, "clearance": layout.clearance_names, "element": layout.element_names}
+    for axis, own in names.items():
+        stored = tuple(name.decode() if isinstance(name, bytes) else str(name) for name in file[axis][...])
+        if stored != own:
+            value = ", ".join(stored)[:60]
+            rule = f"must be the names of the model: {', '.join(own)}"
+            remedy = "the file was changed or is damaged: save the run again"
+            raise ModelError(Problem(f"{path}: {axis}", value, rule, remedy))

@@ -58,12 +58,20 @@ def read_auxiliaries(file: Any) -> Auxiliaries:
     """Read pieces and crossings of auxiliaries, and their forces and memories."""
     group = file.groups["auxiliaries" if "auxiliaries" in file.groups else _EARLIER_GROUP]
     log: dict[str, Any] = {
-        field: np.array(group[name][...], float if kind == "f8" else np.int64)
+        field: _real(group[name][...]).astype(float if kind == "f8" else np.int64)
         for field, (name, kind) in _PASSAGES.items()
     }
     return Auxiliaries(
-        **{name: np.array(file[of][...], float) for of, (name, _) in AUXILIARY_VALUES.items()},
+        **{name: _real(file[of][...]) for of, (name, _) in AUXILIARY_VALUES.items()},
         piece=np.array(group["state"][...], np.int64),
         initial=np.array(group["initial"][...], np.int64),
-        passages=Passages(**log, memory=np.array(group["stretched"][...], float)),
+        passages=Passages(**log, memory=_real(group["stretched"][...])),
     )
+
+
+def _real(stored: Any) -> Any:
+    """Return real numbers of a file in double precision; raise ``ValueError`` for others."""
+    numbers = np.asarray(stored)
+    if numbers.dtype.kind not in "fiu":
+        raise ValueError(f"{numbers.dtype} where real numbers are needed")
+    return numbers.astype(float)
