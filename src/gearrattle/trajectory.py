@@ -404,6 +404,11 @@ def _of_auxiliaries(t: Trajectory) -> Iterator[_Fault]:
     yield from _of_times("auxiliaries/time", log.time, t)
     yield from _of_indices("auxiliaries/watch", log.watch, t.layout.clearance.size + count)
     yield from _of_indices("auxiliaries/upward", log.upward, 2)
+    for k, name in enumerate(t.layout.clearance_names):
+        crossed = t.events.clearance == k
+        upward = (t.events.to_region > t.events.from_region)[crossed]
+        if not np.array_equal(log.upward[log.watch == k], upward):
+            yield "auxiliaries/watch", f"other crossings of {name}", "must be those of events, in their order"
     if log.memory.ndim != 2 or len(log.memory) != log.time.size or not np.isfinite(log.memory).all():
         yield "auxiliaries/stretched", f"{log.memory.shape}", "must be finite numbers, one row a crossing"
 

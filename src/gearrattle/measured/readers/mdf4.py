@@ -22,7 +22,7 @@ import numpy as np
 
 from gearrattle.errors import ModelError, NotInstalled, Problem
 from gearrattle.files import Refused, opened, within_limit
-from gearrattle.measured.readers.base import Column, Raw, Request, seconds
+from gearrattle.measured.readers.base import Column, Raw, Request, ask_for, seconds
 from gearrattle.measured.readers.mdf_lists import check_lists
 from gearrattle.model.table import shown
 from gearrattle.model.units import UnitError
@@ -42,6 +42,8 @@ _EXPORT_OVER_TIME = 'export it over time, or name a channel of its times: time =
 _TIMES_TOLD = 'name a channel of its times: time = "..."; or tell the rate: sampled = "10 kHz"'
 _LONG_RECORD = 1_000_000  # bytes; a record of a hundred channels has about a thousand
 _MOST_PACKED = 1032  # bytes that one byte unpacks to at most (zlib)
+_PIECE = 4_000_000  # bytes of a group that the library reads at once
+_ARRAYS = 5  # of the length of a channel, that the library holds while it reads one
 _COPIES = 6  # of one record, that the library makes where it is longer than what it reads at once
 
 
@@ -185,27 +187,33 @@ def _seconds(file: Any, group: int, index: int, unit: str, location: str) -> Arr
 
 
 def _check_size(file: Any, entries: list[tuple[str, int, int]], request: Request) -> None:
-    """Refuse groups that unpack to more than the limit, before they are read.
+    """Ask for the memory of the channels that are wanted and of their times, before they are read.
+
+    The library maps the file, reads the data of a group a piece at a time, but whole blocks of it, and makes some
+    arrays of the length of a channel while it does so.
 
     Raises
     ------
     Refused
-        they do.
+        they take too much.
     """
-    groups = {group for name, group, _ in entries if request.wants(name)}
+    file.configure(read_fragment_size=_PIECE)
+    wanted = [group for name, group, _ in entries if request.wants(name)]
+    groups = sorted(set(wanted))
     samples = {group: int(file.groups[group].channel_group.cycles_nr) for group in groups}
-    within_limit(sum(16 * samples[group] for _, group, _ in entries if group in groups))
+    largest = 0
+    mapped = 0
     for group in groups:
-        records = file.groups[group].channel_group
-        record = records.samples_byte_nr + getattr(records, "invalidation_bytes_nr", 0)
-        within_limit(samples[group] * record)
-    unpacked = 0
-    for group in groups:
-        for number, block in enumerate(file.groups[group].get_data_blocks()):
-            unpacked += int(block.original_size)
-            within_limit(unpacked)
+        block = 0
+        for number, information in enumerate(file.groups[group].get_data_blocks()):
+            block = max(block, int(information.original_size))
+            mapped += int(information.compressed_size)
             if number > _MOST_BLOCKS:
                 raise Refused("its list of data blocks does not end", "copy or export it again")
+        largest = max(largest, _ARRAYS * 8 * samples[group] + block)
+    ask_for(
+        [*(samples[group] for group in wanted), *samples.values()], request._replace(interval=None), largest + mapped
+    )
 
 
 def _check_long_records(file: Any) -> None:
