@@ -272,7 +272,11 @@ def _at_rate(
         rule = f"leaves one sample of {end - begin:.6g} s"
         raise ModelError(Problem(f"{measurement.place}: rate", value, rule))
     notes: list[str] = []
-    even = [uniform(part) for part in parts]
+    try:
+        even = [uniform(part) for part in parts]
+    except Refused as error:
+        value = "steps of very different lengths"
+        raise ModelError(Problem(f"{measurement.place}: rate", value, error.rule, error.remedy)) from None
     known = np.ones(grid.size, dtype=np.bool_)
     for channel, samples in zip(measurement.channels, even, strict=True):
         name = channel.table.name

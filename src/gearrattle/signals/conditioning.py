@@ -25,6 +25,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.files import within_limit
+
 Array = NDArray[np.float64]
 
 PASSED, STOPPED = 0.4, 0.5
@@ -35,6 +37,7 @@ _DESIGN = DECIBELS + 6.0
 REACH = 30
 """Half the width of the kernel, in intervals of the lower rate: half its main lobe is then 0.048 of that rate."""
 _MOST_AT_ONCE = 2_000_000  # entries of the kernel's table
+_ARRAYS = 3  # of the uniform samples, that are needed at once
 
 
 def resample(values: Array, interval: float, first: float, wanted: Array, rate: float) -> Array:
@@ -106,11 +109,18 @@ def evened(time: Array, values: Array) -> tuple[float, Array]:
     -------
     tuple[float, Array]
         The interval [s] and the samples from the first time to the last.
+
+    Raises
+    ------
+    Refused
+        these are too many.
     """
     from scipy.interpolate import CubicSpline
 
     fine = float(np.quantile(np.diff(time), 0.1))
-    count = max(int(np.ceil((time[-1] - time[0]) / fine)), 3)
+    samples = np.ceil((time[-1] - time[0]) / fine)
+    within_limit(8.0 * _ARRAYS * samples)
+    count = max(int(samples), 3)
     grid = np.linspace(time[0], time[-1], count + 1)
     return float(grid[1] - grid[0]), np.asarray(CubicSpline(time, values)(grid), dtype=np.float64)
 

@@ -5,13 +5,17 @@ from __future__ import annotations
 import struct
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from scipy.io import netcdf_file
 
+import gearrattle as gr
+from gearrattle.errors import ModelError
 from tests.measured.readers.test_memory import (
     LONG,
     hdf5_bytes,
@@ -141,3 +145,30 @@ def test_a_bomb_is_refused_quickly_and_small(name: str, tmp_path: Path) -> None:
     assert [row[0] for row in rows] == ["refused"] * 6
     assert max(float(row[1]) for row in rows) < SECONDS
     assert 1024 * int(peak) < MOST
+
+
+def test_times_of_very_different_steps_are_refused_before_a_grid_of_the_shortest(tmp_path: Path) -> None:
+    """Five rows would become 1e12 samples of a spline."""
+    (tmp_path / "x.csv").write_text("t [s], n [rpm]\n0,1\n1e-12,2\n2e-12,3\n3e-12,1\n1,2\n")
+    text = 'schema = 1\nfile = "x.csv"\nrate = "10 Hz"\n[[channel]]\nname = "n"\nquantity = "velocity"\n'
+    (tmp_path / "m.toml").write_text(text)
+    with pytest.raises(ModelError, match=r"m\.toml.*rate: found steps of very different lengths; would take 2\.4e"):
+        gr.read(tmp_path / "m.toml")
+
+
+def test_netcdf_3_is_called_by_its_name(tmp_path: Path) -> None:
+    path = tmp_path / "x.nc"
+    with netcdf_file(path, "w") as file:
+        file.createDimension("time", 5)
+        file.createVariable("time", "d", ("time",))[:] = np.arange(5.0)
+    with pytest.raises(ModelError, match="found a netCDF 3 file; netCDF 3 is not read; netCDF-4, which is HDF5, is"):
+        gr.read(path)
+
+
+def test_a_wav_of_many_tracks_is_read_within_seconds(tmp_path: Path) -> None:
+    """Names of channels are looked up, not searched: 32 767 of them took 8 s."""
+    path = tmp_path / "x.wav"
+    wav(path, 131_068, 131_068, tracks=32_767)
+    begun = time.process_time()
+    assert len(gr.read(path).channels) == 32_767
+    assert time.process_time() - begun < 4.0

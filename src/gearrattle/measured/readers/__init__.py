@@ -65,6 +65,9 @@ def format_of(path: str | os.PathLike[str]) -> str:
     for reader in READERS.values():
         if reader.knows(file_path, head):
             return reader.NAME
+    if head[:3] == b"CDF":
+        rule = "netCDF 3 is not read; netCDF-4, which is HDF5, is"
+        raise ModelError(Problem(name, "a netCDF 3 file", rule, "nccopy -k nc4 old.nc new.nc converts it"))
     ending = next((r.NAME for r in READERS.values() if file_path.suffix.lower() in r.SUFFIXES), "")
     rule = f"its content is none of {listed(READERS)}"
     remedy = (

@@ -63,7 +63,7 @@ class _History(NamedTuple):
     location: str
     column: Column
     kind: int
-    count: int
+    samples: int
     even: bool
     first: float
     step: float
@@ -73,12 +73,12 @@ class _History(NamedTuple):
     @property
     def numbers(self) -> int:
         """How many the header tells."""
-        return self.count if self.even else 2 * self.count
+        return self.samples if self.even else 2 * self.samples
 
     @property
     def axis(self) -> tuple[float, float, int]:
         """First time and interval [s], and count: histories that have these alike share their times."""
-        return self.factor * self.first, self.factor * self.step, self.count
+        return self.factor * self.first, self.factor * self.step, self.samples
 
 
 class _LeftOut(Exception):
@@ -127,8 +127,8 @@ def _columns(
     """
     widths = {id(history): _width(history) for history in wanted}
     axes = {history.axis for history in wanted if history.even}
-    uneven = [history.count for history in wanted if not history.even]
-    ask_for([*(h.count for h in wanted), *uneven, *(axis[2] for axis in axes)], request)
+    uneven = [history.samples for history in wanted if not history.even]
+    ask_for([*(h.samples for h in wanted), *uneven, *(axis[2] for axis in axes)], request)
     times: dict[tuple[float, float, int], Array] = {}
     columns = []
     for history in histories:
@@ -148,12 +148,12 @@ def _columns(
 
 def _width(history: _History) -> int:
     """Return the bytes of a sample, 0 in a text; raise ``ModelError`` if so many cannot be there."""
-    return check_count(history.block, history.numbers, history.count, history.location)
+    return check_count(history.block, history.numbers, history.samples, history.location)
 
 
 def _samples(stream: BinaryIO, history: _History, width: int) -> tuple[Samples, int]:
     """Read the numbers of a dataset, its abscissa in s; return as well how many fill up its last line."""
-    samples = Samples(np.empty(history.count), None if history.even else np.empty(history.count))
+    samples = Samples(np.empty(history.samples), None if history.even else np.empty(history.samples))
     behind = 0
     if history.block.order:
         read_bytes_of(stream, history.block, width, samples)
