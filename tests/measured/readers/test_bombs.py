@@ -33,7 +33,7 @@ SECONDS = 5.0
 
 
 def wav(path: Path, length: int, size: int, tracks: int = 1) -> None:
-    form = struct.pack("<HHIIHH", 1, tracks, 8000, 16_000, 2 * tracks, 16)
+    form = struct.pack("<HHIIHH", 1, tracks, 8000, 16_000 * tracks, 2 * tracks, 16)
     chunks = struct.pack("<4sI", b"fmt ", 16) + form + struct.pack("<4sI", b"data", length)
     hollow(path, (struct.pack("<4sI4s", b"RIFF", 0xFFFFFFFF, b"WAVE") + chunks, size))
 
