@@ -399,8 +399,9 @@ def _of_auxiliaries(t: Trajectory) -> Iterator[_Fault]:
     for k, words in enumerate(t.layout.auxiliary_words):
         yield from _of_indices("auxiliaries/state", t.auxiliaries.piece[:, k], len(words))
         yield from _of_indices("auxiliaries/initial", t.auxiliaries.initial[k : k + 1], len(words))
-    for name, array in (("time", log.time), ("watch", log.watch), ("upward", log.upward), ("velocity", log.velocity)):
-        yield from _of_shape(f"auxiliaries/{name}", array, (log.time.size,), may_be_unknown=name == "velocity")
+    for name in ("time", "watch", "upward", "velocity"):
+        column = getattr(log, name)
+        yield from _of_shape(f"auxiliaries/{name}", column, (log.time.size,), may_be_unknown=name == "velocity")
     yield from _of_times("auxiliaries/time", log.time, t)
     yield from _of_indices("auxiliaries/watch", log.watch, t.layout.clearance.size + count)
     yield from _of_indices("auxiliaries/upward", log.upward, 2)

@@ -165,8 +165,8 @@ def _cut(channel: Mapped, start: float | None, end: float | None) -> Mapped:
     if inside.stop - inside.start < 2:
         rule = f"leave nothing of the record, which goes from {channel.time[0]:.9g} s to {channel.time[-1]:.9g} s"
         raise channel.wrong("", f"start {start}, end {end}", rule, "these are times of the file")
-    parts = (_part(array, inside) for array in (channel.time, channel.values))
-    return Mapped(channel.table, *parts, channel.unit, channel.place)
+    time = _part(channel.time, inside)
+    return Mapped(channel.table, time, _part(channel.values, inside), channel.unit, channel.place)
 
 
 def _between(time: Array, start: float | None, end: float | None) -> slice:
