@@ -35,13 +35,14 @@ from gearrattle.model.table import did_you_mean, shown
 from gearrattle.result import Result
 from gearrattle.run_groups import (
     AUXILIARY_VALUES,
+    check_names,
     has_auxiliaries,
     read_auxiliaries,
     read_points,
     write_auxiliaries,
     write_points,
 )
-from gearrattle.trajectory import Array, Cost, EventLog, Layout, Trajectory, check_stored
+from gearrattle.trajectory import Array, Cost, EventLog, Trajectory, check_stored
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -478,7 +479,7 @@ def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
             auxiliaries=read_auxiliaries(file) if has_auxiliaries(file) else None,
         )
         check_stored(trajectory, path)
-        _check_names(file, layout, path)
+        check_names(file, layout, path)
     return Run(trajectory, model)
 
 
@@ -488,15 +489,3 @@ def _count(value: Any) -> int:
     if number != value:
         raise ValueError(f"{value} where a whole number is needed")
     return number
-
-
-def _check_names(file: Any, layout: Layout, path: str | os.PathLike[str]) -> None:
-    """Refuse a file whose labels are not those of its model."""
-    names = {"inertia": layout.inertia_names, "clearance": layout.clearance_names, "element": layout.element_names}
-    for axis, own in names.items():
-        stored = tuple(name.decode() if isinstance(name, bytes) else str(name) for name in file[axis][...])
-        if stored != own:
-            value = ", ".join(stored)[:60]
-            rule = f"must be the names of the model: {', '.join(own)}"
-            remedy = "the file was changed or is damaged: save the run again"
-            raise ModelError(Problem(f"{path}: {axis}", value, rule, remedy))

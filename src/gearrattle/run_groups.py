@@ -5,12 +5,15 @@ Takes an open h5netcdf file; writes and reads its groups.
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
 
 from gearrattle.engine.system.passages import Auxiliaries, Passages
+from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Points
+from gearrattle.trajectory import Layout
 
 AUXILIARY_VALUES = {"slider_stretch": ("memory", "rad"), "slider_force": ("force", "N m, or N for a mesh")}
 """Samples of auxiliaries by their name: the field that holds them, and their unit."""
@@ -75,3 +78,30 @@ def _real(stored: Any) -> Any:
     if numbers.dtype.kind not in "fiu":
         raise ValueError(f"{numbers.dtype} where real numbers are needed")
     return numbers.astype(float)
+
+
+def check_names(file: Any, layout: Layout, path: str | os.PathLike[str]) -> None:
+    """Refuse a file whose labels are not those of its model.
+
+    Parameters
+    ----------
+    file
+        open, of h5netcdf.
+    layout
+        of the model in the file.
+    path
+        of the file, for the message.
+
+    Raises
+    ------
+    ModelError
+        the names of inertias, clearances or elements differ.
+    """
+    names = {"inertia": layout.inertia_names, "clearance": layout.clearance_names, "element": layout.element_names}
+    for axis, own in names.items():
+        stored = tuple(name.decode() if isinstance(name, bytes) else str(name) for name in file[axis][...])
+        if stored != own:
+            value = ", ".join(stored)[:60]
+            rule = f"must be the names of the model: {', '.join(own)}"
+            remedy = "the file was changed or is damaged: save the run again"
+            raise ModelError(Problem(f"{path}: {axis}", value, rule, remedy))
