@@ -403,3 +403,16 @@ def test_an_option_is_of_a_kind_that_its_function_takes(task: str) -> None:
 )
 def test_options_that_a_function_takes_pass(task: str, options: dict[str, Any]) -> None:
     check_options(task, options)
+
+
+def test_a_server_that_ends_at_once_has_begun_nothing(tmp_path: Path) -> None:
+    async def live_for_a_moment() -> Any:
+        app = application(Folder(tmp_path), Limits(1, 8e9))
+        async with app.router.lifespan_context(app):
+            pass
+        return app.state
+
+    state = asyncio.run(live_for_a_moment())
+    assert state.ending.is_set()
+    assert not hasattr(state, "jobs")
+    assert not hasattr(state, "importing")

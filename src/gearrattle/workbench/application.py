@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
 
 import uvicorn
 from starlette.applications import Starlette
@@ -74,13 +74,14 @@ def application(folder: Folder, limits: Limits) -> Starlette:
     @contextlib.asynccontextmanager
     async def living(app: Starlette) -> AsyncIterator[None]:
         app.state.asked = asyncio.Event()
+        app.state.ending = Event()
         app.state.begun = asyncio.create_task(_after_the_page(app.state, limits))
         try:
             yield
         finally:
             await _end_answers(app.state)
-            await asyncio.to_thread(app.state.jobs.close)
-            app.state.reserve.close()
+            if hasattr(app.state, "jobs"):
+                await asyncio.to_thread(_end, app.state)
 
     static = Mount("/static", StaticFiles(directory=STATIC))
     routes = [Route("/", _page), static, *widgets.ROUTES, Mount("/", _interface)]
@@ -150,29 +151,46 @@ async def _after_the_page(state: State, limits: Limits) -> None:
     """Begin once the page, which is there then, asks for something, or has not been opened within a second."""
     with contextlib.suppress(TimeoutError):
         await asyncio.wait_for(state.asked.wait(), _UNOPENED)
-    await asyncio.to_thread(_begin, state, limits)
+    if not state.ending.is_set():
+        await asyncio.to_thread(_begin, state, limits)
 
 
 def _begin(state: State, limits: Limits) -> None:
     """Import the interface and begin to compute."""
     _router(0)
+    if state.ending.is_set():
+        return
     state.reserve = Reserve()
     queue = import_module("gearrattle.workbench.jobs.queue")
     state.jobs = queue.Jobs(state.folder, limits.processes, limits.memory, state.reserve)
     state.newest = Newest(state.folder, limits.memory, state.reserve)
-    Thread(target=_import_rest, daemon=True).start()
+    state.importing = Thread(target=_import_rest, args=(state.ending,), daemon=True)
+    state.importing.start()
 
 
-def _import_rest() -> None:
+def _import_rest(ending: Event) -> None:
     """Import the rest of the interface, and what it imports itself when the first result is read."""
     for stage in range(len(_STAGES)):
-        _router(stage)
-    import_module("h5netcdf")
+        if not ending.is_set():
+            _router(stage)
+    if not ending.is_set():
+        import_module("h5netcdf")
 
 
 async def _end_answers(state: State) -> None:
+    """End what answers wait for; what has not begun to compute does not begin."""
+    state.ending.set()
+    state.asked.set()
     await state.begun
-    await asyncio.to_thread(state.newest.close)
+    if hasattr(state, "newest"):
+        await asyncio.to_thread(state.newest.close)
+
+
+def _end(state: State) -> None:
+    """End what computes, and wait for a module that is being imported: Python cannot end in the midst of one."""
+    state.jobs.close()
+    state.reserve.close()
+    state.importing.join()
 
 
 async def _interface(scope: Scope, receive: Receive, send: Send) -> None:

@@ -22,16 +22,20 @@ from gearrattle.writing import disk_is_full
 Endpoint = Callable[[Request], Awaitable[Response]]
 
 
+def compact_json(content: Any) -> str:
+    """Return JSON in ASCII, whatever is said: what is not finite becomes null, half of a surrogate pair is escaped."""
+    try:
+        return json.dumps(content, allow_nan=False, separators=(",", ":"))
+    except ValueError:
+        return json.dumps(json_value(content), separators=(",", ":"))
+
+
 class JsonAnswer(JSONResponse):
-    """An answer in JSON, whatever it holds: what is not finite becomes null, half of a surrogate pair is escaped."""
+    """An answer in JSON."""
 
     def render(self, content: Any) -> bytes:
         """Return its body."""
-        try:
-            text = json.dumps(content, allow_nan=False, separators=(",", ":"))
-        except ValueError:
-            text = json.dumps(json_value(content), separators=(",", ":"))
-        return text.encode()
+        return compact_json(content).encode()
 
 
 def problems(status: int, those: Iterable[Problem]) -> JsonAnswer:

@@ -14,7 +14,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from gearrattle.workbench.jobs.queue import Jobs
 from gearrattle.workbench.jobs.record import Job
-from gearrattle.workbench.routes.answers import answering, json_object, object_of, text_of
+from gearrattle.workbench.routes.answers import answering, compact_json, json_object, object_of, text_of
 
 _MOST_TOLD = 1000
 
@@ -74,7 +74,7 @@ async def _events(socket: WebSocket) -> None:
 
     async def tell() -> None:
         while True:
-            await socket.send_json(await messages.get())
+            await socket.send_text(compact_json(await messages.get()))
 
     telling = asyncio.create_task(tell())
     try:
