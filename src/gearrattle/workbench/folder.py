@@ -231,7 +231,7 @@ def check_job_folder(folder: Path) -> None:
 
 def _no_regular_file(job: str, name: str) -> ModelError:
     rule = "is a link, a pipe or a device; files of a run are regular files"
-    return ModelError(Problem("job", f"{job}/{name}".rstrip("/"), rule, "delete the run"))
+    return ModelError(Problem(f"{job}/{name}".rstrip("/"), "", rule, "delete the run"))
 
 
 def _outside(name: str) -> ModelError:

@@ -87,4 +87,4 @@ def reading(path: Path) -> Iterator[None]:
 
 
 def _damaged(path: Path, rule: str) -> ModelError:
-    return ModelError(Problem(path.name, path.parent.name, rule, "delete the run, and start it again"))
+    return ModelError(Problem(f"{path.parent.name}/{path.name}", "", rule, "delete the run, and start it again"))

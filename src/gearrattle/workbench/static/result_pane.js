@@ -67,7 +67,7 @@ function Head({ job, view, path, onStarted, onError, drop }) {
 }
 
 function when(job) {
-  if (!job.started) return "waiting in the queue";
+  if (!job.started) return job.state === "waiting" ? "waiting in the queue" : job.state;
   const begin = new Date(job.started), words = begin.toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
   if (!job.ended) return `since ${begin.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit" })}`;
   const seconds = (new Date(job.ended) - begin) / 1000;
