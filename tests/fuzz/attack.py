@@ -1,29 +1,35 @@
 """Give a target one damaged input after the other, and note what is neither a value nor an error of ours.
 
-An input must end within two seconds of processor time and leave the process below 1 GB. A find is known by its kind
-and by the last line of our source that it went through; the shortest input that shows it is kept.
+An input must end within two seconds of processor time, leave the process below 1 GB, print nothing, and leave no file
+behind. A find is known by its kind and by the last line of our source that it went through; the shortest input that
+shows it is kept.
 
 Takes targets; gives counts and finds.
 """
 
 from __future__ import annotations
 
+import io
+import os
 import random
 import resource
+import shutil
 import signal
 import sys
+import tempfile
 import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 from gearrattle.errors import ConvergenceError, GearRattleError
 from tests.fuzz.mutations import mutated
-from tests.fuzz.targets import Target
+from tests.fuzz.target import LawError, Target
 
 SECONDS, MOST_MEMORY = 2.0, 700_000_000
 """What one input may take: processor time, and memory beyond that of the process before (some 300 MB)."""
@@ -54,38 +60,70 @@ class Result:
 
 
 class Attack:
-    """A target in a folder of its own."""
+    """A target in a folder of its own.
+
+    Parameters
+    ----------
+    target
+        what is attacked.
+    folder
+        an empty one: the damaged file and what stands beside it are in its folder ``attacked``.
+    """
 
     def __init__(self, target: Target, folder: Path) -> None:
-        self.target, self.path = target, folder / target.file
-        scratch = folder / "seeds"
-        scratch.mkdir(exist_ok=True)
-        self.seeds = target.seeds(scratch)
-        target.around(folder)
+        self.target = target
+        self.home = folder / "attacked"
+        self.path = self.home / target.file
+        self.temporary = folder / "temporary"
+        sound = folder / "seeds"
+        for path in (self.home, self.temporary, sound):
+            path.mkdir(exist_ok=True)
+        self.seeds = target.seeds(sound)
+        target.around(self.home)
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self.result = Result()
+        self.names: set[str] = set()
         self.resident_before = largest_resident(afresh=True)
 
     def tells(self, data: bytes) -> str:
         """Return what is wrong with the answer to one input; empty if nothing is, "refused" if it is refused."""
         self.path.write_bytes(data)
         begun = time.process_time()
+        printed = io.StringIO()
         try:
-            with _bounded(2.5 * SECONDS):
+            with _bounded(2.5 * SECONDS), redirect_stdout(printed):
                 self.target.run(self.path)
             reported = ""
         except GearRattleError:
             reported = "refused"
+        except LawError as error:
+            reported = f"law, {error!s:.100}"
         except SlowError as error:
-            return f"slow, {_where(error)}"
+            reported = f"slow, {_where(error)}"
         except Exception as error:
-            return f"{type(error).__name__}, {_where(error)}"
+            reported = f"{type(error).__name__}, {_where(error)}"
+        left = self.clear_away()
+        if reported not in ("", "refused"):
+            return reported
+        if left:
+            return f"left behind, {Path(left[0]).suffix or 'a folder'}"
+        if printed.getvalue():
+            return "prints"
         if time.process_time() - begun > SECONDS:
             return "slow"
         if largest_resident() > MOST_MEMORY + self.resident_before:
             largest_resident(afresh=True)  # the next input is not to blame
             return "memory"
         return reported
+
+    def clear_away(self) -> list[str]:
+        """Remove files and folders that were not there when the sound files had been read; return their names."""
+        names = names_below(self.home) | names_below(self.temporary)
+        more = sorted(names - self.names) if self.names else []
+        for name in more:
+            path = Path(name)
+            shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
+        return more
 
     def run(self, count: int, seed: int, before: Callable[[int, bytes], object] = lambda *_: None) -> Result:
         """Try damaged inputs.
@@ -99,12 +137,12 @@ class Attack:
         before
             called with the number and content of every input before it is tried.
         """
-        with quiet(), self.target.while_open():
+        with self.opened():
             self.read_sound_files()
             pool = list(self.seeds)
             for number in range(count):
                 draw = random.Random(f"{seed} {self.target.name} {number}")
-                data = mutated(draw.choice(pool), draw, text=self.target.text)
+                data = mutated(draw.choice(pool), draw, kind=self.target.kind)
                 before(number, data)
                 reported = self.tells(data)
                 self.note(reported, data)
@@ -112,6 +150,12 @@ class Attack:
                     pool[len(self.seeds) + _KEPT :] = []
                     pool.insert(len(self.seeds), data)
         return self.result
+
+    @contextmanager
+    def opened(self) -> Iterator[None]:
+        """Have the target open, quiet, and its temporary files in a folder of ours."""
+        with quiet(), patch.object(tempfile, "tempdir", str(self.temporary)), self.target.while_open():
+            yield
 
     def read_sound_files(self) -> None:
         """Read the files that the damage begins with: what cannot be read sound teaches nothing damaged."""
@@ -121,6 +165,7 @@ class Attack:
                 self.target.run(self.path)
             except ConvergenceError:  # of a study, whose cases are not simulated
                 assert self.target.name == "study file"
+        self.names = names_below(self.home) | names_below(self.temporary)
 
     def note(self, message: str, data: bytes) -> None:
         """Count an input, and keep it if it is the shortest that shows something new."""
@@ -134,7 +179,7 @@ class Attack:
     def shortest(self, message: str, data: bytes, tries: int = 400) -> bytes:
         """Return a shorter input with the same answer, by leaving out parts of it."""
         size = len(data) // 2
-        with quiet(), self.target.while_open():
+        with self.opened():
             while size and tries:
                 at = 0
                 while at < len(data) and tries:
@@ -146,6 +191,11 @@ class Attack:
                         at += size
                 size //= 2
         return data
+
+
+def names_below(folder: Path) -> set[str]:
+    """Return the paths of all files and folders below a folder."""
+    return {os.path.join(where, name) for where, folders, files in os.walk(folder) for name in (*folders, *files)}
 
 
 def largest_resident(*, afresh: bool = False) -> int:
@@ -190,5 +240,5 @@ def _bounded(seconds: float) -> Iterator[None]:
 
 def _where(error: BaseException) -> str:
     """Return the last line of our source that an error went through."""
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if "gearrattle" in frame.filename]
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if "/gearrattle/" in frame.filename]
     return f"{Path(frames[-1].filename).name}:{frames[-1].lineno}" if frames else "elsewhere"

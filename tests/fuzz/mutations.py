@@ -1,13 +1,15 @@
-"""How an input is damaged: bytes by themselves, and texts by the tokens that numbers, names and brackets are.
+"""How an input is damaged: bytes by themselves, texts by tokens such as numbers and names, JSON by its values.
 
 Takes bytes and a generator of random numbers; gives bytes.
 """
 
 from __future__ import annotations
 
+import json
 import random
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import Any, Literal
 
 LARGEST = 60_000
 _TOKEN = re.compile(rb'"[^"\n]*"|[A-Za-z_][\w.-]*|[+-]?\d[\w.+-]*|[\[\]{}=,;]|\S')
@@ -78,16 +80,111 @@ def _line(data: bytearray, draw: random.Random) -> None:
     data[:] = b"\n".join(lines)
 
 
+Slot = tuple[Any, Any]
+"""A list or an object, and an index or a key in it."""
+
+
+def _slots(node: Any) -> Iterator[Slot]:
+    """Yield where the values of a document stand."""
+    keys = node if isinstance(node, dict) else range(len(node)) if isinstance(node, list) else ()
+    for key in keys:
+        yield node, key
+        yield from _slots(node[key])
+
+
+def _nested(depth: int) -> Any:
+    """Return lists in lists."""
+    value: Any = []
+    for _ in range(depth):
+        value = [value]
+    return value
+
+
+def any_value(draw: random.Random) -> Any:
+    """Return a value that JSON can hold, of a type or a size that is likely to be wrong."""
+    if draw.random() < 0.05:
+        return _nested(draw.choice((3, 60, 200, 900)))
+    value = draw.choice(_VALUES)
+    return [value] * draw.choice((1, 2)) if draw.random() < 0.1 else value
+
+
+def _value(data: bytearray, draw: random.Random) -> None:
+    """Replace, remove, add or rename a value of a JSON document; damage a text within it as texts are."""
+    try:
+        document = json.loads(bytes(data))
+        slots = list(_slots(document))
+    except (ValueError, RecursionError):
+        slots = []
+    if not slots:
+        _token(data, draw)
+        return
+    holder, key = draw.choice(slots)
+    what = draw.choice(("value", "value", "value", "other", "remove", "add", "text", "text"))
+    if what == "text" and isinstance(holder[key], str):
+        content = bytearray(holder[key].encode("utf-8", "surrogatepass") or b"0")
+        draw.choice(OF_TEXT)(content, draw)
+        holder[key] = content.decode("utf-8", "replace")
+    elif what == "remove":
+        del holder[key]
+    elif what == "add":
+        value = any_value(draw)
+        name = draw.choice([*_KEYS, *(key for node, _ in slots if isinstance(node, dict) for key in node)])
+        holder.insert(key, value) if isinstance(holder, list) else holder.update({name: value})
+    elif what == "other":
+        other, there = draw.choice(slots)
+        holder[key] = json.loads(json.dumps(other[there]))
+    else:
+        holder[key] = any_value(draw)
+    data[:] = json.dumps(document).encode()
+
+
+_KEYS = ("", "file", "to", "\ud800", "\u0000", "__class__", "a.b", "x" * 300)
+_VALUES = (
+    *(None, True, False, 0, 1, -1, 2**31, 2**63, -(2**63) - 1, 10**400, 0.5, -0.0, 1e308, 5e-324, 1e999, -1e999),
+    *(
+        float("nan"),
+        "",
+        "a",
+        "1",
+        "nan",
+        "1e999",
+        "10 N*m",
+        "\ud800",
+        "\udfff\ud800",
+        "\u0000",
+        "\u202e",
+        "\r\n",
+        "x" * 300,
+    ),
+    *("..", "../x", "/etc/passwd", "~", "a/b", "job.json", "2026-01-01T00:00:00+00:00", "set", "add", "begin", "run"),
+    *(
+        [],
+        {},
+        [[]],
+        [None],
+        [0],
+        ["a"],
+        {"": {}},
+        {"file": "x"},
+        {"from": 0, "to": 1, "count": 3},
+        [{"a": float("nan")}],
+    ),
+)
+
 Mutation = Callable[[bytearray, random.Random], None]
+Kind = Literal["bytes", "text", "JSON"]
+"""What an input consists of, for its damage."""
 OF_BYTES: tuple[Mutation, ...] = (_flip, _set, _set, _number, _number, _cut, _end, _repeat)
 OF_TEXT: tuple[Mutation, ...] = (_token, _token, _token, _token, _line, _set, _cut, _repeat)
+OF_JSON: tuple[Mutation, ...] = (_value, _value, _value, _value, _value, _value, _value, _value, _token, _set, _cut)
+_MUTATIONS: dict[Kind, tuple[Mutation, ...]] = {"bytes": OF_BYTES, "text": OF_TEXT, "JSON": OF_JSON}
 
 
-def mutated(data: bytes, draw: random.Random, *, text: bool) -> bytes:
+def mutated(data: bytes, draw: random.Random, *, kind: Kind) -> bytes:
     """Return a damaged copy, at most ``LARGEST`` bytes."""
     actual = bytearray(data)
     for _ in range(draw.choice((1, 1, 1, 2, 3, 5, 12))):
         if not actual:
             actual += b"0"
-        draw.choice(OF_TEXT if text else OF_BYTES)(actual, draw)
+        draw.choice(_MUTATIONS[kind])(actual, draw)
     return bytes(actual[:LARGEST])

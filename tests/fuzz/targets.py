@@ -1,7 +1,7 @@
 """What is attacked: every function that takes a file, with small sound files to begin with.
 
-A target opens a file, or a folder of which one file is damaged. It may answer, or raise an error of ours; anything else
-is an internal error. Nothing is simulated: numbers that make motions hard are attacked elsewhere (``tests/laws``).
+The law of a reader: it answers, or raises an error of ours. Nothing is simulated: numbers that make motions hard are
+attacked elsewhere (``tests/laws``). What is saved and judged is in ``saved``, the workbench in ``workbench``.
 
 Takes nothing; gives targets by name.
 """
@@ -11,11 +11,9 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 from unittest.mock import patch
 
 import h5py
@@ -33,30 +31,11 @@ from gearrattle.report.plots.chart import Band, Bars, Chart, Line, Panel, Rule
 from gearrattle.report.plots.stored import packed_charts, read_charts
 from gearrattle.report.sound.path import sound_path
 from gearrattle.studies.file import read_study
+from tests.fuzz import saved, workbench
+from tests.fuzz.target import ROOT, SMALL, Target, of_texts, small_run
 
-ROOT = Path(__file__).parents[2]
 MODELS = tuple(path for path in sorted((ROOT / "examples").glob("*.toml")) if path.stat().st_size < 3000)
 STUDIES = tuple(sorted((ROOT / "examples" / "studies").glob("*.toml")))
-SMALL = """schema = 1
-name = "small"
-inertia = [ { name = "engine", J = 0.2, drag = 0.05 }, { name = "wheel", J = 0.02, drag_torque = 0.4 } ]
-[[coupling]]
-name = "joint"
-between = ["engine", "wheel"]
-stiffness = 800.0
-damping = 0.2
-clearance = 0.01
-[excitation]
-speed = 80.0
-[[torque]]
-on = "engine"
-mean = 0.4
-harmonics = [ { order = 1, amplitude = 6.0 } ]
-[simulation]
-cycles = 2
-discard = 1
-samples_per_cycle = 8
-"""
 DRIVEN = """schema = 1
 excitation = { speed = 80.0 }
 inertia = [ { name = "engine", J = 0.2 } ]
@@ -114,37 +93,6 @@ RESPONSE = """frequency [Hz], real [rad/s^2/(N*m)], imag [rad/s^2/(N*m)], error 
 """
 
 
-@dataclass(frozen=True)
-class Target:
-    """One way to read a file.
-
-    Attributes
-    ----------
-    name
-        of it.
-    file
-        name of the damaged file.
-    seeds
-        writes sound files into a folder and returns their contents.
-    run
-        reads the damaged file; takes its path.
-    text
-        whether it is a text.
-    around
-        what the folder holds besides; takes the folder.
-    while_open
-        a context in which the target runs.
-    """
-
-    name: str
-    file: str
-    seeds: Callable[[Path], list[bytes]]
-    run: Callable[[Path], object]
-    text: bool = False
-    around: Callable[[Path], object] = lambda _: None
-    while_open: Callable[[], Any] = ExitStack
-
-
 def recording() -> Recording:
     time = 0.25 + np.arange(40) / 1000.0
     channels = (
@@ -191,17 +139,9 @@ def _charts(_: Path) -> list[bytes]:
     return [packed_charts([Chart("gear", "a chart", "caption", (panel,))])]
 
 
-def _run() -> Any:
-    return gr.simulate(gr.loads(SMALL), audit=False)
-
-
 def _saved(folder: Path) -> list[bytes]:
-    _run().save(folder / "seed.nc")
+    small_run().save(folder / "seed.nc")
     return [(folder / "seed.nc").read_bytes()]
-
-
-def _stream(folder: Path) -> None:
-    list(gr.stream(gr.loads(SMALL), store=folder / "kept", cycles=4, chunk=2, discard=1))
 
 
 def _densities(folder: Path) -> list[bytes]:
@@ -249,31 +189,27 @@ def _models(folder: Path) -> None:
         shutil.copy(path, target)
 
 
-def _texts(paths: tuple[Path, ...], *more: str) -> Callable[[Path], list[bytes]]:
-    return lambda _: [*(path.read_bytes() for path in paths), *(text.encode() for text in more)]
-
-
 def _read(path: Path) -> object:
     return gr.read(path)
 
 
 def _targets() -> Iterator[Target]:
-    yield Target("model file", "m.toml", _texts(MODELS, SMALL), read_model, text=True, around=_models)
+    yield Target("model file", "m.toml", of_texts(*MODELS, SMALL), read_model, kind="text", around=_models)
     yield Target(
         "study file",
         "studies/s.toml",
-        _texts(STUDIES),
+        of_texts(*STUDIES),
         lambda path: read_study(path).prepare(),
-        text=True,
+        kind="text",
         around=_models,
         while_open=without_motion,
     )
     yield Target(
         "mapping file",
         "m.toml",
-        _texts((), MAPPING),
+        of_texts(MAPPING),
         _read,
-        text=True,
+        kind="text",
         around=lambda folder: (folder / "record.csv").write_text(
             "t [s], n [rpm], T [N*m]\n" + "".join(f"{k / 100}, {k % 2}, {k}\n" for k in range(100))
         ),
@@ -281,30 +217,30 @@ def _targets() -> Iterator[Target]:
     yield Target(
         "data file",
         "d.toml",
-        _texts((), DATA),
+        of_texts(DATA),
         lambda path: read_data(path, gr.loads(SMALL), State()),
-        text=True,
+        kind="text",
         around=lambda folder: (folder / "hub.csv").write_text(RESPONSE),
     )
     yield Target(
         "response, CSV",
         "hub.csv",
-        _texts((), RESPONSE),
+        of_texts(RESPONSE),
         lambda path: read_data(path.with_name("d.toml"), gr.loads(SMALL), State()),
-        text=True,
+        kind="text",
         around=lambda folder: (folder / "d.toml").write_text(DATA),
     )
-    yield Target("CSV record", "r.csv", _csv, _read, text=True)
+    yield Target("CSV record", "r.csv", _csv, _read, kind="text")
     yield Target(
         "torque of a model, CSV",
         "t.csv",
-        _texts((), TORQUE),
+        of_texts(TORQUE),
         lambda path: gr.load(path.with_name("m.toml")),
-        text=True,
+        kind="text",
         around=lambda folder: (folder / "m.toml").write_text(DRIVEN),
     )
-    yield Target("loop, CSV", "l.csv", _texts((ROOT / "examples" / "measured" / "damper_loop.csv",)), _loop, text=True)
-    yield Target("UFF record", "r.uff", _written(".uff"), _read, text=True)
+    yield Target("loop, CSV", "l.csv", of_texts(ROOT / "examples" / "measured" / "damper_loop.csv"), _loop, kind="text")
+    yield Target("UFF record", "r.uff", _written(".uff"), _read, kind="text")
     yield Target("WAV record", "r.wav", _written(".wav"), _read)
     yield Target("WAV impulse response", "i.wav", _written(".wav"), lambda path: sound_path(path, 48e3))
     yield Target("MAT record", "r.mat", _mat, _read)
@@ -319,9 +255,9 @@ def _targets() -> Iterator[Target]:
         yield Target(
             f"stream, {name}",
             f"kept/{name}",
-            _of(_stream, name),
+            _of(saved.save_stream, name),
             lambda path: list(gr.open_stream(path.parent)),
-            around=_stream,
+            around=saved.save_stream,
         )
     for name in (
         "results.zarr/zarr.json",
@@ -335,7 +271,7 @@ def _targets() -> Iterator[Target]:
             f"kept/{name}",
             _of(_study, name),
             partial(_opened, depth=name.count("/")),
-            text=name.endswith("json"),
+            kind="JSON" if name.endswith("json") else "bytes",
             around=_study,
         )
 
@@ -350,5 +286,5 @@ def _loop(path: Path) -> object:
     return read_loop(path)
 
 
-TARGETS: dict[str, Target] = {target.name: target for target in _targets()}
+TARGETS: dict[str, Target] = {target.name: target for target in (*_targets(), *saved.targets(), *workbench.targets())}
 """By name."""
