@@ -9,6 +9,8 @@ import json
 import random
 import re
 from collections.abc import Callable, Iterator
+from contextlib import suppress
+from copy import deepcopy
 from typing import Any, Literal
 
 LARGEST = 60_000
@@ -113,6 +115,7 @@ def _value(data: bytearray, draw: random.Random) -> None:
     try:
         document = json.loads(bytes(data))
         slots = list(_slots(document))
+        deepcopy(document)
     except (ValueError, RecursionError):
         slots = []
     if not slots:
@@ -120,7 +123,8 @@ def _value(data: bytearray, draw: random.Random) -> None:
         return
     holder, key = draw.choice(slots)
     what = draw.choice(("value", "value", "value", "other", "remove", "add", "text", "text"))
-    if what == "text" and isinstance(holder[key], str):
+    is_long = isinstance(holder[key], str) and len(holder[key]) > 100  # such as a file
+    if isinstance(holder[key], str) and (what == "text" or (is_long and draw.random() < 0.8)):
         content = bytearray(holder[key].encode("utf-8", "surrogatepass") or b"0")
         draw.choice(OF_TEXT)(content, draw)
         holder[key] = content.decode("utf-8", "replace")
@@ -132,10 +136,11 @@ def _value(data: bytearray, draw: random.Random) -> None:
         holder.insert(key, value) if isinstance(holder, list) else holder.update({name: value})
     elif what == "other":
         other, there = draw.choice(slots)
-        holder[key] = json.loads(json.dumps(other[there]))
+        holder[key] = deepcopy(other[there])
     else:
         holder[key] = any_value(draw)
-    data[:] = json.dumps(document).encode()
+    with suppress(RecursionError):  # deeper than anything is read
+        data[:] = json.dumps(document).encode()
 
 
 _KEYS = ("", "file", "to", "\ud800", "\u0000", "__class__", "a.b", "x" * 300)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import gearrattle as gr
+from gearrattle.errors import ConvergenceError
 from gearrattle.results import Run
 from tests.fuzz.mutations import Kind
 
@@ -41,6 +42,13 @@ samples_per_cycle = 8
 
 class LawError(AssertionError):
     """An answer breaks the law of its target: what it should have been, in words."""
+
+
+class NotSimulatedError(ConvergenceError):
+    """A target came as far as a motion, and that is computed by no target."""
+
+
+NO_MOTION = NotSimulatedError("not simulated")
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,6 @@ from scipy.io import savemat
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.errors import ConvergenceError
 from gearrattle.measured.identification.data_file import read_data
 from gearrattle.measured.identification.measured import State
 from gearrattle.recording import Channel, Recording
@@ -32,7 +31,7 @@ from gearrattle.report.plots.stored import packed_charts, read_charts
 from gearrattle.report.sound.path import sound_path
 from gearrattle.studies.file import read_study
 from tests.fuzz import saved, workbench
-from tests.fuzz.target import ROOT, SMALL, Target, of_texts, small_run
+from tests.fuzz.target import NO_MOTION, ROOT, SMALL, Target, of_texts, small_run
 
 MODELS = tuple(path for path in sorted((ROOT / "examples").glob("*.toml")) if path.stat().st_size < 3000)
 STUDIES = tuple(sorted((ROOT / "examples" / "studies").glob("*.toml")))
@@ -178,7 +177,7 @@ def without_motion() -> Iterator[None]:
     names = ("study.simulate", "outputs.simulate", "starts.prepare", "optimization._run_twice")
     with ExitStack() as stack:
         for name in names:
-            stack.enter_context(patch(f"gearrattle.studies.{name}", side_effect=ConvergenceError("not simulated")))
+            stack.enter_context(patch(f"gearrattle.studies.{name}", side_effect=NO_MOTION))
         yield
 
 

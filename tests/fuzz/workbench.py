@@ -3,7 +3,7 @@
 The laws, each in a sentence:
 
 - check: any body is answered by 200, or by 4xx and problems.
-- edit: the same, and a text that was edited is TOML.
+- edit: the same, and a text that has no problems after its edits is TOML.
 - job: the same by 201, nothing of a refused job is left, and the list of jobs can still be sent.
 - name of a job, live: the same as check, and the list of jobs can still be sent.
 - record of a job: the list can be sent and holds every sound job, whatever is in the record of another one.
@@ -29,8 +29,9 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Problem
-from tests.fuzz.target import SMALL, LawError, Target, small_run
+from gearrattle.errors import GearRattleError, ModelError, Problem
+from tests.fuzz.mutations import Kind
+from tests.fuzz.target import NO_MOTION, SMALL, LawError, Target, small_run
 
 _JOBS = "/api/jobs"
 _PATH = "coupling.joint.stiffness"
@@ -136,25 +137,18 @@ class _Here:
         from gearrattle.workbench.jobs import worker
 
         del progress
-        kind, value = worker._answer(_Silent(), what, content)  # type: ignore[arg-type]
-        if kind != "failed":
-            return value
-        if any(problem.place == "internal error" for problem in value):
-            raise LawError(f"internal error: {value[0].value}: {value[0].rule}"[:120])
-        raise worker.FailedError(value)
+        try:
+            return worker._REQUESTS[what](content, lambda _: None)
+        except ModelError as error:
+            raise worker.FailedError(error.problems) from error
+        except (GearRattleError, MemoryError, OSError) as error:
+            raise worker.FailedError(Problem("computation", "", f"{error}")) from error
 
     def start(self) -> None:
         """Nothing is to be started."""
 
     def end(self) -> None:
         """Nothing is to be ended."""
-
-
-class _Silent:
-    """A pipe that nobody listens to."""
-
-    def send(self, message: Any) -> None:
-        """Forget a message."""
 
 
 def page_of(root: Path) -> Any:
@@ -177,11 +171,10 @@ def page_of(root: Path) -> Any:
 @contextmanager
 def _in_this_thread() -> Iterator[None]:
     """Compute answers in this thread, and simulate nothing."""
-    no_motion = ConvergenceError("not simulated")
     with ExitStack() as stack:
         stack.enter_context(patch("gearrattle.workbench.routes.answers.run_in_threadpool", _at_once))
         stack.enter_context(patch("gearrattle.workbench.application.run_in_threadpool", _at_once))
-        stack.enter_context(patch("gearrattle.workbench.live.simulate", side_effect=no_motion))
+        stack.enter_context(patch("gearrattle.workbench.live.simulate", side_effect=NO_MOTION))
         yield
 
 
@@ -192,7 +185,8 @@ def _workspace(folder: Path) -> None:
     from gearrattle.workbench.kept import keep
 
     (folder / "m.toml").write_text(SMALL)
-    (folder / "rig.csv").write_text("t [s], velocity.wheel [rad/s]\n" + "".join(f"{k / 100}, {k % 7}\n" for k in range(100)))
+    rows = "".join(f"{k / 100}, {k % 7}\n" for k in range(100))
+    (folder / "rig.csv").write_text(f"t [s], velocity.wheel [rad/s]\n{rows}")
     (folder / "d.toml").write_text('schema = 1\n[[mode]]\nnumber = 2\nfrequency = "20 Hz"\nrelative_error = 0.01\n')
     for key in ("sound", "other"):
         Job("run", key, id=key, state="done", options={"cycles": 2}).write(Folder(folder).jobs)
@@ -229,7 +223,9 @@ def _check(path: Path) -> None:
 
 
 def _edit(path: Path) -> None:
-    tomllib.loads(asked(_page_beside(path), "POST", "/api/edit", path.read_bytes())["text"])
+    answer = asked(_page_beside(path), "POST", "/api/edit", path.read_bytes())
+    if not answer["problems"]:
+        tomllib.loads(answer["text"])
 
 
 def _live(path: Path) -> None:
@@ -258,23 +254,26 @@ def _rename(path: Path) -> None:
         _list(app)
 
 
-_ASKED = ("", "/view", "/partial", "/motions", "/traces", "/script.py", "/model.toml", "/script.zip", "/archive.zip")
+_OF_RECORD = ("", "/partial", "/motions", "/script.py", "/model.toml", "/script.zip", "/model.zip")
+_OF_RESULT = ("/view", "/traces", "/trace", "/impacts")
 
 
-def _answered(app: Any, job: str) -> None:
-    """Ask for everything of a job: values, or problems."""
-    for what in _ASKED:
+def _answered(app: Any, those: tuple[str, ...]) -> int:
+    """Ask for parts of a job: values, or problems; return how many were refused."""
+    refused = 0
+    for what in those:
         try:
-            asked(app, "GET", f"{_JOBS}/{job}{what}")
+            asked(app, "GET", f"{_JOBS}/other{what}")
         except ModelError:
-            continue
+            refused += 1
+    return refused
 
 
 def _record(path: Path) -> None:
     """Start a page over a damaged record."""
     app = page_of(path.parents[3])
     state = next((job["state"] for job in _list(app) if job["id"] == "other"), "broken")
-    _answered(app, "other")
+    _answered(app, _OF_RECORD)
     with suppress(ModelError):
         asked(app, "PATCH", f"{_JOBS}/other", b'{"name": "another name"}')
     _list(app)
@@ -284,9 +283,8 @@ def _record(path: Path) -> None:
 
 def _result(path: Path, depth: int) -> None:
     app = page_of(path.parents[3 + depth])
-    asked(app, "GET", f"{_JOBS}/other/view")
-    _answered(app, "other")
-    asked(app, "GET", f"{_JOBS}/other/traces")
+    if _answered(app, _OF_RESULT):
+        raise ModelError(Problem("job", "", "parts of its result are refused"))
 
 
 def _carry_out(path: Path) -> None:
@@ -320,12 +318,11 @@ def _carry_out(path: Path) -> None:
 @contextmanager
 def _nothing_moves() -> Iterator[None]:
     """Have everything of a task prepared but its motions."""
-    no_motion = ConvergenceError("not simulated")
     of_runs = ("simulation.simulate.integrate", "studies.study.simulate", "studies.outputs.simulate")
     of_repeats = ("orbits.find.shooting.shoot", "orbits.find.settled_state", "orbits.find.every_orbit")
     with ExitStack() as stack:
         for name in (*of_runs, *of_repeats, "studies.starts.prepare"):
-            stack.enter_context(patch(f"gearrattle.{name}", side_effect=no_motion))
+            stack.enter_context(patch(f"gearrattle.{name}", side_effect=NO_MOTION))
         yield
 
 
@@ -368,10 +365,6 @@ def targets() -> Iterator[Target]:
     )
     folder = ".gearrattle/jobs/other"
     yield page("workbench, record of a job", f"{folder}/job.json", _kept("job.json"), _record)
-    for name in ("view.json", "result/summary.json", "traces/impacts.npz"):
-        yield page(
-            f"workbench, result of a job, {name}",
-            f"{folder}/{name}",
-            _kept(name),
-            partial(_result, depth=name.count("/")),
-        )
+    for name in ("view.json", "traces/impacts.npz"):
+        kind: Kind = "JSON" if name.endswith("json") else "bytes"
+        yield page(f"workbench, result of a job, {name}", f"{folder}/{name}", _kept(name), run, kind=kind)

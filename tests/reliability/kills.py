@@ -6,7 +6,8 @@
 writes benchmarks/reliability/kills.json: by attack, how many kills there were and how many failures of each kind. A
 command is sent INT, TERM or KILL, alone or with its whole group, at a seeded time; half of the times lie in the last
 third of what it takes undisturbed, where results are written. Then it is begun again in the same folder, with
-``--resume`` where it has that. Failures:
+``--resume`` where it has that. After every kill, and after what was begun again, all values that are there are
+compared bit for bit with those of an undisturbed command. Failures:
 
     lost        results that an earlier look found whole are gone
     partial     results are shown that are not those of an undisturbed command, or a mixture of two
@@ -27,6 +28,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -36,11 +38,21 @@ from typing import Any
 from uuid import uuid4
 
 import numpy as np
-import xarray as xr
 
 import gearrattle as gr
 from gearrattle.errors import ModelError
-from gearrattle.studies.kept import OUTCOME
+from tests.reliability.serving import look_at_jobs, submit_jobs
+from tests.reliability.values import (
+    Look,
+    content_of,
+    look_at_figures,
+    look_at_file,
+    look_at_report,
+    look_at_stream,
+    look_at_study,
+    values_of_file,
+    values_of_run,
+)
 from tests.studies.clusters import dask
 from tests.studies.drivelines import TOML
 
@@ -56,6 +68,14 @@ PROGRAM = (
     "from gearrattle.cli import main; sys.exit(main())"
 )
 """A shell's background jobs ignore SIGINT and hand that on to what they start."""
+BASINS = """model = "A.toml"
+kind = "basins"
+cycles = 60
+discard = 40
+[over]
+"deflection.joint" = { from = -0.01, to = 0.01, count = 4 }
+"rate.joint" = { from = -1.0, to = 1.0, count = 4 }
+"""
 STUDY = 'model = "A.toml"\noutputs = ["TR rms", "verdict"]\n[axis]\n"{0}" = {{ from = 0.2, to = 1.2, count = {1} }}\n'
 
 
@@ -73,6 +93,9 @@ class Attack:
         the folder it writes.
     look
         tells how much of the results is there, 0 to 1; raises AssertionError where it is wrong.
+    drive
+        asks a command for what it computes, in a thread of its own, and ends it when it has; takes the process and the
+        file with what it printed.
     resumes
         whether what is there must never become less.
     took
@@ -86,7 +109,8 @@ class Attack:
     name: str
     commands: tuple[tuple[str, ...], ...]
     output: Path
-    look: Callable[[Path], float]
+    look: Look
+    drive: Callable[[subprocess.Popen[bytes], Path], None] | None = None
     resumes: bool = False
     took: float = 0.0
     begun: int = 0
@@ -123,14 +147,18 @@ def started(attack: Attack) -> tuple[subprocess.Popen[bytes], str]:
     """Start the command in a group of its own, with a mark."""
     mark = uuid4().hex
     environment = {**os.environ, MARK: mark}
-    process = subprocess.Popen(
-        attack.words(),
-        cwd=attack.output.parent,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        start_new_session=True,
-    )
+    printed = attack.output.parent / f"printed-{mark}"
+    with printed.open("wb") as target:
+        process = subprocess.Popen(
+            attack.words(),
+            cwd=attack.output.parent,
+            env=environment,
+            stdout=target,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+    if attack.drive is not None:
+        threading.Thread(target=attack.drive, args=(process, printed), daemon=True).start()
     return process, mark
 
 
@@ -161,6 +189,7 @@ def strike(attack: Attack, number: signal.Signals, delay: float, *, group: bool 
             os.kill(one, signal.SIGKILL)
     errors = process.communicate()[1].decode(errors="replace")
     codes = {0, -number, {signal.SIGINT: 130, signal.SIGTERM: 143}.get(number, 0)}
+    codes |= {130} if attack.drive else set()  # which may have interrupted it at the same time
     if process.returncode not in codes or "internal error" in errors:
         attack.failed("answer", f"{about}: exit code {process.returncode}: {errors[-300:]}")
     look(attack, about)
@@ -174,8 +203,8 @@ def look(attack: Attack, about: str) -> None:
     """Look at the results, and see that they have not become less."""
     try:
         whole = attack.look(attack.output)
-    except (AssertionError, OSError, ModelError) as error:
-        attack.failed("partial", f"{about}: {error!s:.300}")
+    except (AssertionError, LookupError, OSError, ValueError, ModelError) as error:
+        attack.failed("partial", f"{about}: {type(error).__name__}: {error!s:.300}")
         return
     if whole < attack.whole:
         attack.failed("lost", f"{about}: {attack.whole:.3f} before, {whole:.3f} now")
@@ -188,6 +217,8 @@ def check_folders(attack: Attack, about: str) -> None:
     left = [path.name for pattern in patterns for path in attack.output.parent.rglob(pattern)]
     if left:
         attack.failed("folders", f"{about}: {left}")
+    for printed in attack.output.parent.glob("printed-*"):
+        printed.unlink()
 
 
 def finish(attack: Attack) -> None:
@@ -195,80 +226,12 @@ def finish(attack: Attack) -> None:
     for _ in attack.commands:
         process, _ = started(attack)
         errors = process.communicate()[1].decode(errors="replace")
-        if process.returncode:
+        if process.returncode not in ((0, 130) if attack.drive else (0,)):
             attack.failed("answer", f"undisturbed: exit code {process.returncode}: {errors[-300:]}")
     look(attack, "undisturbed")
     if attack.whole != 1.0:
         attack.failed("lost", f"undisturbed: {attack.whole:.3f} at the end")
     check_folders(attack, "undisturbed")
-
-
-def content_of(folder: Path) -> dict[str, bytes]:
-    """Return the files of a folder by name, but for hidden ones and what records times."""
-    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
-    names = {path.relative_to(folder).as_posix(): path for path in files}
-    return {name: path.read_bytes() for name, path in names.items() if not name.startswith(".")}
-
-
-def look_at_report(references: list[tuple[set[str], str]]) -> Callable[[Path], float]:
-    """Return what tells whether a report is wholly that of one model."""
-
-    def looked(folder: Path) -> float:
-        if not folder.exists():
-            return 0.0
-        files = content_of(folder)
-        run = gr.open_run(folder / "results.nc")
-        (names,) = [names for names, name in references if name == run.model.name]
-        assert set(files) >= names, f"missing: {names - set(files)}"
-        assert json.loads(files["summary.json"])["model"]["name"] == run.model.name, "summary of the other model"
-        assert run.model.name in files["report.html"].decode(), "page of the other model"
-        return 1.0
-
-    return looked
-
-
-def look_at_figures(references: list[dict[str, bytes]]) -> Callable[[Path], float]:
-    """Return what tells whether figures are wholly those of one result."""
-
-    def looked(folder: Path) -> float:
-        if not folder.exists():
-            return 0.0
-        assert content_of(folder) in references, "a mixture of figures"
-        return 1.0
-
-    return looked
-
-
-def look_at_stream(reference: list[bytes]) -> Callable[[Path], float]:
-    """Return what tells how many chunks of a motion are there."""
-
-    def looked(folder: Path) -> float:
-        if not (folder / "state.npz").exists():
-            return 0.0
-        actual = [run.trajectory.events.time.tobytes() for run in gr.open_stream(folder)]
-        assert actual == reference[: len(actual)], "another motion"
-        return len(actual) / len(reference)
-
-    return looked
-
-
-def look_at_study(reference: xr.Dataset) -> Callable[[Path], float]:
-    """Return what tells how many cases of a study are there."""
-
-    def looked(folder: Path) -> float:
-        if not (folder / "results.zarr" / "zarr.json").exists() or not (folder / "done").exists():
-            return 0.0
-        try:
-            actual = gr.open_study(folder)
-        except ModelError:
-            assert not list((folder / "done").glob("*.json")), "done, and cannot be read"
-            return 0.0
-        done = actual[OUTCOME].values == 1
-        for name in reference.data_vars:
-            np.testing.assert_array_equal(actual[name].values[done], reference[name].values[done])
-        return float(done.mean())
-
-    return looked
 
 
 def undisturbed(attack: Attack) -> float:
@@ -277,7 +240,7 @@ def undisturbed(attack: Attack) -> float:
         begun = time.monotonic()
         process, _ = started(attack)
         errors = process.communicate()[1].decode(errors="replace")
-        if process.returncode:
+        if process.returncode not in (0, 130):
             raise RuntimeError(f"{attack.name}: {errors}")
         attack.took = time.monotonic() - begun
     return attack.took
@@ -290,27 +253,36 @@ def attacks(home: Path, names: tuple[str, ...], cases: int = 24) -> Iterator[lis
         (home / f"{name}.toml").write_text(text, encoding="utf-8")
     torque = "torque.0.mean"
     (home / "study.toml").write_text(STUDY.format(torque, cases), encoding="utf-8")
-    long = ("--cycles", "2000", "--samples-per-cycle", "32")
+    (home / "basins.toml").write_text(BASINS, encoding="utf-8")
+    long = ("--cycles", "1000", "--samples-per-cycle", "32")
     study = ("study", "../study.toml", "-o", "out")
+    over = ("--path", torque, "--range", "0.3:0.35")
     with dask(home, 1) if "cluster" in names else _nothing() as cluster:
         address = cluster.address if cluster is not None else ""
         known = {
             "run": tuple(("run", f"../{name}.toml", *long, "-o", "out") for name in MODELS),
+            "simulate": tuple(("simulate", f"../{name}.toml", *long, "-o", "out.nc") for name in MODELS),
+            "continue": (("continue", "../A.toml", *over, "-o", "out"),),
             "figures": tuple(("figures", f"../{name}-run", "-o", "out", "--as", "pdf,svg") for name in MODELS),
-            "stream": (("stream", "../A.toml", "--cycles", "24000", "--chunk", "2000", "-o", "out"),),
+            "stream": (("stream", "../A.toml", "--cycles", "12000", "--chunk", "1000", "-o", "out"),),
             "threads": ((*study, "--scheduler", "threads", "--workers", "2"),),
             "processes": ((*study, "--scheduler", "local", "--workers", "2"),),
             "cluster": ((*study, "--scheduler", address),),
+            "basins": (("study", "../basins.toml", "-o", "out", "--scheduler", "local", "--workers", "2"),),
+            "serve": (("serve", "out", "--workers", "1"),),
         }
         if "figures" in names:
             for name in MODELS:
                 words = [sys.executable, "-c", PROGRAM, "run", f"{name}.toml", "-o", f"{name}-run"]
                 subprocess.run(words, cwd=home, check=True, capture_output=True)
-        made = [Attack(name, known[name], home / name / "out", _nothing_there) for name in names]
+        outputs = {"simulate": "out.nc"}
+        made = [Attack(name, known[name], home / name / outputs.get(name, "out"), _nothing_there) for name in names]
         for attack in made:
             attack.output.parent.mkdir()
             attack.look = _reference(attack, home)
-            shutil.rmtree(attack.output, ignore_errors=True)
+            _remove(attack.output)
+            if attack.name == "serve":
+                attack.output.mkdir()
         yield made
 
 
@@ -323,31 +295,53 @@ def _nothing_there(_: Path) -> float:
     return 0.0
 
 
-def _reference(attack: Attack, home: Path) -> Callable[[Path], float]:
+def _remove(path: Path) -> None:
+    """Remove a file or a folder."""
+    shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+
+
+def _reference(attack: Attack, home: Path) -> Look:
     """Run a command undisturbed, and return what tells whether later results are those."""
-    commands = attack.commands
-    if attack.name in ("run", "figures"):
-        contents = []
-        for command in commands:
-            attack.commands = (command,)
-            undisturbed(attack)
-            contents.append(content_of(attack.output))
-            shutil.rmtree(attack.output)
-        attack.commands = commands
-        if attack.name == "figures":
-            return look_at_figures(contents)
-        titles = [gr.load(home / f"{name}.toml").name for name in MODELS]
-        return look_at_report([(set(content), title) for content, title in zip(contents, titles, strict=True)])
+    if attack.name == "serve":
+        attack.output.mkdir()
+        attack.drive = submit_jobs
+        undisturbed(attack)
+        return look_at_jobs(attack.output)
+    if attack.name in ("run", "simulate", "figures", "continue"):
+        return _reference_of_each(attack, home)
     undisturbed(attack)
     attack.resumes = True
     if attack.name == "stream":
-        return look_at_stream([run.trajectory.events.time.tobytes() for run in gr.open_stream(attack.output)])
-    return look_at_study(gr.open_study(attack.output))
+        return look_at_stream([values_of_run(run) for run in gr.open_stream(attack.output)])
+    return look_at_study(gr.open_study(attack.output).load())
+
+
+def _reference_of_each(attack: Attack, home: Path) -> Look:
+    """Run each command of an attack whose result is replaced, undisturbed."""
+    commands = attack.commands
+    contents: list[Any] = []
+    for command in commands:
+        attack.commands = (command,)
+        undisturbed(attack)
+        if attack.name == "simulate":
+            contents.append(values_of_file(attack.output))
+        elif attack.name == "figures":
+            contents.append(content_of(attack.output))
+        else:
+            contents.append((set(content_of(attack.output)), values_of_file(attack.output / "results.nc")))
+        _remove(attack.output)
+    attack.commands = commands
+    if attack.name == "simulate":
+        return look_at_file(contents)
+    if attack.name == "figures":
+        return look_at_figures(contents)
+    titles = [gr.load(home / f"{name}.toml").name for name in MODELS]
+    return look_at_report(dict(zip(titles, contents, strict=False)))
 
 
 def main() -> int:
     """Attack, and write what came out."""
-    names = ("run", "figures", "stream", "threads", "processes", "cluster")
+    names = ("run", "simulate", "figures", "continue", "stream", "threads", "processes", "cluster", "basins", "serve")
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--number", type=int, default=1000)
     parser.add_argument("--every", type=float, help="kill a study in processes at all multiples of so many seconds")
