@@ -366,5 +366,6 @@ def targets() -> Iterator[Target]:
     folder = ".gearrattle/jobs/other"
     yield page("workbench, record of a job", f"{folder}/job.json", _kept("job.json"), _record)
     for name in ("view.json", "traces/impacts.npz"):
+        run = partial(_result, depth=name.count("/"))
         kind: Kind = "JSON" if name.endswith("json") else "bytes"
         yield page(f"workbench, result of a job, {name}", f"{folder}/{name}", _kept(name), run, kind=kind)
