@@ -46,17 +46,23 @@ Written by `make reliability` on {date} from the counts that each attack left; d
 
 Promised, and attacked here:
 
-- Any input ends with a value or with one error of `gearrattle.errors`, within two seconds of processor time and below 1 GB of memory.
+- Any input ends with a value or with one error of `gearrattle.errors`, within two seconds of processor time and below 1 GB of memory; it
+  prints nothing and leaves no file behind.
+- The page of `gearrattle serve` answers any request by a value or by problems in words, never by an internal error; a bad record of a job
+  breaks its own row at most.
 - A file that is named in an input file is a regular file under an allowed folder; no other is opened.
 - Values are checked before anything is written. What is written appears whole or not at all.
 
-A failure is an input with any other end. `damaged input` means generated files: a sound file of each kind with tokens, numbers or bytes
-changed, cut or repeated; nothing is simulated from it. Where atheris is installed, some inputs are chosen by the code that they reach
-(*guided*). Failures found earlier are mended and kept as tests (`tests/fuzz/test_finds.py`); the counts of an attack begin anew when it has
-found one.
+- A command that is killed leaves what an undisturbed one would have left of it, and begun again it ends with the same values.
 
-| attack | tried | of them guided | failures | date | again |
-|---|---|---|---|---|---|
+A failure is an input with any other end. `damaged input` means generated files and requests: a sound one of each kind with tokens, numbers,
+values of JSON or bytes changed, cut or repeated; nothing is simulated from it. Where atheris is installed, some inputs are chosen by the
+code that they reach (*guided*). `kills` means INT, TERM or KILL at a random instant of a command; after each, every number and text of what
+is there is compared bit for bit with that of an undisturbed command. Failures found earlier are mended and kept as tests
+(`tests/fuzz/test_finds.py`); the counts of an attack begin anew when it has found one.
+
+| attack | tried | of them guided | seconds | failures | date | again |
+|---|---|---|---|---|---|---|
 """
 TAIL = """
 Not attacked: Windows and macOS, network file systems, object stores that fail halfway, several users in one folder, parts of asammdf, HDF5 and
@@ -91,7 +97,8 @@ def page() -> str:
 def _line(row: Mapping[str, Any], day: str) -> str:
     attack = str(row["attack"])
     again = next((command for words, command in COMMANDS.items() if attack.startswith(words)), "make reliability")
-    return f"| {attack} | {row['tried']} | {row.get('guided') or ''} | {row['failures']} | {day} | `{again}` |"
+    counts = (row["tried"], row.get("guided") or "", row.get("seconds", ""), row["failures"])
+    return f"| {attack} | {' | '.join(map(str, counts))} | {day} | `{again}` |"
 
 
 if __name__ == "__main__":
