@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from pathlib import Path
 
@@ -82,4 +81,7 @@ def test_a_study_of_another_value_in_a_case_that_is_done_is_noticed(tmp_path: Pa
     other[name].values.flat[0] = np.nextafter(other[name].values.flat[0], np.inf)
     with pytest.raises(AssertionError, match="other values"):
         look_at_study(other)(tmp_path / "s")
-    assert json.loads((tmp_path / "s" / "study.json").read_text())
+    (tmp_path / "s" / "report.html").write_text("page")
+    other = gr.open_study(tmp_path / "s").load().assign_coords({"torque.0.mean": [0.3, 0.7]})
+    with pytest.raises(AssertionError, match=r"other values: torque\.0\.mean"):
+        look_at_study(other)(tmp_path / "s")

@@ -18,6 +18,7 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.errors import ModelError
+from gearrattle.report.saved import PAGE
 from gearrattle.studies.kept import OUTCOME
 
 Values = dict[str, object]
@@ -129,7 +130,7 @@ def look_at_stream(reference: Sequence[Values]) -> Look:
 
 
 def look_at_study(reference: xr.Dataset) -> Look:
-    """Return what tells how many cases of a study are there; what is told of all cases must be there with the last."""
+    """Return what tells how many cases of a study are there; with the page all that follows from them must be."""
 
     def looked(folder: Path) -> float:
         if not (folder / "results.zarr" / "zarr.json").exists() or not (folder / "done").exists():
@@ -140,16 +141,18 @@ def look_at_study(reference: xr.Dataset) -> Look:
             assert not list((folder / "done").glob("*.json")), "done, and cannot be read"
             return 0.0
         is_done = actual[OUTCOME].values == 1
-        compare(_values_of_cases(actual, is_done), _values_of_cases(reference, is_done))
+        is_whole = (folder / PAGE).exists()
+        assert is_done.all() or not is_whole, "a page of a study that is not done"
+        compare(_values_of_cases(actual, is_done, is_whole), _values_of_cases(reference, is_done, is_whole))
         return float(is_done.mean())
 
     return looked
 
 
-def _values_of_cases(data: xr.Dataset, is_done: np.ndarray[Any, Any]) -> Values:
-    """Return the values of the cases that are done; with the last of them those of all cases together."""
+def _values_of_cases(data: xr.Dataset, is_done: np.ndarray[Any, Any], is_whole: bool) -> Values:
+    """Return the values of the cases that are done; of a whole study those of all cases together as well."""
+    if is_whole:
+        return {str(name): bits(one.values) for name, one in data.variables.items()}
     axes = data[OUTCOME].dims
     of_cases = {name: one.values for name, one in data.variables.items() if one.dims[: len(axes)] == axes}
-    if is_done.all():
-        return {str(name): bits(one.values) for name, one in data.variables.items()}
     return {str(name): bits(values[is_done]) for name, values in of_cases.items() if name not in _OF_ALL}
