@@ -288,17 +288,13 @@ def _result(path: Path, depth: int) -> None:
 
 
 def _carry_out(path: Path) -> None:
-    """Do what a job does in its process, on the options in a file."""
-    try:
-        content = json.loads(path.read_bytes())
-        task, options = content["task"], content["options"]
-        checked = isinstance(task, str) and isinstance(options, dict)
-    except (ValueError, RecursionError, LookupError, TypeError):
-        checked = False
-    if not checked:
-        raise ModelError(Problem("body", "", "no task"))
+    """Do what a job does in its process, on the options in a body."""
     from gearrattle.workbench.jobs.tasks import check_options
+    from gearrattle.workbench.routes.answers import json_object, object_of, text_of
 
+    body = json_object(path.read_bytes())
+    task = text_of(body, "task")
+    options = object_of(body, "options")
     check_options(task, options)
     home = path.with_name("job")
     shutil.rmtree(home, ignore_errors=True)
