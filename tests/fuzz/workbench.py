@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import shutil
 import tomllib
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
@@ -236,14 +235,23 @@ def _live(path: Path) -> None:
             raise
 
 
-def _submit(path: Path) -> None:
-    app = _page_beside(path)
+@contextmanager
+def _submitted(app: Any, body: bytes) -> Iterator[dict[str, Any]]:
+    """Submit a job, and remove it in the end; the list of jobs can be sent whatever became of it."""
     try:
-        job = asked(app, "POST", _JOBS, path.read_bytes())["id"]
+        job = asked(app, "POST", _JOBS, body)
     finally:
         _list(app)
-    asked(app, "POST", f"{_JOBS}/{job}/cancel")
-    asked(app, "DELETE", f"{_JOBS}/{job}")
+    try:
+        yield job
+    finally:
+        asked(app, "POST", f"{_JOBS}/{job['id']}/cancel")
+        asked(app, "DELETE", f"{_JOBS}/{job['id']}")
+
+
+def _submit(path: Path) -> None:
+    with _submitted(_page_beside(path), path.read_bytes()):
+        pass
 
 
 def _rename(path: Path) -> None:
@@ -288,35 +296,24 @@ def _result(path: Path, depth: int) -> None:
 
 
 def _carry_out(path: Path) -> None:
-    """Do what a job does in its process, on the options in a body."""
-    from gearrattle.workbench.jobs.tasks import check_options
-    from gearrattle.workbench.routes.answers import json_object, object_of, text_of
-
-    body = json_object(path.read_bytes())
-    task = text_of(body, "task")
-    options = object_of(body, "options")
-    check_options(task, options)
-    home = path.with_name("job")
-    shutil.rmtree(home, ignore_errors=True)
-    (home / "inputs" / "measured").mkdir(parents=True)
-    (home / "inputs" / "model.toml").write_text(SMALL)
-    for name in ("rig.csv", "d.toml"):
-        shutil.copy(path.with_name(name), home / "inputs" / "measured" / name)
-    try:
-        _Here().ask("job", {"folder": home, "task": task, "options": options, "file": ""})
-    except ModelError as error:
-        if "not simulated" not in str(error):
-            raise
-    finally:
-        shutil.rmtree(home)
+    """Submit a job, and do what its process does."""
+    app = _page_beside(path)
+    with _submitted(app, path.read_bytes()) as job:
+        content = {"folder": app.state.jobs.path(job["id"]), **{key: job[key] for key in ("task", "options", "file")}}
+        try:
+            _Here().ask("job", content)
+        except ModelError as error:
+            if "not simulated" not in str(error):
+                raise
 
 
 @contextmanager
 def _nothing_moves() -> Iterator[None]:
-    """Have everything of a task prepared but its motions."""
+    """Have everything of a task prepared but its motions, in this thread."""
     of_runs = ("simulation.simulate.integrate", "studies.study.simulate", "studies.outputs.simulate")
     of_repeats = ("orbits.find.shooting.shoot", "orbits.find.settled_state", "orbits.find.every_orbit")
     with ExitStack() as stack:
+        stack.enter_context(_in_this_thread())
         for name in (*of_runs, *of_repeats, "studies.starts.prepare"):
             stack.enter_context(patch(f"gearrattle.{name}", side_effect=NO_MOTION))
         yield
@@ -355,7 +352,7 @@ def targets() -> Iterator[Target]:
     yield page(
         "workbench, options",
         "b.json",
-        _bodies(*({"task": task, "options": given} for task, given in TASKS.items() if task != "screen")),
+        _bodies(*(body for body in started if body["task"] != "screen")),
         _carry_out,
         while_open=_nothing_moves,
     )
