@@ -196,6 +196,8 @@ def _check_hdf5(file: Any, *, in_parts: bool) -> None:
     _check_types(file)
     for _, item in _objects(file):
         _check_types(item)
+        if isinstance(item, h5py.Dataset):
+            _check_fill(item)
         if isinstance(item, h5py.Dataset) and item.shape:
             size += item.size * max(item.dtype.itemsize, 8)
     if not in_parts:
@@ -223,6 +225,22 @@ def _check_types(item: Any) -> None:
             kinds.append(kind.get_super())
         if group == h5py.h5t.VLEN and kind.encode()[_FLAGS] & 0xF > 1:
             raise Refused("is damaged: an impossible type of variable length", "write it again")
+
+
+def _check_fill(item: Any) -> None:
+    """Refuse a dataset with a value for what was not written on which the library ends the process (HDF5 2.0.0).
+
+    Raises
+    ------
+    Refused
+        a size without a value, or the reverse.
+    """
+    try:
+        item.id.get_create_plist().fill_value_defined()
+    except (ValueError, RuntimeError):
+        raise Refused(
+            "is damaged: an impossible value in place of numbers that were not written", "write it again"
+        ) from None
 
 
 def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:

@@ -408,3 +408,19 @@ def test_a_copy_of_an_mdf_that_is_not_finalised_is_not_left_behind(
     with pytest.raises(ModelError, match=r"x\.mf4"):
         gr.read(path)
     assert list((tmp_path / "temporary").iterdir()) == []
+
+
+def test_an_impossible_value_for_what_was_not_written_is_refused(tmp_path: Path) -> None:
+    """The library ends the process when it is asked for that value."""
+    path = tmp_path / "x.h5"
+    with h5py.File(path, "w") as file:
+        file["time"] = np.arange(20.0)
+        file.create_dataset("x", data=np.arange(20.0), chunks=(5,))
+    assert [channel.name for channel in gr.read(path).channels] == ["x"]
+    content = path.read_bytes()
+    message = b"\x02\x03\x02\x01" + bytes(4)  # version 2: when it is written, that it is defined, and its size
+    assert content.count(message) == 1
+    path.write_bytes(content.replace(message, message[:4] + struct.pack("<i", -33024)))
+    for read in (gr.read, gr.open_run):
+        with pytest.raises(ModelError, match="an impossible value in place of numbers that were not written"):
+            read(path)
