@@ -26,7 +26,8 @@ from typing import Any
 
 from tests.fuzz.attack import Attack
 from tests.fuzz.mutations import LARGEST, mutated
-from tests.fuzz.targets import ROOT, TARGETS
+from tests.fuzz.target import ROOT
+from tests.fuzz.targets import TARGETS
 
 COUNTS = ROOT / "benchmarks" / "reliability" / "fuzz.json"
 _PATIENCE, _MOST_DATA = 60.0, 3_000_000_000  # seconds without an answer; bytes that a process may ask for
@@ -118,7 +119,9 @@ def campaign(name: str, count: int, seed: int, seconds: float, keep: Path, *, gu
                 ended = ""
                 process.terminate()
                 process.join()
-            content = json.loads(text) if (text := _text(folder / "result.json")) else {"refused": 0, "finds": {}}
+            content: dict[str, Any] = (
+                json.loads(text) if (text := _text(folder / "result.json")) else {"refused": 0, "finds": {}}
+            )
             refused += content["refused"]
             finds |= {what: bytes.fromhex(data) for what, data in content["finds"].items()}
             if ended:

@@ -144,7 +144,7 @@ def _value(data: bytearray, draw: random.Random) -> None:
 
 
 _KEYS = ("", "file", "to", "\ud800", "\u0000", "__class__", "a.b", "x" * 300)
-_VALUES = (
+_VALUES: tuple[Any, ...] = (
     *(None, True, False, 0, 1, -1, 2**31, 2**63, -(2**63) - 1, 10**400, 0.5, -0.0, 1e308, 5e-324, 1e999, -1e999),
     *(
         float("nan"),
