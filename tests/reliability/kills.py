@@ -11,7 +11,7 @@ compared bit for bit with those of an undisturbed command. Failures:
 
     lost        results that an earlier look found whole are gone
     partial     results are shown that are not those of an undisturbed command, or a mixture of two
-    processes   a process of the command lives five seconds later
+    processes   a process of the command lives five seconds later (on a machine that has time for it)
     folders     hidden files or folders are left after the next complete start
     answer      the exit code is not that of the signal, or an internal error is told
 
@@ -61,7 +61,7 @@ KINDS = ("lost", "partial", "processes", "folders", "answer")
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 MARK = "GEARRATTLE_ATTACK"
 LEFT = 5.0
-"""Seconds in which all processes of a killed command must end."""
+"""Seconds in which all processes of a killed command must end, where no others wait for the cores."""
 MODELS = {"A": TOML, "B": TOML.replace("mean = 0.4", "mean = 0.5").replace("two bodies", "two others")}
 PROGRAM = (
     "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
@@ -143,6 +143,11 @@ def processes(mark: str) -> list[int]:
     return actual
 
 
+def crowding() -> float:
+    """Return how many times longer than alone a process takes now: those that wait for a core, by cores; at least 1."""
+    return max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+
+
 def started(attack: Attack) -> tuple[subprocess.Popen[bytes], str]:
     """Start the command in a group of its own, with a mark."""
     mark = uuid4().hex
@@ -179,7 +184,7 @@ def strike(attack: Attack, number: signal.Signals, delay: float, *, group: bool 
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, number) if group else process.send_signal(number)
     about = f"{number.name}{' to the group' if group else ''} after {delay:.2f} s"
-    deadline = time.monotonic() + LEFT
+    deadline = time.monotonic() + LEFT * crowding()
     while (left := processes(mark)) and time.monotonic() < deadline:
         time.sleep(0.05)
     attack.tried += 1
