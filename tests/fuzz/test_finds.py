@@ -16,6 +16,7 @@ from gearrattle.errors import ModelError
 from gearrattle.files import opened_hdf5
 from gearrattle.report.plots.stored import read_charts
 from gearrattle.report.sound.path import sound_path
+from tests.fuzz.saved import save_stream
 from tests.fuzz.targets import TARGETS, recording
 
 
@@ -359,6 +360,56 @@ def test_an_impulse_response_of_one_sample_is_read_or_refused(tmp_path: Path) ->
         sound_path(path, 48e3)
 
 
+@pytest.mark.parametrize("suffix", [".mat", ".wav"])
+@pytest.mark.parametrize("kind", [-100, -999, -(2**31)])
+def test_a_matlab_4_number_of_a_type_below_zero_is_no_head(kind: int, suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"x{suffix}"
+    path.write_bytes(struct.pack("<5i", kind, 1, 1, 0, 2) + b"t\0" + bytes(8))
+    with pytest.raises(ModelError, match=path.name):
+        gr.read(path)
+
+
+@pytest.mark.parametrize("time", [np.nan, np.inf, -1e300])
+def test_a_chunk_whose_times_are_none_is_refused(time: float, tmp_path: Path) -> None:
+    save_stream(tmp_path)
+    with h5py.File(tmp_path / "kept" / "chunk-000001.nc", "r+") as file:
+        file["time"][3] = time
+    with pytest.raises(ModelError, match="time"):
+        gr.criteria(gr.open_stream(tmp_path / "kept"))
+
+
+def test_what_the_library_of_mdf_tells_of_a_damaged_channel_is_not_printed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("asammdf")
+    path = tmp_path / "x.mf4"
+    gr.write(recording(), path)
+    content = bytearray(path.read_bytes())
+    (name,) = struct.unpack_from("<Q", content, content.index(b"##CN") + 24 + 16)
+    (size,) = struct.unpack_from("<Q", content, name + 8)
+    content[name + 24 : name + size] = bytes(size - 24)
+    path.write_bytes(content)
+    with pytest.raises(ModelError, match="cannot be read"):
+        gr.read(path)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_copy_of_an_mdf_that_is_not_finalised_is_not_left_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("asammdf")
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temporary"))
+    (tmp_path / "temporary").mkdir()
+    path = tmp_path / "x.mf4"
+    gr.write(recording(), path)
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<H", content, 60, 4)  # what is left to be done, in flags
+    path.write_bytes(content[:89])
+    with pytest.raises(ModelError, match=r"x\.mf4"):
+        gr.read(path)
+    assert list((tmp_path / "temporary").iterdir()) == []
+
+
 def test_an_impossible_value_for_what_was_not_written_is_refused(tmp_path: Path) -> None:
     """The library ends the process when it is asked for that value."""
     path = tmp_path / "x.h5"
@@ -373,3 +424,14 @@ def test_an_impossible_value_for_what_was_not_written_is_refused(tmp_path: Path)
     for read in (gr.read, gr.open_run):
         with pytest.raises(ModelError, match="an impossible value in place of numbers that were not written"):
             read(path)
+
+
+def test_bytes_that_tell_what_is_invalid_count_as_bytes_of_a_record(tmp_path: Path) -> None:
+    pytest.importorskip("asammdf")
+    path = tmp_path / "x.mf4"
+    gr.write(recording(), path)
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<I", content, content.index(struct.pack("<II", 24, 0)) + 4, 0xFF000000)
+    path.write_bytes(content)
+    with pytest.raises(ModelError, match=r"GB of memory|bytes, where the data of its group"):
+        gr.read(path)

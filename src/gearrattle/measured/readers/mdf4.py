@@ -11,10 +11,12 @@ Takes a path; gives columns with times.
 from __future__ import annotations
 
 import gc
+import io
 import itertools
 import logging
 import sys
 from collections import Counter
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +33,8 @@ from gearrattle.recording import Array, Recording
 NAME = "mdf4"
 SUFFIXES = (".mf4", ".mdf", ".dat")
 _MARK = "gearrattle: "
+_IDENTIFICATION = 64  # bytes of the block
+_LEFT_TO_DO = 60  # where its flags of what is left to be done begin
 _MOST_BLOCKS = 1_000_000
 _VIRTUAL = (3, 6)  # types of channels that have no bytes
 _ALL_INVALID = 1  # flag of a channel
@@ -52,15 +56,20 @@ def knows(_path: Path, head: bytes) -> bool:
     return head[:8] in (b"MDF     ", b"UnFinMF ")
 
 
+def _is_unfinished(head: bytes) -> bool:
+    """Tell a file that the library would finish in a copy of it: by its name, or by flags of what is left to do."""
+    return head[:8] == b"UnFinMF " or (head[8:16] >= b"4.10" and any(head[_LEFT_TO_DO:]))
+
+
 def read(path: Path, request: Request) -> Raw:
     """Return its channels of numbers."""
     mdf = _library(path)
     with opened(path) as stream:
-        if stream.read(8) == b"UnFinMF ":
+        if _is_unfinished(stream.read(_IDENTIFICATION)):
             rule = "the file was not finished: its writer was interrupted"
             raise ModelError(Problem(str(path), "", rule, "finalise it with the measuring system's tool"))
         check_lists(stream)
-    with _opened(mdf, path) as file:
+    with redirect_stdout(io.StringIO()), _opened(mdf, path) as file:  # the library prints what it cannot decode
         _check_long_records(file)
         _check_records(file)
         places = {_master(file, group) for group in range(len(file.groups))}
@@ -225,7 +234,7 @@ def _check_long_records(file: Any) -> None:
         there is one, or one of which the copies take more than the limit.
     """
     for group in file.groups:
-        record = group.channel_group.samples_byte_nr
+        record = group.channel_group.samples_byte_nr + getattr(group.channel_group, "invalidation_bytes_nr", 0)
         if record <= _LONG_RECORD:
             continue
         blocks = itertools.islice(group.get_data_blocks(), _MOST_BLOCKS)

@@ -82,7 +82,7 @@ def _head_of(head: bytes) -> _Head | None:
     for machine, order in enumerate("<>"):
         kind, rows, columns, imaginary, length = struct.unpack(f"{order}5i", head)
         digits = f"{kind:04d}"
-        if len(digits) != 4 or int(digits[0]) != machine or digits[1] != "0":
+        if kind < 0 or len(digits) != 4 or int(digits[0]) != machine or digits[1] != "0":
             continue
         stored, meaning = int(digits[2]), int(digits[3])
         is_right = stored < len(_STORED) and meaning <= 2 and imaginary in (0, 1)
