@@ -31,6 +31,8 @@ TESTS: Mapping[str, tuple[str, str]] = {
     "bad values in study files and calls": ("tests/studies/test_bad_values.py", "refused or refuses"),
     "bad values in model files": ("tests/model/test_broken_files.py", ""),
     "measured files, cut off and overwritten": ("tests/measured/readers/test_damage.py", ""),
+    "bombs for readers": ("tests/measured/readers/test_bombs.py", ""),
+    "bad jobs, records and links in a workspace": ("tests/workbench/test_bad_jobs.py", ""),
     "earlier finds of damaged input": ("tests/fuzz/test_finds.py", ""),
 }
 """Attack -> the tests that carry it out: a file, and which of it."""
@@ -52,7 +54,6 @@ Promised, and attacked here:
   breaks its own row at most.
 - A file that is named in an input file is a regular file under an allowed folder; no other is opened.
 - Values are checked before anything is written. What is written appears whole or not at all.
-
 - A command that is killed leaves what an undisturbed one would have left of it, and begun again it ends with the same values.
 
 A failure is an input with any other end. `damaged input` means generated files and requests: a sound one of each kind with tokens, numbers,
