@@ -146,14 +146,14 @@ def _watched(process: Any, shared: Any, end: float, words: str) -> str:
     """Wait for a process and tell how far it is; return what is wrong with its end, empty if nothing is."""
     last = shared.value
     since = time.monotonic()
-    told = time.monotonic()
+    last_line = time.monotonic()
     while process.is_alive():
         process.join(1.0)
         if shared.value != last:
             last = shared.value
             since = time.monotonic()
-        if time.monotonic() - told > _TOLD:
-            told = time.monotonic()
+        if time.monotonic() - last_line > _TOLD:
+            last_line = time.monotonic()
             print(words.format(last), file=sys.stderr, flush=True)
         if time.monotonic() > end and process.is_alive():
             process.terminate()

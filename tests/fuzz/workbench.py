@@ -342,7 +342,7 @@ def targets() -> Iterator[Target]:
     if find_spec("starlette") is None or find_spec("uvicorn") is None:
         return
     page = partial(Target, kind="JSON", around=_workspace, while_open=_in_this_thread)
-    started = [{"task": task, "text": SMALL, "name": task, "options": given} for task, given in TASKS.items()]
+    started = [{"task": task, "text": SMALL, "name": task, "options": options} for task, options in TASKS.items()]
     live: dict[str, Any] = {"text": SMALL, "values": {_PATH: "700 N*m/rad", "torque.0.mean": 0.5}, "sequence": 3}
     yield page("workbench, check", "b.json", _bodies({"text": SMALL, "file": "m.toml"}, {"text": SMALL}), _check)
     yield page("workbench, edit", "b.json", _bodies(*({"text": SMALL, "edits": edits} for edits in EDITS)), _edit)
