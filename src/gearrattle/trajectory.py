@@ -333,8 +333,8 @@ def _of_grid(t: Trajectory) -> Iterator[_Fault]:
     ):
         if value < least:
             yield name, f"{value}", f"must be {least} or more"
-    if t.discard >= t.cycles:
-        yield "discard", f"{t.discard}", f"must be less than the {t.cycles} cycles"
+    if t.discard > t.cycles:  # all of them are left out of a chunk that is start-up
+        yield "discard", f"{t.discard}", f"must be at most the {t.cycles} cycles"
     samples = t.cycles * t.samples_per_cycle + 1
     yield from _of_shape("time", t.time, (samples,))
     step = t.layout.period / t.samples_per_cycle
