@@ -425,7 +425,8 @@ def _of_records(t: Trajectory) -> Iterator[_Fault]:
         yield "notes", repr(t.notes)[:60], "must be texts"
     if t.energy is not None:
         sizes = {"torque_work": 0, "drag_loss": 0, "error_work": 1, "element_loss": 1, "friction_loss": 1}
-        lengths = (len(t.layout.inertia_names), len(t.layout.element_names))
+        free = len(t.layout.inertia_names) - len(t.layout.prescribed)
+        lengths = (free, len(t.layout.element_names))
         for name, kind in sizes.items():
             array = getattr(t.energy, name)
             if name != "friction_loss" or array.size:
