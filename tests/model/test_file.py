@@ -102,7 +102,7 @@ def test_odd_names() -> None:
 def test_a_loop_of_links_cannot_be_read(tmp_path: Path) -> None:
     path = tmp_path / "loop.toml"
     path.symlink_to(path)
-    assert "cannot be read: too many levels" in _only_problem(path)
+    assert "is a symbolic link that leads back to itself" in _only_problem(path)
 
 
 DEEP = ["a = " + "[" * 100_000, "a = " + "{a=" * 50_000, "a" + ".a" * 100_000 + " = 1", "[" + "a." * 9_000 + "a]"]

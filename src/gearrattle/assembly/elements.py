@@ -36,11 +36,11 @@ def component_notes(model: Model) -> tuple[str, ...]:
 
 
 def decay_notes(model: Model) -> tuple[str, ...]:
-    """Say that nothing decays in a driveline without damping, drag and friction; nothing where something does."""
+    """Say that nothing decays in a driveline without damping, drag and friction; nothing where something does, or nothing vibrates."""
     pieces = [piece for element in model.elements for piece in (*element.drive, *element.coast)]
     prescribed = {motion.on for motion in model.motions}
     drags = [body.drag for body in model.inertias if body.name not in prescribed]
-    if any(drags) or any(piece.damping or piece.hysteresis for piece in pieces):
+    if not pieces or any(drags) or any(piece.damping or piece.hysteresis for piece in pieces):
         return ()
     return (
         "nothing decays: the driveline has no damping, no drag and no friction. What the start sets in motion stays, "

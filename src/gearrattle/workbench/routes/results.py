@@ -205,15 +205,15 @@ def _zipped(request: Request, what: str, *, has_script: bool = True, has_result:
     files = [(file, file.relative_to(inputs)) for file in inputs.rglob("*")]
     files += [(file, file.relative_to(folder)) for file in (folder / kept.RESULT).rglob("*") if has_result]
     with ExitStack() as stack:
-        path = stack.enter_context(temporary_folder()) / f"{what}.zip"
-        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        target = stack.enter_context(temporary_folder()) / f"{what}.zip"
+        with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
             if has_script:
                 archive.writestr("script.py", _script_text(folder))
             for file, name in sorted(files):
                 if file.is_file():
                     archive.write(file, name)
         removal = BackgroundTask(stack.pop_all().close)
-    return FileResponse(path, media_type="application/zip", filename=path.name, background=removal)
+    return FileResponse(target, media_type="application/zip", filename=target.name, background=removal)
 
 
 def _archive(request: Request) -> Response:
