@@ -36,7 +36,7 @@ def component_notes(model: Model) -> tuple[str, ...]:
 
 
 def decay_notes(model: Model) -> tuple[str, ...]:
-    """Say that nothing decays in a driveline without damping, drag and friction; nothing where something does, or nothing vibrates."""
+    """Say that nothing decays in a driveline without damping, drag and friction, if it has elements at all."""
     pieces = [piece for element in model.elements for piece in (*element.drive, *element.coast)]
     prescribed = {motion.on for motion in model.motions}
     drags = [body.drag for body in model.inertias if body.name not in prescribed]
