@@ -6,7 +6,7 @@ import asyncio
 import socket
 import threading
 import time
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from urllib.parse import quote
@@ -329,7 +329,33 @@ def test_requests_without_the_token_spend_nothing_of_those_with_it(server: Serve
     assert _page_answers(server)
 
 
+def test_no_cookie_keeps_the_server_busy() -> None:
+    long = {b"cookie": b'x="' + b"\\" * 60_000 + b'"'}
+    app = Access(_all_of_the_body, "127.0.0.1", "token")
+    begin = time.monotonic()
+    assert asked(app, _no_body, headers=long) == 401
+    assert time.monotonic() - begin < 1.0
+
+
+def test_a_cookie_of_another_server_of_the_machine_hides_none_of_this_one() -> None:
+    app = Access(_all_of_the_body, "127.0.0.1", "token")
+    for cookies in (
+        "gearrattle-80=token",
+        "gearrattle-80=other; a; b=c;gearrattle-80=token",
+        'x="; gearrattle-80=token',
+    ):
+        assert asked(app, _no_body, headers={b"cookie": cookies.encode()}) == 200
+    for cookies in ("gearrattle-81=token", "gearrattle-80=", "gearrattle-80", "", "=token"):
+        assert asked(app, _no_body, headers={b"cookie": cookies.encode()}) == 401
+
+
 def test_each_address_has_a_pace_of_its_own() -> None:
+    mapped = Strangers(1, 0.0)
+    assert [mapped.allows(address) for address in ("::ffff:10.0.0.7", "::ffff:10.0.0.8", "10.0.0.8")] == [
+        True,
+        True,
+        False,
+    ]
     strangers = Strangers(2, 0.0)
     for address in ("10.0.0.7", "2001:db8::1", ""):
         assert [strangers.allows(address) for _ in range(3)] == [True, True, False]
@@ -340,15 +366,24 @@ def test_each_address_has_a_pace_of_its_own() -> None:
     assert len(strangers._paces) == 1000
 
 
-def asked(access: Access, messages: Callable[[], Awaitable[Message]], path: str = "/api/jobs") -> int:
-    """The status that a request with the token gets."""
+async def _no_body() -> Message:
+    return {"type": "http.request", "body": b"", "more_body": False}
+
+
+def asked(
+    access: Access,
+    messages: Callable[[], Awaitable[Message]],
+    path: str = "/api/jobs",
+    headers: Mapping[bytes, bytes] = {b"authorization": b"Bearer token"},
+) -> int:
+    """The status that a request gets; without headers of its own it has the token."""
     sent: list[Message] = []
 
     async def send(message: Message) -> None:
         sent.append(message)
 
-    headers = [(b"host", b"127.0.0.1:80"), (b"authorization", b"Bearer token")]
-    scope = {"type": "http", "method": "POST", "path": path, "headers": headers, "server": ("127.0.0.1", 80)}
+    every = [(b"host", b"127.0.0.1:80"), *headers.items()]
+    scope = {"type": "http", "method": "POST", "path": path, "headers": every, "server": ("127.0.0.1", 80)}
     try:
         asyncio.run(access(scope, messages, send))  # type: ignore[arg-type]
     except HTTPException as error:
@@ -388,3 +423,27 @@ def test_a_password_has_so_long(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(access, "_LONGEST_SIGN_IN", 0.05)
     app = Access(_all_of_the_body, "127.0.0.1", "another token", "a long password")
     assert asked(app, never, "/api/session") == 408
+
+
+def test_few_sign_ins_wait_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def never() -> Message:
+        await asyncio.sleep(60.0)
+        raise AssertionError
+
+    async def sign_in(number: int) -> int:
+        sent: list[Message] = []
+
+        async def send(message: Message) -> None:
+            sent.append(message)
+
+        scope = {"type": "http", "method": "POST", "path": "/api/session", "headers": [(b"host", b"127.0.0.1:80")]}
+        await app({**scope, "server": ("127.0.0.1", 80), "client": (f"10.0.0.{number}", 0)}, never, send)
+        return int(sent[0]["status"])
+
+    async def flood() -> list[int]:
+        return await asyncio.gather(*(sign_in(number) for number in range(100)))
+
+    monkeypatch.setattr(access, "_LONGEST_SIGN_IN", 0.05)
+    app = Access(_all_of_the_body, "127.0.0.1", "token", "a long password")
+    assert sorted(asyncio.run(flood())) == [408] * 32 + [429] * 68
+    assert app._sign_ins == 0

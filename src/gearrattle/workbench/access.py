@@ -17,7 +17,6 @@ import ipaddress
 import json
 import time
 from collections.abc import Awaitable, Callable, Iterable, MutableMapping
-from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qs
 
@@ -49,6 +48,8 @@ _HEADERS = {
 _MOST_HELD = 100_000_000  # bytes of all bodies that are being read
 _LONGEST_BODY = 60.0  # seconds: 20 MB at 2.7 Mbit/s
 _LONGEST_SIGN_IN = 2.0  # seconds
+_MOST_SIGN_INS = 32  # at a time, from all addresses: the others of the server's connections are for the page
+_LONGEST_START = 200  # bytes of the query of the start address
 _MOST_ADDRESSES = 1000
 _PREFIX = 64  # bits of an IPv6 address that one machine has to itself
 _TOO_LARGE = f"the body is larger than {LARGEST / 1e6:.0f} MB"
@@ -135,6 +136,7 @@ class Access:
         self._strangers = Strangers(20, 5.0)
         self._requests = Pace(2000, 400.0)
         self._sockets = 0
+        self._sign_ins = 0
         self._held = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -152,7 +154,7 @@ class Access:
             await _answer(send, 403, refusal)
         elif self._knows(scope, headers):
             await self._known(scope, headers, receive, send)
-        elif not self._strangers.allows((scope.get("client") or ("", 0))[0]):
+        elif not self._strangers.allows((scope.get("client") or ("", 0))[0]) or self._sign_ins >= _MOST_SIGN_INS:
             await _answer(send, 429, "too many requests without the token; try again in a minute")
         elif scope["path"] == "/" and scope["method"] == "GET":
             await self._start(send)
@@ -245,9 +247,10 @@ class Access:
 
     def _knows(self, scope: Scope, headers: dict[str, str]) -> bool:
         """Whether a request carries the token."""
-        words = [headers.get("authorization", "").removeprefix("Bearer "), _cookie(headers, _cookie_name(scope))]
+        words = [headers.get("authorization", "").removeprefix("Bearer "), *_cookies(headers, _cookie_name(scope))]
         if scope["path"] == "/":
-            words += parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [])[:1]
+            query = scope.get("query_string", b"")[:_LONGEST_START].decode("latin-1")
+            words += parse_qs(query).get("token", [])[:1]
         return any(hmac.compare_digest(word.encode(), self._token.encode()) for word in words)
 
     async def _start(self, send: Send) -> None:
@@ -256,6 +259,7 @@ class Access:
 
     async def _sign_in(self, scope: Scope, receive: Receive, send: Send) -> None:
         body = b""
+        self._sign_ins += 1
         try:
             async with asyncio.timeout(_LONGEST_SIGN_IN):
                 while len(body) < 4096:
@@ -266,6 +270,8 @@ class Access:
         except TimeoutError:
             await _answer(send, 408, "the password did not come")
             return
+        finally:
+            self._sign_ins -= 1
         password = parse_qs(body.decode("latin-1"), encoding="utf-8").get("password", [""])[0]
         if hmac.compare_digest(password.encode(), self._password.encode()):
             await _redirect(send, self._cookie(scope))
@@ -309,6 +315,8 @@ def _machine(address: str) -> str:
         return address
     if number.version == 4:
         return address
+    if number.ipv4_mapped is not None:  # how a socket for both versions names an address of version 4
+        return str(number.ipv4_mapped)
     return str(ipaddress.ip_network((number.packed, _PREFIX), strict=False))
 
 
@@ -322,12 +330,13 @@ def _cookie_name(scope: Scope) -> str:
     return f"gearrattle-{(scope.get('server') or ('', 0))[1]}"
 
 
-def _cookie(headers: dict[str, str], name: str) -> str:
-    try:
-        morsel = SimpleCookie(headers.get("cookie", "")).get(name)
-    except CookieError:
-        return ""
-    return "" if morsel is None else morsel.value
+def _cookies(headers: dict[str, str], name: str) -> list[str]:
+    """Return the values of all cookies of a name: a server at another port of this machine may have set one too.
+
+    ``http.cookies`` takes minutes for a long row of backslashes, and a token needs none of its quoting.
+    """
+    pairs = (pair.partition("=") for pair in headers.get("cookie", "").split(";"))
+    return [value.strip() for key, _, value in pairs if key.strip() == name]
 
 
 def _with_headers(send: Send) -> Send:
