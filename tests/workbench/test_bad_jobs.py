@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
+import io
 import json
 import os
 import resource
 import shutil
+import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
+import zipfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +22,7 @@ import pytest
 from gearrattle.cli import main
 from gearrattle.errors import ModelError
 from gearrattle.workbench.folder import Folder
+from gearrattle.workbench.jobs.options import check_options
 from gearrattle.workbench.jobs.queue import Jobs
 from gearrattle.workbench.jobs.record import NAME, Job, read_job, read_jobs
 from gearrattle.workbench.jobs.worker import Reserve
@@ -25,6 +31,7 @@ from tests.workbench.server import MODEL, Server, serving
 
 pytest.importorskip("starlette")
 
+from gearrattle.workbench.routes import results
 from gearrattle.workbench.routes.answers import JsonAnswer
 from gearrattle.workbench.routes.results import _PATHS
 
@@ -206,6 +213,99 @@ def test_a_job_that_is_a_link_is_a_broken_row_and_its_removal_leaves_what_it_lea
     Jobs(Folder(root), 0, 1e9, Reserve()).delete("bad")
     assert (other / NAME).is_file()
     assert listed(root) == {}
+
+
+def _make_deep(folder: Path) -> None:
+    with contextlib.chdir(folder):
+        for _ in range(1500):
+            os.mkdir("d")
+            os.chdir("d")
+
+
+def _make_immovable(folder: Path) -> None:
+    """What a killed program had begun to move into the folder, and a file in the way of what it replaces."""
+    hidden = folder / ".gearrattle-abc"
+    (hidden / "new").mkdir(parents=True)
+    (hidden / "new" / "model.toml").write_text("new", encoding="utf-8")
+    (hidden / "old").write_text("in the way", encoding="utf-8")
+
+
+@pytest.mark.parametrize("make", [_make_deep, _make_immovable])
+@pytest.mark.parametrize("where", [".", ".gearrattle/jobs/bad"])
+def test_no_folder_keeps_the_server_from_its_start(tmp_path: Path, make: Callable[[Path], None], where: str) -> None:
+    for name in ("bad", "sound"):
+        Job("run", id=name, state="done").write(Folder(tmp_path).jobs)
+    (tmp_path / "model.toml").write_text(MODEL, encoding="utf-8")
+    make(tmp_path / where)
+    jobs = Jobs(Folder(tmp_path), 0, 1e9, Reserve())
+    assert jobs.get("sound").state == "done"
+    page = client(tmp_path)
+    assert [entry["path"] for entry in page.get("/api/files").json()] == ["model.toml"]
+    for address in addresses("bad"):
+        assert page.get(address).status_code < 500, address
+    with contextlib.suppress(ModelError):  # folders nested too deep are not removed wholly
+        jobs.delete("bad")
+    assert os.path.lexists(Folder(tmp_path).jobs / "bad") == ("bad" in {job.id for job in jobs.all()})
+    subprocess.run(["rm", "-r", tmp_path / "d", Folder(tmp_path).jobs], stderr=subprocess.DEVNULL, check=False)
+
+
+def test_a_time_or_a_name_that_no_zip_can_say_is_no_internal_error(tmp_path: Path) -> None:
+    for name in ("old", "odd"):
+        Job("run", id=name, state="done").write(Folder(tmp_path).jobs)
+        inputs = planted(tmp_path, f"{name}/inputs")
+        (inputs / "model.toml").write_text(MODEL, encoding="utf-8")
+    os.utime(Folder(tmp_path).jobs / "old" / "inputs" / "model.toml", (0, 0))
+    Path(os.fsdecode(os.fsencode(Folder(tmp_path).jobs) + b"/odd/inputs/\xff.csv")).touch()
+    page = client(tmp_path)
+    assert page.get("/api/jobs/old/model.zip").status_code == 200
+    assert page.get("/api/jobs/odd/model.zip").status_code == 400
+
+
+def test_nothing_of_a_record_becomes_code_but_options_of_its_task(tmp_path: Path) -> None:
+    folder = planted(tmp_path, "bad")
+    (folder / "model.toml").write_text(MODEL, encoding="utf-8")
+    (folder / NAME).write_text(json.dumps({"task": "run", "options": {"cycles=print(1), discard": 1}}))
+    answer = client(tmp_path).get("/api/jobs/bad/script.py")
+    assert answer.status_code == 400
+    assert "is no option" in answer.json()["problems"][0]["rule"]
+
+
+def test_a_large_record_is_one_broken_row_and_large_options_are_refused(tmp_path: Path) -> None:
+    (planted(tmp_path, "bad") / NAME).write_text(json.dumps({"task": "run", "name": "x" * 3_000_000}))
+    assert "larger than" in listed(tmp_path)["bad"]["problems"][0]["rule"]
+    with pytest.raises(ModelError, match="longer than 1 MB"):
+        check_options("study", {"axes": {"mesh.gear.backlash": [1e-4] * 300_000}})
+
+
+def test_inputs_are_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = planted(tmp_path, "earlier")  # of a version that kept no inputs
+    Job("run", id="earlier", state="done").write(Folder(tmp_path).jobs)
+    (folder / "model.toml").write_text(MODEL, encoding="utf-8")
+
+    def half(target: Path, *_: Any) -> None:
+        (target / "half").write_text("half", encoding="utf-8")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    page = client(tmp_path)
+    with monkeypatch.context() as context:
+        context.setattr(results, "copy_inputs", half)
+        assert page.get("/api/jobs/earlier/model.zip").status_code == 507
+    answer = page.get("/api/jobs/earlier/model.zip")
+    assert answer.status_code == 200
+    assert zipfile.ZipFile(io.BytesIO(answer.content)).namelist() == ["model.toml"]
+
+
+def test_a_record_that_cannot_be_written_fails_no_other_job(tmp_path: Path) -> None:
+    jobs = Jobs(Folder(tmp_path), 0, 1e9, Reserve())
+    bad = jobs.submit(Job("run"), MODEL)
+    sound = jobs.submit(Job("run"), MODEL)
+    record = jobs.path(bad.id) / NAME
+    record.unlink()
+    record.mkdir()  # no file takes its place
+    jobs.cancel(bad.id)
+    assert jobs._write(sound) is None
+    assert read_job(jobs.path(sound.id)) == sound
+    assert list(jobs._unwritten) == [bad.id]
 
 
 @pytest.mark.parametrize("name", [".gearrattle", ".gearrattle/jobs"])

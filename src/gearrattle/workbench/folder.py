@@ -11,6 +11,8 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+import stat
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
@@ -25,6 +27,7 @@ _LONGEST = 240
 JOB_NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
 """How the folder of a job is called."""
 _MOST_FILES = 2000
+_DEEPEST = 120  # folders: no name of a file leads deeper
 _KINDS = {
     ".toml": "model",
     ".csv": "measured",
@@ -78,12 +81,10 @@ class Folder:
 
     def sweep(self) -> None:
         """Remove what a server that was killed was writing: hidden files and folders in its own and those of jobs."""
-        for where, folders, _ in islice(os.walk(self.root), _MOST_FILES):
-            folders[:] = sorted(name for name in folders if not name.startswith("."))
-            sweep(Path(where))
-        for where, folders, _ in os.walk(self.jobs.parent):
-            folders[:] = [name for name in folders if not name.startswith(PREFIX)]
-            sweep(Path(where))
+        own = islice(_folders_within(self.root, "."), _MOST_FILES)
+        for folder in (*own, *_folders_within(self.jobs.parent, PREFIX)):
+            with suppress(OSError):  # what cannot be moved into place, or removed, stays: the server starts
+                sweep(folder)
 
     def path(self, name: str) -> Path:
         """Return the path of a file by its name.
@@ -194,19 +195,50 @@ class Folder:
     def files(self) -> list[dict[str, Any]]:
         """Return path, bytes, time of change and kind of every file of a kind that is known, by path."""
         entries: list[dict[str, Any]] = []
-        for where, folders, names in os.walk(self.root):
-            folders[:] = sorted(name for name in folders if not name.startswith("."))
-            for name in sorted(names):
-                path = Path(where) / name
+        for folder in _folders_within(self.root, "."):
+            for path in sorted(folder / name for name in _names_in(folder)):
                 kind = _KINDS.get(path.suffix.lower())
-                if kind is None or name.startswith(".") or path.is_symlink():
+                if kind is None or path.name.startswith("."):
                     continue
-                state = path.stat()
+                try:
+                    state = path.lstat()
+                except OSError:  # removed meanwhile
+                    continue
+                if stat.S_ISLNK(state.st_mode) or stat.S_ISDIR(state.st_mode):
+                    continue
                 relative = path.relative_to(self.root).as_posix()
                 entries.append({"path": relative, "bytes": state.st_size, "modified": state.st_mtime, "kind": kind})
                 if len(entries) >= _MOST_FILES:
                     return entries
         return entries
+
+
+def _names_in(folder: Path) -> list[str]:
+    """Return the names in a folder; none where it cannot be read."""
+    try:
+        return os.listdir(folder)
+    except OSError:
+        return []
+
+
+def _folders_within(root: Path, hidden: str) -> Iterator[Path]:
+    """Yield a folder and those within it, by name; neither links, nor what begins as hidden names do, nor the deepest.
+
+    Python's own walks call themselves for each level, and end with an error in a folder of a thousand levels.
+    """
+    pending = [root]
+    while pending:
+        folder = pending.pop()
+        yield folder
+        if len(folder.parts) - len(root.parts) >= _DEEPEST:
+            continue
+        with suppress(OSError), os.scandir(folder) as entries:
+            names = [
+                entry.name
+                for entry in entries
+                if not entry.name.startswith(hidden) and entry.is_dir(follow_symlinks=False)
+            ]
+            pending += [folder / name for name in sorted(names, reverse=True)]
 
 
 def check_job_folder(folder: Path) -> None:
@@ -215,23 +247,37 @@ def check_job_folder(folder: Path) -> None:
     Raises
     ------
     ModelError
-        a link, which may lead to any file of this machine, a pipe, a device or a socket.
+        a link, which may lead to any file of this machine, a pipe, a device or a socket; or folders that cannot be
+        read, or are nested too deep to be.
     """
     if folder.is_symlink():
         raise _no_regular_file(folder.name, "")
-    pending = [folder]
+    pending = [(str(folder), 0)]
     while pending:
-        with suppress(FileNotFoundError), os.scandir(pending.pop()) as entries:
-            for entry in entries:
-                if entry.is_dir(follow_symlinks=False):
-                    pending.append(Path(entry.path))
-                elif not entry.is_file(follow_symlinks=False):
-                    raise _no_regular_file(folder.name, Path(entry.path).relative_to(folder).as_posix())
+        path, depth = pending.pop()
+        if depth > _DEEPEST:
+            raise _unreadable(folder.name, f"holds folders more than {_DEEPEST} deep")
+        try:
+            with os.scandir(path) as opened:
+                entries = list(opened)
+        except FileNotFoundError:  # removed meanwhile
+            continue
+        except OSError as error:
+            raise _unreadable(folder.name, (error.strerror or "cannot be read").lower()) from None
+        for entry in entries:
+            if entry.is_dir(follow_symlinks=False):
+                pending.append((entry.path, depth + 1))
+            elif not entry.is_file(follow_symlinks=False):
+                raise _no_regular_file(folder.name, Path(entry.path).relative_to(folder).as_posix())
 
 
 def _no_regular_file(job: str, name: str) -> ModelError:
     rule = "is a link, a pipe or a device; files of a run are regular files"
     return ModelError(Problem(f"{job}/{name}".rstrip("/"), "", rule, "delete the run"))
+
+
+def _unreadable(job: str, rule: str) -> ModelError:
+    return ModelError(Problem("job", job, rule, "delete the run"))
 
 
 def _outside(name: str) -> ModelError:

@@ -27,8 +27,8 @@ def problem_of(error: OSError) -> Problem:
     return Problem("files", str(error.filename or ""), words, "see that the folder can be read and written")
 
 
-def stored_text(path: Path) -> str:
-    """Return the text of a file in the folder of a job.
+def stored_text(path: Path, largest: int = _LARGEST) -> str:
+    """Return the text of a file in the folder of a job, of so many bytes at most.
 
     Raises
     ------
@@ -39,8 +39,8 @@ def stored_text(path: Path) -> str:
     """
     try:
         with opened(path) as stream:
-            if os.fstat(stream.fileno()).st_size > _LARGEST:
-                raise _damaged(path, f"is larger than {_LARGEST / 1e6:.0f} MB")
+            if os.fstat(stream.fileno()).st_size > largest:
+                raise _damaged(path, f"is larger than {largest / 1e6:.0f} MB")
             return stream.read().decode("utf-8")
     except Refused as refused:
         raise _damaged(path, refused.rule) from None
@@ -51,17 +51,17 @@ def stored_text(path: Path) -> str:
         raise _damaged(path, words) from None
 
 
-def stored_json(path: Path) -> Any:
+def stored_json(path: Path, largest: int = _LARGEST) -> Any:
     """Return what a JSON file in the folder of a job says; raises as ``stored_text``, and ModelError for no JSON."""
     try:
-        return parsed_json(stored_text(path))
+        return parsed_json(stored_text(path, largest))
     except ValueError as error:
         raise _damaged(path, f"is damaged: {error}") from None
 
 
-def stored_object(path: Path) -> dict[str, Any]:
+def stored_object(path: Path, largest: int = _LARGEST) -> dict[str, Any]:
     """Return the object that a JSON file in the folder of a job holds; raises as ``stored_json``."""
-    value = stored_json(path)
+    value = stored_json(path, largest)
     if not isinstance(value, dict):
         raise _damaged(path, "must hold a JSON object")
     return value

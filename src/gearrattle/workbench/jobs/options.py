@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import builtins
 import inspect
+import json
 import os
 import types
 import typing
@@ -20,6 +21,8 @@ from typing import Any, Literal, NamedTuple
 from gearrattle.errors import ModelError, Problem
 from gearrattle.wording import listed
 from gearrattle.workbench.jobs.tasks import TASKS
+
+_LONGEST = 1_000_000  # characters of JSON: the record of a job keeps them, and every list of jobs sends them
 
 
 def check_options(task: str, options: Mapping[str, Any]) -> None:
@@ -35,7 +38,7 @@ def check_options(task: str, options: Mapping[str, Any]) -> None:
     Raises
     ------
     ModelError
-        no such task, an unknown option, one that is missing, or one of a kind that it cannot be.
+        no such task, an unknown option, one that is missing, or one of a kind that it cannot be; or they are too long.
 
     Examples
     --------
@@ -48,6 +51,9 @@ def check_options(task: str, options: Mapping[str, Any]) -> None:
     """
     if task not in TASKS:
         raise ModelError(Problem("task", task[:40], f"must be one of {', '.join(TASKS)}"))
+    if len(json.dumps(options)) > _LONGEST:
+        rule = f"are longer than {_LONGEST / 1e6:.0f} MB together"
+        raise ModelError(Problem("options", "", rule, "name long tables as files, or ask for fewer values"))
     kinds = _kinds(task)
     problems = [
         Problem(f"options.{name}"[:80], "", "is no option of this task", _meant(name, list(kinds)))

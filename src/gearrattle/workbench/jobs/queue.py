@@ -5,9 +5,11 @@ Takes requests; gives jobs, which live in the workspace folder and survive the s
 
 from __future__ import annotations
 
+import os
 import shutil
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -97,7 +99,7 @@ class Jobs:
         """
         check_options(job.task, job.options)
         model = model_of(text, self._folder, job.file)
-        job.name = job.name.strip()[:_LONGEST_NAME] or model.name or job.task
+        job.name = (job.name.strip() or model.name or job.task)[:_LONGEST_NAME]
         with self._changed:
             if sum(other.state == "waiting" for other in self._jobs.values()) >= MOST_WAITING:
                 raise ModelError(Problem("job", "", f"{MOST_WAITING} jobs wait already", "cancel some, or wait"))
@@ -156,17 +158,19 @@ class Jobs:
         Raises
         ------
         ModelError
-            it has not ended.
+            it has not ended, or some of its files cannot be removed.
         """
         with self._changed:
-            if self.get(job).state not in ENDED:
+            removed = self.get(job)
+            if removed.state not in ENDED:
                 raise ModelError(Problem("job", job, "has not ended", "cancel it first"))
             del self._jobs[job]
             self._unwritten.pop(job, None)
-            if self.path(job).is_symlink():
-                self.path(job).unlink()
-            else:
-                shutil.rmtree(self.path(job), ignore_errors=True)
+        _remove(self.path(job))  # a folder of very many files takes seconds, which others do not wait for
+        with self._changed:
+            if os.path.lexists(self.path(job)):
+                self._jobs[job] = removed
+                raise ModelError(Problem("job", job, "cannot be removed wholly", f"remove {self.path(job)}"))
             self._say({"deleted": job})
 
     def listen(self, listener: Listener) -> Callable[[], None]:
@@ -260,15 +264,16 @@ class Jobs:
         self._tell(job)
 
     def _write(self, job: Job) -> Problem | None:
-        """Write the record of a job, and those that the disk took no more; return what it refuses now."""
+        """Write the record of a job, and those that were refused before; return why that of this job is refused."""
+        refused = None
         self._unwritten[job.id] = job
-        try:
-            for unwritten in list(self._unwritten.values()):
+        for unwritten in list(self._unwritten.values()):
+            try:
                 unwritten.write(self._folder.jobs)
                 del self._unwritten[unwritten.id]
-        except OSError as error:
-            return problem_of(error)
-        return None
+            except OSError as error:
+                refused = problem_of(error) if unwritten is job else refused
+        return refused
 
     def _tell(self, job: Job) -> None:
         self._say({"job": job.to_dict()})
@@ -276,3 +281,12 @@ class Jobs:
     def _say(self, message: dict[str, Any]) -> None:
         for listener in list(self._listeners):
             listener(message)
+
+
+def _remove(path: Path) -> None:
+    """Remove a folder, or the link in its place, as far as the machine lets it be removed."""
+    if path.is_symlink():
+        path.unlink()
+        return
+    with suppress(RecursionError):  # shutil calls itself for each level
+        shutil.rmtree(path, ignore_errors=True)

@@ -25,6 +25,7 @@ from gearrattle.writing import put
 
 State = Literal["waiting", "running", "done", "failed", "cancelled", "broken"]
 NAME = "job.json"
+_LARGEST = 2_000_000  # bytes: options have half of it, and every list of jobs sends all of it
 ENDED: tuple[State, ...] = ("done", "failed", "cancelled", "broken")
 
 
@@ -108,7 +109,7 @@ def read_job(folder: Path) -> Job:
     """
     check_job_folder(folder)
     try:
-        content = stored_object(folder / NAME)
+        content = stored_object(folder / NAME, _LARGEST)
     except FileNotFoundError:
         raise NotThereError(Problem(NAME, folder.name, "is not there", "delete the run")) from None
     known = {name: value for name, value in content.items() if name in Job.__dataclass_fields__}

@@ -26,6 +26,7 @@ from gearrattle.workbench import kept
 from gearrattle.workbench.differences import differences
 from gearrattle.workbench.folder import Folder, NotThereError
 from gearrattle.workbench.inputs import INPUTS, NAME, copy_inputs, files_of, moved
+from gearrattle.workbench.jobs.options import check_options
 from gearrattle.workbench.jobs.record import read_job
 from gearrattle.workbench.jobs.tasks import TASKS
 from gearrattle.workbench.lines import best_shift, density
@@ -34,7 +35,7 @@ from gearrattle.workbench.script import script
 from gearrattle.workbench.stored import reading, stored_text
 from gearrattle.workbench.traces import InMemory, Source, described, packed
 from gearrattle.workbench.views import chart_json
-from gearrattle.writing import temporary_folder
+from gearrattle.writing import Staging, temporary_folder
 
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,120}")
 _FIGURE_TYPES = {"svg": "image/svg+xml", "pdf": "application/pdf"}
@@ -180,6 +181,7 @@ def _model(request: Request) -> Response:
 
 def _script_text(folder: Path) -> str:
     job = read_job(folder)
+    check_options(job.task, job.options)  # their names become code, and the record may be somebody else's
     options = moved(job.options, TASKS[job.task].files)
     return script(job.task, options, job.name, version("gearrattle"))
 
@@ -189,24 +191,27 @@ def _script(request: Request) -> Response:
     return Response(_script_text(_folder(request)), media_type="text/x-python; charset=utf-8", headers=headers)
 
 
-def _inputs(request: Request) -> Path:
+def _inputs(folder: Path, workspace: Folder) -> Path:
     """Return the folder of inputs of a job; one of an earlier version has none yet."""
-    folder, workspace = _folder(request), request.app.state.folder
     if not (folder / INPUTS).is_dir():
         job = read_job(folder)
         others = files_of(job.options, TASKS[job.task].files)
-        copy_inputs(folder / INPUTS, workspace, stored_text(folder / NAME), job.file, others)
+        with Staging(folder / INPUTS) as staging:
+            copy_inputs(staging.path, workspace, stored_text(folder / NAME), job.file, others)
+            staging.commit()
     return folder / INPUTS
 
 
 def _zipped(request: Request, what: str, *, has_script: bool = True, has_result: bool = False) -> Response:
     """Send what runs anywhere by itself: the model with its data files, script and result."""
-    folder, inputs = _folder(request), _inputs(request)
-    files = [(file, file.relative_to(inputs)) for file in inputs.rglob("*")]
-    files += [(file, file.relative_to(folder)) for file in (folder / kept.RESULT).rglob("*") if has_result]
-    with ExitStack() as stack:
+    folder = _folder(request)
+    with ExitStack() as stack, reading(folder / INPUTS):
+        inputs = _inputs(folder, request.app.state.folder)
+        files = [(file, file.relative_to(inputs)) for file in inputs.rglob("*")]
+        if has_result:
+            files += [(file, file.relative_to(folder)) for file in (folder / kept.RESULT).rglob("*")]
         target = stack.enter_context(temporary_folder()) / f"{what}.zip"
-        with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=1, strict_timestamps=False) as archive:
             if has_script:
                 archive.writestr("script.py", _script_text(folder))
             for file, name in sorted(files):
@@ -217,7 +222,7 @@ def _zipped(request: Request, what: str, *, has_script: bool = True, has_result:
 
 
 def _archive(request: Request) -> Response:
-    return _zipped(request, _folder(request).name, has_result=True)
+    return _zipped(request, str(request.path_params["job"]), has_result=True)
 
 
 def _script_archive(request: Request) -> Response:
