@@ -11,6 +11,7 @@ import resource
 import shutil
 import subprocess
 import tempfile
+import threading
 import time
 import zipfile
 from collections.abc import Callable, Iterator
@@ -31,8 +32,12 @@ from tests.workbench.server import MODEL, Server, serving
 
 pytest.importorskip("starlette")
 
+from starlette.applications import Starlette
+from starlette.routing import Route
+from starlette.testclient import TestClient
+
 from gearrattle.workbench.routes import results
-from gearrattle.workbench.routes.answers import JsonAnswer
+from gearrattle.workbench.routes.answers import JsonAnswer, answering, json_object
 from gearrattle.workbench.routes.results import _PATHS
 
 pytestmark = pytest.mark.compiled
@@ -275,6 +280,19 @@ def test_a_large_record_is_one_broken_row_and_large_options_are_refused(tmp_path
     assert "larger than" in listed(tmp_path)["bad"]["problems"][0]["rule"]
     with pytest.raises(ModelError, match="longer than 1 MB"):
         check_options("study", {"axes": {"mesh.gear.backlash": [1e-4] * 300_000}})
+
+
+def test_a_large_body_is_refused_before_it_is_read_and_read_beside_the_server() -> None:
+    with pytest.raises(ModelError, match="has at most 4 MB"):
+        json_object(b'{"a": [' + b"[]," * 2_000_000 + b"1]}")
+    threads: list[str] = []
+
+    def body(_content: bytes) -> None:
+        threads.append(threading.current_thread().name)
+
+    page = TestClient(Starlette(routes=[Route("/", answering(lambda *_: {}, body), methods=["POST"])]))
+    assert page.post("/").status_code == 200
+    assert threads == ["AnyIO worker thread"]
 
 
 def test_inputs_are_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,6 +20,7 @@ from gearrattle.workbench.stored import problem_of
 from gearrattle.writing import disk_is_full
 
 Endpoint = Callable[[Request], Awaitable[Response]]
+_LARGEST_JSON = 4_000_000  # bytes: a model file and options have at most 1 MB each, and JSON escapes some of it
 
 
 def compact_json(content: Any) -> str:
@@ -46,15 +47,18 @@ def problems(status: int, those: Iterable[Problem]) -> JsonAnswer:
 def answering(work: Callable[..., Any], body: Callable[[bytes], Any] | None = None) -> Endpoint:
     """Return the endpoint of a function of the request and, with ``body``, of what that makes of its body.
 
-    The function runs in a thread, for it may read files; what it returns is sent as JSON, unless it is an answer. A
-    tuple is status and content.
+    Both run in a thread, for they may read files, or a large body; what the function returns is sent as JSON, unless it
+    is an answer. A tuple is status and content.
     """
 
     @wraps(work)
     async def answer(request: Request) -> Response:
         try:
-            arguments = (request,) if body is None else (request, body(await request.body()))
-            content = await run_in_threadpool(work, *arguments)
+            if body is None:
+                content = await run_in_threadpool(work, request)
+            else:
+                sent = await request.body()
+                content = await run_in_threadpool(lambda: work(request, body(sent)))
         except ClientDisconnect:  # nobody is there to be told
             return Response(status_code=400)
         except (GearRattleError, OSError) as error:
@@ -87,8 +91,10 @@ def json_object(content: bytes) -> dict[str, Any]:
     Raises
     ------
     ModelError
-        it is none.
+        it is none, or too large.
     """
+    if len(content) > _LARGEST_JSON:
+        raise ModelError(Problem("body", f"{len(content) / 1e6:.0f} MB", f"has at most {_LARGEST_JSON / 1e6:.0f} MB"))
     try:
         value = parsed_json(content)
     except ValueError as error:
