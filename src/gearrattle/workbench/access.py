@@ -150,10 +150,10 @@ class Access:
 
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
         headers = _headers(scope)
-        if (refusal := self._stranger(scope, headers)) is not None:
+        if (refusal := self._why_foreign(scope, headers)) is not None:
             await _answer(send, 403, refusal)
-        elif self._knows(scope, headers):
-            await self._known(scope, headers, receive, send)
+        elif self._has_token(scope, headers):
+            await self._with_token(scope, headers, receive, send)
         elif not self._strangers.allows((scope.get("client") or ("", 0))[0]) or self._sign_ins >= _MOST_SIGN_INS:
             await _answer(send, 429, "too many requests without the token; try again in a minute")
         elif scope["path"] == "/" and scope["method"] == "GET":
@@ -163,11 +163,11 @@ class Access:
         else:
             await _answer(send, 401, "open the workbench by the start address that gearrattle serve printed")
 
-    async def _known(self, scope: Scope, headers: dict[str, str], receive: Receive, send: Send) -> None:
+    async def _with_token(self, scope: Scope, headers: dict[str, str], receive: Receive, send: Send) -> None:
         """Answer a request with the token, or pass it on."""
         if not self._requests.allows():
             await _answer(send, 429, "too many requests at once; try again in a second")
-        elif int(headers["content-length"]) > LARGEST if headers.get("content-length", "").isdigit() else False:
+        elif _length(headers) > LARGEST:
             await _answer(send, 413, _TOO_LARGE)
         elif scope["path"] == "/" and b"token=" in scope.get("query_string", b""):
             await _redirect(send, self._cookie(scope))
@@ -178,8 +178,8 @@ class Access:
         headers = _headers(scope)
         refused = (
             "origin" not in headers
-            or self._stranger(scope, headers) is not None
-            or not self._knows(scope, headers)
+            or self._why_foreign(scope, headers) is not None
+            or not self._has_token(scope, headers)
             or self._sockets >= _MOST_SOCKETS
         )
         if refused:
@@ -221,7 +221,7 @@ class Access:
         finally:
             self._held -= size
 
-    def _stranger(self, scope: Scope, headers: dict[str, str]) -> str | None:
+    def _why_foreign(self, scope: Scope, headers: dict[str, str]) -> str | None:
         """Why a request comes from elsewhere; None if it does not."""
         host = headers.get("host", "")
         if not self._is_here(scope, host):
@@ -245,7 +245,7 @@ class Access:
             return name in LOOPBACK
         return name in (self._host, "localhost") or _is_address(name)
 
-    def _knows(self, scope: Scope, headers: dict[str, str]) -> bool:
+    def _has_token(self, scope: Scope, headers: dict[str, str]) -> bool:
         """Whether a request carries the token."""
         words = [headers.get("authorization", "").removeprefix("Bearer "), *_cookies(headers, _cookie_name(scope))]
         if scope["path"] == "/":
@@ -291,6 +291,12 @@ def _headers(scope: Scope) -> dict[str, str]:
     return headers
 
 
+def _length(headers: dict[str, str]) -> int:
+    """Return the length of the body that a request states [bytes]; 0 where it states none."""
+    text = headers.get("content-length", "")
+    return int(text) if text.isascii() and text.isdigit() else 0
+
+
 def _split(host: str) -> tuple[str, int]:
     """Name and port of a Host; -1 where there is no number."""
     name, colon, port = host.rpartition(":")
@@ -308,7 +314,7 @@ def _is_address(name: str) -> bool:
 
 
 def _machine(address: str) -> str:
-    """Return what an address has in common with the others of its machine."""
+    """Return what stands for all addresses of a machine: one of version 4, or the network of one of version 6."""
     try:
         number = ipaddress.ip_address(address)
     except ValueError:

@@ -3,6 +3,19 @@
 The modules of the interface take seconds to import. The page needs none of them: they are imported in a thread as soon
 as it has been sent, or a second has passed, and its requests wait for that.
 
+What lives as long as the application is kept in its ``state``:
+
+    folder      the workspace
+    asked       event: the page has asked the interface for something
+    ending      event: the server ends
+    begun       task that imports the first modules and begins to compute
+    jobs        queue of jobs            }
+    newest      answers to a slider      } there once that task is done, unless the server ended before
+    reserve     a warm process           }
+    importing   thread that imports the rest
+
+An application without ``begun`` (its lifespan was not entered) serves what is there, and computes nothing.
+
 Takes the workspace folder; gives an ASGI application, and the server that ends it.
 """
 

@@ -69,7 +69,7 @@ def stored_object(path: Path, largest: int = _LARGEST) -> dict[str, Any]:
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Name a file in which whatever reads it meets something else than it expects.
+    """Turn what a library raises on a damaged file into a problem that names the file.
 
     Raises
     ------

@@ -84,7 +84,10 @@ class _Names(dict[str, Any]):
 
 @cache
 def _kinds(task: str) -> Mapping[str, Any]:
-    """Return what each option of a task may be, as its annotation says."""
+    """Return the annotation of each option of a task.
+
+    ``typing.get_type_hints`` would fail on names that are imported for type checkers alone.
+    """
     function: Callable[..., Any] = TASKS[task].callable()
     names = _Names({**vars(builtins), **function.__globals__})
     parameters = inspect.signature(function).parameters
@@ -92,13 +95,13 @@ def _kinds(task: str) -> Mapping[str, Any]:
 
 
 def _choices(kind: Any) -> Sequence[Any]:
-    """Return what a union is of; of anything else that alone."""
+    """Return the members of a union; of any other annotation it alone."""
     is_union = typing.get_origin(kind) in (typing.Union, types.UnionType)
     return typing.get_args(kind) if is_union else (kind,)
 
 
 def _outer(kind: Any) -> Any:
-    """Return what a kind that is no union is without what it holds."""
+    """Return an annotation without what stands in its brackets: of ``Sequence[float]`` the ``Sequence``."""
     return type(None) if kind is None else typing.get_origin(kind) or kind
 
 
