@@ -27,6 +27,7 @@ from gearrattle.workbench.jobs.options import check_options
 from gearrattle.workbench.jobs.queue import Jobs
 from gearrattle.workbench.jobs.record import NAME, Job, read_job, read_jobs
 from gearrattle.workbench.jobs.worker import Reserve
+from gearrattle.writing import PREFIX
 from tests.workbench.jobs import client
 from tests.workbench.server import MODEL, Server, serving
 
@@ -405,6 +406,19 @@ def test_a_job_that_is_cancelled_at_once_is_cancelled(server: Server) -> None:
         server.client.post(f"/api/jobs/{job['id']}/cancel")
         assert server.ended(job["id"])["state"] == "cancelled"
     assert server.ended(server.job()["id"])["state"] == "done"
+
+
+@LINUX
+def test_a_job_that_is_cancelled_while_it_writes_leaves_no_hidden_folder(server: Server) -> None:
+    root = Path(os.readlink(f"/proc/{server.process.pid}/cwd"))
+    job = server.job()
+    folder = Folder(root).job(job["id"])
+    end = time.monotonic() + 60.0
+    while not list(folder.glob(f"{PREFIX}*/content")) and server.state(job["id"])["state"] != "done":
+        assert time.monotonic() < end
+    server.client.post(f"/api/jobs/{job['id']}/cancel")
+    assert server.ended(job["id"])["state"] == "cancelled"
+    assert list(folder.rglob(f"{PREFIX}*")) == []
 
 
 def test_what_a_killed_server_has_left_is_removed(tmp_path: Path) -> None:

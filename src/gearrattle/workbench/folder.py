@@ -12,7 +12,7 @@ import hashlib
 import os
 import re
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
@@ -81,10 +81,12 @@ class Folder:
 
     def sweep(self) -> None:
         """Remove what a server that was killed was writing: hidden files and folders in its own and those of jobs."""
-        own = islice(_folders_within(self.root, "."), _MOST_FILES)
-        for folder in (*own, *_folders_within(self.jobs.parent, PREFIX)):
-            with suppress(OSError):  # what cannot be moved into place, or removed, stays: the server starts
-                sweep(folder)
+        _sweep_all(islice(_folders_within(self.root, "."), _MOST_FILES))
+        _sweep_all(_folders_within(self.jobs.parent, PREFIX))
+
+    def sweep_job(self, job: str) -> None:
+        """Remove what the process of a job was writing when it was ended."""
+        _sweep_all(_folders_within(self.jobs / job, PREFIX))
 
     def path(self, name: str) -> Path:
         """Return the path of a file by its name.
@@ -211,6 +213,13 @@ class Folder:
                 if len(entries) >= _MOST_FILES:
                     return entries
         return entries
+
+
+def _sweep_all(folders: Iterable[Path]) -> None:
+    """Sweep folders; what cannot be moved into place, or removed, stays, and keeps no server from its start."""
+    for folder in folders:
+        with suppress(OSError):
+            sweep(folder)
 
 
 def _names_in(folder: Path) -> list[str]:

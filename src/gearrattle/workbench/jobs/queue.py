@@ -242,6 +242,8 @@ class Jobs:
             self._tell(job)
 
     def _finish(self, job: Job, state: State, problems: Sequence[Problem]) -> None:
+        if state != "done":  # its process may have been ended while it wrote the result
+            self._folder.sweep_job(job.id)
         with self._changed:
             del self._running[job.id]
             if job.id in self._cancelled:
