@@ -56,4 +56,5 @@ class Connection(H11Protocol):
     def _close(self) -> None:
         """Close the connection without an answer."""
         self._stop_waiting()
+        self.connections.discard(self)  # at once: the limit of uvicorn counts it until the loop has closed it
         self.transport.abort()
