@@ -143,11 +143,6 @@ def processes(mark: str) -> list[int]:
     return actual
 
 
-def crowding() -> float:
-    """Return how many times longer than alone a process takes now: those that wait for a core, by cores; at least 1."""
-    return max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
-
-
 def started(attack: Attack) -> tuple[subprocess.Popen[bytes], str]:
     """Start the command in a group of its own, with a mark."""
     mark = uuid4().hex
@@ -184,7 +179,7 @@ def strike(attack: Attack, number: signal.Signals, delay: float, *, group: bool 
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, number) if group else process.send_signal(number)
     about = f"{number.name}{' to the group' if group else ''} after {delay:.2f} s"
-    deadline = time.monotonic() + LEFT * crowding()
+    deadline = time.monotonic() + LEFT
     while (left := processes(mark)) and time.monotonic() < deadline:
         time.sleep(0.05)
     attack.tried += 1
