@@ -408,7 +408,7 @@ def test_a_body_has_so_long_and_all_bodies_so_much(monkeypatch: pytest.MonkeyPat
     app = Access(_all_of_the_body, "127.0.0.1", "token")
     assert asked(app, whole) == 200
     assert app._held == 0
-    monkeypatch.setattr(access, "_LONGEST_BODY", 0.05)
+    monkeypatch.setattr(access, "_LONGEST_BODY", 0.2)
     assert asked(app, never) == 408
     monkeypatch.setattr(access, "_MOST_HELD", 999)
     assert asked(app, whole) == 503

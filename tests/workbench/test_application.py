@@ -302,6 +302,7 @@ def test_what_follows_a_slider(client: TestClient) -> None:
     )
 
 
+@pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
 def test_an_answer_that_the_end_of_the_server_cancels_is_not_logged_as_a_fault(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
@@ -319,7 +320,8 @@ def test_an_answer_that_the_end_of_the_server_cancels_is_not_logged_as_a_fault(
     with socket.create_server(("127.0.0.1", 0)) as listening:
         address = f"http://127.0.0.1:{listening.getsockname()[1]}"
         config = uvicorn.Config(app, log_level="warning", timeout_graceful_shutdown=0, lifespan="off")
-        server = Server(config, State({"begun": asyncio.sleep(0), "newest": SimpleNamespace(close=ending.is_set)}))
+        state = {"begun": asyncio.sleep(0), "newest": SimpleNamespace(close=ending.is_set)}
+        server = Server(config, State({**state, "asked": asyncio.Event(), "ending": threading.Event()}))
         serving = threading.Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)
         serving.start()
         statuses: list[int] = []
