@@ -21,6 +21,7 @@ import numpy as np
 from gearrattle.assembly import assemble, drive_torque, free_names, ramp_of
 from gearrattle.assembly.friction import WORDS, switches
 from gearrattle.assembly.statistics import exact_between
+from gearrattle.consistency import check_stored
 from gearrattle.engine.system import variation as growth
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.energy import EnergyAudit
@@ -42,7 +43,7 @@ from gearrattle.run_groups import (
     write_auxiliaries,
     write_points,
 )
-from gearrattle.trajectory import Array, Cost, EventLog, Trajectory, check_stored
+from gearrattle.trajectory import Array, Cost, EventLog, Trajectory
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
