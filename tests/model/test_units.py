@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gearrattle.model import units
+from gearrattle.model.known_units import KNOWN_UNITS
 from gearrattle.model.units import Dimension, UnitError, convert
 
 
@@ -121,11 +122,20 @@ def test_what_is_too_small_for_a_double_is_zero_as_without_a_unit() -> None:
     assert convert("1e-999999999 m", units.LENGTH) == float("1e-999999999") == 0.0
 
 
-def test_pint_is_not_loaded_without_units() -> None:
+@pytest.mark.parametrize("name", KNOWN_UNITS)
+def test_what_is_known_is_what_pint_says(name: str) -> None:
+    assert KNOWN_UNITS[name] == units._looked_up(name)
+
+
+def test_all_that_is_suggested_is_known() -> None:
+    assert set(units._COMMON) <= set(KNOWN_UNITS)
+
+
+def test_pint_is_not_loaded_for_units_of_every_day() -> None:
     script = (
         "import sys\n"
         "from gearrattle.model import loads\n"
-        "loads('schema = 1\\n[excitation]\\nspeed = 1\\n[[inertia]]\\nname = \"a\"\\nJ = 1')\n"
+        "loads('schema = 1\\n[excitation]\\nspeed = \"1500 rpm\"\\n[[inertia]]\\nname = \"a\"\\nJ = \"3 kg*cm^2\"')\n"
         "assert 'pint' not in sys.modules and 'numpy' not in sys.modules"
     )
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

@@ -5,8 +5,8 @@ torsional stiffness and ``N*m/rad`` no torque. Second, conversion is exact: the 
 are multiplied as fractions and rounded once, so ``"0.05 mm"`` is the same double as ``5e-05``.
 
 The text is split by a small parser of our own (products, quotients, whole powers); pint supplies only the meaning of
-a single symbol such as ``kN`` or ``rpm``, from its registry with radian made a base unit. No text is ever evaluated.
-pint is imported when the first string with a unit occurs, not before.
+a single symbol, from its registry with radian made a base unit. No text is ever evaluated. What nearly every file uses
+stands in ``known_units``, as pint has it; pint is imported when the first other symbol occurs, not before.
 
 Takes text from ``quantity``; gives it SI doubles.
 """
@@ -22,14 +22,11 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from gearrattle.model.known_units import KNOWN_UNITS, Exponents
 from gearrattle.wording import with_article
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
-
-Exponents = tuple[int, int, int, int]
-"""Powers of kg, m, s and rad."""
-
 
 @dataclass(frozen=True)
 class Dimension:
@@ -289,9 +286,15 @@ def _raise(base: _Measure, power: int) -> _Measure:
     return _Measure(base.factor**power, (kg, m, s, rad), base.symbols)
 
 
-@lru_cache(maxsize=1024)
 def _symbol(name: str) -> _Measure:
-    """Look one unit symbol up in pint's registry."""
+    """Look one unit symbol up."""
+    factor, exponents = KNOWN_UNITS[name] if name in KNOWN_UNITS else _looked_up(name)
+    return _Measure(factor, exponents, ((name, exponents),))
+
+
+@lru_cache(maxsize=1024)
+def _looked_up(name: str) -> tuple[Fraction, Exponents]:
+    """Look one unit symbol up in pint's registry: its exact factor, and its powers."""
     from pint.errors import PintError
 
     registry = _registry()
@@ -304,8 +307,7 @@ def _symbol(name: str) -> _Measure:
         exact = Fraction(str(factor))
     except (PintError, KeyError, TypeError, ValueError, AttributeError):
         raise UnitError(f"must have a known unit; {name!r} is none", _advice(name)) from None
-    own = (exponents[0], exponents[1], exponents[2], exponents[3])
-    return _Measure(exact, own, ((name, own),))
+    return exact, (exponents[0], exponents[1], exponents[2], exponents[3])
 
 
 @lru_cache(maxsize=1)

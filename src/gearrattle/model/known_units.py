@@ -1,0 +1,60 @@
+"""The unit symbols of nearly every file, in SI: exact factor, and powers of kg, m, s and rad.
+
+pint gives the same, but takes half a second to import and to read its own file of units; it is asked for all others.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+Exponents = tuple[int, int, int, int]
+"""Powers of kg, m, s and rad."""
+
+_PI = Fraction("3.1415926535897932384626433832795028841971693993751")
+_POUND = Fraction("0.45359237")
+_GRAVITY = Fraction("9.80665")
+_MICRO = Fraction(1, 10**6)
+
+_MASS, _LENGTH, _TIME, _ANGLE = (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)
+_FORCE, _RATE, _SPEED = (1, 1, -2, 0), (0, 0, -1, 0), (0, 0, -1, 1)
+_PRESSURE, _ENERGY = (1, -1, -2, 0), (1, 2, -2, 0)
+
+_SYMBOLS: tuple[tuple[str, Fraction | int, Exponents], ...] = (
+    ("kg kilogram", 1, _MASS),
+    ("g gram", Fraction(1, 1000), _MASS),
+    ("t", 1000, _MASS),
+    ("lb", _POUND, _MASS),
+    ("m meter metre", 1, _LENGTH),
+    ("cm", Fraction(1, 100), _LENGTH),
+    ("mm", Fraction(1, 1000), _LENGTH),
+    ("um µm μm", _MICRO, _LENGTH),
+    ("in inch", Fraction("0.0254"), _LENGTH),
+    ("ft", Fraction("0.3048"), _LENGTH),
+    ("s second", 1, _TIME),
+    ("ms", Fraction(1, 1000), _TIME),
+    ("us µs μs", _MICRO, _TIME),
+    ("min", 60, _TIME),
+    ("h", 3600, _TIME),
+    ("rad radian", 1, _ANGLE),
+    ("mrad", Fraction(1, 1000), _ANGLE),
+    ("deg degree °", _PI / 180, _ANGLE),
+    ("turn revolution", 2 * _PI, _ANGLE),
+    ("N newton", 1, _FORCE),
+    ("mN", Fraction(1, 1000), _FORCE),
+    ("kN", 1000, _FORCE),
+    ("MN", 10**6, _FORCE),
+    ("lbf", _POUND * _GRAVITY, _FORCE),
+    ("Hz hertz", 1, _RATE),
+    ("kHz", 1000, _RATE),
+    ("rpm", _PI / 30, _SPEED),
+    ("Pa pascal", 1, _PRESSURE),
+    ("kPa", 1000, _PRESSURE),
+    ("MPa", 10**6, _PRESSURE),
+    ("bar", 10**5, _PRESSURE),
+    ("J joule", 1, _ENERGY),
+)
+
+KNOWN_UNITS: dict[str, tuple[Fraction, Exponents]] = {
+    name: (Fraction(factor), exponents) for names, factor, exponents in _SYMBOLS for name in names.split()
+}
+"""Symbol or name -> its factor and powers."""
