@@ -87,6 +87,12 @@ def test_heavy_libraries_load_late(start: str) -> None:
     assert printed.strip().splitlines()[-1] == "LOADED"
 
 
+def test_no_source_is_read_at_the_start() -> None:
+    """What describes the keys of a file stands in the source of its class, and is read for a schema alone."""
+    code = "import linecache\nimport gearrattle.model\nprint(*[file for file in linecache.cache if 'gearrattle' in file])"
+    assert _python(code).strip() == ""
+
+
 @pytest.mark.slow
 def test_a_simulation_on_a_terminal_loads_no_figures() -> None:
     """Nothing is drawn, judged or saved: a motion's answer is its cost and its crossings."""

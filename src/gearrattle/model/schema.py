@@ -5,7 +5,14 @@ Takes ``Model``, or another table of a file; gives a dictionary to the command l
 
 from __future__ import annotations
 
+import ast
+import inspect
+import textwrap
+from itertools import pairwise
 from typing import Any
+
+from pydantic.json_schema import GenerateJsonSchema
+from pydantic_core import core_schema
 
 from gearrattle.json_types import Json
 from gearrattle.model.model import Model
@@ -26,8 +33,37 @@ def json_schema() -> dict[str, Json]:
 
 def schema_of(table: type[Table], title: str) -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a file that a table reads."""
-    schema = _without_null(table.model_json_schema(by_alias=True, mode="validation"))
+    schema = _without_null(table.model_json_schema(by_alias=True, schema_generator=_Described))
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": title}
+
+
+def key_docs(table: type[Table]) -> dict[str, str]:
+    """Return what stands below every key of a table's class, by key.
+
+    pydantic would read this when it makes the class, at every start; here it is read when somebody asks.
+    """
+    docs: dict[str, str] = {}
+    for part in reversed(table.__mro__):
+        if not issubclass(part, Table):
+            continue
+        body = ast.parse(textwrap.dedent(inspect.getsource(part))).body[0]
+        assert isinstance(body, ast.ClassDef)
+        for line, below in pairwise(body.body):
+            match line, below:
+                case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(words))):
+                    docs[name] = inspect.cleandoc(words)
+    return {info.alias or name: docs[name] for name, info in table.model_fields.items() if name in docs}
+
+
+class _Described(GenerateJsonSchema):
+    """Every key is described by what stands below it."""
+
+    def model_schema(self, schema: core_schema.ModelSchema) -> dict[str, Any]:
+        """Return the schema of a table, with the words for its keys."""
+        made = super().model_schema(schema)
+        for key, words in key_docs(schema["cls"]).items():
+            made["properties"][key]["description"] = words
+        return made
 
 
 def _without_null(node: Any) -> Any:

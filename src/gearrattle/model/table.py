@@ -90,7 +90,7 @@ def shown(value: object) -> str:
 class Table(BaseModel):
     """Base of all tables: immutable, closed to unknown keys, complete in its complaints."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
