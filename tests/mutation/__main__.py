@@ -19,7 +19,16 @@ from tests.mutation.explained import EXPLAINED
 from tests.mutation.mutants import Mutant, mutants_of
 from tests.mutation.trials import KERNELS, Covering, copied, covering, is_noticed
 
-NOT_TRIED = {"_jit.py", "_llvm.py", "callbacks.py", "multistep.py", "many.py"}
+NOT_TRIED = {
+    "_jit.py",
+    "_late.py",
+    "_loading.py",
+    "_intrinsics.py",
+    "_llvm.py",
+    "callbacks.py",
+    "multistep.py",
+    "many.py",
+}
 """Files that need compiled code, or libraries that call it."""
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from gearrattle.files import private_folder
 
-FOLDER = "import gearrattle.engine.kernels._jit as jit; print(jit._FOLDER)"
+FOLDER = "import gearrattle.engine.kernels._jit as jit; print(jit._folder())"
 
 
 def used(home: Path, temporary: Path) -> tuple[str, str]:

@@ -1,8 +1,9 @@
 """The one door to numba, with ``_llvm`` for what it has no words for.
 
-``kernel`` compiles a function on first call and keeps it on disk. numba's own cache does not notice an edit in another
-kernel file, so the folder carries a stamp of all of them: warm starts stay warm, an edit recompiles. Set
-``NUMBA_DISABLE_JIT=1`` to run every kernel as plain Python (coverage, debugging).
+numba is imported when a kernel is first called (``_late``). ``kernel`` compiles a function on first call and keeps it
+on disk. numba's own cache does not notice an edit in another kernel file, so the folder carries a stamp of all of them:
+warm starts stay warm, an edit recompiles. Set ``NUMBA_DISABLE_JIT=1`` to run every kernel as plain Python (coverage,
+debugging).
 """
 
 from __future__ import annotations
@@ -20,13 +21,14 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 
 from gearrattle.compilation import COMPILATION
+from gearrattle.engine.kernels._late import Late, late, settle
 from gearrattle.files import private_folder
 
 
@@ -41,12 +43,13 @@ def _user_cache() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
 
 
-def _stamped_folder() -> str:
+@cache
+def _folder() -> str:
     """A private cache folder named after the content of all kernel files and the compiler's version.
 
     What lies there is unpickled, so a folder that others can write is not used; without any, nothing is kept.
     """
-    stamp = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
+    stamp = hashlib.sha256(f"{version('numba')} {sys.version}".encode())
     for file in sorted(Path(__file__).parent.glob("*.py")):
         stamp.update(file.read_bytes())
     name = f"kernels-{stamp.hexdigest()[:16]}"
@@ -60,19 +63,19 @@ def _stamped_folder() -> str:
     return ""
 
 
-_FOLDER = _stamped_folder()
-
-
+_IS_PLAIN = os.environ.get("NUMBA_DISABLE_JIT", "") not in ("", "0")
 _LOOK, _PATIENCE = 0.1, 10.0  # seconds: between two looks at a compilation; in which it must end
-_RULES: dict[str, Any] = {"cache": bool(_FOLDER), "error_model": "numpy", "fastmath": {"contract"}}
+_RULES: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}}
 
 
 @contextmanager
 def _cached() -> Iterator[None]:
     """Whatever is decorated meanwhile is kept in the stamped folder."""
+    import numba
+
     settings: Any = numba.config
     before = settings.CACHE_DIR
-    settings.CACHE_DIR = _FOLDER or before
+    settings.CACHE_DIR = _folder() or before
     try:
         yield
     finally:
@@ -81,17 +84,32 @@ def _cached() -> Iterator[None]:
 
 def is_compiling() -> bool:
     """Whether kernels are compiled at all, and have addresses."""
+    import numba
+
     return not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
 
 
 def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+    return function if _IS_PLAIN else Late(partial(_made, function, options), function)
+
+
+def _made(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    """What numba knows of a function."""
+    import numba
+
     with _cached():
-        made: Any = numba.njit(nogil=True, **{**_RULES, **options})(function)
+        made: Any = numba.njit(nogil=True, cache=bool(_folder()), **{**_RULES, **options})(function)
     if is_compiling():
         made._compile_for_args = partial(
             _in_own_thread, made._compile_for_args
         )  # what the first call with new types calls
+        made._compiler.compile = partial(_after_settling, made._compiler.compile)  # where the cache has none
     return made
+
+
+def _after_settling(compilation: Callable[..., Any], *arguments: Any) -> Any:
+    settle()
+    return compilation(*arguments)
 
 
 def _in_own_thread(compilation: Callable[..., Any], *arguments: Any) -> Any:
@@ -190,14 +208,18 @@ def callback(arguments: str) -> Callable[[Callable[..., Any]], Any]:
     arguments
         one letter each, ``d`` a double, ``p`` a pointer, which arrives as an integer (``array_at``).
     """
-    kinds = {"d": numba.float64, "p": numba.intp}
     plain_kinds = {"d": ctypes.c_double, "p": ctypes.c_void_p}
 
     def compiled(function: Callable[..., Any]) -> Any:
         if not is_compiling():
             return _PlainCallback(function, [plain_kinds[letter] for letter in arguments])
+        import numba
+
+        kinds = {"d": numba.float64, "p": numba.intp}
+        answer = numba.int32(*[kinds[letter] for letter in arguments])
+        settle()
         with _cached():
-            return numba.cfunc(numba.int32(*[kinds[letter] for letter in arguments]), **_RULES)(function)
+            return numba.cfunc(answer, cache=bool(_folder()), **_RULES)(function)
 
     return compiled
 
@@ -229,12 +251,12 @@ def vectorised(entry: Callable[..., Any]) -> Callable[..., Any]:
     them.
     """
 
-    return _compiled_with(entry, 1, "SLP_VECTORIZE")
+    return _compiled_with(late(entry), 1, "SLP_VECTORIZE")
 
 
 def compact(entry: Callable[..., Any]) -> Callable[..., Any]:
     """An entry that is compiled without LLVM's loop vectoriser: for short loops, a fifth less to compile."""
-    return _compiled_with(entry, 0, "LOOP_VECTORIZE")
+    return _compiled_with(late(entry), 0, "LOOP_VECTORIZE")
 
 
 @cache
@@ -245,12 +267,14 @@ def _compiled_with(entry: Callable[..., Any], value: int, setting: str) -> Calla
     kernel: Any = entry
 
     def call(*arguments: Any) -> Any:
+        nonlocal kernel
         kinds = tuple(map(type, arguments))
         if kinds not in compiled:
+            kernel = entry.made() if isinstance(entry, Late) else entry
             if is_compiling():
                 _in_own_thread(compile_, *arguments)
             compiled.add(kinds)
-        return entry(*arguments)
+        return kernel(*arguments)
 
     def compile_(*arguments: Any) -> None:
         with _set(setting, value):
@@ -259,6 +283,8 @@ def _compiled_with(entry: Callable[..., Any], value: int, setting: str) -> Calla
     def address(*arguments: Any) -> int:
         shape = tuple(map(_kind, arguments))
         if shape not in addresses:
+            import numba
+
             _in_own_thread(compile_, *arguments)
             code = kernel.overloads[tuple(map(numba.typeof, arguments))]
             addresses[shape] = int(code.library.get_pointer_to_function(code.fndesc.llvm_func_name))
@@ -281,6 +307,8 @@ def _kind(value: Any) -> Any:
 @contextmanager
 def _set(setting: str, value: int) -> Iterator[None]:
     """What is compiled meanwhile is compiled with a setting of numba's own, and undisturbed."""
+    import numba
+
     settings: Any = numba.config
     with _COMPILING, _uncollected():
         before = getattr(settings, setting)

@@ -1,0 +1,100 @@
+"""Kernels of which numba sees nothing before they are called.
+
+To import numba and to prepare its targets takes half a second, and an object of numba's for each of three hundred
+kernels some hundredths more. Therefore a decorated function is a ``Late``: numba is imported when the first is called,
+and only those that Python calls become objects of numba's. Machine code from the cache needs nothing of what a kernel
+calls; where one must be compiled, the names in its file have to be numba's objects: ``settle``.
+
+A strict kernel rounds every product and sum by itself, so as plain Python it gives the same bits: ``plainly``.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import update_wrapper
+from typing import Any
+
+import numpy as np
+
+_LOCK = threading.RLock()
+_FILES: dict[int, dict[str, Any]] = {}
+"""The names of every file with kernels in it, by their identity."""
+
+
+class _Mode(threading.local):
+    """How kernels are called in this thread."""
+
+    is_plain = False
+
+
+_MODE = _Mode()
+
+
+class Late:
+    """A kernel that is made when it is first called.
+
+    Parameters
+    ----------
+    make
+        makes what numba knows of it.
+    function
+        as Python; None of what has no plain form.
+    """
+
+    def __init__(self, make: Callable[[], Any], function: Callable[..., Any] | None = None) -> None:
+        self._make, self._made = make, None
+        if function is not None:
+            update_wrapper(self, function)
+            _FILES[id(function.__globals__)] = function.__globals__
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Run it."""
+        return self.__wrapped__(*arguments) if _MODE.is_plain else self.made()(*arguments)
+
+    def __getattr__(self, name: str) -> Any:
+        """Whatever else numba's object has."""
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self.made(), name)
+
+    def made(self) -> Any:
+        """What numba knows of it."""
+        if self._made is None:
+            with _LOCK:
+                if self._made is None:
+                    self._made = self._make()
+                    _LATE[id(self._made)] = self
+        return self._made
+
+
+_LATE: dict[int, Late] = {}
+"""By the identity of what was made of it, which it keeps."""
+
+
+def late(entry: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the one ``Late`` of an entry, whether it is named by this or by what was made of it."""
+    return _LATE.get(id(entry), entry)
+
+
+def settle() -> None:
+    """Let every name of a kernel, in files that have kernels, stand for what numba knows of it."""
+    with _LOCK:
+        for names in list(_FILES.values()):
+            for name, value in list(names.items()):
+                if isinstance(value, Late):
+                    names[name] = value.made()
+
+
+@contextmanager
+def plainly() -> Iterator[None]:
+    """Strict kernels called within run as plain Python, if numba is not there yet: the same bits, for little work."""
+    before = _MODE.is_plain
+    _MODE.is_plain = before or "numba" not in sys.modules
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    finally:
+        _MODE.is_plain = before
