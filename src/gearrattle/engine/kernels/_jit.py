@@ -104,6 +104,10 @@ def _made(function: Callable[..., Any], options: dict[str, Any]) -> Any:
             _in_own_thread, made._compile_for_args
         )  # what the first call with new types calls
         made._compiler.compile = partial(_after_settling, made._compiler.compile)  # where the cache has none
+        if _folder():
+            from gearrattle.engine.kernels._loading import Kept
+
+            made._cache._impl.__class__ = Kept
     return made
 
 

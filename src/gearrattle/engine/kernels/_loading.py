@@ -1,0 +1,50 @@
+"""Machine code from numba's cache, without the LLVM text that lies there beside it.
+
+numba reads the text of every kernel that it loads: half of the time that loading takes. It is for kernels that are
+compiled later and call this one, so it is read when one asks. What the text defines is kept with it, for numba wants
+to know the names.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import llvmlite.binding as llvm
+from numba.core.caching import CompileResultCacheImpl
+from numba.core.codegen import JITCodeLibrary
+
+
+class _Library(JITCodeLibrary):
+    """Machine code whose text is read when it is asked for."""
+
+    text: bytes
+
+    def _get_module_for_linking(self) -> Any:
+        if self._shared_module is None:
+            self._shared_module = llvm.parse_bitcode(self.text)
+        return super()._get_module_for_linking()
+
+
+class Kept(CompileResultCacheImpl):
+    """What is kept of a compiled kernel."""
+
+    def reduce(self, data: Any) -> Any:
+        """Return what is kept: as numba does, and the names that are defined."""
+        module = data.library._get_module_for_linking()
+        defined = {v.name for some in (module.functions, module.global_variables) for v in some if not v.is_declaration}
+        return defined, super().reduce(data)
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        """Return what was kept, ready to run."""
+        defined, ((name, kind, (code, text)), *others) = payload
+        target_context.codegen()._engine._defined_symbols.update(defined)
+        rebuilt = super().rebuild(target_context, ((name, kind, (code, _no_text())), *others))
+        library: Any = rebuilt.library
+        library.__class__, library.text, library._shared_module = _Library, text, None
+        return rebuilt
+
+
+@cache
+def _no_text() -> bytes:
+    return llvm.parse_assembly("").as_bitcode()  # type: ignore[no-any-return]
