@@ -8,17 +8,20 @@ over the deflections x, where a is the uniform acceleration of a train whose mea
 the present pieces, the flat direction where they have no stiffness against a load, and an exact search along each line
 through all corners: finitely many pieces, so it ends. A direction along which U falls for ever is a runaway: some
 element's last slope is zero and its load exceeds what it can carry. Free gaps without load are put at their middle.
-The search is compiled (``kernels.statics``).
+The search is compiled (``kernels.statics``); that of a small system, where nothing was compiled or loaded yet, runs as
+plain Python: some milliseconds, where numba takes half a second, and the same bits.
 """
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import statics
+from gearrattle.engine.kernels._late import plainly
 from gearrattle.engine.kernels.variants import Statics
 from gearrattle.engine.system.coordinates import RelativeCoordinates, relative_coordinates
 from gearrattle.engine.system.laid_out import coefficients_of
@@ -28,6 +31,9 @@ from gearrattle.errors import ConvergenceError
 from gearrattle.remember import kept
 
 Array = NDArray[np.float64]
+
+_SMALL = 12
+"""Elements that can push, of a system whose equilibrium takes less in plain Python than numba's import."""
 
 
 class Runaway(Exception):
@@ -78,15 +84,17 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     sought = statics_of(elastic, coordinates)
     acceleration, angle = np.empty(system.size), np.empty(system.size)
     x, travel = np.empty(len(coordinates.elements)), np.empty(len(elastic))
-    statics.accelerate_rigidly(numbers, sought.motion, acceleration)
-    code = statics.rest(numbers, label, sought, acceleration, x, travel)
+    with plainly() if len(elastic) <= _SMALL else nullcontext():
+        statics.accelerate_rigidly(numbers, sought.motion, acceleration)
+        code = statics.rest(numbers, label, sought, acceleration, x, travel)
     if code == statics.RUNAWAY:
         raise Runaway(tuple(k for k, v in zip(elastic, travel, strict=True) if v != 0.0))
     if code == statics.LOST:
         remedy = 'initial = "zero", or a state of your own'
         raise ConvergenceError("the static equilibrium was not found", remedy=remedy)
     x, loose = _middle([system.laws[k] for k in elastic], coordinates, x)
-    statics.turn(sought, x, angle)
+    with plainly() if len(elastic) <= _SMALL else nullcontext():
+        statics.turn(sought, x, angle)
     deflection = system.rows @ angle
     deflection[elastic] = coordinates.combination @ x
     pieces = tuple(law.piece_at(float(d)) for law, d in zip(system.laws, deflection, strict=True))
