@@ -13,16 +13,18 @@ Takes a pilot run; gives a line, and a note where another motion exists.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from gearrattle.advice.pilot import Pilot
 from gearrattle.advice.record import Line
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model
-from gearrattle.orbits.settled import BLOCK, BLOCKS, STARTS, Settled, settled_motions
-from gearrattle.orbits.state import check_repeats, state_of
+from gearrattle.orbits.effort import BLOCK, BLOCKS, STARTS
 from gearrattle.wording import counted
+
+if TYPE_CHECKING:
+    from gearrattle.orbits.settled import Settled
 
 TOPIC = "other motions"
 ADVISED, PASSING = 2_000_000, 100_000
@@ -60,16 +62,20 @@ def others_of(
         No line where the question has no sense: a driveline without clearances, or whose state cannot repeat. A note
         where another motion exists.
     """
-    try:
-        check_repeats(model)
-    except ModelError:
-        return (), ()
     if not pilot.run.trajectory.layout.clearance_names:
         return (), ()
     most = periods_for(pilot, ADVISED if is_asked else PASSING)
     if is_asked:
         most = max(most, PILOTS * pilot.run.trajectory.cycles)
     elif most < PERIODS:
+        return (), ()
+    from gearrattle.engine.periodic.period_map import PeriodMap
+    from gearrattle.orbits.settled import settled_motions
+    from gearrattle.orbits.state import check_repeats, state_of
+
+    try:
+        check_repeats(model)
+    except ModelError:
         return (), ()
     try:
         start = state_of(model, PeriodMap(assemble(model).system), pilot.run)

@@ -1,11 +1,10 @@
-"""Periodic motions of a model: one, all of them, and how they change with a value of the model."""
+"""Periodic motions of a model: one, all of them, and how they change with a value of the model.
 
-from gearrattle.orbits.branch import Branch
-from gearrattle.orbits.find import periodic
-from gearrattle.orbits.follow import continuation
-from gearrattle.orbits.motion_map import MotionMap
-from gearrattle.orbits.motions import PeriodicMotions
-from gearrattle.orbits.orbit import Orbit
-from gearrattle.orbits.run_ups import RunUpJumps
+A name is imported at its first use (``__init__.pyi``): who asks whether there are other motions at all loads nothing.
+"""
 
-__all__ = ["Branch", "MotionMap", "Orbit", "PeriodicMotions", "RunUpJumps", "continuation", "periodic"]
+from __future__ import annotations
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -31,6 +31,7 @@ from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
+from gearrattle.orbits.effort import BLOCK, BLOCKS, STARTS
 from gearrattle.orbits.orbit import Orbit, orbit_of
 from gearrattle.orbits.search import starts_of, states_of_periods, without
 from gearrattle.signals.shares import wilson
@@ -40,9 +41,6 @@ Array = NDArray[np.float64]
 
 KINDS = {"quiet": "quiet", "single-sided": "single-sided rattle", "double-sided": "double-sided rattle"}
 """What a motion is, by its verdict."""
-STARTS = 24
-BLOCK, BLOCKS = 32, 5
-"""Periods between two looks at whether a motion repeats, and after how many looks it counts as not settled."""
 NEAR_SLOWLY = 0.1
 """The same as ``_NEAR`` of a motion that settles slowly: Newton's method tells it from others."""
 _LONGEST = 8  # periods after which a motion may repeat
