@@ -89,8 +89,48 @@ def test_heavy_libraries_load_late(start: str) -> None:
 
 def test_no_source_is_read_at_the_start() -> None:
     """What describes the keys of a file stands in the source of its class, and is read for a schema alone."""
-    code = "import linecache\nimport gearrattle.model\nprint(*[file for file in linecache.cache if 'gearrattle' in file])"
+    code = "import linecache, gearrattle.model; print(*[name for name in linecache.cache if 'gearrattle' in name])"
     assert _python(code).strip() == ""
+
+
+UNNEEDED = (
+    "numba",
+    "llvmlite",
+    "pint",
+    "dask",
+    "scipy",
+    "pandas",
+    "xarray",
+    "matplotlib",
+    "plotly",
+    "gearrattle.signals",
+)
+
+
+def test_a_check_loads_no_compiler_and_no_registry_of_units() -> None:
+    """Of a driveline of some bodies; three quarters of the time that a check took."""
+    code = (
+        "import sys\nfrom gearrattle.cli import main\n"
+        "assert main(['check', 'examples/paper/case3.toml']) == 0\n"
+        f"print('LOADED', *sorted(set(sys.modules) & set({UNNEEDED!r})))"
+    )
+    assert _python(code).strip().splitlines()[-1] == "LOADED"
+
+
+@pytest.mark.parametrize(
+    ("command", "unneeded"),
+    [
+        ("modes", ("numba", "pint", "dask", "scipy", "gearrattle.engine.periodic", "gearrattle.orbits.settled")),
+        ("scale", ("numba", "pint", "dask", "scipy.optimize", "gearrattle.engine.periodic")),
+    ],
+)
+def test_what_needs_no_motion_loads_no_compiler(command: str, unneeded: tuple[str, ...]) -> None:
+    code = (
+        "import sys\nfrom gearrattle.cli import main\n"
+        f"assert main([{command!r}, 'examples/paper/case3.toml']) == 0\n"
+        f"print('LOADED', *sorted(set(sys.modules) & set({unneeded!r})))"
+    )
+    assert _python(code).strip().splitlines()[-1] == "LOADED"
 
 
 @pytest.mark.slow
@@ -109,6 +149,7 @@ def test_a_simulation_on_a_terminal_loads_no_figures() -> None:
 def test_a_run_and_its_report_load_no_library_of_which_they_need_a_line(tmp_path: Path) -> None:
     """A second of the start: a taper is three cosines, a limit of confidence one quantile."""
     unneeded = ("scipy.signal", "scipy.stats", "scipy.integrate", "scipy.interpolate", "pandas", "xarray", "matplotlib")
+    unneeded += ("pint", "dask", "gearrattle.engine.periodic", "gearrattle.orbits.settled")
     code = (
         "import sys\nfrom gearrattle.cli import main\n"
         f"assert main(['run', 'examples/paper/case3.toml', '-o', {str(tmp_path / 'out')!r}]) in (0, 1)\n"
