@@ -67,11 +67,12 @@ class Averages:
         combination = self.combination
         y = self.begin
         waves = oscillation[self.elements]
+        cornered = waves[self.cornered]
         stiffest = combination.T @ (self.largest[:, None] * combination)
         floor = 1e-9 * np.diag(np.diag(stiffest))
         swing = self.largest * np.abs(waves).max(axis=1, initial=0.0)
         size = np.abs(load).max(initial=0.0) + (np.abs(combination).T @ swing).max(initial=0.0)
-        residual, matrix = self._pull(y, waves)
+        residual, matrix = self._pull(y, cornered)
         for _ in range(_MOST_NEWTON):
             if np.abs(residual).max(initial=0.0) <= 1e-12 * size:
                 break
@@ -81,14 +82,14 @@ class Averages:
             share = 1.0
             before = abs(residual @ step)
             for _ in range(_MOST_HALVINGS):  # the sum is convex: its slope along the line changes sign once
-                there = self._pull(y + share * step, waves)
+                there = self._pull(y + share * step, cornered)
                 now = float(there[0] @ step)
                 if now >= -0.5 * before and (share == 1.0 or now <= 0.5 * before):
                     break
                 low, high = (share, high) if now > 0.0 else (low, share)
                 share = 0.5 * (low + high)
             else:
-                there = self._pull(y + share * step, waves)
+                there = self._pull(y + share * step, cornered)
             y = y + share * step
             residual, matrix = there
         self.begin = y
@@ -96,12 +97,12 @@ class Averages:
         means[self.elements] = combination @ y
         return means
 
-    def _pull(self, y: Array, waves: Array) -> tuple[Array, Array]:
-        """What is left of the loads, and the slope of what the laws carry."""
+    def _pull(self, y: Array, cornered: Array) -> tuple[Array, Array]:
+        """What is left of the loads, and the slope of what the laws carry; of those with corners the oscillations."""
         mean = self.combination @ y
         force, slope = self.lowest * mean + self.offset, self.lowest.copy()
-        over = (mean[self.cornered, None] + waves[self.cornered])[:, None, :] - self.corners
-        above = over > 0.0
-        force[self.cornered] += np.einsum("kj,kj->k", self.steps, np.where(above, over, 0.0).mean(axis=2))
-        slope[self.cornered] += np.einsum("kj,kj->k", self.steps, above.mean(axis=2))
+        over = (mean[self.cornered, None] + cornered)[:, None, :] - self.corners
+        above, count = over > 0.0, over.shape[2]
+        force[self.cornered] += np.einsum("kj,kj->k", self.steps, np.where(above, over, 0.0).sum(axis=2) / count)
+        slope[self.cornered] += np.einsum("kj,kj->k", self.steps, np.count_nonzero(above, axis=2) / count)
         return self.load - self.combination.T @ force, self.combination.T @ (slope[:, None] * self.combination)

@@ -87,6 +87,11 @@ def best_line(force: Array, deflection: Array) -> float:
     return float(moved @ (force - force.mean())) / power if moves else float("nan")
 
 
+def following(samples: Array) -> Array:
+    """Return (S,) the sample after each of one period; the first follows the last."""
+    return np.concatenate((samples[1:], samples[:1]))
+
+
 def beyond(corners: Array, deflection: Array) -> Array:
     """Return (J, S) the share of each interval from sample to next that lies above each corner, on straight lines.
 
@@ -99,7 +104,7 @@ def beyond(corners: Array, deflection: Array) -> Array:
     deflection
         (S,) samples over one period.
     """
-    after = np.roll(deflection, -1)
+    after = following(deflection)
     high, width = np.maximum(deflection, after), np.abs(after - deflection)
     width = np.maximum(width, 1e-300)
     return np.asarray(np.clip((high - corners[:, None]) / width, 0.0, 1.0))

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from gearrattle.analysis.contact_ratios.averages import Averages
 from gearrattle.analysis.contact_ratios.balance import Balance, balance
-from gearrattle.analysis.contact_ratios.base import best_line, beyond, elastic, largest_slope, slopes
+from gearrattle.analysis.contact_ratios.base import best_line, beyond, elastic, following, largest_slope, slopes
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.remember import kept
 
@@ -166,7 +166,7 @@ class Linearisation:
             gain = best_line(elastic(law, delta), delta)
             at_mean = float(law.stiffness[law.piece_at(float(means[k]))])
             ratios[0, i] = (at_mean if np.isnan(gain) else gain) / self.full[i]
-            between = 0.5 * (rate[k] + np.roll(rate[k], -1))
+            between = 0.5 * (rate[k] + following(rate[k]))
             power = float(between @ between)
             loss = law.damping[0] + np.diff(law.damping) @ (beyond(law.corners, delta) @ between**2) / (power or 1.0)
             at_mean = float(law.damping[law.piece_at(float(means[k]))])
