@@ -135,7 +135,7 @@ def test_pint_is_not_loaded_for_units_of_every_day() -> None:
     script = (
         "import sys\n"
         "from gearrattle.model import loads\n"
-        "loads('schema = 1\\n[excitation]\\nspeed = \"1500 rpm\"\\n[[inertia]]\\nname = \"a\"\\nJ = \"3 kg*cm^2\"')\n"
+        'loads(\'schema = 1\\n[excitation]\\nspeed = "1500 rpm"\\n[[inertia]]\\nname = "a"\\nJ = "3 kg*cm^2"\')\n'
         "assert 'pint' not in sys.modules and 'numpy' not in sys.modules"
     )
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

@@ -1,11 +1,15 @@
 """The public calls on a small driveline: settings, notes, errors, and runs that survive a file."""
 
+import sys
 from pathlib import Path
+from types import FrameType
+from typing import Any
 
 import numpy as np
 import pytest
 
 import gearrattle as gr
+from gearrattle.simulation.simulate import prepare
 
 TOML = """
 schema = 1
@@ -289,3 +293,49 @@ def test_an_undamped_motion_does_not_decay(model: gr.Model) -> None:
     work = -0.4 * motion.angle[:, 1]  # of the drag torque, which is constant
     energy = kinetic + spring + 0.5e7 * beyond**2 - work
     np.testing.assert_allclose(energy, energy[0], rtol=1e-9)
+
+
+def calls_of(model: gr.Model, **settings: Any) -> int:
+    """Functions of Python that a simulation calls."""
+    count = 0
+
+    def profiler(_: FrameType, event: str, __: object) -> None:
+        nonlocal count
+        count += event == "call"
+
+    before = sys.getprofile()
+    sys.setprofile(profiler)
+    try:
+        gr.simulate(model, **settings)
+    finally:
+        sys.setprofile(before)
+    return count
+
+
+@pytest.mark.compiled
+def test_a_run_again_makes_nothing_again() -> None:
+    """All that a model, its settings and its regions give is kept: what is left is the march and its motion."""
+    settings: dict[str, Any] = {"cycles": 2, "discard": 0, "samples_per_cycle": 16, "audit": False}
+    for name in ("case3", "clutch_friction", "run_up"):
+        model = gr.example(name)
+        first = calls_of(model, **settings)
+        gr.simulate(model, **settings)
+        again = calls_of(model, **settings)
+        assert again < 400, name  # 256 to 286; 800 to 16,000 when every run settled, started and packed anew
+        assert again < first / 4, name
+
+
+def test_settings_as_of_the_last_call_are_checked_as_others(model: gr.Model) -> None:
+    settings: dict[str, Any] = {"samples_per_cycle": 8, "audit": False}
+    assert gr.simulate(model, cycles=1, **settings).model is gr.simulate(model, cycles=1, **settings).model
+    with pytest.raises(gr.ModelError, match="cycles"):
+        gr.simulate(model, cycles=True, **settings)
+    assert gr.simulate(model, cycles=2, **settings).trajectory.cycles == 2
+
+
+def test_a_start_is_nobody_s_to_change(model: gr.Model) -> None:
+    """The state in which runs begin is kept, and handed out as a copy."""
+    plans = [prepare(model, {"initial": "steady"}, audit=False) for _ in range(2)]
+    plans[0].task.angle[:] = np.nan
+    assert np.isfinite(plans[1].task.angle).all()
+    assert np.isfinite(prepare(model, {"initial": "steady"}, audit=False).task.angle).all()

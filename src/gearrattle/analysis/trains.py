@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.equilibrium import Equilibrium, elastic_elements
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.remember import kept
 
 _MOST_NAMED = 3
 
@@ -72,8 +73,10 @@ def _accelerated(
         yield f"{abs(left):.4g}{torque} are {are} at {first}, {moves}"
 
 
-def trains(system: PiecewiseSystem) -> Iterator[tuple[NDArray[np.int64], int]]:
-    """Yield the bodies of every free train, in order, and in how many ways it turns without deflecting anything."""
+@kept
+def trains(system: PiecewiseSystem) -> tuple[tuple[NDArray[np.int64], int], ...]:
+    """Return the bodies of every free train, in order, and in how many ways it turns without deflecting anything."""
+    every = []
     motions = relative_coordinates(system, elastic_elements(system)).angle_from_reference != 0.0
     left = list(range(motions.shape[1]))
     while left:
@@ -83,4 +86,5 @@ def trains(system: PiecewiseSystem) -> Iterator[tuple[NDArray[np.int64], int]]:
             columns += joined
             left = [p for p in left if p not in joined]
             bodies |= np.any(motions[:, joined], axis=1)
-        yield np.flatnonzero(bodies), len(columns)
+        every.append((np.flatnonzero(bodies), len(columns)))
+    return tuple(every)

@@ -28,6 +28,7 @@ from gearrattle.wording import with_article
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
+
 @dataclass(frozen=True)
 class Dimension:
     """What a key measures.

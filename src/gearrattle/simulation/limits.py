@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from functools import cache
 
 from gearrattle.assembly import Driveline, free_names
 from gearrattle.engine.solvers.choice import is_large
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.remember import kept
 from gearrattle.wording import counted
 
 FASTEST = 1e15
@@ -18,6 +20,7 @@ _MATRICES = 400  # of states x states, that tables take at most: measured 377 wi
 _UNKNOWN = 8 << 30  # bytes, where the machine does not tell
 
 
+@kept
 def check_rates(driveline: Driveline) -> None:
     """Refuse elements and drags whose own motion is too fast for double precision, and inputs of too high an order.
 
@@ -98,6 +101,7 @@ def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, l
     raise ModelError(Problem(location, f"{cycles}", rule, remedy))
 
 
+@kept
 def check_tables(system: PiecewiseSystem) -> None:
     """Refuse ``exact`` to a driveline too large for tables that the sweep does not take (``solvers.choice``).
 
@@ -125,6 +129,7 @@ def bytes_of_sample(system: PiecewiseSystem) -> int:
     return 8 * (16 * system.size + 16 * len(system.laws) + 4 * len(system.auxiliaries) + 3 * inputs)
 
 
+@cache
 def memory() -> int:
     """Memory of this machine, or what its container may take [bytes]."""
     limits = [_UNKNOWN]

@@ -7,13 +7,15 @@ from typing import Any
 
 from gearrattle.assembly import default_cycles
 from gearrattle.model import DEFAULTS, Model
+from gearrattle.remember import kept
 
 
 def settled(model: Model, arguments: dict[str, Any]) -> Model:
     """The model with every simulation setting filled in and checked.
 
     ``cycles`` given without ``discard`` at the same level (call or file) keeps at most half of it for settling:
-    discard = min(discard, cycles // 2). A sweep of the speed is followed to its end and judged from its start.
+    discard = min(discard, cycles // 2). A sweep of the speed is followed to its end and judged from its start. Settings
+    as of the last call give the same model again, with all that was made of it.
 
     Parameters
     ----------
@@ -27,6 +29,25 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
     ModelError
         a setting the file format refuses, or discard >= cycles.
     """
+    key = tuple((name, type(value), value) for name, value in arguments.items())
+    if not all(isinstance(value, str | int | float | None) for value in arguments.values()):
+        return _settled(model, arguments)
+    last = _last(model)
+    used = last.get(key)
+    if used is None:
+        used = _settled(model, arguments)
+        last.clear()
+        last[key] = used
+    return used
+
+
+@kept
+def _last(_: Model) -> dict[tuple[tuple[str, type, Any], ...], Model]:
+    """The model as settled last, by the arguments of the call."""
+    return {}
+
+
+def _settled(model: Model, arguments: dict[str, Any]) -> Model:
     file, overrides = model.simulation, {key: value for key, value in arguments.items() if value is not None}
     cycles = overrides.get("cycles", file.cycles if file.cycles is not None else default_cycles(model))
     usual = DEFAULTS.discard if model.excitation.sweep is None else 0

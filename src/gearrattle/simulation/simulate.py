@@ -24,6 +24,7 @@ from gearrattle.engine.solvers import Task
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
+from gearrattle.remember import kept
 from gearrattle.results import Run
 from gearrattle.simulation.integrate import integrate
 from gearrattle.simulation.limits import check_memory, check_rates, check_tables
@@ -173,9 +174,7 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     angle, velocity, notes = start_of(settings.initial, driveline)
     grid = (settings.cycles, settings.samples_per_cycle)
     task = Task(driveline.system, angle, velocity, *grid, settings.tolerance, settings.step, audit)
-    of_parts = (*component_notes(model), *decay_notes(model))
-    notes = (*period_of(model).notes, *of_parts, *_sweep_notes(model), *record_notes(model), *notes)
-    return Plan(used, task, driveline.layout, settings.algorithm, settings.discard, notes)
+    return Plan(used, task, driveline.layout, settings.algorithm, settings.discard, (*_notes_of(model), *notes))
 
 
 def check_takes(driveline: Driveline, algorithm: str) -> None:
@@ -197,6 +196,13 @@ def needs_exact(driveline: Driveline) -> str:
         name = driveline.layout.auxiliary_names[0]
         return f"friction, clipped contact damping and alternation need exact; the model has {name}"
     return "" if driveline.system.signals is None else "a torque or a motion over time, or a sweep, needs exact"
+
+
+@kept
+def _notes_of(model: Model) -> tuple[str, ...]:
+    """What must be noted of every run of a model."""
+    of_parts = (*component_notes(model), *decay_notes(model))
+    return (*period_of(model).notes, *of_parts, *_sweep_notes(model), *record_notes(model))
 
 
 def _sweep_notes(model: Model) -> tuple[str, ...]:

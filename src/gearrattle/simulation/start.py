@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from gearrattle.analysis.statics import named_equilibrium
 from gearrattle.analysis.trains import trains
 from gearrattle.assembly import Driveline, assemble, carried_along, free_names, free_of, moved, steady
-from gearrattle.engine.system.equilibrium import Equilibrium
 from gearrattle.engine.system.rigid import is_accelerated, rigid_response
 from gearrattle.model import Initial
+from gearrattle.remember import kept
 
 Array = NDArray[np.float64]
 _MOST_NAMED = 3
@@ -36,23 +36,27 @@ def start_of(initial: str | Initial | None, driveline: Driveline) -> tuple[Array
         return np.array(initial.angle, dtype=float)[free], np.array(initial.velocity, dtype=float)[free], ()
     if initial == "zero":
         return np.zeros(system.size), np.zeros(system.size), ()
-    named, rest = named_equilibrium(driveline)
-    angle = rest.angle
-    velocity = np.zeros(system.size)
-    notes = named.notes
-    if model.motions:
-        carried_angle, carried_velocity = (carried_along(model, moved(model, np.zeros(1), d)[0]) for d in (0, 1))
-        angle = angle + carried_angle
-        velocity = carried_velocity
-    if initial == "static":
-        return angle, velocity, notes
-    turned, turning, more = _response(driveline, rest)
-    return angle + turned, velocity + turning, (*notes, *more)
+    angle, velocity, notes = _static(driveline) if initial == "static" else _steady(driveline)
+    return angle.copy(), velocity.copy(), notes
 
 
-def _response(driveline: Driveline, rest: Equilibrium) -> tuple[Array, Array, tuple[str, ...]]:
-    """Angles and velocities (n,) of the rigid responses at t = 0, and which trains have none."""
+@kept
+def _static(driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
+    """The start with velocities zero, but for what prescribed motions carry along."""
     model = driveline.model
+    named, rest = named_equilibrium(driveline)
+    if not model.motions:
+        return rest.angle, np.zeros(driveline.system.size), named.notes
+    angle, velocity = (carried_along(model, moved(model, np.zeros(1), d)[0]) for d in (0, 1))
+    return rest.angle + angle, velocity, named.notes
+
+
+@kept
+def _steady(driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
+    """The start with which every train turns as in its rigid response, and which trains have none."""
+    model = driveline.model
+    at_rest, at_once, notes = _static(driveline)
+    _, rest = named_equilibrium(driveline)
     angle, velocity = rigid_response(assemble(steady(model)).system, rest)
     names = free_names(model)
     recorded = [names.index(torque.on) for torque in model.torques if torque.signal is not None]
@@ -66,7 +70,8 @@ def _response(driveline: Driveline, rest: Equilibrium) -> tuple[Array, Array, tu
         if has_record or accelerated[bodies].any():
             reason = "a record of a torque drives it" if has_record else "its mean torques do not balance"
             without.setdefault(reason, []).append(names[bodies[0]])
-    return angle, velocity, tuple(_begins_at_rest(reason, first) for reason, first in without.items())
+    more = tuple(_begins_at_rest(reason, first) for reason, first in without.items())
+    return at_rest + angle, at_once + velocity, (*notes, *more)
 
 
 def _begins_at_rest(reason: str, first: list[str]) -> str:

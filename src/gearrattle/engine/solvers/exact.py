@@ -33,6 +33,7 @@ from gearrattle.engine.solvers.handover import (
 from gearrattle.engine.solvers.slots import Slots, packed_inputs, packed_instants, slots_of
 from gearrattle.engine.solvers.start import starting_pieces
 from gearrattle.engine.system.energy import Auditor
+from gearrattle.engine.system.flow import inputs_at_start
 from gearrattle.engine.system.passages import Auxiliaries
 from gearrattle.engine.system.store import Size, aligned, strips_for
 from gearrattle.outcome import Outcome
@@ -71,7 +72,7 @@ class ExactMarch:
         memory = np.zeros(size.memories) if task.memory is None else task.memory * flow.memory
         deflect(np.ascontiguousarray(flow.coordinates.basis), np.ascontiguousarray(task.angle, dtype=float), deflection)
         states = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity, memory])
-        u = flow.inputs_at(np.zeros(1), np.zeros(1))[0]
+        u = inputs_at_start(flow)
         pieces, side = starting_pieces(flow, np.concatenate([states, u]), task.angle, task.auxiliary_pieces)
         known, memory = flow.known(pieces), states[size.states - size.memories : size.states]
         memory[:] = np.where(np.isnan(known), memory, known)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from gearrattle.engine.system.flow import Flow
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.region import strips
+from gearrattle.remember import kept
 from gearrattle.slices import slices
 
 Array = NDArray[np.float64]
@@ -124,15 +125,34 @@ def sampled_z(flow: Flow, samples: packed.Samples) -> Array:
     return out
 
 
-def _by_row(rows: Array, states: Array) -> Array:
+class _Rows(NamedTuple):
+    """Rows of a flow, in strips, and how many: what is seen of a state; torques of forces; angles of references."""
+
+    seen: tuple[Array, int]
+    torque_of_forces: tuple[Array, int]
+    angle_of_references: tuple[Array, int]
+
+
+@kept
+def _rows_of(flow: Flow) -> _Rows:
+    """Angles but for those of the references, velocities, torques, deflections and rates [SI]; see ``_Rows``."""
+    coordinates = flow.coordinates
+    shape = np.zeros((flow.system.size, flow.width))
+    shape[:, : len(coordinates.elements)] = coordinates.angle_from_basis / flow.scaling.deflection
+    seen = np.vstack([shape, flow.velocity, flow.torque, flow.deflection, flow.rate])
+    every = seen, flow.system.rows.T, coordinates.angle_from_reference
+    return _Rows(*((strips(rows)[None], len(rows)) for rows in every))
+
+
+def _by_row(rows: tuple[Array, int], states: Array) -> Array:
     """states @ rows.T, each state by itself: how many there are changes no bit."""
-    stack = strips(rows)[None]
+    stack, count = rows
     out = np.empty((len(states), 4 * stack.shape[1]))
     part = max(1, _PRODUCTS // max(1, stack.size))  # so that Ctrl-C works
     for i in range(0, len(states), part):
         some = states[i : i + part]
         vectorised(rows_at)(stack, np.zeros(len(some), np.int64), some, out[i : i + part])
-    return np.ascontiguousarray(out[:, : len(rows)])
+    return np.ascontiguousarray(out[:, :count])
 
 
 def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> tuple[dict[str, Any], tuple[Array, Array]]:
@@ -150,6 +170,7 @@ def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> tuple[d
     out = {name: np.empty((count, size)) for name, size in sizes.items()}
     out["deflection"] = np.empty((clearances, count)).T  # one clearance after the other, as criteria read it
     forces, memory = np.empty((2, count, len(system.auxiliaries)))
+    rows, references = _rows_of(flow), slice(flow.states, flow.states + len(flow.coordinates.references))
     for part in slices(count, flow.width + sum(sizes.values())):
         pieces = samples.pieces[part]
         sampled = _seen(flow, z[part])
@@ -161,9 +182,8 @@ def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> tuple[d
         forces[part], memory[part] = forces_beside(flow, z[part], pieces, deflection, rate)
         for c, auxiliary in enumerate(system.auxiliaries):
             force[:, auxiliary.element] += forces[part, c]
-        balance = torque - system.drag * sampled["velocity"] - _by_row(np.ascontiguousarray(system.rows.T), force)
-        references = samples.states[part, flow.states :][:, : len(flow.coordinates.references)]
-        turned = _by_row(flow.coordinates.angle_from_reference, np.ascontiguousarray(references))
+        balance = torque - system.drag * sampled["velocity"] - _by_row(rows.torque_of_forces, force)
+        turned = _by_row(rows.angle_of_references, np.ascontiguousarray(samples.states[part, references]))
         out["angle"][part] = sampled["angle"] + turned
         out["velocity"][part] = sampled["velocity"]
         out["acceleration"][part] = balance / system.inertia
@@ -172,15 +192,13 @@ def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> tuple[d
 
 
 def _seen(flow: Flow, z: Array) -> dict[str, Array]:
-    """Angles but for those of the references, velocities, torques, deflections and rates at some states [SI]."""
-    coordinates = flow.coordinates
-    n = flow.system.size
-    m = len(flow.system.laws)
-    shape = np.zeros((n, flow.width))
-    shape[:, : len(coordinates.elements)] = coordinates.angle_from_basis / flow.scaling.deflection
-    rows = np.vstack([shape, flow.velocity, flow.torque, flow.deflection, flow.rate])
-    names = ("angle", "velocity", "torque", "deflection", "rate")
-    return dict(zip(names, np.split(_by_row(rows, z), np.cumsum([n, n, n, m]), axis=1), strict=True))
+    """What is seen of some states [SI], by name (see ``_rows_of``)."""
+    n, m, first = flow.system.size, len(flow.system.laws), 0
+    seen, values = {}, _by_row(_rows_of(flow).seen, z)
+    for name, width in (("angle", n), ("velocity", n), ("torque", n), ("deflection", m), ("rate", m)):
+        seen[name] = values[:, first : first + width]
+        first += width
+    return seen
 
 
 def _forces_of_laws(system: PiecewiseSystem, pieces: IntArray, deflection: Array, rate: Array) -> Array:
@@ -216,8 +234,7 @@ def first_of(log: packed.Log, count: int) -> packed.Log:
 def crossings_of(flow: Flow, log: packed.Log) -> Crossings:
     """The clearances' among the crossings of a log, those of one instant in element order and with one time."""
     own = np.flatnonzero(log.clearance < len(flow.system.clearances))
-    log = packed.Log._make(a[own] for a in log)
-    order = _element_order(log)
+    order = own[_element_order(log.cycle[own], log.fraction[own], log.clearance[own])]
     log = packed.Log._make(a[order] for a in log)
     period = flow.system.inputs.period
     return Crossings(
@@ -240,14 +257,14 @@ def passages_of(flow: Flow, log: packed.Log) -> Passages:
     return Passages(time, watch, upward, velocity, log.memory / flow.memory)
 
 
-def _element_order(log: packed.Log) -> IntArray:
-    """Order of the log with simultaneous crossings (to rounding) of different elements in element order."""
-    order = np.arange(len(log.cycle))
-    apart = np.diff(log.cycle) + np.diff(log.fraction)
-    together = (apart <= _SIMULTANEOUS) & (np.diff(log.clearance) < 0)
-    while np.any(together):
+def _element_order(cycle: IntArray, fraction: Array, clearance: IntArray) -> IntArray:
+    """Order of crossings with simultaneous ones (to rounding) of different elements in element order."""
+    order = np.arange(len(cycle))
+    while True:
+        times, elements = (cycle[order], fraction[order]), clearance[order]
+        apart = sum(time[1:] - time[:-1] for time in times)
+        together = (apart <= _SIMULTANEOUS) & (elements[1:] < elements[:-1])
+        if not together.any():
+            return order.astype(np.int64)
         at = int(np.flatnonzero(together)[0])
         order[[at, at + 1]] = order[[at + 1, at]]
-        apart = np.diff(log.cycle[order]) + np.diff(log.fraction[order])
-        together = (apart <= _SIMULTANEOUS) & (np.diff(log.clearance[order]) < 0)
-    return order.astype(np.int64)

@@ -38,6 +38,7 @@ _QUICK = 100  # states; a region of as many is built in a tenth of a second
 MOST_BYTES = 256 << 20  # of arrays, which double when they are full: slots that would pass it take no more regions
 
 
+@kept
 def packed_inputs(flow: Flow) -> Inputs:
     """Oscillators of the flow, with their rotation over every level's step."""
     high, low = split_cycles(flow.system.inputs.cycles)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.packed import ON_CORNER
 from gearrattle.engine.system.flow import Flow
+from gearrattle.remember import kept
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -36,6 +37,27 @@ def starting_pieces(
         pieces: (m + auxiliaries,) indices.
         side: (W,) -1 on the lower corner of its piece, +1 on the upper one, 0 on neither.
     """
+    known = () if auxiliary_pieces is None else tuple(auxiliary_pieces.tolist())
+    key = z.tobytes(), angle.tobytes(), known
+    last = _last_start(flow)
+    start = last.get(key)
+    if start is None:
+        start = _new_start(flow, z, angle, auxiliary_pieces)
+        last.clear()
+        last[key] = start
+    pieces, side = start
+    return pieces, side.copy()
+
+
+@kept
+def _last_start(_: Flow) -> dict[tuple[bytes, bytes, tuple[int, ...]], tuple[tuple[int, ...], IntArray]]:
+    """Where a motion of the flow started last, by its state."""
+    return {}
+
+
+def _new_start(
+    flow: Flow, z: Array, angle: Array, auxiliary_pieces: IntArray | None
+) -> tuple[tuple[int, ...], IntArray]:
     pieces = [0] * len(flow.system.laws)
     on_corner: dict[int, int] = {}
     for i, k in enumerate(flow.system.clearances):

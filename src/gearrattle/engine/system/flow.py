@@ -23,6 +23,7 @@ from gearrattle.engine.system.forced import oscillation
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.scaling import Scaling, energy_scaling, power_of_two
 from gearrattle.engine.system.signals import ROUNDED, Signals, interval_of
+from gearrattle.remember import kept
 from gearrattle.slices import slices
 
 Array = NDArray[np.float64]
@@ -214,6 +215,15 @@ class Flow:
 
     def waves(self, per_cycle: int) -> Array:
         """(per_cycle, U) inputs but for their sizes at the samples of any period; (0, U) if periods are not alike."""
+        last = _last_waves(self)
+        waves = last.get(per_cycle)
+        if waves is None:
+            waves = self._new_waves(per_cycle)
+            last.clear()
+            last[per_cycle] = waves
+        return waves
+
+    def _new_waves(self, per_cycle: int) -> Array:
         if np.any(np.remainder(self.system.inputs.cycles, 1.0)):
             return np.zeros((0, self.inputs))
         return self._waves_at(np.zeros(per_cycle), np.arange(per_cycle) / per_cycle)
@@ -245,6 +255,19 @@ class Flow:
             for k in range(order - 1, j - 1, -1):
                 out[:, :, j] = out[:, :, j] * move / (k - j + 1) + start[:, :, k]
         return np.asarray(out.reshape(len(interval), -1))
+
+
+@kept
+def _last_waves(_: Flow) -> dict[int, Array]:
+    """The waves asked for last, by the samples of a period."""
+    return {}
+
+
+@kept
+def inputs_at_start(flow: Flow) -> Array:
+    """(U + Q,) scaled inputs at t = 0."""
+    inputs: Array = flow.inputs_at(np.zeros(1), np.zeros(1))[0]
+    return inputs
 
 
 def split_cycles(cycles: Array) -> tuple[Array, Array]:

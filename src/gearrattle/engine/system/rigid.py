@@ -26,10 +26,12 @@ from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.equilibrium import Equilibrium, elastic_elements, statics_of
 from gearrattle.engine.system.laid_out import coefficients_of, frame_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.remember import kept
 
 Array = NDArray[np.float64]
 
 
+@kept
 def is_accelerated(system: PiecewiseSystem) -> NDArray[np.bool_]:
     """Return (n,) whether a body belongs to a free train whose means do not balance."""
     motion = relative_coordinates(system, elastic_elements(system)).angle_from_reference
