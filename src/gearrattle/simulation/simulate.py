@@ -108,7 +108,7 @@ def simulate(
     check_memory(plan.task.system, plan.task.cycles, plan.task.samples_per_cycle, "simulation.cycles")
     trajectory = integrate(plan.task, plan.layout, plan.algorithm, plan.discard, progress)
     notes = mean_speed_notes(plan.model, plan.task.system, trajectory)
-    return plan.run(replace(trajectory, notes=(*trajectory.notes, *notes)))
+    return plan.run(trajectory, notes)
 
 
 @dataclass(frozen=True)
@@ -138,10 +138,10 @@ class Plan:
     discard: int
     notes: tuple[str, ...]
 
-    def run(self, trajectory: Trajectory) -> Run:
-        """The run a trajectory of this plan makes."""
+    def run(self, trajectory: Trajectory, notes: tuple[str, ...] = ()) -> Run:
+        """The run a trajectory of this plan makes, with what must be noted besides."""
         every = whole_trajectory(self.model, trajectory)
-        return Run(replace(every, notes=(*self.notes, *trajectory.notes)), self.model)
+        return Run(replace(every, notes=(*self.notes, *trajectory.notes, *notes)), self.model)
 
 
 def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
