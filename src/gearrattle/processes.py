@@ -26,6 +26,8 @@ from multiprocessing.process import BaseProcess
 from typing import Any, ClassVar
 
 _LOOKING = 0.2  # seconds between two looks at whether the parent lives
+_FORKED_FROM = threading.Event()
+"""Set where other processes are forked from this one, which therefore has one thread and no children of its own."""
 _HIDDEN = threading.Lock()
 """Held while the main module is hidden, so that of two threads that start processes the second finds it again."""
 
@@ -116,6 +118,7 @@ def becoming_warm() -> Iterator[None]:
 
     Afterwards it has no other thread; the fork server ends when nobody can ask it any more.
     """
+    _FORKED_FROM.set()
     interrupted, is_warm = signal.signal(signal.SIGINT, signal.SIG_IGN), threading.Event()
     watching = threading.Thread(target=_leave_with, args=(os.getppid(), is_warm))
     watching.start()
@@ -125,6 +128,11 @@ def becoming_warm() -> Iterator[None]:
         is_warm.set()
         watching.join()
         signal.signal(signal.SIGINT, interrupted)
+
+
+def may_start_others() -> bool:
+    """Whether this process may start others for its own work: it is none that others started or are forked from."""
+    return multiprocessing.parent_process() is None and not _FORKED_FROM.is_set()
 
 
 def _arrived(kind: type[BaseProcess], parent: int | None, main: dict[str, Any]) -> BaseProcess:

@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 
 from gearrattle.compilation import COMPILATION
+from gearrattle.engine.kernels._ahead import Ahead, task_of
 from gearrattle.engine.kernels._late import Late, late, settle
 from gearrattle.files import private_folder
 
@@ -65,7 +66,13 @@ def _folder() -> str:
 
 _IS_PLAIN = os.environ.get("NUMBA_DISABLE_JIT", "") not in ("", "0")
 _LOOK, _PATIENCE = 0.1, 10.0  # seconds: between two looks at a compilation; in which it must end
-_RULES: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}}
+_RULES: dict[str, Any] = {
+    "error_model": "numpy",
+    "fastmath": {"contract"},
+    "no_cfunc_wrapper": True,  # nobody passes kernels on as functions
+}
+AHEAD = Ahead()
+"""The kernels that a second process compiles."""
 
 
 @contextmanager
@@ -100,10 +107,8 @@ def _made(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     with _cached():
         made: Any = numba.njit(nogil=True, cache=bool(_folder()), **{**_RULES, **options})(function)
     if is_compiling():
-        made._compile_for_args = partial(
-            _in_own_thread, made._compile_for_args
-        )  # what the first call with new types calls
-        made._compiler.compile = partial(_after_settling, made._compiler.compile)  # where the cache has none
+        made._compiler.compile = partial(_missed, made._compiler.compile, function)  # where the cache has none
+        made._compile_for_args = partial(_in_turn, made._compile_for_args, function)  # first call with new types
         if _folder():
             from gearrattle.engine.kernels._loading import Kept
 
@@ -111,9 +116,22 @@ def _made(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     return made
 
 
-def _after_settling(compilation: Callable[..., Any], *arguments: Any) -> Any:
+def _missed(compilation: Callable[..., Any], function: Callable[..., Any], *arguments: Any) -> Any:
+    """Compile a kernel that was not kept, and have a second process begin."""
     settle()
+    if _folder():
+        AHEAD.begin(task_of(function, ())[0])
     return compilation(*arguments)
+
+
+def _in_turn(compilation: Callable[..., Any], function: Callable[..., Any], *arguments: Any) -> Any:
+    """Compile or load a kernel; where a second process compiles, once it is not at this one."""
+
+    def work(*arguments: Any) -> Any:
+        AHEAD.take(task_of(function, arguments))
+        return compilation(*arguments)
+
+    return _in_own_thread(work, *arguments)
 
 
 def _in_own_thread(compilation: Callable[..., Any], *arguments: Any) -> Any:
@@ -123,7 +141,7 @@ def _in_own_thread(compilation: Callable[..., Any], *arguments: Any) -> Any:
     becomes an error of numba's. The compilation goes on after it, for the next call; the end of the process ends it.
     """
     if threading.current_thread() is not threading.main_thread():
-        with COMPILATION:
+        with COMPILATION, _uncollected():
             return compilation(*arguments)
     results: list[Any] = []
     errors: list[BaseException] = []
@@ -131,7 +149,7 @@ def _in_own_thread(compilation: Callable[..., Any], *arguments: Any) -> Any:
     def work() -> None:
         sys.settrace(None)  # a tracer, of a debugger or of coverage, doubles the time of the compiler
         try:
-            with COMPILATION:
+            with COMPILATION, _uncollected():
                 results.append(compilation(*arguments))
         except BaseException as error:
             errors.append(error)
@@ -183,12 +201,12 @@ def strict(function: Callable[..., Any]) -> Any:
 
     For kernels to call. What they call is optimised anew with each of them, so chains of calls are kept short.
     """
-    return _compiled(function, fastmath=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    return _compiled(function, fastmath=False, no_cpython_wrapper=True)
 
 
 def strict_entry(function: Callable[..., Any]) -> Any:
     """The same for a function that Python calls."""
-    return _compiled(function, fastmath=False, no_cfunc_wrapper=True)
+    return _compiled(function, fastmath=False)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
@@ -250,9 +268,7 @@ def vectorised(entry: Callable[..., Any]) -> Callable[..., Any]:
     """An entry kernel that is compiled, when first called, with LLVM's straight-line vectoriser on.
 
     numba leaves it off by default; the strips of four that the marching kernels multiply gain a factor of two. The
-    setting is numba's own global one, so it is put back after the call. The garbage collector rests meanwhile: a
-    compilation makes millions of small objects that all live to its end, and a fifth of its time went into visiting
-    them.
+    setting is numba's own global one, so it is put back after the call.
     """
 
     return _compiled_with(late(entry), 1, "SLP_VECTORIZE")
@@ -308,13 +324,24 @@ def _kind(value: Any) -> Any:
     return type(value)
 
 
+def prepared(entry: Callable[..., Any]) -> Callable[..., None]:
+    """A function that compiles an entry for arguments of such types, and keeps it.
+
+    Parameters
+    ----------
+    entry
+        from ``vectorised`` or ``compact``, or a kernel.
+    """
+    return getattr(entry, "address", None) or entry._compile_for_args  # type: ignore[attr-defined,no-any-return]
+
+
 @contextmanager
 def _set(setting: str, value: int) -> Iterator[None]:
-    """What is compiled meanwhile is compiled with a setting of numba's own, and undisturbed."""
+    """What is compiled meanwhile is compiled with a setting of numba's own."""
     import numba
 
     settings: Any = numba.config
-    with _COMPILING, _uncollected():
+    with _COMPILING:
         before = getattr(settings, setting)
         setattr(settings, setting, value)
         try:
@@ -325,7 +352,10 @@ def _set(setting: str, value: int) -> Iterator[None]:
 
 @contextmanager
 def _uncollected() -> Iterator[None]:
-    """No garbage collection for a while, if there was one."""
+    """No garbage collection for a while, if there was one.
+
+    A compilation makes millions of small objects that all live to its end: a fifth of its time went into visiting them.
+    """
     enabled = gc.isenabled()
     gc.disable()
     try:

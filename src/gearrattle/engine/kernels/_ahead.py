@@ -1,0 +1,159 @@
+"""Kernels compiled side by side: a second process compiles what the first run after an installation will call later.
+
+numba compiles one kernel at a time in a process, threads or not. So when a kernel of ``PLAN`` is not kept yet, a second
+process begins to compile the others into the same folder (``planned``). It asks here before each of them, so none is
+compiled twice: what this process has called is refused, and what the other is at is waited for, then loaded. The other
+begins with the longest kernel and goes on from the end of a run to its start: the two meet in the middle.
+
+Where there is one core only, where nothing is kept, or once the second process has ended, all is compiled here.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+
+from gearrattle.processes import WorkersWithoutMain, may_start_others
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from multiprocessing.connection import Connection
+
+PLAN = (
+    "march.march_on",
+    "extremes.time_above",
+    "extremes.reaches",
+    "extremes.moments",
+    "extremes.extremes",
+    "tallies.add_crossings",
+    "variation.gradient_segments",
+    "sampling.rows_at",
+    "quadrature.integrate_powers",
+    "notes.work_out",
+    "building.pack",
+    "building.work_out",
+    "building.settle",
+    "laid_out.lay_out",
+    "strips.fill_forced",
+    "strips.fill_series",
+    "strips.fill_powers",
+    "strips.fill_tables",
+    "strips.fill_bounds",
+    "strips.fill_in_turn",
+    "strips.fill",
+    "strips.finest_level",
+    "majorant.finish_bounds",
+    "majorant.gather",
+    "majorant.weigh",
+    "blocks.block_diagonalise",
+    "majorant.triangular_form",
+    "region.turn_back",
+    "region.transpose_states",
+    "region.split_off",
+    "region.generate",
+    "responses.split_inputs",
+    "region.look",
+    "responses.typical",
+    "region.accelerate",
+    "responses.stiffest",
+    "scaling.scale",
+    "rigid.respond_rigidly",
+    "statics.rest",
+)
+"""Module and name of the kernels that every run with the exact algorithm calls, in the order they are compiled ahead."""
+
+Task = tuple[str, tuple[bool, ...]]
+"""A kernel, and which of its arguments are None: with others it is another code."""
+
+_LOOK = 0.1  # seconds between two looks at the other process, so that a thread that is to end hears of it
+_PATIENCE = 100.0  # seconds: no kernel takes as long; a process that is stopped is not waited for
+
+
+def task_of(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Task:
+    """What is compiled when a function is called with such arguments for the first time."""
+    name = f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
+    return name, tuple(argument is None for argument in arguments)
+
+
+class Ahead:
+    """What this process has compiled or loaded, and what the other one compiles.
+
+    Attributes
+    ----------
+    process
+        the second process; None before it is needed, and where there is none.
+    """
+
+    def __init__(self) -> None:
+        self.process: Any = None
+        self._is_begun = False
+        self._taken: set[Task] = set()
+        self._theirs: Task | None = None
+        self._changed = threading.Condition()
+
+    def begin(self, name: str) -> None:
+        """Start the second process if a kernel that has to be compiled is one of the plan; once only."""
+        if self._is_begun or name not in PLAN:
+            return
+        self._is_begun = True
+        if not may_start_others() or _cores() < 2:
+            return
+        try:
+            context = WorkersWithoutMain()
+            here, there = multiprocessing.Pipe()
+            self.process = context.Process(target=compile_ahead, args=(there,), daemon=True)
+            self.process.start()
+            there.close()
+        except (OSError, RuntimeError, ValueError, AssertionError):  # no memory, no handles, no interpreter of its own
+            self.process = None
+            return
+        threading.Thread(target=self._answer, args=(here,), name="compiled ahead", daemon=True).start()
+
+    def take(self, task: Task) -> None:
+        """Take a kernel on, for this process to compile or to load; wait while the other is at it."""
+        with self._changed:
+            end = time.monotonic() + _PATIENCE
+            while self._theirs == task and time.monotonic() < end:
+                self._changed.wait(_LOOK)
+            self._taken.add(task)
+
+    def _answer(self, connection: Connection) -> None:
+        """Answer the second process whether it may compile what it asks for, until it ends."""
+        try:
+            while True:
+                task = connection.recv()
+                with self._changed:
+                    is_free = task not in self._taken
+                    self._theirs = task if is_free else None
+                    self._changed.notify_all()
+                connection.send(is_free)
+        except (EOFError, OSError):
+            pass
+        finally:
+            with self._changed:
+                self._theirs = None
+                self._changed.notify_all()
+            connection.close()
+
+
+def compile_ahead(connection: Connection) -> None:
+    """Compile the kernels of the plan that the process at the other end of the pipe has not taken on itself."""
+    from gearrattle.engine.kernels.planned import planned
+
+    plan = planned()
+    try:
+        for name in PLAN:
+            prepare, function, arguments = plan[name]
+            connection.send(task_of(function, arguments))
+            if connection.recv():
+                prepare(*arguments)
+    except (EOFError, OSError):
+        pass  # nobody is there any more
+
+
+def _cores() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,99 @@
+"""The kernels that are compiled ahead, each with arguments of the types a run calls it with.
+
+Takes nothing; gives what ``_ahead.compile_ahead`` goes through.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from inspect import signature
+from typing import Any, NamedTuple, get_args, get_type_hints
+
+import numpy as np
+
+from gearrattle.engine.kernels import (
+    building,
+    extremes,
+    laid_out,
+    march,
+    notes,
+    quadrature,
+    rigid,
+    sampling,
+    scaling,
+    statics,
+    tallies,
+    variation,
+)
+from gearrattle.engine.kernels._ahead import task_of
+from gearrattle.engine.kernels._jit import compact, prepared, vectorised
+from gearrattle.engine.kernels.arrays import Array3, Array4, BoolMatrix, IntMatrix, IntVector, Matrix, Vector
+from gearrattle.engine.kernels.packed import Inputs, Log, March, Notes, Regions, Samples
+from gearrattle.engine.kernels.variants import Coefficients, Crossings, Frame, Judged, Scales, Statics, Tallies
+
+
+class Planned(NamedTuple):
+    """A kernel to be compiled ahead."""
+
+    prepare: Callable[..., None]  # compiles it
+    function: Callable[..., Any]  # what it was made of
+    arguments: tuple[Any, ...]
+
+
+def planned() -> dict[str, Planned]:
+    """Every kernel of ``_ahead.PLAN`` by its name."""
+    addresses = building.Stages(*(0 for _ in building.Stages._fields))
+    words, parts, three = IntVector, (extremes.Parts, extremes.Rows), (Vector, Vector, Vector)
+    entries: list[tuple[Any, Any, tuple[Any, ...]]] = [
+        (vectorised, march.march_on, (Regions, Inputs, None, March, Samples, Notes, Log, int)),
+        (vectorised, notes.work_out, (Regions, Inputs, Notes, Samples, IntVector)),
+        (vectorised, quadrature.integrate_powers, (quadrature.Powers, IntMatrix, Vector, Matrix, Matrix, Vector)),
+        (vectorised, sampling.rows_at, (Array4, IntVector, Matrix, Matrix)),
+        (
+            vectorised,
+            variation.gradient_segments,
+            (Array4, Array3, Vector, IntVector, int, IntMatrix, Vector, Matrix, BoolMatrix, Matrix, Array3),
+        ),
+        (_plainly, tallies.add_crossings, (Judged, Crossings, Vector, IntVector, Vector, bool, int, Tallies)),
+        (_plainly, extremes.extremes, (*parts, int, int, Matrix, Vector, Vector)),
+        (_plainly, extremes.moments, (*parts, int, int, IntVector, Vector, Matrix, Matrix, Matrix)),
+        (_plainly, extremes.reaches, (*parts, int, int, int, Matrix, Vector, Vector)),
+        (_plainly, extremes.time_above, (*parts, IntVector, int, float, Matrix)),
+        (_plainly, scaling.scale, (Coefficients, Frame, Scales)),
+        (_plainly, rigid.respond_rigidly, (Coefficients, Frame, Statics, *three)),
+        (_plainly, statics.rest, (Coefficients, IntVector, Statics, *three)),
+        (compact, laid_out.lay_out, (words, Coefficients, Frame, Scales)),
+        (compact, building.settle, (addresses, words)),
+        (compact, building.work_out, (addresses, int, words)),
+        (compact, building.pack, (addresses, words, Regions, int, int)),
+        *((compact, stage, _arguments_of(stage)) for stage in building.Stages()),
+    ]
+    known = {}
+    for compiled_with, entry, kinds in entries:
+        function = getattr(entry, "py_func", entry)
+        arguments = tuple(map(_sample, kinds))
+        known[task_of(function, arguments)[0]] = Planned(prepared(compiled_with(entry)), function, arguments)
+    return known
+
+
+def _plainly(entry: Any) -> Any:
+    """Compiled with the settings that numba has."""
+    return entry
+
+
+def _arguments_of(stage: Any) -> tuple[Any, ...]:
+    """The types of a stage's arguments, which its parameters' names say (see ``building.stages``)."""
+    kinds: dict[str, Any] = {"workspace": IntVector, "rows": Matrix, "h": float}
+    kinds |= dict.fromkeys(("stack", "tables", "powers", "series"), Array4)
+    return tuple(kinds.get(name, int) for name in signature(stage).parameters)
+
+
+def _sample(kind: Any) -> Any:
+    """An argument of a type: an array with one entry, a number, a NamedTuple of these; anything else stands for itself."""
+    if get_args(kind):
+        shape, entry = get_args(kind)
+        return np.zeros((1,) * len(get_args(shape)), get_args(entry)[0])
+    if isinstance(kind, type):
+        hints = get_type_hints(kind) if issubclass(kind, tuple) else {}
+        return kind(*map(_sample, hints.values()))
+    return kind
