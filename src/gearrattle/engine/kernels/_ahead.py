@@ -1,11 +1,12 @@
-"""Kernels compiled side by side: a second process compiles what the first run after an installation will call later.
+"""Kernels compiled side by side: other processes compile what the first run after an installation will call later.
 
-numba compiles one kernel at a time in a process, threads or not. So when a kernel of ``PLAN`` is not kept yet, a second
-process begins to compile the others into the same folder (``planned``). It asks here before each of them, so none is
-compiled twice: what this process has called is refused, and what the other is at is waited for, then loaded. The other
-begins with the longest kernel and goes on from the end of a run to its start: the two meet in the middle.
+numba compiles one kernel at a time in a process, threads or not. So when a kernel of ``PLAN`` is not kept yet, a process
+for every further core, three at most, begins to compile the others into the same folder (``planned``). It asks here
+before each of them, so none is compiled twice: what this process has called is refused, and what another is at is waited
+for, then loaded. The plan begins with the longest kernel and goes on from the end of a run to its start: this process
+and the others meet in the middle.
 
-Where there is one core only, where nothing is kept, or once the second process has ended, all is compiled here.
+Where there is one core only, where nothing is kept, or once the other processes have ended, all is compiled here.
 """
 
 from __future__ import annotations
@@ -69,6 +70,7 @@ Task = tuple[str, tuple[bool, ...]]
 """A kernel, and which of its arguments are None: with others it is another code."""
 
 _LOOK = 0.1  # seconds between two looks at the other process, so that a thread that is to end hears of it
+_MOST = 3  # processes: with more the longest kernel would still take as long
 _PATIENCE = 100.0  # seconds: no kernel takes as long; a process that is stopped is not waited for
 
 
@@ -79,64 +81,74 @@ def task_of(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Task:
 
 
 class Ahead:
-    """What this process has compiled or loaded, and what the other one compiles.
+    """What this process has compiled or loaded, and what others compile for it.
 
     Attributes
     ----------
-    process
-        the second process; None before it is needed, and where there is none.
+    processes
+        the others; empty before they are needed, and where there are none.
     """
 
     def __init__(self) -> None:
-        self.process: Any = None
+        self.processes: list[Any] = []
         self._is_begun = False
         self._taken: set[Task] = set()
-        self._theirs: Task | None = None
+        self._theirs: dict[Connection, Task] = {}
         self._changed = threading.Condition()
 
     def begin(self, name: str) -> None:
-        """Start the second process if a kernel that has to be compiled is one of the plan; once only."""
+        """Start the other processes if a kernel that has to be compiled is one of the plan; once only."""
         if self._is_begun or name not in PLAN:
             return
         self._is_begun = True
-        if not may_start_others() or _cores() < 2:
+        if not may_start_others():
             return
         try:
-            context = WorkersWithoutMain()
-            here, there = multiprocessing.Pipe()
-            self.process = context.Process(target=compile_ahead, args=(there,), daemon=True)
-            self.process.start()
-            there.close()
-        except (OSError, RuntimeError, ValueError, AssertionError):  # no memory, no handles, no interpreter of its own
-            self.process = None
-            return
+            for _ in range(min(_cores() - 1, _MOST)):
+                self._start()
+        except (OSError, RuntimeError, ValueError):
+            return  # no memory, no handles, no interpreter to start: those that have begun do
+
+    def _start(self) -> None:
+        """Start a process, and a thread that answers it."""
+        here, there = multiprocessing.Pipe()
+        process: Any = WorkersWithoutMain().Process(target=compile_ahead, args=(there,), daemon=True)
+        process.start()
+        there.close()
+        self.processes.append(process)
         threading.Thread(target=self._answer, args=(here,), name="compiled ahead", daemon=True).start()
 
     def take(self, task: Task) -> None:
-        """Take a kernel on, for this process to compile or to load; wait while the other is at it."""
+        """Take a kernel on, for this process to compile or to load; wait while another is at it."""
         with self._changed:
             end = time.monotonic() + _PATIENCE
-            while self._theirs == task and time.monotonic() < end:
+            while task in self._theirs.values() and time.monotonic() < end:
                 self._changed.wait(_LOOK)
             self._taken.add(task)
 
     def _answer(self, connection: Connection) -> None:
-        """Answer the second process whether it may compile what it asks for, until it ends."""
+        """Answer a process whether it may compile what it asks for, until it ends."""
         try:
             while True:
                 task = connection.recv()
-                with self._changed:
-                    is_free = task not in self._taken
-                    self._theirs = task if is_free else None
-                    self._changed.notify_all()
+                is_free = self._lend(connection, task)
                 connection.send(is_free)
         except (EOFError, OSError):
             pass
         finally:
-            with self._changed:
-                self._theirs = None
-                self._changed.notify_all()
+            self._lend(connection, None)
             connection.close()
+
+    def _lend(self, connection: Connection, task: Task | None) -> bool:
+        """Note that a process is through with what it compiled, and whether it may have what it asks for."""
+        with self._changed:
+            self._theirs.pop(connection, None)
+            is_free = task is not None and task not in self._taken
+            if task is not None and is_free:
+                self._taken.add(task)
+                self._theirs[connection] = task
+            self._changed.notify_all()
+        return is_free
 
 
 def compile_ahead(connection: Connection) -> None:

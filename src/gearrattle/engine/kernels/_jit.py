@@ -72,7 +72,7 @@ _RULES: dict[str, Any] = {
     "no_cfunc_wrapper": True,  # nobody passes kernels on as functions
 }
 AHEAD = Ahead()
-"""The kernels that a second process compiles."""
+"""The kernels that other processes compile."""
 
 
 @contextmanager
@@ -117,7 +117,7 @@ def _made(function: Callable[..., Any], options: dict[str, Any]) -> Any:
 
 
 def _missed(compilation: Callable[..., Any], function: Callable[..., Any], *arguments: Any) -> Any:
-    """Compile a kernel that was not kept, and have a second process begin."""
+    """Compile a kernel that was not kept, and have other processes begin."""
     settle()
     if _folder():
         AHEAD.begin(task_of(function, ())[0])
@@ -125,7 +125,7 @@ def _missed(compilation: Callable[..., Any], function: Callable[..., Any], *argu
 
 
 def _in_turn(compilation: Callable[..., Any], function: Callable[..., Any], *arguments: Any) -> Any:
-    """Compile or load a kernel; where a second process compiles, once it is not at this one."""
+    """Compile or load a kernel, once no other process is at it."""
 
     def work(*arguments: Any) -> Any:
         AHEAD.take(task_of(function, arguments))
