@@ -107,6 +107,7 @@ def _made(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     with _cached():
         made: Any = numba.njit(nogil=True, cache=bool(_folder()), **{**_RULES, **options})(function)
     if is_compiling():
+        made._compiler._customize_flags = _quick_flags()
         made._compiler.compile = partial(_missed, made._compiler.compile, function)  # where the cache has none
         made._compile_for_args = partial(_in_turn, made._compile_for_args, function)  # first call with new types
         if _folder():
@@ -122,6 +123,23 @@ def _missed(compilation: Callable[..., Any], function: Callable[..., Any], *argu
     if _folder():
         AHEAD.begin(task_of(function, ())[0])
     return compilation(*arguments)
+
+
+@cache
+def _quick_flags() -> Any:
+    """The options of a compilation. numba compares them at every operation, and asks for each of them by itself."""
+    from numba.core.compiler import Flags
+
+    defaults = {name: option.default for name, option in Flags.options.items()}
+
+    class QuickFlags(Flags):
+        __slots__ = ()
+
+        def values(self) -> dict[str, Any]:
+            """Every option; the same as numba's, at once."""
+            return {**defaults, **self._values}
+
+    return QuickFlags
 
 
 def _in_turn(compilation: Callable[..., Any], function: Callable[..., Any], *arguments: Any) -> Any:
