@@ -18,12 +18,14 @@ from typing import Any
 
 import pytest
 
+from gearrattle import processes
 from gearrattle.engine.kernels import _ahead
 from gearrattle.engine.kernels._ahead import PLAN, Ahead, Task
 from tests.architecture.places import EXAMPLES
 
 FIRST, SECOND = ((name, (False,)) for name in PLAN[:2])
 NOT_PLANNED = "statics.is_loose"
+PLANNED = "gearrattle.engine.kernels.planned"
 
 BEGIN = """
 import hashlib, json, os, signal, sys, time
@@ -85,7 +87,7 @@ def program(code: str, *arguments: str, cache: Path | None = None) -> Any:
 @contextmanager
 def answered() -> Iterator[tuple[Ahead, Connection]]:
     """What answers another process, and the other end of its pipe."""
-    ahead, (here, there) = Ahead(), Pipe()
+    ahead, (here, there) = Ahead(PLANNED), Pipe()
     thread = threading.Thread(target=ahead._answer, args=(here,))
     thread.start()
     try:
@@ -142,12 +144,14 @@ def test_a_process_that_is_stopped_is_not_waited_for_long(monkeypatch: pytest.Mo
         taken(ahead, FIRST).join()
 
 
-@pytest.mark.parametrize(("cores", "name", "count"), [(1, PLAN[0], 0), (2, PLAN[0], 1), (2, NOT_PLANNED, 0), (64, PLAN[0], 3)])
+@pytest.mark.parametrize(
+    ("cores", "name", "count"), [(1, PLAN[0], 0), (2, PLAN[0], 1), (2, NOT_PLANNED, 0), (64, PLAN[0], 3)]
+)
 def test_so_many_processes_begin(monkeypatch: pytest.MonkeyPatch, cores: int, name: str, count: int) -> None:
     begun: list[Ahead] = []
     monkeypatch.setattr(_ahead, "_cores", lambda: cores)
-    monkeypatch.setattr(Ahead, "_start", lambda ahead: begun.append(ahead))
-    ahead = Ahead()
+    monkeypatch.setattr(Ahead, "_start", lambda self: begun.extend([self]))
+    ahead = Ahead(PLANNED)
     ahead.begin(name)
     ahead.begin(name)
     assert begun == count * [ahead]
@@ -156,9 +160,9 @@ def test_so_many_processes_begin(monkeypatch: pytest.MonkeyPatch, cores: int, na
 def test_none_begins_in_a_process_that_others_started(monkeypatch: pytest.MonkeyPatch) -> None:
     begun: list[Ahead] = []
     monkeypatch.setattr(_ahead, "_cores", lambda: 2)
-    monkeypatch.setattr(_ahead, "may_start_others", lambda: False)
-    monkeypatch.setattr(Ahead, "_start", lambda ahead: begun.append(ahead))
-    Ahead().begin(PLAN[0])
+    monkeypatch.setattr(processes, "may_start_others", lambda: False)
+    monkeypatch.setattr(Ahead, "_start", lambda self: begun.extend([self]))
+    Ahead(PLANNED).begin(PLAN[0])
     assert not begun
 
 
@@ -168,7 +172,7 @@ def test_a_process_that_cannot_start_is_done_without(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(_ahead, "_cores", lambda: 2)
     monkeypatch.setattr(Ahead, "_start", fail)
-    Ahead().begin(PLAN[0])
+    Ahead(PLANNED).begin(PLAN[0])
 
 
 @pytest.mark.compiled

@@ -1,23 +1,22 @@
-"""Kernels compiled side by side: other processes compile what the first run after an installation will call later.
+"""Kernels compiled side by side: other processes compile what a first run will call later.
 
-numba compiles one kernel at a time in a process, threads or not. So when a kernel of ``PLAN`` is not kept yet, a process
-for every further core, three at most, begins to compile the others into the same folder (``planned``). It asks here
-before each of them, so none is compiled twice: what this process has called is refused, and what another is at is waited
-for, then loaded. The plan begins with the longest kernel and goes on from the end of a run to its start: this process
-and the others meet in the middle.
+numba compiles one kernel at a time in a process, threads or not. So when a kernel of ``PLAN`` is not kept yet, a
+process for every further core, three at most, begins to compile the others into the same folder (``planned``). It asks
+here before each of them, so none is compiled twice: what this process has called is refused, and what another is at is
+waited for, then loaded. The plan begins with the longest kernel and goes on from the end of a run to its start: this
+process and the others meet in the middle.
 
 Where there is one core only, where nothing is kept, or once the other processes have ended, all is compiled here.
 """
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import threading
 import time
+from contextlib import suppress
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
-
-from gearrattle.processes import WorkersWithoutMain, may_start_others
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -64,7 +63,7 @@ PLAN = (
     "rigid.respond_rigidly",
     "statics.rest",
 )
-"""Module and name of the kernels that every run with the exact algorithm calls, in the order they are compiled ahead."""
+"""Module and name of what every run with the exact algorithm calls, in the order in which it is compiled ahead."""
 
 Task = tuple[str, tuple[bool, ...]]
 """A kernel, and which of its arguments are None: with others it is another code."""
@@ -83,13 +82,19 @@ def task_of(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Task:
 class Ahead:
     """What this process has compiled or loaded, and what others compile for it.
 
+    Parameters
+    ----------
+    module
+        has ``compile_ahead(connection)``, which the others call.
+
     Attributes
     ----------
     processes
         the others; empty before they are needed, and where there are none.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, module: str) -> None:
+        self._module = module
         self.processes: list[Any] = []
         self._is_begun = False
         self._taken: set[Task] = set()
@@ -101,6 +106,8 @@ class Ahead:
         if self._is_begun or name not in PLAN:
             return
         self._is_begun = True
+        from gearrattle.processes import may_start_others  # here: where all is kept, no other process is needed
+
         if not may_start_others():
             return
         try:
@@ -111,8 +118,11 @@ class Ahead:
 
     def _start(self) -> None:
         """Start a process, and a thread that answers it."""
-        here, there = multiprocessing.Pipe()
-        process: Any = WorkersWithoutMain().Process(target=compile_ahead, args=(there,), daemon=True)
+        from gearrattle.processes import WorkersWithoutMain
+
+        context: Any = WorkersWithoutMain()
+        here, there = context.Pipe()
+        process = context.Process(target=_work, args=(there, self._module), daemon=True)
         process.start()
         there.close()
         self.processes.append(process)
@@ -151,19 +161,13 @@ class Ahead:
         return is_free
 
 
-def compile_ahead(connection: Connection) -> None:
-    """Compile the kernels of the plan that the process at the other end of the pipe has not taken on itself."""
-    from gearrattle.engine.kernels.planned import planned
+def _work(connection: Connection, module: str) -> None:
+    """Have the kernels of the plan compiled that the process at the other end of the pipe has not taken on itself.
 
-    plan = planned()
-    try:
-        for name in PLAN:
-            prepare, function, arguments = plan[name]
-            connection.send(task_of(function, arguments))
-            if connection.recv():
-                prepare(*arguments)
-    except (EOFError, OSError):
-        pass  # nobody is there any more
+    Whatever fails here ends this process without a word: the other compiles the kernel itself, and tells what fails.
+    """
+    with suppress(Exception):
+        import_module(module).compile_ahead(connection)
 
 
 def _cores() -> int:

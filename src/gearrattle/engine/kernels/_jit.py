@@ -71,7 +71,7 @@ _RULES: dict[str, Any] = {
     "fastmath": {"contract"},
     "no_cfunc_wrapper": True,  # nobody passes kernels on as functions
 }
-AHEAD = Ahead()
+AHEAD = Ahead("gearrattle.engine.kernels.planned")
 """The kernels that other processes compile."""
 
 

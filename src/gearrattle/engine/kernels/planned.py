@@ -1,12 +1,13 @@
 """The kernels that are compiled ahead, each with arguments of the types a run calls it with.
 
-Takes nothing; gives what ``_ahead.compile_ahead`` goes through.
+Takes the pipe to a process (``_ahead``); what is compiled is kept for it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from inspect import signature
+from multiprocessing.connection import Connection
 from typing import Any, NamedTuple, get_args, get_type_hints
 
 import numpy as np
@@ -25,7 +26,7 @@ from gearrattle.engine.kernels import (
     tallies,
     variation,
 )
-from gearrattle.engine.kernels._ahead import task_of
+from gearrattle.engine.kernels._ahead import PLAN, task_of
 from gearrattle.engine.kernels._jit import compact, prepared, vectorised
 from gearrattle.engine.kernels.arrays import Array3, Array4, BoolMatrix, IntMatrix, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.packed import Inputs, Log, March, Notes, Regions, Samples
@@ -38,6 +39,16 @@ class Planned(NamedTuple):
     prepare: Callable[..., None]  # compiles it
     function: Callable[..., Any]  # what it was made of
     arguments: tuple[Any, ...]
+
+
+def compile_ahead(connection: Connection) -> None:
+    """Compile the kernels of the plan that the process at the other end of the pipe has not taken on itself."""
+    plan = planned()
+    for name in PLAN:
+        prepare, function, arguments = plan[name]
+        connection.send(task_of(function, arguments))
+        if connection.recv():
+            prepare(*arguments)
 
 
 def planned() -> dict[str, Planned]:
@@ -89,7 +100,7 @@ def _arguments_of(stage: Any) -> tuple[Any, ...]:
 
 
 def _sample(kind: Any) -> Any:
-    """An argument of a type: an array with one entry, a number, a NamedTuple of these; anything else stands for itself."""
+    """An argument of a type: an array with one entry, a number, a NamedTuple of these; all else stands for itself."""
     if get_args(kind):
         shape, entry = get_args(kind)
         return np.zeros((1,) * len(get_args(shape)), get_args(entry)[0])
