@@ -29,7 +29,7 @@ import numpy as np
 
 from gearrattle.compilation import COMPILATION
 from gearrattle.engine.kernels._ahead import Ahead, task_of
-from gearrattle.engine.kernels._late import Late, late, settle
+from gearrattle.engine.kernels._late import Late, is_plain, late, settle
 from gearrattle.files import private_folder
 
 
@@ -71,6 +71,8 @@ _RULES: dict[str, Any] = {
     "fastmath": {"contract"},
     "no_cfunc_wrapper": True,  # nobody passes kernels on as functions
 }
+_COMPILING = threading.RLock()
+"""Held by who compiles, so that settings that another thread has changed meanwhile do not count."""
 AHEAD = Ahead("gearrattle.engine.kernels.planned")
 """The kernels that other processes compile."""
 
@@ -97,7 +99,7 @@ def is_compiling() -> bool:
 
 
 def _compiled(function: Callable[..., Any], **options: Any) -> Any:
-    return function if _IS_PLAIN else Late(partial(_made, function, options), function)
+    return function if _IS_PLAIN else Late(partial(_made, function, options), function, options)
 
 
 def _made(function: Callable[..., Any], options: dict[str, Any]) -> Any:
@@ -147,7 +149,8 @@ def _in_turn(compilation: Callable[..., Any], function: Callable[..., Any], *arg
 
     def work(*arguments: Any) -> Any:
         AHEAD.take(task_of(function, arguments))
-        return compilation(*arguments)
+        with _COMPILING:
+            return compilation(*arguments)
 
     return _in_own_thread(work, *arguments)
 
@@ -279,9 +282,6 @@ def address_of(entry: Callable[..., Any], *arguments: Any) -> Any:
     return entry.address(*arguments) if is_compiling() else entry  # type: ignore[attr-defined]
 
 
-_COMPILING = threading.RLock()
-
-
 def vectorised(entry: Callable[..., Any]) -> Callable[..., Any]:
     """An entry kernel that is compiled, when first called, with LLVM's straight-line vectoriser on.
 
@@ -289,17 +289,23 @@ def vectorised(entry: Callable[..., Any]) -> Callable[..., Any]:
     setting is numba's own global one, so it is put back after the call.
     """
 
-    return _compiled_with(late(entry), 1, "SLP_VECTORIZE")
+    return _compiled_with(late(entry), ("SLP_VECTORIZE", 1))
 
 
 def compact(entry: Callable[..., Any]) -> Callable[..., Any]:
-    """An entry that is compiled without LLVM's loop vectoriser: for short loops, a fifth less to compile."""
-    return _compiled_with(late(entry), 0, "LOOP_VECTORIZE")
+    """A strict entry with little optimisation: an eighth less to compile, for loops that are short or run once.
+
+    Its bits do not depend on that, those of other kernels would.
+    """
+    entry = late(entry)
+    if isinstance(entry, Late) and entry.options.get("fastmath", True):
+        raise ValueError(f"{entry.__name__} is not strict")
+    return _compiled_with(entry, ("LOOP_VECTORIZE", 0), ("OPT", 1))
 
 
 @cache
-def _compiled_with(entry: Callable[..., Any], value: int, setting: str) -> Callable[..., Any]:
-    """The entry, compiled with a setting of numba's own when first called; one and the same for all who ask."""
+def _compiled_with(entry: Callable[..., Any], *settings: tuple[str, int]) -> Callable[..., Any]:
+    """The entry, compiled with settings of numba's own when first called; one and the same for all who ask."""
     compiled: set[tuple[type, ...]] = set()  # entry.signatures would tell, and take longer than many an entry
     addresses: dict[tuple[Any, ...], int] = {}
     kernel: Any = entry
@@ -308,6 +314,8 @@ def _compiled_with(entry: Callable[..., Any], value: int, setting: str) -> Calla
         nonlocal kernel
         kinds = tuple(map(type, arguments))
         if kinds not in compiled:
+            if isinstance(entry, Late) and is_plain():
+                return entry(*arguments)
             kernel = entry.made() if isinstance(entry, Late) else entry
             if is_compiling():
                 _in_own_thread(compile_, *arguments)
@@ -315,7 +323,7 @@ def _compiled_with(entry: Callable[..., Any], value: int, setting: str) -> Calla
         return kernel(*arguments)
 
     def compile_(*arguments: Any) -> None:
-        with _set(setting, value):
+        with _set(settings):
             kernel._compile_for_args(*arguments)
 
     def address(*arguments: Any) -> int:
@@ -354,18 +362,20 @@ def prepared(entry: Callable[..., Any]) -> Callable[..., None]:
 
 
 @contextmanager
-def _set(setting: str, value: int) -> Iterator[None]:
-    """What is compiled meanwhile is compiled with a setting of numba's own."""
+def _set(settings: tuple[tuple[str, int], ...]) -> Iterator[None]:
+    """What is compiled meanwhile is compiled with settings of numba's own."""
     import numba
 
-    settings: Any = numba.config
+    of_numba: Any = numba.config
     with _COMPILING:
-        before = getattr(settings, setting)
-        setattr(settings, setting, value)
+        before = {name: getattr(of_numba, name) for name, _ in settings}
+        for name, value in settings:
+            setattr(of_numba, name, type(before[name])(value))
         try:
             yield
         finally:
-            setattr(settings, setting, before)
+            for name, known in before.items():
+                setattr(of_numba, name, known)
 
 
 @contextmanager

@@ -42,10 +42,17 @@ class Late:
         makes what numba knows of it.
     function
         as Python; None of what has no plain form.
+    options
+        that it is compiled with.
     """
 
-    def __init__(self, make: Callable[[], Any], function: Callable[..., Any] | None = None) -> None:
-        self._make, self._made = make, None
+    def __init__(
+        self,
+        make: Callable[[], Any],
+        function: Callable[..., Any] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> None:
+        self._make, self._made, self.options = make, None, options or {}
         if function is not None:
             update_wrapper(self, function)
             _FILES[id(function.__globals__)] = function.__globals__
@@ -86,6 +93,11 @@ def settle() -> None:
             for name, value in list(names.items()):
                 if isinstance(value, Late):
                     names[name] = value.made()
+
+
+def is_plain() -> bool:
+    """Whether kernels are called as plain Python in this thread just now."""
+    return _MODE.is_plain
 
 
 @contextmanager

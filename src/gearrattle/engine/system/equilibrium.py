@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import statics
+from gearrattle.engine.kernels._jit import compact
 from gearrattle.engine.kernels._late import plainly
 from gearrattle.engine.kernels.variants import Statics
 from gearrattle.engine.system.coordinates import RelativeCoordinates, relative_coordinates
@@ -85,8 +86,8 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     acceleration, angle = np.empty(system.size), np.empty(system.size)
     x, travel = np.empty(len(coordinates.elements)), np.empty(len(elastic))
     with plainly() if len(elastic) <= _SMALL else nullcontext():
-        statics.accelerate_rigidly(numbers, sought.motion, acceleration)
-        code = statics.rest(numbers, label, sought, acceleration, x, travel)
+        compact(statics.accelerate_rigidly)(numbers, sought.motion, acceleration)
+        code = compact(statics.rest)(numbers, label, sought, acceleration, x, travel)
     if code == statics.RUNAWAY:
         raise Runaway(tuple(k for k, v in zip(elastic, travel, strict=True) if v != 0.0))
     if code == statics.LOST:
@@ -94,7 +95,7 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
         raise ConvergenceError("the static equilibrium was not found", remedy=remedy)
     x, loose = _middle([system.laws[k] for k in elastic], coordinates, x)
     with plainly() if len(elastic) <= _SMALL else nullcontext():
-        statics.turn(sought, x, angle)
+        compact(statics.turn)(sought, x, angle)
     deflection = system.rows @ angle
     deflection[elastic] = coordinates.combination @ x
     pieces = tuple(law.piece_at(float(d)) for law, d in zip(system.laws, deflection, strict=True))

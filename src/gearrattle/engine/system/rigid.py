@@ -21,6 +21,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels._jit import compact
 from gearrattle.engine.kernels.rigid import mark_accelerated, respond_rigidly
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.equilibrium import Equilibrium, elastic_elements, statics_of
@@ -36,7 +37,9 @@ def is_accelerated(system: PiecewiseSystem) -> NDArray[np.bool_]:
     """Return (n,) whether a body belongs to a free train whose means do not balance."""
     motion = relative_coordinates(system, elastic_elements(system)).angle_from_reference
     marked = np.empty(motion.shape[1], dtype=np.bool_)
-    mark_accelerated(np.ascontiguousarray(system.inputs.mean, dtype=float), np.ascontiguousarray(motion), marked)
+    compact(mark_accelerated)(
+        np.ascontiguousarray(system.inputs.mean, dtype=float), np.ascontiguousarray(motion), marked
+    )
     return np.asarray((motion[:, marked] != 0.0).any(axis=1))
 
 
@@ -47,5 +50,5 @@ def rigid_response(system: PiecewiseSystem, rest: Equilibrium) -> tuple[Array, A
     frame = frame_of(system, relative_coordinates(system))
     angle = np.empty(system.size)
     velocity = np.empty(system.size)
-    respond_rigidly(coefficients_of(system), frame, sought, rest.angle, angle, velocity)
+    compact(respond_rigidly)(coefficients_of(system), frame, sought, rest.angle, angle, velocity)
     return angle, velocity

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels._jit import compact
 from gearrattle.engine.kernels.scaling import scale
 from gearrattle.engine.kernels.variants import Scales
 from gearrattle.engine.system.coordinates import RelativeCoordinates
@@ -42,5 +43,5 @@ def energy_scaling(system: PiecewiseSystem, coordinates: RelativeCoordinates) ->
     """Balance the states by energy and each input column by the size of the force it makes (``kernels.scaling``)."""
     sizes = len(coordinates.elements), system.size, 1 + system.inputs.count, len(system.clearances)
     scales = Scales(*(np.empty(size) for size in sizes))
-    scale(coefficients_of(system), frame_of(system, coordinates), scales)
+    compact(scale)(coefficients_of(system), frame_of(system, coordinates), scales)
     return Scaling(scales.deflection, scales.velocity, scales.inputs)
