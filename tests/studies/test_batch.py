@@ -124,13 +124,13 @@ def test_a_start_on_a_corner_or_in_a_free_gap_goes_alone() -> None:
 @pytest.mark.parametrize(
     ("settings", "outputs", "more"),
     [
-        ({}, ("TR rms",), {}),
-        ({}, ("peak-to-peak acceleration", "verdict"), {}),
+        ({}, ("predictable cycles",), {}),
+        ({}, ("largest Lyapunov exponent", "verdict"), {}),
         ({}, (), {"function": loudness}),
         ({"simulation.algorithm": "rk4"}, ("verdict",), {}),
     ],
 )
-def test_what_needs_samples_a_function_or_another_algorithm_goes_alone(
+def test_what_needs_the_whole_run_a_function_or_another_algorithm_goes_alone(
     settings: dict[str, Any], outputs: tuple[str, ...], more: dict[str, Any]
 ) -> None:
     plan, kept = planned(model().with_(settings), {GAP: [0.008, 0.01, 0.012, 0.014]}, outputs, **more)

@@ -49,6 +49,7 @@ from gearrattle.quantities.separation import HarmonicSeparation, SeparationRatio
 from gearrattle.quantities.sources import (
     add_signals,
     inputs_of_chunks,
+    inputs_of_crossings,
     inputs_of_motion,
     inputs_of_recording,
     recording_of,
@@ -117,6 +118,7 @@ __all__ = [
     "Verdict",
     "add",
     "inputs_of_chunks",
+    "inputs_of_crossings",
     "inputs_of_motion",
     "inputs_of_recording",
     "judge",

@@ -84,6 +84,7 @@ class ContactSides(Quantity[Inputs]):
     window: str = f"{LOG}; without one, the samples of the deflection"
     sampling: str = "none with a log: exact to the events"
     needs: tuple[str, ...] = ("contacts",)
+    of_crossings: bool = True
     merging: str = "exact: times and counts add up; what side a chunk begins on the one before tells"
 
     def rows(self, inputs: Inputs) -> list[Row]:

@@ -86,6 +86,7 @@ class Inputs:
     units: Mapping[tuple[str, str], str] = field(default_factory=dict)
     wanted: frozenset[str] | None = None
     speeds: Array | None = None
+    known_crossings: Sums | None = None
 
     def wants(self, quantity: str) -> bool:
         """Whether a quantity is asked for."""
@@ -116,7 +117,7 @@ class Inputs:
     def crossings(self) -> Sums:
         """What the crossings in the window add up to, to metrics that need the log."""
         assert self.motion is not None
-        return sums_of(self.motion)
+        return sums_of(self.motion) if self.known_crossings is None else self.known_crossings
 
     def contacts(self, clearance: int) -> Contacts:
         """Return what the contacts of a clearance add up to over the window, to metrics that need the log."""

@@ -33,6 +33,7 @@ class ImpactIntensity(Quantity[Inputs]):
     window: str = LOG
     sampling: str = "none: exact to the events"
     needs: tuple[str, ...] = ("gaps",)
+    of_crossings: bool = True
     merging: str = "exact: sums add up; a contact across chunks is one contact"
 
     def rows(self, inputs: Inputs) -> list[Row]:

@@ -184,6 +184,8 @@ class Quantity(Generic[Data_contra]):
         of a motion in chunks are made of those of crossings and signals.
     needs
         of a metric, what its inputs must hold.
+    of_crossings
+        of a metric, whether the crossings of a simulated motion tell it, without any sample.
     window
         of a metric, over what it is taken.
     sampling
@@ -198,6 +200,7 @@ class Quantity(Generic[Data_contra]):
     merging: str
     sums: tuple[str, ...] = ("crossings", "signals")
     needs: tuple[str, ...] = ()
+    of_crossings: bool = False
     window: str = ""
     sampling: str = ""
 

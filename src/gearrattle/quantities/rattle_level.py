@@ -46,6 +46,7 @@ class RattleLevel(Quantity[Inputs]):
     window: str = LOG
     sampling: str = "none: exact to the events"
     needs: tuple[str, ...] = ("gaps",)
+    of_crossings: bool = True
     merging: str = "exact: the sums of momenta add up; a contact across chunks is one contact"
 
     def rows(self, inputs: Inputs) -> list[Row]:

@@ -207,6 +207,47 @@ def inputs_of_chunks(sums: Sums, engine_orders: Array) -> Inputs:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class CrossingInputs(Inputs):
+    """What metrics that need no samples read of a simulated motion: what its crossings add up to."""
+
+    @property
+    def has_log(self) -> bool:
+        """Whether there is an exact log of crossings: there was one, and its sums are kept."""
+        return True
+
+    @cached_property
+    def crossings(self) -> CrossingSums:
+        """What the crossings in the window add up to."""
+        assert self.known_crossings is not None
+        return self.known_crossings
+
+
+def inputs_of_crossings(crossings: CrossingSums, layout: Layout, span: tuple[float, float]) -> Inputs:
+    """Return what metrics that need no samples read of a simulated motion; its deflections are known, and empty.
+
+    Parameters
+    ----------
+    crossings
+        what the crossings of its steady part add up to.
+    layout
+        the driveline's layout.
+    span
+        the steady part, its first and its last sample [s].
+    """
+    return CrossingInputs(
+        source="exact",
+        time=np.array(span),
+        signals={("deflection", name): np.zeros(0) for name in layout.clearance_names},
+        window="steady part",
+        omega=layout.omega if layout.ramp is None else None,
+        period=layout.period,
+        engine_orders=np.zeros(0),
+        layout=layout,
+        known_crossings=crossings,
+    )
+
+
 def _channel_names(layout: Layout) -> list[tuple[str, str]]:
     """Return quantity and subject of every channel of ``recording_of``, in its order."""
     names = [(quantity, name) for quantity in ("angle", "velocity", "acceleration") for name in layout.inertia_names]

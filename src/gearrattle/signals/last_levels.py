@@ -16,11 +16,14 @@ import numpy as np
 
 from gearrattle.signals.levels import extremes_missed, rms, rms_missed
 from gearrattle.signals.windows import steady
-from gearrattle.trajectory import Array, Trajectory
+from gearrattle.trajectory import Array, IntArray, Trajectory
 from gearrattle.wording import counted
 
 LAST_CYCLES = 8
 """Over how many cycles levels are taken, at most (Padmanabhan et al. 1995, eqs. (23)-(25))."""
+
+
+_LEVELS = ("low", "high", "rms", "below", "above", "off")
 
 
 class Level(NamedTuple):
@@ -42,40 +45,44 @@ def add_levels(trajectory: Trajectory, before: Mapping[str, Array] | None) -> di
     before
         the same of the chunks before; None at the first.
     """
-    window, per_cycle = steady(trajectory), trajectory.samples_per_cycle
+    window = steady(trajectory)
     count = min(LAST_CYCLES, window.cycles)
-    samples = window.closed(trajectory.acceleration)[-(count * per_cycle + 1) :]
-    parts = [samples[c * per_cycle : (c + 1) * per_cycle + 1] for c in range(count)]
-    below, above = (np.array(missed) for missed in zip(*map(extremes_missed, parts), strict=True))
-    state = {
-        "low": np.array([part.min(axis=0) for part in parts]),
-        "high": np.array([part.max(axis=0) for part in parts]),
-        "rms": np.array([rms(part) for part in parts]),
-        "below": below,
-        "above": above,
-        "off": np.array([rms_missed(part) for part in parts]),
-    }
-    _put_exact(state, trajectory, window.cycles, count)
+    state = {name: np.zeros((count, len(trajectory.layout.inertia_names))) for name in _LEVELS}
+    bodies = _put_exact(state, trajectory, window.cycles, count)
+    others = np.setdiff1d(np.arange(len(trajectory.layout.inertia_names)), bodies)
+    if others.size:
+        _put_sampled(state, trajectory, others, count)
     if before is None:
         return state
     return {name: np.concatenate([before[name], new])[-LAST_CYCLES:] for name, new in state.items()}
 
 
-def _put_exact(state: dict[str, Array], trajectory: Trajectory, cycles: int, count: int) -> None:
-    """Put levels of the exact motion in the place of those of samples, where they are known."""
+def _put_sampled(state: dict[str, Array], trajectory: Trajectory, bodies: IntArray, count: int) -> None:
+    """Write the levels of some bodies by their samples, and what these miss."""
+    per_cycle = trajectory.samples_per_cycle
+    samples = steady(trajectory).closed(trajectory.acceleration)[-(count * per_cycle + 1) :, bodies]
+    for c in range(count):
+        part = samples[c * per_cycle : (c + 1) * per_cycle + 1]
+        below, above = extremes_missed(part)
+        levels = (part.min(axis=0), part.max(axis=0), rms(part), below, above, rms_missed(part))
+        for name, level in zip(_LEVELS, levels, strict=True):
+            state[name][c, bodies] = level
+
+
+def _put_exact(state: dict[str, Array], trajectory: Trajectory, cycles: int, count: int) -> list[int]:
+    """Write the levels of the exact motion, where they are known; the bodies of which they are."""
     if trajectory.exact is None:
-        return
+        return []
     signals = [signal for signal in trajectory.exact.signals(trajectory) if signal[0] == "acceleration"]
     ends = tuple(range(cycles - count, cycles + 1))
     statistics = trajectory.exact.statistics(trajectory, signals, cycles=ends)
     if statistics is None:
-        return
+        return []
     bodies = [trajectory.layout.inertia_names.index(name) for _, name in signals]
     level = np.hypot(np.sqrt(np.maximum(statistics.second, 0.0)), statistics.mean)
     for name, values in (("low", statistics.low), ("high", statistics.high), ("rms", level)):
         state[name][:, bodies] = values
-    for name in ("below", "above", "off"):
-        state[name][:, bodies] = 0.0
+    return bodies
 
 
 def peak_to_peak_of(state: Mapping[str, Array]) -> Level:

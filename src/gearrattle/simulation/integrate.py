@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -88,8 +89,8 @@ def finish(
                 because(_reason(position, layout, took / _SLOW, position.time / layout.period - first_cycle))
                 because = None
     motion = march.motion()
-    cost = _cost(algorithm, motion, time.perf_counter() - begin - motion.aside)
-    return _trajectory(task, layout, (first_cycle, discard), motion, cost)
+    grid = Grid(task.samples_per_cycle, task.cycles, first_cycle, discard)
+    return named(motion, layout, grid, cost_of(motion, algorithm, time.perf_counter() - begin - motion.aside))
 
 
 def _reason(position: Position, layout: Layout, least: float, cycles: float) -> str:
@@ -122,7 +123,8 @@ def _failure(position: Position, outcome: Outcome, algorithm: str, layout: Layou
     return ConvergenceError(message, time=position.time, state=state, remedy=remedy)
 
 
-def _cost(algorithm: str, motion: Motion, wall: float) -> Cost:
+def cost_of(motion: Motion, algorithm: str, wall: float) -> Cost:
+    """Return what a motion cost; ``wall``: the time it took [s]."""
     return Cost(
         algorithm=algorithm,
         steps=motion.steps,
@@ -138,17 +140,25 @@ def _cost(algorithm: str, motion: Motion, wall: float) -> Cost:
     )
 
 
-def _trajectory(task: Task, layout: Layout, skipped: tuple[int, int], motion: Motion, cost: Cost) -> Trajectory:
-    """Name everything; ``skipped`` are the cycles before its first sample and those that criteria leave out."""
-    first_cycle, discard = skipped
+class Grid(NamedTuple):
+    """Samples a cycle, cycles, cycles before the first sample, and how many of its cycles criteria leave out."""
+
+    samples_per_cycle: int
+    cycles: int
+    first_cycle: int
+    discard: int
+
+
+def named(motion: Motion, layout: Layout, grid: Grid, cost: Cost) -> Trajectory:
+    """Return the trajectory of a motion: everything in it named after the driveline."""
     first, crossings = layout.region_of_first_piece, motion.crossings
     label = first[crossings.clearance] if len(crossings.clearance) else np.zeros(0, np.int64)
-    per_cycle, samples = task.samples_per_cycle, len(motion.angle)
+    per_cycle, samples = grid.samples_per_cycle, len(motion.angle)
     time, torque = np.empty(samples), np.empty_like(motion.force)
     force = np.empty((len(layout.clearance), samples)).T  # one clearance after the other, as criteria read them
     region = np.empty(motion.piece.shape, motion.piece.dtype)
     for part in slices(samples, 4 * len(layout.radii) + 1):
-        index = first_cycle * per_cycle + np.arange(part.start, part.stop, dtype=float)
+        index = grid.first_cycle * per_cycle + np.arange(part.start, part.stop, dtype=float)
         time[part] = index * (layout.period / per_cycle)
         force[part] = motion.force[part][:, layout.clearance]
         region[part] = motion.piece[part] + first
@@ -174,11 +184,11 @@ def _trajectory(task: Task, layout: Layout, skipped: tuple[int, int], motion: Mo
         initial_region=motion.initial_piece + first,
         final_force_integral=motion.final_force_integral,
         samples_per_cycle=per_cycle,
-        cycles=task.cycles,
-        discard=discard,
+        cycles=grid.cycles,
+        discard=grid.discard,
         cost=cost,
         notes=motion.notes,
         energy=motion.energy,
-        first_cycle=first_cycle,
+        first_cycle=grid.first_cycle,
         auxiliaries=motion.auxiliaries,
     )

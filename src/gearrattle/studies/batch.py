@@ -1,9 +1,10 @@
 """The cases of a chunk in one compiled loop, where they can be: see ``solvers.many`` for the loop.
 
 A chunk's cases differ in a few numbers, so they are assembled together (``assembly.variants``), marched and judged
-without a model, a system or a trajectory of their own, to the same bits as one at a time. What the loop cannot do is
-left to the general way, case by case: outputs that need samples or a function of the user's, other algorithms, cases of
-another structure, cases that fail.
+without a model, a system or a trajectory of their own, to the same bits as one at a time. Metrics and outputs that need
+samples are taken of each case as it comes out of the loop (``studies.followed``). What the loop cannot do is left to
+the general way, case by case: figures of a whole run or a function of the user's, other algorithms, cases of another
+structure, cases that fail.
 
 Takes a Plan, Outputs and a chunk; gives values and which cases have them.
 """
@@ -20,13 +21,14 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble, free_of
 from gearrattle.assembly.variants import coefficients, static_velocities
 from gearrattle.engine.kernels.many import AS_GIVEN, STATIC, STEADY
-from gearrattle.engine.kernels.variants import Tallies, picked
-from gearrattle.engine.solvers.many import Pattern, has_loop, march_variants
-from gearrattle.errors import GearRattleError
+from gearrattle.engine.kernels.variants import Tallies, picked, room_for
+from gearrattle.engine.solvers.many import Pattern, follow_variants, has_loop, march_variants
+from gearrattle.errors import Cancelled, GearRattleError
 from gearrattle.model import Initial, Model
 from gearrattle.quantities import CROSSING_CRITERIA
 from gearrattle.signals import gap_names, judged_of, reduced_inertias
-from gearrattle.studies.output import VERDICT
+from gearrattle.studies.followed import Followed, is_followed
+from gearrattle.studies.output import VERDICT, Output
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan
 from gearrattle.trajectory import Layout
@@ -42,14 +44,21 @@ _COUNTED = ("crossings per cycle", "function calls")
 
 
 def can_batch(outputs: Outputs, plan: Plan) -> bool:
+    """Whether compiled code alone gives these outputs: what comes from the crossings, of cases that can follow."""
+    return all(_is_of_crossings(output) for output in outputs.chosen) and can_follow(outputs, plan)
+
+
+def can_follow(outputs: Outputs, plan: Plan) -> bool:
     """Whether the loop gives these outputs of such cases: of a plain grid, whose paths tell all of a case."""
-    of_events = all(
-        (output.criterion in CROSSING_CRITERIA or output.name in _COUNTED) and not output.over_all
-        for output in outputs.chosen
-    )
+    are_known = all(_is_of_crossings(output) or is_followed(output) for output in outputs.chosen)
     is_exact = plan.model.simulation.algorithm == "exact"
     is_grid = outputs.function is None and type(plan) is Plan
-    return of_events and is_grid and is_exact and has_loop(assemble(plan.model).system)
+    return are_known and is_grid and is_exact and has_loop(assemble(plan.model).system)
+
+
+def _is_of_crossings(output: Output) -> bool:
+    """Whether an output comes from the crossings alone."""
+    return (output.criterion in CROSSING_CRITERIA or output.name in _COUNTED) and not output.over_all
 
 
 def batched(
@@ -70,7 +79,7 @@ def batched(
         Values by output, (cases, subjects) or (cases,), in the chunk's order, and (cases,) which of them are there.
     """
     count = plan.cases_in(chunk)
-    if not can_batch(outputs, plan):
+    if not can_follow(outputs, plan):
         return {}, np.zeros(count, dtype=np.bool_)
     varied = plan.columns(chunk)
     values: Values = {}
@@ -78,6 +87,7 @@ def batched(
         shape = (count, len(output.subjects)) if output.dimension else (count,)
         values[output.name] = np.full(shape, output.nothing, output.dtype)
     done, waiting = np.zeros(count, dtype=np.bool_), np.arange(count)
+    of_each = [output for output in outputs.chosen if not _is_of_crossings(output)]
 
     def report_share(share: float) -> None:
         if progress is not None:
@@ -93,7 +103,10 @@ def batched(
         alike = _Alike.of(model, {path: column[waiting] for path, column in varied.items()}, waiting.size)
         chosen = waiting[alike.good]
         if chosen.size and alike.pattern.can_march():
-            tallies, judged = alike.march(report_share)
+            if of_each:
+                tallies, judged = _follow(values, Followed(of_each, model), alike, (varied, chosen), report_share)
+            else:
+                tallies, judged = alike.march(report_share)
             _keep(values, outputs, alike, tallies, (chosen, judged))
             done[chosen[judged]] = True
         waiting = waiting[~alike.good] if chosen.size else waiting[1:]
@@ -185,6 +198,39 @@ def _floats(varied: Mapping[str, NDArray[Any]], count: int) -> tuple[dict[str, A
     return columns, good
 
 
+def _follow(
+    values: Values,
+    followed: Followed,
+    alike: _Alike,
+    of: tuple[Mapping[str, NDArray[Any]], NDArray[Any]],
+    progress: Callable[[float], None],
+) -> tuple[Tallies, NDArray[np.bool_]]:
+    """March and judge cases, and write what is told of each by itself; ``of``: what varies, and the cases' places."""
+    varied, chosen = of
+    judged = np.zeros(chosen.size, dtype=np.bool_)
+    out = room_for(chosen.size, alike.pattern.judged)
+    together = follow_variants(alike.pattern, alike.numbers, alike.start, alike.window, followed.kept)
+    for variant, batch in together:
+        out, at = batch.out, chosen[variant]
+        try:
+            model = _pattern(followed.model, {path: _plain(column[at]) for path, column in varied.items()})
+            of_case = None if model is None else followed.values(model, variant, batch)
+        except Cancelled:
+            raise
+        except Exception:  # a case that fails is told of where it is simulated by itself
+            of_case = None
+        judged[variant] = of_case is not None
+        for name, value in (of_case or {}).items():
+            values[name][at] = value
+        progress((variant + 1) / chosen.size)
+    return out, judged
+
+
+def _plain(value: Any) -> Any:
+    """A value as a case changes it."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
 def _keep(
     values: Values, outputs: Outputs, alike: _Alike, tallies: Tallies, places: tuple[NDArray[Any], NDArray[np.bool_]]
 ) -> None:
@@ -198,7 +244,7 @@ def _keep(
     mass = reduced_inertias(alike.layout, alike.layout.clearance.tolist(), inertia)
     sums, gaps = {**tally._asdict(), "mass": mass}, gap_names(alike.layout)
     by_criterion: dict[str, Mapping[tuple[str, str], Array]] = {}
-    for output in outputs.chosen:
+    for output in filter(_is_of_crossings, outputs.chosen):
         if output.name in _COUNTED:
             counted = tally.crossings / alike.cycles if output.name == _COUNTED[0] else tally.calls
             values[output.name][at] = counted[:, 0]

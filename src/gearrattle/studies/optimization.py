@@ -27,7 +27,7 @@ from gearrattle.model.quantity import CALLBACK, FLAG, SEED, AnyTable, Count, arg
 from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.batch import can_batch
+from gearrattle.studies.batch import can_batch, can_follow
 from gearrattle.studies.claims import ABOUT, Claim, check_owner
 from gearrattle.studies.conduct import conduct
 from gearrattle.studies.evolution import Evolution
@@ -405,7 +405,7 @@ def _design_seconds(model: Model, ranges: tuple[Range, ...], outputs: Outputs, o
     begun = time.perf_counter()
     simulate(model, audit=False)
     alone = time.perf_counter() - begun
-    if can_batch(outputs, plan):
+    if can_follow(outputs, plan):
         return seconds_together(plan, outputs, alone)
     return seconds_alone(plan, outputs.of, run, alone)
 

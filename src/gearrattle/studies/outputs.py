@@ -10,7 +10,7 @@ Takes Runs; gives arrays by name.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from numbers import Real
@@ -23,7 +23,7 @@ from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Pro
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.orbits.state import check_repeats
-from gearrattle.quantities import CRITERIA, METRICS, WITHOUT_DIMENSION, Inputs, Quantity, Row, add, rows_of
+from gearrattle.quantities import CRITERIA, METRICS, WITHOUT_DIMENSION, Row, add, rows_of
 from gearrattle.quantities.criteria import criteria
 from gearrattle.quantities.metrics import inputs_of
 from gearrattle.results import Run
@@ -31,6 +31,9 @@ from gearrattle.signals import gap_names
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.output import OVER_ALL, REGIME, REGIMES, VERDICT, Output
 from gearrattle.studies.stable_motions import COUNT, SWING, values_over_all
+from gearrattle.trajectory import Layout
+
+Array = NDArray[np.float64]
 
 DEFAULT = ("verdict", "regime", "impacts per cycle", "contact share")
 Function = Callable[[Run], Mapping[str, float]]
@@ -87,9 +90,9 @@ class Outputs:
     def of(self, run: Run) -> dict[str, NDArray[Any]]:
         """Return every output of one run, (subjects,) or ()."""
         over_all = [output for output in self.chosen if output.over_all]
-        values = _values_of(tuple(output for output in self.chosen if not output.over_all), run)
+        values = values_of(tuple(output for output in self.chosen if not output.over_all), run)
         if over_all:
-            values |= values_over_all(over_all, run, _values_of)
+            values |= values_over_all(over_all, run, values_of)
         if self.function is not None:
             values |= {name: np.array(float(value)) for name, value in _called(self.function, run).items()}
             missing = [name for name in self.function_names if name not in values]
@@ -98,25 +101,43 @@ class Outputs:
         return {output.name: values[output.name] for output in self.all}
 
 
-def _values_of(outputs: Sequence[Output], run: Run) -> dict[str, NDArray[Any]]:
-    """Every output of criteria, metrics and whole runs, (subjects,) or ()."""
-    values: dict[str, NDArray[Any]] = {}
+def values_of(
+    outputs: Sequence[Output], run: Run, crossings: Mapping[str, Array] | None = None
+) -> dict[str, NDArray[Any]]:
+    """Return every output of criteria, metrics and whole runs, (subjects,) or ().
+
+    Parameters
+    ----------
+    outputs
+        which.
+    run
+        of which they are.
+    crossings
+        sums over the crossings of its steady part (``signals.crossing_sums``), for metrics that read them, where these
+        are known already; None: of the run's log.
+    """
     needed = {output.criterion for output in outputs}
-    quantities = {output.quantity for output in outputs}
     needed_criteria = [criterion for criterion in CRITERIA if criterion.name in needed]
     sums = add(run.trajectory, None, needed_criteria)
     rows = [row for criterion in needed_criteria for row in criterion.rows(sums)]
-    rows += _measured(run, [metric for metric in METRICS if metric.name in needed], quantities)
+    if metrics := [metric for metric in METRICS if metric.name in needed]:
+        inputs = replace(inputs_of(run), known_crossings=crossings)
+        rows += rows_of(inputs, metrics, {output.quantity for output in outputs}, units=run.model.units)
+    plain = [output for output in outputs if output.name not in RUN_OUTPUTS]
+    figures = {o.name: np.array(RUN_OUTPUTS[o.name][0](run)) for o in outputs if o.name in RUN_OUTPUTS}
+    return figures | values_in(rows, plain, run.trajectory.layout)
+
+
+def values_in(rows: Sequence[Row], outputs: Sequence[Output], layout: Layout) -> dict[str, NDArray[Any]]:
+    """Return outputs of criteria and metrics, of their rows about a motion of a driveline."""
+    values: dict[str, NDArray[Any]] = {}
     for output in outputs:
-        if output.name in RUN_OUTPUTS:
-            values[output.name] = np.array(RUN_OUTPUTS[output.name][0](run))
-            continue
         wanted = (output.criterion, output.quantity)
-        entries = {row.subject: row for row in rows if (row.name, row.quantity) == wanted}
+        entries = {row.subject: row for row in rows if row.subject and (row.name, row.quantity) == wanted}
         if not output.dimension and output.name != VERDICT:  # of the whole driveline
             values[output.name] = np.array(next((float(e.value) for e in entries.values()), output.absent))
         elif output.name == VERDICT:  # the worst of the parts that rattle
-            gaps = gap_names(run.trajectory.layout)
+            gaps = gap_names(layout)
             codes = [output.words.index(str(entry.value)) for part, entry in entries.items() if part in gaps]
             values[VERDICT] = np.array(max(codes, default=0), dtype=np.int8)
         else:
@@ -124,10 +145,9 @@ def _values_of(outputs: Sequence[Output], run: Run) -> dict[str, NDArray[Any]]:
     return values
 
 
-def _measured(run: Run, metrics: Sequence[Quantity[Inputs]], quantities: Collection[str] | None = None) -> list[Row]:
-    """Rows of some metrics, and of some of their quantities alone if these are named, about a subject."""
-    rows = rows_of(inputs_of(run), metrics, quantities, units=run.model.units) if metrics else []
-    return [row for row in rows if row.subject]
+def _measured(run: Run) -> list[Row]:
+    """Rows of all metrics about a subject."""
+    return [row for row in rows_of(inputs_of(run), units=run.model.units) if row.subject]
 
 
 def _values(output: Output, entries: Mapping[str, Row]) -> NDArray[Any]:
@@ -223,7 +243,7 @@ def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
     ]
     known |= _outputs_in(said, occasional, runs)
     if names is not DEFAULT and any(name not in known for name in names):
-        measured = _outputs_in([row for run in runs for row in _measured(run, METRICS)], (), runs)
+        measured = _outputs_in([row for run in runs for row in _measured(run)], (), runs)
         known |= {name: output for name, output in measured.items() if name not in known}
     return known
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import Cancelled
 from gearrattle.results import Run
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.batch import FEWEST, batched, can_batch
+from gearrattle.studies.batch import FEWEST, batched, can_follow
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan, Samples
 
@@ -101,7 +101,7 @@ def seconds_alone(
 def seconds_together(plan: Plan, outputs: Outputs, alone: float) -> float:
     """Return what a case takes [s] among others that are computed with it; as long as alone where none can be."""
     count = min(max(FEWEST, int(_TRIED / alone)), MOST_TRIED, plan.count)
-    if count < FEWEST or alone > _TOO_LONG or not can_batch(outputs, plan):
+    if count < FEWEST or alone > _TOO_LONG or not can_follow(outputs, plan):
         return alone
     few = _few(plan, count)
     for _ in range(2):

@@ -25,7 +25,7 @@ from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.axes import Axis, axes_of
-from gearrattle.studies.batch import can_batch
+from gearrattle.studies.batch import can_follow
 from gearrattle.studies.conduct import conduct
 from gearrattle.studies.designs import design_of
 from gearrattle.studies.distributions import distributions_of, sampled
@@ -96,7 +96,7 @@ def prepare(
         raise ModelError(_wrong_count(plan, base, most))
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(outputs, run, function, structures)
-    if can_batch(kept_outputs, plan):
+    if can_follow(kept_outputs, plan):
         seconds = seconds_together(plan, kept_outputs, seconds)
     else:
         seconds = seconds_alone(plan, kept_outputs.of, run, seconds, kept_outputs.known if function is None else None)

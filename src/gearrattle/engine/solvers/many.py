@@ -4,14 +4,15 @@ The loop (``kernels.many``) runs the machine code of a single run, so every vari
 alone; the interpreter is let go of for a few hundred milliseconds at a time, so threads scale. Variants the loop cannot
 do - no equilibrium, a start on a corner, a state that is not finite, chatter - it leaves out, and says so.
 
-Takes a system as the pattern and ``Coefficients`` with a leading axis; gives ``Tallies`` with one.
+Takes a system as the pattern and ``Coefficients`` with a leading axis; gives ``Tallies`` with one, and motions over the
+last cycles of each variant where these are asked for: one variant's samples are in memory at a time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +22,19 @@ from gearrattle.engine.kernels._jit import address_of, compact, is_compiling, ve
 from gearrattle.engine.kernels._llvm import lapack_address
 from gearrattle.engine.kernels.many import Buffers
 from gearrattle.engine.kernels.variants import Coefficients, Frame, Judged, Scales, Statics, Tallies, picked, room_for
+from gearrattle.engine.solvers.base import Motion
 from gearrattle.engine.solvers.choice import is_large
 from gearrattle.engine.solvers.exact import notes_for
-from gearrattle.engine.solvers.handover import StepLimit, chatters, doubled, empty_log
+from gearrattle.engine.solvers.handover import (
+    StepLimit,
+    chatters,
+    crossings_of,
+    doubled,
+    empty_log,
+    first_of,
+    sampled_quantities,
+    sampled_z,
+)
 from gearrattle.engine.solvers.slots import packed_inputs, packed_instants
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.equilibrium import elastic_elements, statics_of
@@ -37,6 +48,17 @@ Array = NDArray[np.float64]
 _SLICES = 20  # of 20 000 steps, or variants: between two looks at whether to stop
 _VECTORISED = ("march_on", "work_out_samples")  # as a single run compiles them
 _LARGEST_LOG = 1 << 21  # crossings; a motion of more goes the general way
+
+
+class Kept(NamedTuple):
+    """The samples that are kept of a variant: those of its last cycles."""
+
+    per_cycle: int
+    cycles: int
+
+
+END = Kept(1, 0)
+"""The state at the end alone."""
 
 
 @dataclass(frozen=True)
@@ -121,6 +143,26 @@ def march_variants(
     return cursor.out, cursor.is_followed
 
 
+def follow_variants(
+    pattern: Pattern, numbers: Coefficients, start: tuple[Array, Array], window: Array, kept: Kept
+) -> Iterator[tuple[int, Batch]]:
+    """March all variants and judge them; yield each that was followed to its end, before the next one begins.
+
+    Parameters
+    ----------
+    pattern, numbers, start, window
+        as of ``march_variants``.
+    kept
+        what ``Batch.motion`` of the variant yielded is made of.
+    """
+    cursor, is_more = Batch(pattern, numbers, start, window, kept=kept), True
+    while is_more:
+        variant = cursor.done
+        is_more = cursor.go_on(1)
+        if cursor.done > variant and cursor.is_followed[variant]:
+            yield variant, cursor
+
+
 class Batch:
     """Everything the loop works on; one thread's.
 
@@ -130,6 +172,8 @@ class Batch:
         as of ``march_variants``.
     finish
         entry kernel for a motion at its end, and what it writes; None: ``kernels.many.judge`` and ``Tallies``.
+    kept
+        samples of every variant; they are there until the next one begins.
     """
 
     def __init__(
@@ -139,6 +183,8 @@ class Batch:
         start: tuple[Array, Array],
         window: Array,
         finish: tuple[Callable[..., Any], Any] | None = None,
+        *,
+        kept: Kept = END,
     ) -> None:
         count = len(window)
         flow = flow_of(pattern.system)
@@ -152,8 +198,8 @@ class Batch:
         how = np.array([pattern.start])
         self.cases = many.Cases(numbers, *shared, angle, velocity, window, how, self.outcome)
         self.buffers = _buffers(flow, self.cases)
-        self.march, self.samples = _march(size), _last_sample(flow, size, pattern.cycles)
-        self.inputs, self.notes = packed_inputs(flow), notes_for(size, 1)
+        self.march, self.samples = _march(size), _room(flow, size, pattern.cycles, kept)
+        self.inputs, self.notes = packed_inputs(flow), notes_for(size, kept.per_cycle)
         self.inputs = self.inputs._replace(scale=self.inputs.scale.copy())
         self.instants = packed_instants(flow, self.march.counts, pattern.cycles)
         self.out: Any
@@ -170,8 +216,8 @@ class Batch:
         """(V,) whether a variant is through, and not left out."""
         return np.asarray(self.outcome == many.FOLLOWED)
 
-    def go_on(self) -> bool:
-        """Do a slice of work, make what room it asked for; whether there is more to do."""
+    def go_on(self, slices: int = _SLICES) -> bool:
+        """Do some slices of work, make what room they asked for; whether there is more to do."""
         counts = self.march.counts
         answer = many.march_many(
             self.at,
@@ -186,7 +232,7 @@ class Batch:
             self.log,
             self.out,
             self.cursor,
-            _SLICES,
+            slices,
         )
         if answer == many.MORE_ROOM:
             self.store.grow()
@@ -199,6 +245,37 @@ class Batch:
             self.outcome[self.done] = many.LEFT
             self.cursor[many.AT], self.cursor[many.UNDER_WAY] = self.done + 1, 0
         return self.done < self.outcome.size
+
+    def motion(self, flow: Flow) -> Motion | None:
+        """The motion of the variant that was finished last, over the cycles whose samples are kept.
+
+        None where a crossing coincides with the first sample, so that it is unknown which side the motion begins on.
+
+        Parameters
+        ----------
+        flow
+            of this variant.
+        """
+        samples, counts = self.samples, self.march.counts
+        log = first_of(self.log, int(counts[packed.EVENTS]))
+        ahead = (log.cycle - samples.first // samples.per_cycle) + log.fraction > 0.0
+        initial, passed = self.buffers.initial.copy(), np.flatnonzero(~ahead)
+        initial[log.clearance[passed]] = log.piece[passed] + 2 * log.upward[passed] - 1
+        if not np.array_equal(initial, samples.pieces[0]):
+            return None
+        sampled, _ = sampled_quantities(flow, sampled_z(flow, samples), samples)
+        steps, period = int(counts[packed.STEPS]), flow.system.inputs.period
+        cycles = (samples.first + len(samples.states) - 1) // samples.per_cycle
+        return Motion(
+            **sampled,
+            crossings=crossings_of(flow, type(log)._make(part[ahead] for part in log)),
+            initial_piece=initial,
+            final_force_integral=samples.states[-1, -self.buffers.final.size :].copy(),
+            steps=steps,
+            function_calls=steps + int(counts[packed.EXPANSIONS]),
+            average_step=cycles * period / max(steps, 1),
+            average_trial_step=float(self.march.tried[0]) / max(int(counts[packed.TRIALS]), 1) * period,
+        )
 
     def _entries(self, finish: Callable[..., Any]) -> Any:
         """Where lies what the loop calls, compiled for arguments of these types, as for a single run."""
@@ -266,7 +343,8 @@ def _march(size: Size) -> packed.March:
     return packed.March(y, carried, np.zeros(size.inputs), np.zeros(4), counts, np.zeros(1), bound, side)
 
 
-def _last_sample(flow: Flow, size: Size, cycles: int) -> packed.Samples:
-    """Capacity for the state at the end alone."""
-    states, pieces = np.zeros((1, size.states + size.carried)), np.zeros((1, size.clearances), np.int64)
-    return packed.Samples(1, cycles, states, pieces, flow.waves(1))
+def _room(flow: Flow, size: Size, cycles: int, kept: Kept) -> packed.Samples:
+    """Capacity for the samples of the last cycles, both ends included."""
+    first, rows = (cycles - kept.cycles) * kept.per_cycle, kept.cycles * kept.per_cycle + 1
+    states, pieces = np.zeros((rows, size.states + size.carried)), np.zeros((rows, size.clearances), np.int64)
+    return packed.Samples(kept.per_cycle, first, states, pieces, flow.waves(kept.per_cycle))

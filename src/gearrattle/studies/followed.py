@@ -1,0 +1,119 @@
+"""Outputs of metrics and of samples, of cases that are followed together: each is judged as the loop hands it over.
+
+The loop (``solvers.many``) marches a case and hands it over with the samples of its last cycles: the eight that levels
+of accelerations are taken over, the steady part, or none, where the crossings tell all. What crossings before these
+cycles tell is in its tallies. So nothing of the cycles before is sampled, and the case is judged as the last chunk of a
+long motion.
+
+Takes outputs, cases that the loop follows; gives values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble, whole_trajectory
+from gearrattle.engine.kernels.variants import picked
+from gearrattle.engine.solvers.many import END, Batch, Kept
+from gearrattle.engine.system.flow import flow_of
+from gearrattle.model import Model
+from gearrattle.quantities import CRITERIA, METRICS, QUANTITIES, inputs_of_crossings, rows_of
+from gearrattle.results import Run
+from gearrattle.signals import reduced_inertias
+from gearrattle.signals.last_levels import LAST_CYCLES
+from gearrattle.simulation.integrate import Grid, cost_of, named
+from gearrattle.studies.output import Output
+from gearrattle.studies.outputs import values_in, values_of
+from gearrattle.trajectory import Layout
+
+_LAST = {criterion.name for criterion in CRITERIA if criterion.sums == ("last cycles",)}
+_OF_LOG = [metric for metric in METRICS if metric.of_crossings]
+_OF_LOG_NAMES = {metric.name for metric in _OF_LOG}
+_KNOWN = {quantity.name for quantity in QUANTITIES}
+
+
+def is_followed(output: Output) -> bool:
+    """Whether an output is of the steady part of a motion alone."""
+    return output.criterion in _KNOWN and not output.over_all
+
+
+@dataclass(frozen=True)
+class Followed:
+    """What is kept of each case, and what is made of it.
+
+    Attributes
+    ----------
+    outputs
+        what is wanted of each.
+    model
+        one of the cases, with its settings.
+    """
+
+    outputs: Sequence[Output]
+    model: Model
+
+    @property
+    def kept(self) -> Kept:
+        """The samples that are needed."""
+        settings = self.model.simulation
+        assert settings.cycles is not None and settings.discard is not None  # noqa: PT018 - the plan's model is settled
+        assert settings.samples_per_cycle is not None
+        criteria, steady = {output.criterion for output in self._sampled}, settings.cycles - settings.discard
+        if not criteria:
+            return END
+        return Kept(settings.samples_per_cycle, min(LAST_CYCLES, steady) if criteria <= _LAST else steady)
+
+    @cached_property
+    def _sampled(self) -> list[Output]:
+        """The outputs that need samples."""
+        return [output for output in self.outputs if output.criterion not in _OF_LOG_NAMES]
+
+    @cached_property
+    def _of_log(self) -> list[Output]:
+        """The others."""
+        return [output for output in self.outputs if output.criterion in _OF_LOG_NAMES]
+
+    def values(self, model: Model, variant: int, batch: Batch) -> dict[str, NDArray[Any]] | None:
+        """Return every output of the case that the loop has just followed; None where it must be simulated alone.
+
+        Parameters
+        ----------
+        model
+            of this case.
+        variant
+            its number in the loop.
+        batch
+            the loop.
+        """
+        driveline = assemble(model)
+        layout, values = driveline.layout, dict[str, NDArray[Any]]()
+        mass = reduced_inertias(layout, layout.clearance.tolist())
+        crossings = {**picked(batch.out, variant)._asdict(), "mass": mass}
+        if self._of_log:
+            inputs = inputs_of_crossings(crossings, layout, self._span(layout))
+            wanted = {output.quantity for output in self._of_log}
+            values |= values_in(rows_of(inputs, _OF_LOG, wanted), self._of_log, layout)
+        if self._sampled:
+            motion = batch.motion(flow_of(driveline.system))
+            if motion is None:
+                return None
+            trajectory = named(motion, layout, self._grid, cost_of(motion, "exact", 0.0))
+            values |= values_of(self._sampled, Run(whole_trajectory(model, trajectory), model), crossings)
+        return values
+
+    @property
+    def _grid(self) -> Grid:
+        """Of the cycles that are kept."""
+        per_cycle, cycles = self.kept
+        return Grid(per_cycle, cycles, int(self.model.simulation.cycles or 0) - cycles, 0)
+
+    def _span(self, layout: Layout) -> tuple[float, float]:
+        """First and last sample of the steady part [s]."""
+        settings, per_cycle = self.model.simulation, int(self.model.simulation.samples_per_cycle or 1)
+        spacing = layout.period / per_cycle
+        return int(settings.discard or 0) * per_cycle * spacing, int(settings.cycles or 0) * per_cycle * spacing
