@@ -31,7 +31,7 @@ PLAN = (
     "tallies.add_crossings",
     "variation.gradient_segments",
     "sampling.rows_at",
-    "quadrature.integrate_powers",
+    "quadrature.integrate_moments",
     "notes.work_out",
     "building.pack",
     "building.work_out",

@@ -58,7 +58,11 @@ def planned() -> dict[str, Planned]:
     entries: list[tuple[Any, Any, tuple[Any, ...]]] = [
         (vectorised, march.march_on, (Regions, Inputs, None, March, Samples, Notes, Log, int)),
         (vectorised, notes.work_out, (Regions, Inputs, Notes, Samples, IntVector)),
-        (vectorised, quadrature.integrate_powers, (quadrature.Powers, IntMatrix, Vector, Matrix, Matrix, Vector)),
+        (
+            vectorised,
+            quadrature.integrate_moments,
+            (quadrature.Moves, IntMatrix, Vector, Matrix, quadrature.Room, Vector),
+        ),
         (vectorised, sampling.rows_at, (Array4, IntVector, Matrix, Matrix)),
         (
             vectorised,

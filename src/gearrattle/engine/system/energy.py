@@ -4,13 +4,12 @@
 
 with U_k the elastic potential, L_k = F_k - dU_k/d delta_k what the element takes beyond its elastic force (c_k delta_k'
 for a law alone), and the last sum the work of the transmission errors. A slider's spring stores s e^2 / 2, which is
-lost where the slider is let go. The right side is integrated by Gauss-Legendre quadrature of the power on dense output,
-interval by interval between crossings and samples that are a long step apart or more; where an interval would take many
-steps, as with stiff or strongly damped elements, the integrals over 2, 4, 8 ... steps are made beforehand
-(``system.leaps``). The left side is taken from the sampled states at both ends. The two share no formula: a wrong
-table, a missed crossing or a wrong region shows up as a residual. Inputs over time, which polynomials stand for in z,
-count as they are specified: the power of the difference is integrated by three more nodes an interval of theirs, so a
-wrong polynomial shows up as well.
+lost where the slider is let go. Every term on the right is a product of two linear forms of the state z: its integral
+follows from that of z z' over the time in every region (``system.moments``), which is integrated on dense output,
+interval by interval between crossings and samples that are a long step apart or more. The left side is taken from the
+sampled states at both ends. The two share no formula: a wrong table, a missed crossing or a wrong region shows up as a
+residual. Inputs over time, which polynomials stand for in z, count as they are specified: the power of the difference
+is integrated by three more nodes an interval of theirs, so a wrong polynomial shows up as well.
 """
 
 from __future__ import annotations
@@ -21,29 +20,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels._jit import vectorised
-from gearrattle.engine.kernels.packed import ORDER, step_of
-from gearrattle.engine.kernels.quadrature import Powers, integrate_powers
+from gearrattle.engine.kernels.packed import step_of
+from gearrattle.engine.kernels.quadrature import ALL_TERMS, FEW_TERMS, Moves, Room, integrate_moments
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.law import PiecewiseLaw
-from gearrattle.engine.system.leaps import Leaps
+from gearrattle.engine.system.moments import NODES, NODES_WITH_SIGNALS, Steps
 from gearrattle.engine.system.region import finest_level, strips
 from gearrattle.engine.system.signals import INNER, INNER_WEIGHTS, Signals
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-NODES = 7
-"""Nodes that integrate a quadratic power over the finest step to rounding: with n of them the error is about
-(n!)^4 / ((2n)!^3 (2n + 1)) (2 a)^2n of the power (M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions,
-25.4.30), a = |(h A)^20|^(1/20) <= 1.17 there (``finest_level``)."""
-LONG, LONG_NODES = 4, 12
-"""A long step is so many finest ones, and takes so many nodes for the same."""
-FEW = 64
-"""Long steps in an interval; regions in which one takes more have leaps."""
+LONG = 4
+"""A long step is so many finest ones."""
 MOST_STEPS = 1e6
-"""Long steps in an interval; more are refused."""
+"""Steps in an interval; more are refused."""
+_UNCUT = 1e-9  # of an interval: a difference that is rounding
 SLICE = 5e7
 """Products a slice: some tenths of a second, so that Ctrl-C works."""
+TOGETHER = 2048
+"""Most intervals that are added up by themselves: sums of sums round less."""
 
 
 @dataclass(frozen=True)
@@ -150,8 +146,9 @@ class Auditor:
         """
         self.flow, self.samples = flow, samples
         regions, visited = _visited(flow, initial, watch, upward)
-        short = [step_of(finest_level(_turning(flow, flow.generator(pieces)))) for pieces in regions]
-        apart = max(1, int(per_cycle * LONG * max(short)))
+        generators = np.array([flow.generator(pieces) for pieces in regions])
+        finest = np.array([step_of(finest_level(_turning(flow, matrix))) for matrix in generators])
+        apart = max(1, int(per_cycle * LONG * finest.max()))
         restarts = np.append(np.arange(apart, len(samples) - 1, apart), len(samples) - 1)
         knots = flow.knots[1:-1] - first_cycle
         first_knot = int(np.searchsorted(knots, 0.0, side="right"))
@@ -159,46 +156,57 @@ class Auditor:
         at = np.concatenate([restarts / per_cycle, time, knots])
         order = np.argsort(at, kind="stable")
         self.durations = np.diff(np.concatenate([[0.0], at[order]]))
-        self.powers = _powers(flow, regions, np.array(short), float(self.durations.max(initial=0.0)))
+        shift = np.array([_shift(flow, pieces) for pieces in regions])
+        generators[..., flow.states] += _times(generators, shift) / flow.scaling.inputs[0]
+        nodes = NODES_WITH_SIGNALS if flow.chain.size else NODES
+        self.steps = Steps(generators, finest, float(self.durations.max(initial=0.0)), nodes)
+        self.moves = _moves(flow, regions, (generators, shift), self.steps)
         begins = np.concatenate([[-1], order[:-1]])  # what each interval begins with: a sample, a crossing or a knot
         of_sample, of_knot = begins < len(restarts), begins - len(restarts) - len(time)
+        self.interval = apart / per_cycle
+        is_long = np.abs(self.durations - self.interval) < _UNCUT * self.interval
         self.path = np.stack(
             [
                 visited[np.cumsum(~of_sample & (of_knot < 0))],
                 np.where(of_sample, np.append(restarts, 0)[np.where(of_sample, begins, 0)], -1),
                 np.where(of_knot >= 0, of_knot + first_knot + 1, -1),
+                of_sample & (order < len(restarts)) & is_long,
             ],
             axis=1,
         )
         self.let_go = _let_go(flow, initial, watch, upward, memory)
-        self.first_cycle, self.grid = first_cycle, np.arange(len(samples)) / per_cycle
-        self.regions, self.of_sample = regions, visited[np.searchsorted(time, self.grid, side="right")]
-        self.sums = np.zeros(2 * flow.system.size + 3 * len(flow.system.laws))
-        strips_needed = max(self.powers.forms.shape[1], self.powers.generator.shape[1])
-        self.scratch = np.zeros((ORDER + 5, 4 * strips_needed))
+        self.first_cycle, self.per_cycle = first_cycle, per_cycle
+        self.regions, self.visited, self.time = regions, visited, time
+        rows, terms = 4 * self.moves.generator.shape[1], self.moves.powers.shape[1]
+        count = (2 + self.steps.length.shape[1]) * len(regions)
+        self.sums, self.recent = np.zeros((2, count, flow.width, rows))
+        self.room = Room._make(map(np.zeros, (rows, rows, rows, terms * rows, terms)))
         self.done = 0
-        self._work = np.cumsum(self._steps() * self.powers.seen[0].size * NODES)
+        self._work = np.cumsum(self._steps() * flow.width**2)
 
     def _steps(self) -> Array:
         """(I,) how many steps every interval takes, about."""
-        powers, region = self.powers, self.path[:, 0]
-        steps = self.durations / powers.step[1, region] + 2.0
-        return np.where(np.diff(powers.leaps)[region, 0] > 0, 16.0 * len(powers.leap_sums), steps)
+        region = self.path[:, 0]
+        return np.asarray(self.durations / self.steps.length[region, -1] + 2.0 * self.steps.length.shape[1])
 
     @property
     def is_endless(self) -> bool:
-        """Whether an interval would take millions of steps: fast modes in a driveline too large for leaps."""
+        """Whether an interval would take millions of steps: fast modes in a driveline too large for long ones."""
         return bool(self._steps().max(initial=0.0) > MOST_STEPS)
 
     def advance(self, products: float = SLICE) -> bool:
         """Work through the next intervals, of about so many products; whether that was the last of them."""
 
         spent = self._work[self.done - 1] if self.done else 0.0
-        part = slice(self.done, max(self.done + 1, int(np.searchsorted(self._work, spent + products))))
-        vectorised(integrate_powers)(
-            self.powers, self.path[part], self.durations[part], self.samples, self.scratch, self.sums
-        )
-        self.done = min(part.stop, len(self.durations))
+        end = max(self.done + 1, int(np.searchsorted(self._work, spent + products)))
+        while self.done < min(end, len(self.durations)):
+            part = slice(self.done, min(end, len(self.durations), self.done + TOGETHER))
+            vectorised(integrate_moments)(
+                self.moves, self.path[part], self.durations[part], self.samples, self.room, self.recent.reshape(-1)
+            )
+            self.sums += self.recent
+            self.recent[:] = 0.0
+            self.done = part.stop
         return self.done == len(self.durations)
 
     def fraction(self) -> float:
@@ -215,11 +223,24 @@ class Auditor:
             for z, spring in zip(ends, springs, strict=True)
         )
         n, m = flow.system.size, len(flow.system.laws)
-        torque, drag, loss, rubbed, error = np.split(period * self.sums, np.cumsum([n, n, m, m]))
+        torque, drag, loss, rubbed, error = np.split(period * self._works(), np.cumsum([n, n, m, m]))
         drag = flow.system.drag * drag
         if flow.system.signals is not None and flow.system.signals.reference.size:
             self._add_difference(flow.system.signals, torque, error)
         return EnergyAudit(torque, -error, drag, loss + self.let_go, (begin, end), rubbed + self.let_go)
+
+    def _works(self) -> Array:
+        """(2 n + 3 m,) integrals of torque and drag over its constant, losses, friction, errors with the other sign."""
+        flow, regions = self.flow, len(self.regions)
+        upper = np.triu(self.sums[..., : flow.width])
+        sums = upper + np.triu(upper, 1).swapaxes(1, 2)
+        *begun, rest, whole = sums.reshape(-1, regions, *sums.shape[1:])
+        begun = np.reshape(begun, (regions, -1, *sums.shape[1:]))
+        moments = rest + self.steps.integrals(begun, whole, self.interval)
+        forms = np.array([_forms(flow, pieces) for pieces in self.regions])
+        forms[..., flow.states] += _times(forms, self.moves.shift) / flow.scaling.inputs[0]
+        one, other = _pairs(flow.system.size, len(flow.system.laws))
+        return np.asarray(np.einsum("rpz,rzy,rpy->p", forms[:, one], moments, forms[:, other], optimize=True))
 
     def _add_difference(self, signals: Signals, torque: Array, error: Array) -> None:
         """Add what specified inputs work beyond the polynomials that stand for them in z.
@@ -232,18 +253,20 @@ class Auditor:
             (n,), (m,) works of the polynomials; added to [J].
         """
         flow, knots = self.flow, self.flow.knots - self.first_cycle
-        within = np.flatnonzero((knots[1:] > 0.0) & (knots[:-1] < self.grid[-1]))
+        grid = np.arange(len(self.samples)) / self.per_cycle
+        of_sample = self.visited[np.searchsorted(self.time, grid, side="right")]
+        within = np.flatnonzero((knots[1:] > 0.0) & (knots[:-1] < grid[-1]))
         length = np.diff(knots)[within, None]
         time = knots[within, None] + length * INNER
-        weight = flow.system.inputs.period * length * INNER_WEIGHTS * (time < self.grid[-1]) * (time > 0.0)
+        weight = flow.system.inputs.period * length * INNER_WEIGHTS * (time < grid[-1]) * (time > 0.0)
         work = weight * (signals.reference[within] - _used(flow, signals, within, length * INNER)).transpose(1, 0, 2)
         for i, c in np.argwhere(signals.torque != 0.0):
-            velocity = np.interp(time, self.grid, self.samples @ flow.velocity[i])
+            velocity = np.interp(time, grid, self.samples @ flow.velocity[i])
             torque[i] += signals.torque[i, c] * np.sum(work[c] * velocity)
         forces = np.array([flow.force_rows(pieces) for pieces in self.regions])
         for k, c in np.argwhere(signals.error != 0.0):
-            force = np.einsum("tz,tz->t", self.samples, forces[self.of_sample, k])
-            error[k] += signals.error[k, c] * np.sum(work[c] * np.interp(time, self.grid, force))
+            force = np.einsum("tz,tz->t", self.samples, forces[of_sample, k])
+            error[k] += signals.error[k, c] * np.sum(work[c] * np.interp(time, grid, force))
 
 
 def _used(flow: Flow, signals: Signals, intervals: IntArray, since: Array) -> Array:
@@ -303,55 +326,37 @@ def _let_go(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray, memo
     return lost
 
 
-def _powers(flow: Flow, regions: list[Pieces], short: Array, longest: float):  # type: ignore[no-untyped-def]
-    """Pack every region: full steps, their nodes, rates, the rows whose products are powers, and leaps.
+def _shift(flow: Flow, pieces: Pieces) -> Array:
+    """(Z,) what is taken from z so that forces that begin at a corner are products of z alone, as far as it goes."""
+    shift, count = np.zeros(flow.width), len(flow.coordinates.elements)
+    laws = [
+        (k, law.stiffness[p], law.offset[p]) for k, (law, p) in enumerate(zip(flow.system.laws, pieces, strict=False))
+    ]
+    offset = [(k, -force / stiffness) for k, stiffness, force in laws if stiffness != 0.0 and force != 0.0]
+    if offset:
+        elements, deflection = zip(*offset, strict=True)
+        shift[:count] = np.linalg.lstsq(flow.deflection[list(elements), :count], np.array(deflection), rcond=None)[0]
+    return shift
 
-    Parameters
-    ----------
-    flow, regions
-        the system, and where the motion goes.
-    short
-        (regions,) length of a short step, in periods.
-    longest
-        the longest interval, in periods.
-    """
 
-    rules = [np.polynomial.legendre.leggauss(count) for count in (NODES, LONG_NODES)]
-    abscissas = np.concatenate([0.5 * (x + 1.0) for x, _ in rules])
-    weights = np.concatenate([0.5 * w for _, w in rules])
-    rows = np.array([_forms(flow, pieces) for pieces in regions])
-    pairs = _pairs(flow.system.size, len(flow.system.laws))
-    pairs = pairs[np.all(np.any(rows != 0.0, axis=(0, 2))[pairs[:, :2]], axis=1)]  # the others have no power
-    used, places = np.unique(pairs[:, :2], return_inverse=True)
-    pairs[:, :2], rows = places.reshape(-1, 2), rows[:, used]
-    steps, advance, seen, generators = np.multiply.outer([1.0, LONG], short), [], [], []
-    at = abscissas * np.repeat([1.0, LONG], (NODES, LONG_NODES))
-    leaps = Leaps(flow.width, pairs, weights[:NODES], longest)
-    for pieces, forms, short_step in zip(regions, rows, short.tolist(), strict=True):
-        matrix = flow.generator(pieces)
-        short_move, nodes = _step(matrix * short_step, forms, at)
-        long_move = short_move
-        for _ in range(LONG.bit_length() - 1):
-            long_move = 2.0 * long_move + long_move @ long_move
-        advance += [short_move, long_move]
-        generators.append(matrix)
-        seen.append(strips(nodes))
-        leaps.add(short_step, short_move, nodes[:NODES], LONG * FEW)
-    known = np.array([flow.known(pieces) for pieces in regions])
-    return Powers(
-        steps,
-        strips(np.array(advance)),
-        np.concatenate(seen),
-        strips(np.array(generators)),
-        strips(rows),
-        pairs,
-        known,
+def _times(rows: Array, shift: Array) -> Array:
+    """(R, rows) products of rows (R, rows, Z) with the shift (R, Z) of each region."""
+    return np.asarray((rows @ shift[:, :, None])[..., 0])
+
+
+def _moves(flow: Flow, regions: list[Pieces], of: tuple[Array, Array], steps: Steps) -> Moves:
+    """Pack every region; ``of``: their generators and shifts."""
+    generators, shift = of
+    return Moves(
+        steps.length,
+        strips(steps.increments).reshape(-1, -(-flow.width // 4), flow.width, 4),
+        strips(generators),
+        shift,
+        np.array([flow.known(pieces) for pieces in regions]),
         flow.states - flow.memory.size,
         np.ascontiguousarray(flow.chains),
-        np.array([0, NODES, NODES + LONG_NODES]),
-        abscissas,
-        weights,
-        *leaps.packed(),
+        np.append(steps.abscissas, 1.0)[:, None] ** np.arange(ALL_TERMS if flow.chain.size else FEW_TERMS),
+        steps.weights,
     )
 
 
@@ -370,35 +375,6 @@ def _turning(flow: Flow, matrix: Array) -> Array:
     return closed
 
 
-def _step(matrix: Array, forms: Array, abscissas: Array) -> tuple[Array, Array]:
-    """(Z, Z) exp(h A) - 1 of a short step, and (R, F, Z) forms at nodes, of z at the start.
-
-    Both are Taylor series over a short step, of which ``ORDER`` terms suffice (``finest_level``). From a node of a long
-    step the whole short steps are split off: their moves commute with the rest.
-
-    Parameters
-    ----------
-    matrix
-        (Z, Z) h A, over a short step.
-    forms
-        (F, Z) at the start.
-    abscissas
-        (R,) nodes in short steps, those of a short and then of a long step.
-    """
-    count, width = forms.shape
-    terms = np.empty((ORDER + 1, count + width, width))
-    terms[0, :count], terms[0, count:] = forms, np.eye(width)
-    for p in range(1, ORDER + 1):
-        np.matmul(terms[p - 1], matrix / p, out=terms[p])
-    move = terms[:0:-1, count:].sum(axis=0)
-    powers = (abscissas % 1.0)[:, None] ** np.arange(ORDER + 1)
-    nodes = np.tensordot(powers, terms[:, :count], axes=1)
-    for whole in range(1, LONG):
-        behind = abscissas >= whole
-        nodes[behind] += nodes[behind] @ move
-    return move, nodes
-
-
 def _forms(flow: Flow, pieces: Pieces) -> Array:
     """(2 n + 5 m, Z) velocities, torques, rates, forces, rates of errors, forces not elastic, of these friction."""
     error_rate = flow.system.rows @ flow.velocity - flow.rate
@@ -408,14 +384,13 @@ def _forms(flow: Flow, pieces: Pieces) -> Array:
 
 
 def _pairs(n: int, m: int) -> IntArray:
-    """Forms whose products are powers, and the sums these go to: torques, drag over its constant, losses, friction,
-    errors with the other sign."""
+    """(2, 2 n + 3 m) forms whose products are powers: of torques, drag over its constant, losses, friction, errors with
+    the other sign."""
     inertia, element = np.arange(n), np.arange(m)
     velocity, torque, rate = inertia, n + inertia, 2 * n + element
     force, error_rate, loss, friction = (2 * n + i * m + element for i in range(1, 5))
     pairs = [(torque, velocity), (velocity, velocity), (loss, rate), (friction, rate), (force, error_rate)]
-    combined = np.hstack([np.stack(pair) for pair in pairs])
-    return np.vstack([combined, np.arange(2 * n + 3 * m)]).T.astype(np.int64)
+    return np.hstack([np.stack(pair) for pair in pairs])
 
 
 def _elastic_rows(flow: Flow, pieces: Pieces) -> Array:
