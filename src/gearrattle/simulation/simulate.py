@@ -75,7 +75,7 @@ def simulate(
         mean fluctuation of speed is zero), "static" (the same with velocities zero), "zero" or {"angle": [...],
         "velocity": [...]} [rad, rad/s].
     audit
-        whether to audit the energy (exact only; takes about as long as the run itself).
+        whether to audit the energy (exact only; adds a tenth to two fifths to the time of a run).
     progress
         called with the fraction done, now and then; what it raises ends the run.
 

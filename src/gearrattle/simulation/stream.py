@@ -73,7 +73,7 @@ def stream(
     initial
         "steady", "static", "zero" or {"angle": [...], "velocity": [...]} [rad, rad/s].
     audit
-        whether to audit the energy of every chunk (half a millisecond a cycle: far longer than the motion).
+        whether to audit the energy of every chunk (adds an eighth to a quarter to its time).
     progress
         called with the fraction of the whole motion done; what it raises ends the call, not the motion: ask
         for the next chunk to go on.

@@ -1,5 +1,7 @@
 """The energy audit closes on true motions, gives closed forms, and fails on tampered ones."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -55,6 +57,11 @@ def test_stored_energy_of_a_staged_law_is_the_area_under_it() -> None:
     assert stored_energy(march.flow, np.array([-1.3]), np.array([2.0])) == pytest.approx(2.0 + area, rel=1e-9)
 
 
+def with_samples(parts: dict[str, Any]) -> dict[str, Any]:
+    """Arguments of an audit: sampled states as a function of their rows."""
+    return {**parts, "samples": lambda rows: parts["samples"][rows], "count": len(parts["samples"])}
+
+
 def tampered(**changes: object) -> EnergyAudit:
     problem = task(oscillator(clearance(4.0, 0.3, 0.5), force=3.0), [1.25], [0.0], cycles=6, samples=4)
     march = ExactMarch(problem)
@@ -70,7 +77,8 @@ def tampered(**changes: object) -> EnergyAudit:
         "memory": np.zeros((len(crossings.time), 0)),
     }
     first = march.slots.pieces[march.slots.slot_of((int(march.initial[0]),))]
-    auditor = Auditor(march.flow, first, **{k: changes[k](v) if k in changes else v for k, v in true.items()})  # type: ignore[operator]
+    parts = {k: changes[k](v) if k in changes else v for k, v in true.items()}  # type: ignore[operator]
+    auditor = Auditor(march.flow, first, **with_samples(parts))
     while not auditor.advance(3):
         assert 0 < auditor.fraction() < 1
     return auditor.result()
@@ -125,7 +133,7 @@ def audited(**changes: object) -> EnergyAudit:
         parts |= {name: np.delete(values, gone, axis=0) for name, values in log.items()}
     if "late" in parts:
         parts["time"] = np.sort(log["time"] + parts.pop("late") * (log["watch"] == 3))
-    auditor = Auditor(march.flow, tuple(pieces), **parts)
+    auditor = Auditor(march.flow, tuple(pieces), **with_samples(parts))
     while not auditor.advance():
         pass
     return auditor.result()

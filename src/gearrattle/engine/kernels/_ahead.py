@@ -30,7 +30,7 @@ PLAN = (
     "extremes.extremes",
     "tallies.add_crossings",
     "variation.gradient_segments",
-    "sampling.rows_at",
+    "sampling.quantities_at",
     "quadrature.integrate_moments",
     "notes.work_out",
     "building.pack",

@@ -63,7 +63,11 @@ def planned() -> dict[str, Planned]:
             quadrature.integrate_moments,
             (quadrature.Moves, IntMatrix, Vector, Matrix, quadrature.Room, Vector),
         ),
-        (vectorised, sampling.rows_at, (Array4, IntVector, Matrix, Matrix)),
+        (
+            vectorised,
+            sampling.quantities_at,
+            (sampling.Lines, Matrix, IntMatrix, Matrix, int, sampling.Quantities, int),
+        ),
         (
             vectorised,
             variation.gradient_segments,

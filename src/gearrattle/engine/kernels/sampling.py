@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from gearrattle.engine.kernels._jit import kernel
-from gearrattle.engine.kernels.products import multiply_row
+from gearrattle.engine.kernels.arrays import Array4, IntVector, Matrix, Vector
+from gearrattle.engine.kernels.products import multiply, multiply_row
 from gearrattle.engine.kernels.vector_field import derivative, element_states
 
 
@@ -34,6 +37,86 @@ def rows_at(stack, table, states, out):
     """out[i] = all rows of stack[table[i]] @ states[i], each sample by itself: how many there are changes no bit."""
     for i in range(table.size):
         multiply_row(stack, table[i], states, i, out[i])
+
+
+class Lines(NamedTuple):
+    """What samples of a piecewise system are made of."""
+
+    rows: (
+        Array4  # (1, strips, Z, 4) over z: angles without references, velocities, torques (n,), deflections, rates (m,)
+    )
+    turned: Matrix  # (n, R) angles by those of the references
+    stiffness: Vector  # (P,) of all pieces, those of an element from ``first`` on
+    damping: Vector  # (P,)
+    offset: Vector  # (P,)
+    first: IntVector  # (m,)
+    watch: IntVector  # (m,) which of the pieces sampled is an element's; -1: none
+    elements: Matrix  # (m, n) W
+    drag: Vector  # (n,)
+    inertia: Vector  # (n,)
+    clearances: IntVector  # (K,) their elements
+
+
+class Quantities(NamedTuple):
+    """Where samples go [SI]."""
+
+    angle: Matrix  # (t, n)
+    velocity: Matrix  # (t, n)
+    acceleration: Matrix  # (t, n)
+    force: Matrix  # (t, m), with what stands beside the laws added already
+    deflection: Matrix  # (K, t)
+
+
+@kernel
+def quantities_at(lines, states, pieces, inputs, phase, out, begin):
+    """Write the quantities of some samples, each by itself: how many there are changes no bit.
+
+    Parameters
+    ----------
+    lines
+        see ``Lines``.
+    states
+        (t, N + C) states, and what is carried, the references first.
+    pieces
+        (t, W).
+    inputs
+        (P, U) inputs; sample i has those of row (phase + i) mod P.
+    phase
+        see ``inputs``.
+    out
+        see ``Quantities``; forces are added to.
+    begin
+        the row of the first sample in what is written.
+    """
+    elements, inertias = lines.elements.shape
+    width, references = lines.rows.shape[2], lines.turned.shape[1]
+    held = width - inputs.shape[1]
+    z, values, rest = np.empty(width), np.empty(4 * lines.rows.shape[1]), 3 * inertias
+    for i in range(states.shape[0]):
+        row, at = (phase + i) % inputs.shape[0], begin + i
+        for j in range(held):
+            z[j] = states[i, j]
+        for j in range(inputs.shape[1]):
+            z[held + j] = inputs[row, j]
+        multiply(lines.rows, 0, lines.rows.shape[1], width, z, values, 0)
+        for j in range(inertias):
+            angle = values[j]
+            for r in range(references):
+                angle += lines.turned[j, r] * states[i, held + r]
+            out.angle[at, j] = angle
+            out.velocity[at, j] = values[inertias + j]
+            out.acceleration[at, j] = values[2 * inertias + j] - lines.drag[j] * values[inertias + j]
+        for k in range(elements):
+            piece = lines.first[k] + (pieces[i, lines.watch[k]] if lines.watch[k] >= 0 else 0)
+            spring = lines.stiffness[piece] * values[rest + k] + lines.damping[piece] * values[rest + elements + k]
+            force = out.force[at, k] + (spring + lines.offset[piece])
+            out.force[at, k] = force
+            for j in range(inertias):
+                out.acceleration[at, j] -= lines.elements[k, j] * force
+        for j in range(inertias):
+            out.acceleration[at, j] /= lines.inertia[j]
+        for c in range(lines.clearances.size):
+            out.deflection[c, at] = values[rest + lines.clearances[c]]
 
 
 @kernel

@@ -112,7 +112,6 @@ class ExactMarch:
         counts[packed.INSTANT] = 0
         self.before = counts.copy(), float(self.march.tried[0])
         self.auditor: Auditor | None = None
-        self._sampled_z: Array | None = None
 
     def extend(self, cycles: int) -> None:
         """Go on for some cycles more, with fresh samples and an empty log (see ``base.Extensible``)."""
@@ -215,7 +214,7 @@ class ExactMarch:
         flow, period = self.flow, self.flow.system.inputs.period
         counted, tried = self.march.counts - self.before[0], float(self.march.tried[0]) - self.before[1]
         steps = int(counted[packed.STEPS])
-        sampled, (forces, memory) = sampled_quantities(flow, self.sampled_z(), self.samples)
+        sampled, (forces, memory) = sampled_quantities(flow, self.samples)
         clearances = len(flow.system.clearances)
         log = self.logged()
         auxiliaries = None
@@ -237,9 +236,7 @@ class ExactMarch:
 
     def sampled_z(self) -> Array:
         """(t, Z) states and inputs at the samples, once all are there."""
-        if self._sampled_z is None:
-            self._sampled_z = sampled_z(self.flow, self.samples)
-        return self._sampled_z
+        return sampled_z(self.flow, self.samples)
 
     def _audit(self) -> Auditor:
         system, log = self.flow.system, self.logged()
@@ -249,7 +246,8 @@ class ExactMarch:
         return Auditor(
             self.flow,
             tuple(pieces),
-            samples=self.sampled_z(),
+            samples=lambda rows: sampled_z(self.flow, self.samples, rows),
+            count=len(self.samples.states),
             per_cycle=self.samples.per_cycle,
             time=log.cycle + log.fraction - self.first_cycle,
             watch=log.clearance,

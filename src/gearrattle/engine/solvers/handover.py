@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
 from gearrattle.engine.kernels._jit import vectorised
-from gearrattle.engine.kernels.sampling import rows_at
+from gearrattle.engine.kernels.sampling import Lines, Quantities, quantities_at, rows_at
 from gearrattle.engine.kernels.variants import Crossings
 from gearrattle.engine.system.flow import Flow
 from gearrattle.engine.system.passages import Passages
@@ -25,7 +25,6 @@ IntArray = NDArray[np.int64]
 FIRST_LOG = 8192
 _MOST_A_PERIOD = 1_000_000  # crossings; more is chatter
 _MOST_STEPS = 2_000_000  # without progress
-_PRODUCTS = 50_000_000  # a slice
 _MOST_OF_EXACT = 1024.0 * _MOST_STEPS  # in a period of the fastest input
 MOST_CHOSEN = 1e6
 """Steps in a period of the fastest input that an algorithm which chooses them may take: a second or more."""
@@ -110,52 +109,26 @@ def rates_of(system: PiecewiseSystem, pieces: Sequence[int]) -> Array:
     return rates
 
 
-def sampled_z(flow: Flow, samples: packed.Samples) -> Array:
-    """(t, Z) states and inputs at the samples."""
-    out = np.empty((len(samples.states), flow.width))
-    behind = flow.states + flow.inputs
+def sampled_z(flow: Flow, samples: packed.Samples, rows: IntArray | None = None) -> Array:
+    """(t, Z) states and inputs at the samples, or at those of some rows."""
+    chosen = np.arange(len(samples.states)) if rows is None else rows
+    out = np.empty((len(chosen), flow.width))
     for part in slices(*out.shape):
-        cycle, remainder = np.divmod(samples.first + np.arange(part.start, part.stop), samples.per_cycle)
-        out[part, : flow.states] = samples.states[part, : flow.states]
-        if len(samples.waves):
-            out[part, flow.states : behind] = samples.waves[remainder] * flow.input_size
-            out[part, behind:] = flow.chains_at(cycle, remainder / samples.per_cycle)
-        else:
-            out[part, flow.states :] = flow.inputs_at(cycle, remainder / samples.per_cycle)
+        out[part, : flow.states] = samples.states[chosen[part], : flow.states]
+        out[part, flow.states :] = _inputs_at(flow, samples, chosen[part])
     return out
 
 
-class _Rows(NamedTuple):
-    """Rows of a flow, in strips, and how many: what is seen of a state; torques of forces; angles of references."""
-
-    seen: tuple[Array, int]
-    torque_of_forces: tuple[Array, int]
-    angle_of_references: tuple[Array, int]
-
-
-@kept
-def _rows_of(flow: Flow) -> _Rows:
-    """Angles but for those of the references, velocities, torques, deflections and rates [SI]; see ``_Rows``."""
-    coordinates = flow.coordinates
-    shape = np.zeros((flow.system.size, flow.width))
-    shape[:, : len(coordinates.elements)] = coordinates.angle_from_basis / flow.scaling.deflection
-    seen = np.vstack([shape, flow.velocity, flow.torque, flow.deflection, flow.rate])
-    every = seen, flow.system.rows.T, coordinates.angle_from_reference
-    return _Rows(*((strips(rows)[None], len(rows)) for rows in every))
+def _inputs_at(flow: Flow, samples: packed.Samples, rows: IntArray) -> Array:
+    """(t, U + Q) inputs at the samples of some rows."""
+    cycle, remainder = np.divmod(samples.first + rows, samples.per_cycle)
+    if not len(samples.waves):
+        return flow.inputs_at(cycle, remainder / samples.per_cycle)
+    waves = samples.waves[remainder] * flow.input_size
+    return np.hstack([waves, flow.chains_at(cycle, remainder / samples.per_cycle)]) if flow.chain.size else waves
 
 
-def _by_row(rows: tuple[Array, int], states: Array) -> Array:
-    """states @ rows.T, each state by itself: how many there are changes no bit."""
-    stack, count = rows
-    out = np.empty((len(states), 4 * stack.shape[1]))
-    part = max(1, _PRODUCTS // max(1, stack.size))  # so that Ctrl-C works
-    for i in range(0, len(states), part):
-        some = states[i : i + part]
-        vectorised(rows_at)(stack, np.zeros(len(some), np.int64), some, out[i : i + part])
-    return np.ascontiguousarray(out[:, :count])
-
-
-def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> tuple[dict[str, Any], tuple[Array, Array]]:
+def sampled_quantities(flow: Flow, samples: packed.Samples) -> tuple[dict[str, Any], tuple[Array, Array]]:
     """Angles, velocities, accelerations, deflections, forces and pieces of every sample; (t, C) of auxiliaries [SI].
 
     Returns
@@ -163,57 +136,74 @@ def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> tuple[d
     tuple[dict[str, Any], tuple[Array, Array]]
         fields of ``Motion`` by name; forces and memories of auxiliaries.
     """
-    system = flow.system
-    count = len(z)
-    clearances = len(flow.system.clearances)
-    sizes = {"angle": system.size, "velocity": system.size, "acceleration": system.size, "force": len(system.laws)}
-    out = {name: np.empty((count, size)) for name, size in sizes.items()}
-    out["deflection"] = np.empty((clearances, count)).T  # one clearance after the other, as criteria read it
+    system, count, clearances = flow.system, len(samples.states), len(flow.system.clearances)
+    of_body, of_element = (count, system.size), (count, len(system.laws))
+    angle, velocity, acceleration = np.empty(of_body), np.empty(of_body), np.empty(of_body)
+    out = Quantities(angle, velocity, acceleration, np.zeros(of_element), np.empty((clearances, count)))
     forces, memory = np.empty((2, count, len(system.auxiliaries)))
-    rows, references = _rows_of(flow), slice(flow.states, flow.states + len(flow.coordinates.references))
-    for part in slices(count, flow.width + sum(sizes.values())):
-        pieces = samples.pieces[part]
-        sampled = _seen(flow, z[part])
-        deflection = sampled["deflection"]
-        rate = sampled["rate"]
-        torque = sampled["torque"]
-        force = out["force"][part]
-        force[...] = _forces_of_laws(system, pieces, deflection, rate)
-        forces[part], memory[part] = forces_beside(flow, z[part], pieces, deflection, rate)
-        for c, auxiliary in enumerate(system.auxiliaries):
-            force[:, auxiliary.element] += forces[part, c]
-        balance = torque - system.drag * sampled["velocity"] - _by_row(rows.torque_of_forces, force)
-        turned = _by_row(rows.angle_of_references, np.ascontiguousarray(samples.states[part, references]))
-        out["angle"][part] = sampled["angle"] + turned
-        out["velocity"][part] = sampled["velocity"]
-        out["acceleration"][part] = balance / system.inertia
-        out["deflection"][part] = deflection[:, list(system.clearances)]
-    return {**out, "piece": samples.pieces[:, :clearances]}, (forces, memory)
+    lines = _lines(flow)
+    repeats = len(samples.waves) > 0 and not flow.chain.size
+    table = samples.waves * flow.input_size
+    for part in slices(count, max(flow.width, lines.rows.size // 16)):
+        rows, states, pieces = np.arange(part.start, part.stop), samples.states[part], samples.pieces[part]
+        phase = (samples.first + part.start) % samples.per_cycle
+        if not repeats:
+            table, phase = _inputs_at(flow, samples, rows), 0
+        if system.auxiliaries:
+            z = np.hstack([states[:, : flow.states], table[(phase + rows - part.start) % len(table)]])
+            forces[part], memory[part] = forces_beside(flow, z, pieces)
+            for c, auxiliary in enumerate(system.auxiliaries):
+                out.force[part, auxiliary.element] += forces[part, c]
+        vectorised(quantities_at)(lines, states, pieces, table, phase, out, part.start)
+    sampled = out._asdict()
+    # one clearance after the other, as criteria read it
+    return sampled | {"deflection": out.deflection.T, "piece": samples.pieces[:, :clearances]}, (forces, memory)
 
 
-def _seen(flow: Flow, z: Array) -> dict[str, Array]:
-    """What is seen of some states [SI], by name (see ``_rows_of``)."""
-    n, m, first = flow.system.size, len(flow.system.laws), 0
-    seen, values = {}, _by_row(_rows_of(flow).seen, z)
-    for name, width in (("angle", n), ("velocity", n), ("torque", n), ("deflection", m), ("rate", m)):
-        seen[name] = values[:, first : first + width]
-        first += width
-    return seen
+@kept
+def _lines(flow: Flow) -> Lines:
+    """What samples of a driveline are made of."""
+    system, coordinates = flow.system, flow.coordinates
+    shape = np.zeros((system.size, flow.width))
+    shape[:, : len(coordinates.elements)] = coordinates.angle_from_basis / flow.scaling.deflection
+    rows = np.vstack([shape, flow.velocity, flow.torque, flow.deflection, flow.rate])
+    watch = np.full(len(system.laws), -1)
+    for column, element in enumerate(system.places):
+        if element < len(system.laws):
+            watch[element] = column
+    sizes = [law.stiffness.size for law in system.laws]
+    return Lines(
+        strips(rows)[None],
+        np.ascontiguousarray(coordinates.angle_from_reference, dtype=float),
+        np.array([value for law in system.laws for value in law.stiffness], dtype=float),
+        np.array([value for law in system.laws for value in law.damping], dtype=float),
+        np.array([value for law in system.laws for value in law.offset], dtype=float),
+        np.cumsum([0, *sizes], dtype=np.int64)[:-1],
+        watch,
+        np.ascontiguousarray(system.rows, dtype=float),
+        np.ascontiguousarray(system.drag, dtype=float),
+        np.ascontiguousarray(system.inertia, dtype=float),
+        np.array(system.clearances, dtype=np.int64),
+    )
 
 
-def _forces_of_laws(system: PiecewiseSystem, pieces: IntArray, deflection: Array, rate: Array) -> Array:
-    """(t, m) forces of all elements, without what stands beside their laws [SI]."""
-    force, piece_of = np.empty_like(deflection), dict(zip(system.places, pieces.T, strict=True))
-    linear = np.zeros(len(pieces), np.int64)
-    for k, law in enumerate(system.laws):
-        piece = piece_of.get(k, linear)
-        force[:, k] = law.stiffness[piece] * deflection[:, k] + law.damping[piece] * rate[:, k] + law.offset[piece]
-    return force
+def _by_row(rows: tuple[Array, int], states: Array) -> Array:
+    """states @ rows.T, each state by itself: how many there are changes no bit."""
+    stack, count = rows
+    out = np.empty((len(states), 4 * stack.shape[1]))
+    vectorised(rows_at)(stack, np.zeros(len(states), np.int64), states, out)
+    return out[:, :count]
 
 
-def forces_beside(flow: Flow, z: Array, pieces: IntArray, deflection: Array, rate: Array) -> tuple[Array, Array]:
-    """Force and state e of every auxiliary at the samples, (t, C) each; deflections and rates (t, m) [SI]."""
-    memory = z @ flow.memory_rows.T
+@kept
+def _rows_beside(flow: Flow) -> list[tuple[Array, int]]:
+    """Rows of deflections, rates and memories, in strips, and how many."""
+    return [(strips(rows)[None], len(rows)) for rows in (flow.deflection, flow.rate, flow.memory_rows)]
+
+
+def forces_beside(flow: Flow, z: Array, pieces: IntArray) -> tuple[Array, Array]:
+    """Force and state e of every auxiliary at some samples z, (t, C) each [SI], each sample by itself."""
+    deflection, rate, memory = (_by_row(rows, z) for rows in _rows_beside(flow))
     force, first = np.empty_like(memory), len(flow.system.clearances)
     for c, auxiliary in enumerate(flow.system.auxiliaries):
         k, piece = auxiliary.element, pieces[:, first + c]

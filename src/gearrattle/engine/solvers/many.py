@@ -33,7 +33,6 @@ from gearrattle.engine.solvers.handover import (
     empty_log,
     first_of,
     sampled_quantities,
-    sampled_z,
 )
 from gearrattle.engine.solvers.slots import packed_inputs, packed_instants
 from gearrattle.engine.system.coordinates import relative_coordinates
@@ -263,7 +262,7 @@ class Batch:
         initial[log.clearance[passed]] = log.piece[passed] + 2 * log.upward[passed] - 1
         if not np.array_equal(initial, samples.pieces[0]):
             return None
-        sampled, _ = sampled_quantities(flow, sampled_z(flow, samples), samples)
+        sampled, _ = sampled_quantities(flow, samples)
         steps, period = int(counts[packed.STEPS]), flow.system.inputs.period
         cycles = (samples.first + len(samples.states) - 1) // samples.per_cycle
         return Motion(

@@ -26,7 +26,6 @@ from gearrattle.engine.solvers.handover import (
     fastest_of,
     first_of,
     sampled_quantities,
-    sampled_z,
 )
 from gearrattle.engine.solvers.start import starting_pieces
 from gearrattle.engine.solvers.works import SweepAuditor
@@ -216,7 +215,7 @@ class SweepMarch:
         counts = self.sweep.counts
         period = self.flow.system.inputs.period
         samples = self.stored()
-        sampled, _ = sampled_quantities(self.flow, sampled_z(self.flow, samples), samples)
+        sampled, _ = sampled_quantities(self.flow, samples)
         steps, expansions = int(counts[packed.STEPS]), int(counts[packed.EXPANSIONS])
         step = task.cycles * period / max(steps, 1)
         return Motion(

@@ -14,6 +14,7 @@ is integrated by three more nodes an interval of theirs, so a wrong polynomial s
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -117,7 +118,8 @@ class Auditor:
         flow: Flow,
         initial: Pieces,
         *,
-        samples: Array,
+        samples: Callable[[IntArray], Array],
+        count: int,
         per_cycle: int,
         time: Array,
         watch: IntArray,
@@ -134,7 +136,9 @@ class Auditor:
         initial
             piece of every element and auxiliary at the start.
         samples
-            (t, Z) sampled states z; sample i lies at i / per_cycle periods.
+            gives (t, Z) states z of some samples; sample i lies at i / per_cycle periods.
+        count
+            how many samples there are.
         per_cycle
             samples a period.
         time, watch, upward
@@ -144,12 +148,13 @@ class Auditor:
         first_cycle
             whole periods before the first sample.
         """
-        self.flow, self.samples = flow, samples
+        self.flow, self.samples, self.count = flow, samples, count
         regions, visited = _visited(flow, initial, watch, upward)
         generators = np.array([flow.generator(pieces) for pieces in regions])
         finest = np.array([step_of(finest_level(_turning(flow, matrix))) for matrix in generators])
         apart = max(1, int(per_cycle * LONG * finest.max()))
-        restarts = np.append(np.arange(apart, len(samples) - 1, apart), len(samples) - 1)
+        restarts = np.append(np.arange(apart, count - 1, apart), count - 1)
+        self.restarts = samples(np.append(0, restarts))
         knots = flow.knots[1:-1] - first_cycle
         first_knot = int(np.searchsorted(knots, 0.0, side="right"))
         knots = knots[first_knot : np.searchsorted(knots, restarts[-1] / per_cycle)]
@@ -168,7 +173,7 @@ class Auditor:
         self.path = np.stack(
             [
                 visited[np.cumsum(~of_sample & (of_knot < 0))],
-                np.where(of_sample, np.append(restarts, 0)[np.where(of_sample, begins, 0)], -1),
+                np.where(of_sample, begins + 1, -1),  # the first one begins at -1
                 np.where(of_knot >= 0, of_knot + first_knot + 1, -1),
                 of_sample & (order < len(restarts)) & is_long,
             ],
@@ -202,7 +207,7 @@ class Auditor:
         while self.done < min(end, len(self.durations)):
             part = slice(self.done, min(end, len(self.durations), self.done + TOGETHER))
             vectorised(integrate_moments)(
-                self.moves, self.path[part], self.durations[part], self.samples, self.room, self.recent.reshape(-1)
+                self.moves, self.path[part], self.durations[part], self.restarts, self.room, self.recent.reshape(-1)
             )
             self.sums += self.recent
             self.recent[:] = 0.0
@@ -216,7 +221,7 @@ class Auditor:
     def result(self) -> EnergyAudit:
         """The audit, once ``advance`` has answered True."""
         flow, period = self.flow, self.flow.system.inputs.period
-        ends = (self.samples[0], self.samples[-1])
+        ends = (self.restarts[0], self.restarts[-1])
         springs = [float(_sliders(flow) @ (flow.memory_rows @ z) ** 2) for z in ends]
         begin, end = (
             stored_energy(flow, flow.deflection @ z, flow.velocity @ z) + spring
@@ -234,8 +239,8 @@ class Auditor:
         flow, regions = self.flow, len(self.regions)
         upper = np.triu(self.sums[..., : flow.width])
         sums = upper + np.triu(upper, 1).swapaxes(1, 2)
-        *begun, rest, whole = sums.reshape(-1, regions, *sums.shape[1:])
-        begun = np.reshape(begun, (regions, -1, *sums.shape[1:]))
+        stacked = sums.reshape(-1, regions, *sums.shape[1:])
+        begun, rest, whole = stacked[:-2].reshape(regions, -1, *sums.shape[1:]), stacked[-2], stacked[-1]
         moments = rest + self.steps.integrals(begun, whole, self.interval)
         forms = np.array([_forms(flow, pieces) for pieces in self.regions])
         forms[..., flow.states] += _times(forms, self.moves.shift) / flow.scaling.inputs[0]
@@ -253,7 +258,8 @@ class Auditor:
             (n,), (m,) works of the polynomials; added to [J].
         """
         flow, knots = self.flow, self.flow.knots - self.first_cycle
-        grid = np.arange(len(self.samples)) / self.per_cycle
+        rows = np.arange(self.count)
+        grid, samples = rows / self.per_cycle, self.samples(rows)
         of_sample = self.visited[np.searchsorted(self.time, grid, side="right")]
         within = np.flatnonzero((knots[1:] > 0.0) & (knots[:-1] < grid[-1]))
         length = np.diff(knots)[within, None]
@@ -261,11 +267,11 @@ class Auditor:
         weight = flow.system.inputs.period * length * INNER_WEIGHTS * (time < grid[-1]) * (time > 0.0)
         work = weight * (signals.reference[within] - _used(flow, signals, within, length * INNER)).transpose(1, 0, 2)
         for i, c in np.argwhere(signals.torque != 0.0):
-            velocity = np.interp(time, grid, self.samples @ flow.velocity[i])
+            velocity = np.interp(time, grid, samples @ flow.velocity[i])
             torque[i] += signals.torque[i, c] * np.sum(work[c] * velocity)
         forces = np.array([flow.force_rows(pieces) for pieces in self.regions])
         for k, c in np.argwhere(signals.error != 0.0):
-            force = np.einsum("tz,tz->t", self.samples, forces[of_sample, k])
+            force = np.einsum("tz,tz->t", samples, forces[of_sample, k])
             error[k] += signals.error[k, c] * np.sum(work[c] * np.interp(time, grid, force))
 
 
