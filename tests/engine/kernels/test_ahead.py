@@ -68,8 +68,10 @@ LEFT = f"""
 model = gr.load({str(EXAMPLES / "paper" / "case2.toml")!r})
 signal.signal(signal.SIGINT, signal.default_int_handler)
 import threading
-threading.Thread(target=gr.equilibrium, args=(model,), daemon=True).start()
-while not AHEAD.processes:
+threading.Thread(target=gr.run, args=(model,), daemon=True).start()
+for _ in range(6000):
+    if AHEAD.processes:
+        break
     time.sleep(0.01)
 print(AHEAD.processes[0].pid, flush=True)
 time.sleep(60.0)

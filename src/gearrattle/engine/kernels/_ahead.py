@@ -61,7 +61,6 @@ PLAN = (
     "responses.stiffest",
     "scaling.scale",
     "rigid.respond_rigidly",
-    "statics.rest",
 )
 """Module and name of what every run with the exact algorithm calls, in the order in which it is compiled ahead."""
 

@@ -22,7 +22,6 @@ from gearrattle.engine.kernels import (
     rigid,
     sampling,
     scaling,
-    statics,
     tallies,
     variation,
 )
@@ -80,7 +79,6 @@ def planned() -> dict[str, Planned]:
         (_plainly, extremes.time_above, (*parts, IntVector, int, float, Matrix)),
         (compact, scaling.scale, (Coefficients, Frame, Scales)),
         (compact, rigid.respond_rigidly, (Coefficients, Frame, Statics, *three)),
-        (compact, statics.rest, (Coefficients, IntVector, Statics, *three)),
         (compact, laid_out.lay_out, (words, Coefficients, Frame, Scales)),
         (compact, building.settle, (addresses, words)),
         (compact, building.work_out, (addresses, int, words)),
