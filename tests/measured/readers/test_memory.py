@@ -131,10 +131,11 @@ def write_files(folder: Path) -> list[str]:
 
 
 PROGRAM = """
-import gearrattle, sys
+import gc, gearrattle, sys
 def resident(key):
     return 1024 * int(open("/proc/self/status").read().split(key)[1].split()[0])
 for path in sys.argv[1:]:
+    gc.collect()  # the record before
     before = resident("VmRSS:")
     with open("/proc/self/clear_refs", "w") as stream:
         stream.write("5")
