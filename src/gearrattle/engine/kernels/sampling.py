@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearrattle.engine.kernels._jit import kernel
+from gearrattle.engine.kernels._jit import kernel, strict
 from gearrattle.engine.kernels.arrays import Array4, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.products import multiply, multiply_row
 from gearrattle.engine.kernels.vector_field import derivative, element_states
@@ -67,6 +67,12 @@ class Quantities(NamedTuple):
     deflection: Matrix  # (K, t)
 
 
+@strict
+def _force(stiffness, deflection, damping, rate, offset):
+    """Force of a law, rounded as that of an auxiliary beside it: where one takes the other back, nothing is left."""
+    return stiffness * deflection + damping * rate + offset
+
+
 @kernel
 def quantities_at(lines, states, pieces, inputs, phase, out, begin):
     """Write the quantities of some samples, each by itself: how many there are changes no bit.
@@ -108,8 +114,9 @@ def quantities_at(lines, states, pieces, inputs, phase, out, begin):
             out.acceleration[at, j] = values[2 * inertias + j] - lines.drag[j] * values[inertias + j]
         for k in range(elements):
             piece = lines.first[k] + (pieces[i, lines.watch[k]] if lines.watch[k] >= 0 else 0)
-            spring = lines.stiffness[piece] * values[rest + k] + lines.damping[piece] * values[rest + elements + k]
-            force = out.force[at, k] + (spring + lines.offset[piece])
+            deflection, rate = values[rest + k], values[rest + elements + k]
+            beside = out.force[at, k]
+            force = beside + _force(lines.stiffness[piece], deflection, lines.damping[piece], rate, lines.offset[piece])
             out.force[at, k] = force
             for j in range(inertias):
                 out.acceleration[at, j] -= lines.elements[k, j] * force
