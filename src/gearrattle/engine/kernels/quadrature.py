@@ -34,6 +34,7 @@ class Moves(NamedTuple):
     known: Matrix  # (regions, S) memories on entering, scaled; NaN where they go on
     first_memory: int  # where they stand in z
     chains: Matrix  # (G, Q) chains of signals at the start of every interval; they stand last in z
+    followed: Matrix  # (r, Q) what the first of z, deflections, take of the chains
     powers: Matrix  # (nodes + 1, terms filled up to fours) those of the nodes of a remainder, 0 ... 1, and of its end
     weights: Vector  # (nodes,)
 
@@ -112,7 +113,10 @@ def integrate_moments(moves, path, durations, samples, room, moments):
                 z[j] = samples[sample, j]
         if path[i, 2] >= 0:
             for j in range(moves.chains.shape[1]):
-                z[width - moves.chains.shape[1] + j] = moves.chains[path[i, 2], j]
+                at = width - moves.chains.shape[1] + j
+                for k in range(moves.followed.shape[0]):
+                    z[k] += moves.followed[k, j] * (moves.chains[path[i, 2], j] - z[at])
+                z[at] = moves.chains[path[i, 2], j]
         for j in range(moves.known.shape[1]):
             if moves.known[region, j] == moves.known[region, j]:  # not NaN
                 z[moves.first_memory + j] = moves.known[region, j]

@@ -154,7 +154,10 @@ class Auditor:
         finest = np.array([step_of(finest_level(_turning(flow, matrix))) for matrix in generators])
         apart = max(1, int(per_cycle * LONG * finest.max()))
         restarts = np.append(np.arange(apart, count - 1, apart), count - 1)
-        self.restarts = samples(np.append(0, restarts))
+        states = samples(np.append(0, restarts))
+        self.ends = states[0], states[-1]
+        by_deflections, self.back = _by_deflections(flow)
+        self.restarts = np.ascontiguousarray(states @ by_deflections.T)
         knots = flow.knots[1:-1] - first_cycle
         first_knot = int(np.searchsorted(knots, 0.0, side="right"))
         knots = knots[first_knot : np.searchsorted(knots, restarts[-1] / per_cycle)]
@@ -162,10 +165,11 @@ class Auditor:
         order = np.argsort(at, kind="stable")
         self.durations = np.diff(np.concatenate([[0.0], at[order]]))
         shift = np.array([_shift(flow, pieces) for pieces in regions])
+        generators = by_deflections @ generators @ self.back
         generators[..., flow.states] += _times(generators, shift) / flow.scaling.inputs[0]
         nodes = NODES_WITH_SIGNALS if flow.chain.size else NODES
         self.steps = Steps(generators, finest, float(self.durations.max(initial=0.0)), nodes)
-        self.moves = _moves(flow, regions, (generators, shift), self.steps)
+        self.moves = _moves(flow, regions, (generators, shift, by_deflections), self.steps)
         begins = np.concatenate([[-1], order[:-1]])  # what each interval begins with: a sample, a crossing or a knot
         of_sample, of_knot = begins < len(restarts), begins - len(restarts) - len(time)
         self.interval = apart / per_cycle
@@ -221,11 +225,10 @@ class Auditor:
     def result(self) -> EnergyAudit:
         """The audit, once ``advance`` has answered True."""
         flow, period = self.flow, self.flow.system.inputs.period
-        ends = (self.restarts[0], self.restarts[-1])
-        springs = [float(_sliders(flow) @ (flow.memory_rows @ z) ** 2) for z in ends]
+        springs = [float(_sliders(flow) @ (flow.memory_rows @ z) ** 2) for z in self.ends]
         begin, end = (
             stored_energy(flow, flow.deflection @ z, flow.velocity @ z) + spring
-            for z, spring in zip(ends, springs, strict=True)
+            for z, spring in zip(self.ends, springs, strict=True)
         )
         n, m = flow.system.size, len(flow.system.laws)
         torque, drag, loss, rubbed, error = np.split(period * self._works(), np.cumsum([n, n, m, m]))
@@ -242,7 +245,7 @@ class Auditor:
         stacked = sums.reshape(-1, regions, *sums.shape[1:])
         begun, rest, whole = stacked[:-2].reshape(regions, -1, *sums.shape[1:]), stacked[-2], stacked[-1]
         moments = rest + self.steps.integrals(begun, whole, self.interval)
-        forms = np.array([_forms(flow, pieces) for pieces in self.regions])
+        forms = np.array([_forms(flow, pieces) for pieces in self.regions]) @ self.back
         forms[..., flow.states] += _times(forms, self.moves.shift) / flow.scaling.inputs[0]
         one, other = _pairs(flow.system.size, len(flow.system.laws))
         return np.asarray(np.einsum("rpz,rzy,rpy->p", forms[:, one], moments, forms[:, other], optimize=True))
@@ -350,9 +353,21 @@ def _times(rows: Array, shift: Array) -> Array:
     return np.asarray((rows @ shift[:, :, None])[..., 0])
 
 
-def _moves(flow: Flow, regions: list[Pieces], of: tuple[Array, Array], steps: Steps) -> Moves:
-    """Pack every region; ``of``: their generators and shifts."""
-    generators, shift = of
+def _by_deflections(flow: Flow) -> tuple[Array, Array]:
+    """(Z, Z) from z to the same with deflections, errors taken off, in place of relative angles; (Z, Z) and back.
+
+    What an inertia of prescribed motion or a record turns may be a hundred times a deflection: products of such angles
+    would have to cancel.
+    """
+    there, count = np.eye(flow.width), len(flow.coordinates.elements)
+    rows = flow.scaling.deflection[:, None] * flow.deflection[list(flow.coordinates.elements)]
+    there[:count, flow.states :] = rows[:, flow.states :]
+    return there, 2.0 * np.eye(flow.width) - there
+
+
+def _moves(flow: Flow, regions: list[Pieces], of: tuple[Array, Array, Array], steps: Steps) -> Moves:
+    """Pack every region; ``of``: their generators and shifts, and the deflections in z."""
+    generators, shift, by_deflections = of
     return Moves(
         steps.length,
         strips(steps.increments).reshape(-1, -(-flow.width // 4), flow.width, 4),
@@ -361,6 +376,7 @@ def _moves(flow: Flow, regions: list[Pieces], of: tuple[Array, Array], steps: St
         np.array([flow.known(pieces) for pieces in regions]),
         flow.states - flow.memory.size,
         np.ascontiguousarray(flow.chains),
+        np.ascontiguousarray(by_deflections[: len(flow.coordinates.elements), flow.width - flow.chain.size :]),
         np.append(steps.abscissas, 1.0)[:, None] ** np.arange(ALL_TERMS if flow.chain.size else FEW_TERMS),
         steps.weights,
     )
