@@ -115,8 +115,10 @@ def quantities_at(lines, states, pieces, inputs, phase, out, begin):
         for k in range(elements):
             piece = lines.first[k] + (pieces[i, lines.watch[k]] if lines.watch[k] >= 0 else 0)
             deflection, rate = values[rest + k], values[rest + elements + k]
-            beside = out.force[at, k]
-            force = beside + _force(lines.stiffness[piece], deflection, lines.damping[piece], rate, lines.offset[piece])
+            auxiliary = out.force[at, k]
+            force = auxiliary + _force(
+                lines.stiffness[piece], deflection, lines.damping[piece], rate, lines.offset[piece]
+            )
             out.force[at, k] = force
             for j in range(inertias):
                 out.acceleration[at, j] -= lines.elements[k, j] * force
