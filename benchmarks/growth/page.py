@@ -31,7 +31,7 @@ TABLES = """\
 
 The same trains by the march that `exact` keeps for small and stiff drivelines. *First*: with the regions built as they
 are met, the mean over {cycles} periods. *Again*: the same run with what the first has left of them: where more are met
-than the memory set aside for them (256 MiB) holds, some are built again. The
+than the memory set aside for them (1 GiB) holds, some are built again. The
 growth of the arrays, which double, is in the memory a region takes.
 
 """

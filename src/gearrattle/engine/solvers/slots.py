@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 
 _QUICK = 100  # states; a region of as many is built in a tenth of a second
-MOST_BYTES = 256 << 20  # of arrays, which double when they are full: slots that would pass it take no more regions
+MOST_BYTES = 1 << 30  # of arrays, which double when they are full: slots that would pass it take no more regions
 
 
 @kept
