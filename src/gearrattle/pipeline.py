@@ -27,7 +27,7 @@ from gearrattle.assembly import unsteady
 from gearrattle.errors import ConvergenceError
 from gearrattle.model.quantity import CALLBACK, check_arguments
 from gearrattle.quantities import rows_of
-from gearrattle.quantities.criteria import criteria
+from gearrattle.quantities.criteria import check_negligible, criteria
 from gearrattle.quantities.metrics import inputs_of
 from gearrattle.result import Result
 from gearrattle.simulation.simulate import simulate
@@ -101,6 +101,7 @@ def run(
     tolerance: float | None = None,
     step: float | str | None = None,
     initial: str | Mapping[str, Sequence[float]] | None = None,
+    negligible: Mapping[str, float | str] | None = None,
     progress: Callable[[float], None] | None = None,
     phase: Callable[[str], None] | None = None,
 ) -> Findings:
@@ -113,6 +114,9 @@ def run(
     algorithm, cycles, samples_per_cycle, discard, tolerance, step, initial
         settings as of ``simulate``; None
         leaves each to the model file, then to its default.
+    negligible
+        below which sizes an impact is a touch, as ``[criteria] negligible`` of a model file; what is left out is as
+        the model says.
     progress
         called now and then with the finished share of the simulation, 0 to 1; may raise to cancel.
     phase
@@ -139,6 +143,8 @@ def run(
     >>> page = findings.save("case3-results")
     """
     check_arguments(progress=(CALLBACK, progress), phase=(CALLBACK, phase))
+    check_negligible(negligible)
+    model = model.with_negligible(negligible) if negligible else model
     if phase is not None:
         phase("static rest and modes")
     linear = _linear(model)

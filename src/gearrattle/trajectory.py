@@ -30,6 +30,28 @@ _SAME_SPEED = 1e-9  # of a speed: as much beyond a table is rounding
 
 
 @dataclass(frozen=True)
+class NegligibleImpacts:
+    """Below which sizes an impact is a touch; 0: none is, by this size.
+
+    Attributes
+    ----------
+    energy
+        m_eff v^2 / 2 [J], of every element that has a free body.
+    speed
+        ``|v|`` of meshes [m/s].
+    angular_speed
+        ``|v|`` of couplings [rad/s].
+    is_assumed
+        whether the energy is assumed, for the model says nothing of it.
+    """
+
+    energy: float = 0.0
+    speed: float = 0.0
+    angular_speed: float = 0.0
+    is_assumed: bool = False
+
+
+@dataclass(frozen=True)
 class Layout:
     """Names and constants of the driveline a trajectory belongs to.
 
@@ -81,6 +103,8 @@ class Layout:
         how the reference speed changes, from ``omega`` on; None if it does not.
     drag_tables
         speeds [rad/s], ascending, and drag torques [N m] of the bodies whose drag torque is a table, by index.
+    negligible
+        which impacts are touches.
     """
 
     inertia_names: tuple[str, ...]
@@ -106,6 +130,7 @@ class Layout:
     prescribed: tuple[int, ...] = ()
     ramp: Ramp | None = None
     drag_tables: Mapping[int, tuple[Array, Array]] = field(default_factory=dict)
+    negligible: NegligibleImpacts = NegligibleImpacts()
 
     def drag_torque_at(self, body: int, speed: Array) -> Array:
         """Return the drag torque of a body at reference speeds; NaN at those that its table does not cover.

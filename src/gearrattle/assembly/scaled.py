@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from gearrattle.assembly.negligible import negligible_of
 from gearrattle.assembly.written_out import written_out
 from gearrattle.engine.system.characteristic import Scales
 from gearrattle.engine.system.passages import Auxiliaries
@@ -37,12 +38,20 @@ KINDS: dict[str, Any] = {
         "about": "velocity",
     },
     "simulation": {"step": "time", "initial": {"angle": "angle", "velocity": "velocity"}},
+    "criteria": {
+        "negligible": {
+            "impact_energy": "energy",
+            "approach_speed": "line_speed",
+            "angular_approach_speed": "velocity",
+        }
+    },
 }
 """Table -> key -> kind of quantity, a key of ``Scales.units``."""
 
 
 def dimensionless(model: Model, scales: Scales) -> Model:
-    """Return an SI model in multiples of the scales."""
+    """Return an SI model in multiples of the scales; the energy below which impacts are touches is written out."""
+    model = model.with_negligible({"impact_energy": negligible_of(model).energy})
     return _converted(model, {kind: 1.0 / unit for kind, unit in scales.units().items()}, "dimensionless")
 
 

@@ -17,6 +17,7 @@ from gearrattle.assembly.alternation import alternating, clock_of, pairs_name
 from gearrattle.assembly.elements import inertia_of, law_of, rows_of
 from gearrattle.assembly.friction import Named, auxiliaries_of
 from gearrattle.assembly.means import mean_torques
+from gearrattle.assembly.negligible import negligible_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import free_of, motion_errors
 from gearrattle.assembly.ripple import load_ripples
@@ -142,4 +143,5 @@ def _layout(model: Model, system: PiecewiseSystem) -> Layout:
             for i, inertia in enumerate(model.inertias)
             if isinstance(inertia.drag_torque, AtSpeed)
         },
+        negligible=negligible_of(model),
     )

@@ -8,6 +8,7 @@ from gearrattle.model.components import Coupling, Mesh, Planetary
 from gearrattle.model.components.alternation import Alternation
 from gearrattle.model.components.base import Element, Piece
 from gearrattle.model.components.coupling import Stage
+from gearrattle.model.criteria import ASSUMED_ENERGY, Criteria, Negligible
 from gearrattle.model.engine import Engine
 from gearrattle.model.examples import example
 from gearrattle.model.excitation import Excitation, Harmonic, Motion, Sweep, Torque, TorqueHarmonic
@@ -21,11 +22,13 @@ from gearrattle.model.simulation import ALGORITHMS, DEFAULTS, Defaults, Initial,
 
 __all__ = [
     "ALGORITHMS",
+    "ASSUMED_ENERGY",
     "DEFAULTS",
     "GROUND",
     "SCHEMA_VERSION",
     "Alternation",
     "Coupling",
+    "Criteria",
     "Defaults",
     "Element",
     "Engine",
@@ -36,6 +39,7 @@ __all__ = [
     "Mesh",
     "Model",
     "Motion",
+    "Negligible",
     "Piece",
     "Planetary",
     "Points",

@@ -52,6 +52,8 @@ _SYMBOLS: tuple[tuple[str, Fraction | int, Exponents], ...] = (
     ("MPa", 10**6, _PRESSURE),
     ("bar", 10**5, _PRESSURE),
     ("J joule", 1, _ENERGY),
+    ("mJ", Fraction(1, 1000), _ENERGY),
+    ("uJ µJ μJ", _MICRO, _ENERGY),
 )
 
 KNOWN_UNITS: dict[str, tuple[Fraction, Exponents]] = {

@@ -1,7 +1,7 @@
 """The model: a driveline as its engineer describes it, validated, immutable, in SI.
 
-Takes the nouns from ``parts``, ``excitation`` and ``simulation``; gives ``Model`` to ``assembly`` and to the file
-reader. The rules checked here are those between tables: names that are unique and that exist.
+Takes the nouns from ``parts``, ``excitation``, ``simulation`` and ``criteria``; gives ``Model`` to ``assembly`` and to
+the file reader. The rules checked here are those between tables: names that are unique and that exist.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import TomlTable
 from gearrattle.model.components import COMPONENTS, Coupling, Mesh, Planetary
 from gearrattle.model.components.base import Component, Element
+from gearrattle.model.criteria import Criteria
 from gearrattle.model.excitation import Excitation, Motion, Torque
 from gearrattle.model.inertia import Inertia
 from gearrattle.model.over_speed import LAST, OMEGA
@@ -70,6 +71,8 @@ class Model(Table):
     """Prescribed motions, in file order."""
     simulation: Simulation = Simulation()
     """Settings; None where the file is silent."""
+    criteria: Criteria = Criteria()
+    """How its motions are judged."""
 
     @classmethod
     def from_tables(
@@ -175,6 +178,26 @@ class Model(Table):
             with suppress(ValidationError):
                 return self.model_copy(update={"simulation": Simulation.model_validate(tables, context=context)})
         return self.with_({f"simulation.{key}": value for key, value in settings.items()})
+
+    def with_negligible(self, negligible: Mapping[str, object]) -> Self:
+        """Return a new model with some thresholds of negligible impacts changed; it shares all other tables.
+
+        Parameters
+        ----------
+        negligible
+            name to value, values as in the table ``[criteria] negligible`` of a file.
+
+        Raises
+        ------
+        ModelError
+            as ``with_``.
+        """
+        own = {} if self.criteria.negligible is None else self.criteria.negligible.to_plain()
+        context = {"dimensionless": self.units == "dimensionless"}
+        with suppress(ValidationError):
+            criteria = Criteria.model_validate({"negligible": {**own, **negligible}}, context=context)
+            return self.model_copy(update={"criteria": criteria})
+        return self.with_({f"criteria.negligible.{key}": value for key, value in negligible.items()})
 
     def path_names(self) -> tuple[str, ...]:
         """Return the paths of all values that are set, as ``with_`` takes them."""

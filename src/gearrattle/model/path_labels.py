@@ -27,11 +27,11 @@ INITIAL = "initial."
 
 _STATE = {
     "deflection": (units.ANGLE, units.LENGTH),
-    "rate": (units.ANGULAR_VELOCITY, None),
+    "rate": (units.ANGULAR_VELOCITY, units.LINE_SPEED),
     "angle": (units.ANGLE, units.ANGLE),
     "velocity": (units.ANGULAR_VELOCITY, units.ANGULAR_VELOCITY),
 }
-"""Quantities of a state: dimension of an angular one, and of one along a line of action (None: m/s)."""
+"""Quantities of a state: dimension of an angular one, and of one along a line of action."""
 _WORDS = {
     "J": "moment of inertia",
     "mean": "mean torque",
@@ -166,8 +166,7 @@ def _state_unit(kind: str, subject: str, model: Model) -> str:
     if model.units == "dimensionless":
         return ""
     on_line = kind in ("deflection", "rate") and any(e.name == subject and e.along_line for e in model.elements)
-    dimension = _STATE[kind][on_line]
-    return "m/s" if dimension is None else dimension.si
+    return _STATE[kind][on_line].si
 
 
 def _words(parts: Sequence[str], tables: Mapping[str, Any]) -> str:
@@ -184,6 +183,8 @@ def _words(parts: Sequence[str], tables: Mapping[str, Any]) -> str:
         return "speed" if rest == ["speed"] else _key(rest[0])
     if section == "simulation" and rest:
         return _of_part(rest, "", {})
+    if section == "criteria" and len(rest) > 1:
+        return f"{_key(rest[0])} {_key(rest[1])}"
     return " ".join(_key(part) for part in parts)
 
 

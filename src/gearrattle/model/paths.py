@@ -17,7 +17,9 @@ from gearrattle.model.table import did_you_mean, listed, shown
 
 _NAMED = ("inertia", *COMPONENTS)
 _LISTS = (*_NAMED, "torque")
-_TABLES = ("excitation", "simulation")
+_TABLES = ("excitation", "simulation", "criteria")
+_INNER = ("criteria", "negligible")
+"""A table within a table that need not stand there either."""
 SAME_THING = ("speed", "frequency", "sweep")
 """Keys of ``excitation`` of which one alone may stand."""
 
@@ -161,6 +163,8 @@ def _child(node: Any, part: str, above: Sequence[str]) -> Any:
     if part in node:
         return node[part]
     if not above and part in _TABLES:
+        return node.setdefault(part, {})
+    if (*above, part) == _INNER:
         return node.setdefault(part, {})
     where = f"{'.'.join(above)} has no {part}" if above else f"a model has no {part} here"
     options = list(dict.fromkeys([*node, *(_TABLES if not above else ())]))

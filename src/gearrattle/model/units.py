@@ -78,10 +78,11 @@ LENGTH = Dimension("length", "m", (0, 1, 0, 0), "0.1 mm")
 LINEAR_STIFFNESS = Dimension("stiffness along the line of action", "N/m", (1, 0, -2, 0), "7.2e8 N/m")
 LINEAR_DAMPING = Dimension("damping along the line of action", "N*s/m", (1, 0, -1, 0), "4500 N*s/m")
 MASS = Dimension("mass", "kg", (1, 0, 0, 0), "0.8 kg")
+LINE_SPEED = Dimension("speed along the line of action", "m/s", (0, 1, -1, 0), "1 mm/s")
+ENERGY = Dimension("energy", "J", (1, 2, -2, 0), "1 uJ")
 PRESSURE = Dimension("pressure", "Pa", (1, -1, -2, 0), "60 bar")
 TIME = Dimension("time", "s", (0, 0, 1, 0), "20 us")
 
-_ENERGY: Exponents = (1, 2, -2, 0)
 _BASE_UNITS = {"kilogram": 0, "meter": 1, "second": 2, "radian": 3}
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _TOKEN = re.compile(r"\s*(\*\*|[*/^()·⋅×]|[+-]?\d+|[^\W\d_]\w*|°|[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+)")
@@ -159,7 +160,7 @@ def convert(text: str, dimension: Dimension) -> float:
         raise _mismatch(unit, measure, dimension)
     if dimension is ANGULAR_VELOCITY and measure.naming(FREQUENCY.exponents):
         raise UnitError("must be rpm or an angle divided by a time", dimension.hint)
-    if energy := measure.naming(_ENERGY):
+    if dimension is not ENERGY and (energy := measure.naming(ENERGY.exponents)):
         raise UnitError(
             f"must be {with_article(dimension.name)} in {dimension.si}; {energy} is a unit of energy",
             f'write it as in "{dimension.example}"',

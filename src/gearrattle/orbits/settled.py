@@ -39,8 +39,13 @@ from gearrattle.signals.strobe import period_number
 
 Array = NDArray[np.float64]
 
-KINDS = {"quiet": "quiet", "single-sided": "single-sided rattle", "double-sided": "double-sided rattle"}
-"""What a motion is, by its verdict."""
+KINDS = {
+    "quiet": "quiet",
+    "touches": "touches",
+    "single-sided": "single-sided rattle",
+    "double-sided": "double-sided rattle",
+}
+"""What a motion is, by the headline of its verdict."""
 NEAR_SLOWLY = 0.1
 """The same as ``_NEAR`` of a motion that settles slowly: Newton's method tells it from others."""
 _LONGEST = 8  # periods after which a motion may repeat
@@ -257,7 +262,7 @@ class Settled:
     @cached_property
     def names(self) -> list[str]:
         """What every motion is."""
-        kinds = [(orbit.verdict.verdict, orbit.cycles) for orbit in self.orbits]
+        kinds = [(orbit.verdict.headline, orbit.cycles) for orbit in self.orbits]
         return motion_names(kinds, [Attractor(orbit).moves_deflections for orbit in self.orbits])
 
     def interval(self, i: int) -> tuple[float, float]:

@@ -31,7 +31,15 @@ from gearrattle.quantities.intensity import ImpactIntensity
 from gearrattle.quantities.irregularity import SpeedIrregularity
 from gearrattle.quantities.loose_gear import LooseGear, add_peaks
 from gearrattle.quantities.loose_motion import LooseMotion
-from gearrattle.quantities.parts import RULE, Part, measure_parts, worst_first
+from gearrattle.quantities.parts import (
+    ASSUMED,
+    Part,
+    measure_parts,
+    regime_of_all,
+    rule_of,
+    severity_of_all,
+    worst_first,
+)
 from gearrattle.quantities.peak_to_peak import PeakToPeak
 from gearrattle.quantities.quantity import (
     WITHOUT_DIMENSION,
@@ -46,6 +54,7 @@ from gearrattle.quantities.quantity import (
 from gearrattle.quantities.rattle_level import RattleLevel
 from gearrattle.quantities.regime import ImpactRegime
 from gearrattle.quantities.separation import HarmonicSeparation, SeparationRatio
+from gearrattle.quantities.severity import SEVERITIES, ImpactSeverity, limits_words
 from gearrattle.quantities.sources import (
     add_signals,
     inputs_of_chunks,
@@ -59,10 +68,12 @@ from gearrattle.quantities.transmissibility import OrderTransmissibility, Transm
 from gearrattle.quantities.verdict import Verdict
 from gearrattle.signals import Spectrum, add_crossings, steady
 from gearrattle.signals.last_levels import add_levels
-from gearrattle.trajectory import Array, Trajectory
+from gearrattle.trajectory import Array, NegligibleImpacts, Trajectory
+from gearrattle.wording import listed
 
 QUANTITIES: tuple[Quantity[Any], ...] = (
     ImpactRegime(),
+    ImpactSeverity(),
     ImpactStatistics(),
     ContactShare(),
     LooseGear(),
@@ -106,7 +117,7 @@ __all__ = [
     "CROSSING_CRITERIA",
     "METRICS",
     "QUANTITIES",
-    "RULE",
+    "SEVERITIES",
     "WITHOUT_DIMENSION",
     "Inputs",
     "Part",
@@ -124,6 +135,7 @@ __all__ = [
     "judge",
     "recording_of",
     "rows_of",
+    "rule_of",
     "verdict_of",
 ]
 
@@ -166,7 +178,7 @@ def add(
     return Sums(scope_of(chunk, scope) if is_steady else scope, states)
 
 
-def verdict_of(sums: Sums, *, units: str = "SI") -> Verdict:
+def verdict_of(sums: Sums, *, units: str = "SI", negligible: NegligibleImpacts | None = None) -> Verdict:
     """Return the verdict on a motion.
 
     Parameters
@@ -175,23 +187,39 @@ def verdict_of(sums: Sums, *, units: str = "SI") -> Verdict:
         of all criteria over its chunks, of which some cycle is not discarded.
     units
         "SI", or "dimensionless" for a model without units: then every unit reads "1".
+    negligible
+        which impacts are touches; None: as the layout says.
     """
+    if negligible is not None:
+        layout = dataclasses.replace(sums.steady.layout, negligible=negligible)
+        sums = Sums(dataclasses.replace(sums.steady, layout=layout), sums.states)
+    limits = sums.steady.layout.negligible
     rows = [row for criterion in CRITERIA for row in criterion.rows(sums)]
     parts = worst_first(measure_parts(rows, sums.steady, sums.states["crossings"]))
     if units != "SI":
         parts = tuple(dataclasses.replace(part, impulse_unit="1", energy_unit="1", speed_unit="1") for part in parts)
     return Verdict(
-        verdict=parts[0].regime if parts and parts[0].rattles else "quiet",
-        rule=RULE,
+        verdict=regime_of_all(parts),
+        severity=severity_of_all(parts),
+        rule=rule_of(limits, is_si=units == "SI"),
         parts=parts,
         entries=tuple(_in_units(rows, units)),
-        notes=tuple(dict.fromkeys(row.note for row in rows if row.note)),
+        notes=tuple(dict.fromkeys([*(row.note for row in rows if row.note), *_assumption(parts, limits)])),
         window=sums.steady.window,
+        negligible=limits,
         spectra=_density(sums),
     )
 
 
-def judge(trajectory: Trajectory, *, units: str = "SI") -> Verdict:
+def _assumption(parts: Sequence[Part], limits: NegligibleImpacts) -> list[str]:
+    """Say that a threshold is assumed where the severity of some part depends on it."""
+    touching = [part.name for part in parts if part.severity == "touches"]
+    if not (touching and limits.is_assumed):
+        return []
+    return [f"{listed(touching)} {'touches' if len(touching) == 1 else 'touch'}: {limits_words(limits)}; {ASSUMED}"]
+
+
+def judge(trajectory: Trajectory, *, units: str = "SI", negligible: NegligibleImpacts | None = None) -> Verdict:
     """Evaluate every criterion and return the verdict.
 
     Parameters
@@ -200,6 +228,8 @@ def judge(trajectory: Trajectory, *, units: str = "SI") -> Verdict:
         the motion, of whole cycles.
     units
         "SI", or "dimensionless" for a model without units: then every unit reads "1".
+    negligible
+        which impacts are touches; None: as the layout says.
 
     Raises
     ------
@@ -209,7 +239,7 @@ def judge(trajectory: Trajectory, *, units: str = "SI") -> Verdict:
         if the log of corner crossings has a gap.
     """
     steady(trajectory)  # refuses a motion of which nothing remains
-    return verdict_of(add(trajectory), units=units)
+    return verdict_of(add(trajectory), units=units, negligible=negligible)
 
 
 def rows_of(

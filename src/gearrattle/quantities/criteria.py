@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
+from gearrattle.assembly import negligible_of
+from gearrattle.model import Model
+from gearrattle.model.quantity import AnyTable, check_arguments
 from gearrattle.quantities import CRITERIA, Verdict, judge, verdict_of
 from gearrattle.quantities.chunks import add_chunks
 from gearrattle.results import Run, check_run
+from gearrattle.trajectory import NegligibleImpacts
 
 
-def criteria(run: Run | Iterable[Run]) -> Verdict:
+def criteria(run: Run | Iterable[Run], *, negligible: Mapping[str, float | str] | None = None) -> Verdict:
     """Judge a run by every criterion: does it rattle, where, how badly.
 
     Parameters
@@ -18,11 +22,14 @@ def criteria(run: Run | Iterable[Run]) -> Verdict:
     run
         from ``simulate`` or ``open_run``; or the chunks of one long motion, in order, from ``stream`` or
         ``open_stream``: they are judged as one motion, and none of them is kept.
+    negligible
+        below which sizes an impact is a touch, as ``[criteria] negligible`` of a model file; what is left out is as
+        the model says.
 
     Raises
     ------
     ModelError
-        if no cycle remains after the discarded ones, or if chunks do not follow each other.
+        if no cycle remains after the discarded ones, if chunks do not follow each other, or for what is no threshold.
 
     Examples
     --------
@@ -31,10 +38,30 @@ def criteria(run: Run | Iterable[Run]) -> Verdict:
     double-sided
     >>> [(part.name, part.regime) for part in verdict.parts]
     [('gear', 'double-sided'), ('spline', 'single-sided'), ('clutch', 'single-sided')]
+    >>> verdict.severity
+    'rattles'
     """
+    check_negligible(negligible)
     if isinstance(run, Run):
-        return judge(run.trajectory, units=run.model.units)
+        return judge(run.trajectory, units=run.model.units, negligible=_limits(run.model, negligible))
     if isinstance(run, str | os.PathLike) or not isinstance(run, Iterable):
         check_run(run)
     sums, _, model = add_chunks(run, CRITERIA, "judged")
-    return verdict_of(sums, units=model.units)
+    return verdict_of(sums, units=model.units, negligible=_limits(model, negligible))
+
+
+def check_negligible(negligible: object) -> None:
+    """Refuse thresholds that are no table; their values are judged with a model.
+
+    Raises
+    ------
+    ModelError
+        they are none.
+    """
+    if negligible is not None:
+        check_arguments(negligible=(AnyTable(), negligible))
+
+
+def _limits(model: Model, negligible: Mapping[str, float | str] | None) -> NegligibleImpacts | None:
+    """Return the thresholds of a call, beside those of the model; None: those of the model alone."""
+    return None if negligible is None else negligible_of(model.with_negligible(negligible))

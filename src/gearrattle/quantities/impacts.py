@@ -33,14 +33,14 @@ from gearrattle.quantities.quantity import (
 from gearrattle.signals import centre_words, measure_impacts, summarise_impacts
 from gearrattle.trajectory import Array, Layout
 
-_SEVERITY = {
+_HARDNESS = {
     "approach speed": ("speed", "|delta'| at the crossing"),
     "impact momentum": ("momentum", "m_eff |delta'| at the crossing"),
     "impact energy": ("energy", "m_eff delta'^2 / 2 at the crossing"),
     "exchanged momentum": ("exchanged", "m_eff (|delta'| at the start + |delta'| at the end of the contact)"),
     "contact impulse": ("impulse", "|integral of the force over the contact|"),
 }
-"""How hard impacts are: quantity, its name in ``signals.Severity``, formula."""
+"""How hard impacts are: quantity, its name in ``signals.Hardness``, formula."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class ImpactStatistics(CrossingQuantity):
         for clearance, name in zip(layout.clearance.tolist(), layout.clearance_names, strict=True):
             rows += [self.row(name, f"{of}impacts per cycle", 0.0) for of in ("", "drive-side ", "coast-side ")]
             rows.append(self.row(name, "impacts per second", 0.0, unit="1/s"))
-            for what in _SEVERITY:
+            for what in _HARDNESS:
                 unit = _unit(layout, clearance, what)
                 rows.append(self.row(name, f"mean {what}", float("nan"), unit=unit, note="no impact"))
                 rows.append(self.row(name, f"largest {what}", 0.0, unit=unit, note="no impact"))
@@ -77,10 +77,10 @@ class ImpactStatistics(CrossingQuantity):
                 (name, "coast-side impacts per cycle"): (count - drive) / cycles,
                 (name, "impacts per second"): count / duration,
             }
-            severity = measure_impacts(state, layout, k)._asdict()
-            for quantity, (field, _) in _SEVERITY.items():
-                values[name, f"mean {quantity}"] = severity[f"mean_{field}"]
-                values[name, f"largest {quantity}"] = np.where(count > 0.0, severity[f"largest_{field}"], 0.0)
+            hardness = measure_impacts(state, layout, k)._asdict()
+            for quantity, (field, _) in _HARDNESS.items():
+                values[name, f"mean {quantity}"] = hardness[f"mean_{field}"]
+                values[name, f"largest {quantity}"] = np.where(count > 0.0, hardness[f"largest_{field}"], 0.0)
         return values
 
     def rows(self, sums: Sums) -> list[Row]:
@@ -91,7 +91,7 @@ class ImpactStatistics(CrossingQuantity):
         for (name, quantity), value in self.values_of(sums).items():
             statistic, _, what = quantity.partition(" ")
             clearance = layout.clearance_names.index(name)
-            if what not in _SEVERITY:
+            if what not in _HARDNESS:
                 per = "time" if quantity == "impacts per second" else "cycles"
                 unit = "1/s" if per == "time" else None
                 formula = f"{self.formula} / {per}"
@@ -100,7 +100,7 @@ class ImpactStatistics(CrossingQuantity):
                 continue
             else:
                 word = "mean" if statistic == "mean" else "max"
-                unit, formula = _unit(layout, int(layout.clearance[clearance]), what), f"{word} {_SEVERITY[what][1]}"
+                unit, formula = _unit(layout, int(layout.clearance[clearance]), what), f"{word} {_HARDNESS[what][1]}"
                 note = _note(state, scope, clearance, what)
             formula += centre_words(layout, clearance)
             rows.append(self.row(name, quantity, float(value), unit=unit, formula=formula, note=note))
@@ -117,9 +117,9 @@ def _note(state: State, scope: Scope, clearance: int, what: str) -> str:
     """Say what there is to know about contacts that are cut short, and values that do not exist."""
     name, summary = scope.layout.clearance_names[clearance], summarise_impacts(state, scope.layout, clearance)
     if what == "contact impulse":
-        if np.isnan(summary.severity.mean_impulse):
+        if np.isnan(summary.hardness.mean_impulse):
             return f"{name}: no contact impulses, for {scope.algorithm} supplies no force integral"
         return f"{name}: the motion ends within a contact; its impulse counts up to the end" if summary.censored else ""
-    if what != "approach speed" and np.isnan(summary.severity.mean_momentum):
+    if what != "approach speed" and np.isnan(summary.hardness.mean_momentum):
         return f"{name}: no body at it is free to move, so impacts have no momentum"
     return ""

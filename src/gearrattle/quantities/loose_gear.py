@@ -7,7 +7,8 @@ only torque that presses it to the flank is its drag T_d. The ratio
 
 is the classical rattle threshold: above 0 dB the gear lifts off. The *driver's* acceleration is taken, for the loose
 gear's own would measure the impacts instead (Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj,
-Zhao 2001, Proc. IMechE D 215, 241-258).
+Zhao 2001, Proc. IMechE D 215, 241-258). It is the ratio in the motion as it is, and no design target: once gears
+rattle, the driver's acceleration contains their impacts, and far less drag than the ratio says may do.
 
 A gear is *loose* if it carries a drag torque and the mesh is the only element with a stiffness on its body. Along a
 sweep on which the drag torque changes, the ratio is the largest of all instants, each with its own drag torque.
@@ -37,7 +38,10 @@ class LooseGear(Quantity[Sums]):
 
     name: str = "loose_gear"
     title: str = "Loose-gear test"
-    formula: str = "20 log10( J_loose (R_driver/R_loose) peak|theta_driver''| / drag torque ), over [discard T, end]"
+    formula: str = (
+        "20 log10( J_loose (R_driver/R_loose) peak|theta_driver''| / drag torque ), over [discard T, end]: torque ratio "
+        "in the motion as it is; no design target: in a rattling motion the driver's acceleration contains the impacts"
+    )
     unit: str = "dB"
     source: str = "Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj, Zhao 2001, Proc. IMechE D 215"
     sums: tuple[str, ...] = ("peaks",)

@@ -1,6 +1,6 @@
-"""The parts of the verdict: every mesh and clearance, judged by its regime in the steady part.
+"""The parts of the verdict: every mesh and clearance, judged by regime and severity in the steady part.
 
-The whole is the worst of the parts that rattle. The rule is stated in words (``RULE``) wherever the verdict is shown.
+The whole is the worst of the parts. The rule is stated in words (``rule_of``) wherever the verdict is shown.
 
 Takes the rows of the criteria and the sums over crossings; gives Parts to the verdict.
 """
@@ -9,26 +9,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import Literal, cast
 
 import numpy as np
 
 from gearrattle.quantities.quantity import Row, Scope, State, deflection_rate_unit, impulse_unit, judged_elements
-from gearrattle.signals import ImpactSummary, Regime, Severity, is_gap, summarise_impacts
-from gearrattle.trajectory import Layout
+from gearrattle.quantities.severity import RANKS, Severity, limits_words
+from gearrattle.signals import Hardness, ImpactSummary, Regime, is_gap, summarise_impacts
+from gearrattle.trajectory import Layout, NegligibleImpacts
 
 RULE = (
     "Each mesh and each clearance is judged over the steady part, from the discarded cycles to the end: quiet if it "
     "crosses no corner there, single-sided if it crosses corners on its drive side only or on its coast side only, "
     "double-sided if it crosses corners on both sides. Of a gap, whose centre has no stiffness, the corners of the "
-    "centre count: crossing them it separates, and rattles. A staged spring with stiffness in all its stages changes "
-    "stage and does not rattle. The whole is the worst of the parts that rattle, and quiet if none does. Parts that "
-    "rattle come first, then double-sided before single-sided, then the larger impact energy m_eff v^2 / 2 of the "
-    "hardest impact. The margin is that of the loose-gear test, 20 log10 of the loose gear's "
-    "inertia torque over its drag torque: above 0 dB the drag cannot hold the gear against its flank."
+    "centre count: crossing them it separates. A gap that separates rattles, unless its largest impact is negligible: "
+    "then it touches, which is no rattle. A staged spring with stiffness in all its stages changes stage and does not "
+    "rattle. The whole is the worst of the parts. Parts that rattle come first, then those that touch, then "
+    "double-sided before single-sided, then the larger impact energy m_eff v^2 / 2 of the hardest impact."
 )
 
-SEVERITY: Mapping[Regime, int] = {"quiet": 0, "single-sided": 1, "double-sided": 2}
+REGIME_RANKS: Mapping[Regime, int] = {"quiet": 0, "single-sided": 1, "double-sided": 2}
+Headline = Literal["quiet", "touches", "single-sided", "double-sided"]
+"""The verdict in one word: the regime of what rattles, else how severe the worst is."""
+ASSUMED = "this energy is assumed, for the model says nothing of it: [criteria] negligible = { impact_energy = ... } changes it"
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,8 @@ class Part:
         spring.
     regime
         "quiet", "single-sided" or "double-sided"; of a gap: where it separates.
+    severity
+        "quiet", "touches" or "rattles": whether its impacts matter.
     impacts_per_cycle, impacts_per_second
         rate of impacts.
     drive_impacts_per_cycle, coast_impacts_per_cycle
@@ -64,7 +69,8 @@ class Part:
     contact_share
         share of time in contact, 0 to 1.
     margin_db
-        of the loose-gear test [dB]; None where there is no loose gear.
+        of the loose-gear test [dB]: the torque ratio in the motion as it is, no design target; None where there is no
+        loose gear.
     impulse_unit, energy_unit, speed_unit
         units of the above.
     """
@@ -73,6 +79,7 @@ class Part:
     kind: str
     gap: bool
     regime: Regime
+    severity: Severity
     impacts_per_cycle: float
     impacts_per_second: float
     drive_impacts_per_cycle: float
@@ -93,7 +100,12 @@ class Part:
 
     @property
     def rattles(self) -> bool:
-        """Whether it separates and meets again: a gap that is not quiet."""
+        """Whether it separates, and an impact of it matters."""
+        return self.severity == "rattles"
+
+    @property
+    def separates(self) -> bool:
+        """Whether it separates, however softly it meets again: a gap that is not quiet."""
         return self.gap and self.regime != "quiet"
 
 
@@ -138,11 +150,12 @@ def _part(
         kind=_kind(layout, element),
         gap=is_gap(layout, clearance),
         regime=cast(Regime, values["regime", "regime", name]),
+        severity=cast(Severity, values["severity", "severity", name]),
         impacts_per_cycle=impacts.count / window.cycles,
         impacts_per_second=impacts.count / window.duration,
         drive_impacts_per_cycle=impacts.drive / window.cycles,
         coast_impacts_per_cycle=(impacts.count - impacts.drive) / window.cycles,
-        **_severity(impacts.severity),
+        **_hardness(impacts.hardness),
         contact_share=cast(float, values["contact", "contact share", name]),
         margin_db=margins.get(name),
         impulse_unit=impulse_unit(layout, element),
@@ -159,11 +172,12 @@ def _unbroken(layout: Layout, element: int, margins: Mapping[str, float]) -> Par
         kind=_kind(layout, element),
         gap=False,
         regime="quiet",
+        severity="quiet",
         impacts_per_cycle=0.0,
         impacts_per_second=0.0,
         drive_impacts_per_cycle=0.0,
         coast_impacts_per_cycle=0.0,
-        **_severity(None),
+        **_hardness(None),
         contact_share=1.0,
         margin_db=margins.get(name),
         impulse_unit=impulse_unit(layout, element),
@@ -176,7 +190,7 @@ def _kind(layout: Layout, element: int) -> str:
     return "mesh" if layout.is_mesh[element] else "coupling"
 
 
-def _severity(severity: Severity | None) -> dict[str, float | None]:
+def _hardness(hardness: Hardness | None) -> dict[str, float | None]:
     """Return how hard its impacts are, by the names of a part; None for what does not exist."""
     names = {
         "max_approach_speed": "largest_speed",
@@ -188,12 +202,48 @@ def _severity(severity: Severity | None) -> dict[str, float | None]:
         "mean_contact_impulse": "mean_impulse",
         "max_contact_impulse": "largest_impulse",
     }
-    values = {} if severity is None else {name: float(value) for name, value in severity._asdict().items()}
+    values = {} if hardness is None else {name: float(value) for name, value in hardness._asdict().items()}
     return {name: None if np.isnan(values.get(field, np.nan)) else values[field] for name, field in names.items()}
 
 
 def worst_first(parts: list[Part]) -> tuple[Part, ...]:
-    """Return those that rattle first, by falling regime, then largest impact energy; element order decides ties."""
-    return tuple(
-        sorted(parts, key=lambda part: (not part.rattles, -SEVERITY[part.regime], -(part.max_impact_energy or 0.0)))
-    )
+    """Return parts by falling severity, regime, and largest impact energy; element order decides ties."""
+
+    def mildness(part: Part) -> tuple[int, int, float]:
+        return (-RANKS[part.severity], -REGIME_RANKS[part.regime], -(part.max_impact_energy or 0.0))
+
+    return tuple(sorted(parts, key=mildness))
+
+
+def regime_of_all(parts: Sequence[Part]) -> Regime:
+    """Return the worst regime of the parts that separate."""
+    regimes = [part.regime for part in parts if part.separates]
+    return max(regimes, key=REGIME_RANKS.__getitem__, default="quiet")
+
+
+def severity_of_all(parts: Sequence[Part]) -> Severity:
+    """Return the worst severity of the parts."""
+    return max((part.severity for part in parts), key=RANKS.__getitem__, default="quiet")
+
+
+def headline_of(parts: Sequence[Part]) -> Headline:
+    """Return the worst regime of the parts that rattle; else whether some part touches."""
+    rattling = [part for part in parts if part.rattles]
+    if not rattling:
+        return "touches" if severity_of_all(parts) == "touches" else "quiet"
+    return "double-sided" if regime_of_all(rattling) == "double-sided" else "single-sided"
+
+
+def rule_of(limits: NegligibleImpacts, *, is_si: bool = True) -> str:
+    """Return the rule of the verdict in words, with its thresholds.
+
+    Parameters
+    ----------
+    limits
+        which impacts are negligible.
+    is_si
+        whether the model has units.
+    """
+    words = limits_words(limits, is_si=is_si)
+    assumed = f" ({ASSUMED})" if limits.is_assumed else ""
+    return f"{RULE} {words[:1].upper()}{words[1:]}{assumed}."

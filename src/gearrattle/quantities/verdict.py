@@ -10,11 +10,13 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from gearrattle.json_types import Json, json_value
-from gearrattle.quantities.parts import Part
+from gearrattle.quantities.parts import Headline, Part, headline_of
 from gearrattle.quantities.quantity import Row
+from gearrattle.quantities.severity import Severity
 from gearrattle.quantities.wording import sentence
 from gearrattle.result import Result
 from gearrattle.signals import Regime, Spectrum, Window
+from gearrattle.trajectory import NegligibleImpacts
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,9 @@ class Verdict(Result):
     Attributes
     ----------
     verdict
-        "quiet", "single-sided" or "double-sided", the worst of the parts that rattle.
+        "quiet", "single-sided" or "double-sided", the worst regime of the parts that separate, however softly.
+    severity
+        "quiet", "touches" or "rattles", the worst of the parts.
     rule
         by which rule.
     parts
@@ -35,6 +39,8 @@ class Verdict(Result):
         what the user must know about these values.
     window
         the steady part that was judged.
+    negligible
+        which impacts are touches.
     spectra
         power spectral density of the accelerations, density (f, n inertias); None for too few samples.
 
@@ -45,14 +51,21 @@ class Verdict(Result):
     """
 
     verdict: Regime
+    severity: Severity
     rule: str
     parts: tuple[Part, ...]
     entries: tuple[Row, ...]
     notes: tuple[str, ...]
     window: Window
+    negligible: NegligibleImpacts = NegligibleImpacts()
     spectra: Spectrum | None = dataclasses.field(repr=False, compare=False, default=None)
 
     kind: ClassVar[str] = "verdict"
+
+    @property
+    def headline(self) -> Headline:
+        """The verdict in one word: the worst regime of the parts that rattle; "touches" or "quiet" if none does."""
+        return headline_of(self.parts)
 
     @property
     def sentence(self) -> str:
@@ -60,8 +73,8 @@ class Verdict(Result):
         return sentence(self.parts, self.window.cycles)
 
     def __str__(self) -> str:
-        """Return the verdict and its sentence."""
-        return f"{self.verdict}: {self.sentence}"
+        """Return the headline and the sentence."""
+        return f"{self.headline}: {self.sentence}"
 
     def of(self, criterion: str, subject: str | None = None) -> tuple[Row, ...]:
         """Return the entries of one criterion, of one inertia, mesh or coupling if it is named."""
@@ -69,7 +82,7 @@ class Verdict(Result):
 
     def to_dict(self) -> dict[str, Json]:
         """Return the verdict in JSON types; numbers that do not exist or are not finite become None."""
-        names = ("verdict", "sentence", "rule", "parts", "entries", "notes")
+        names = ("verdict", "severity", "headline", "sentence", "rule", "negligible", "parts", "entries", "notes")
         window = {"start": self.window.start, "end": self.window.end, "cycles": self.window.cycles}
         entries = [row.table_row("criterion") for row in self.entries]
         shown = {name: getattr(self, name) for name in names} | {"entries": entries, "window": window}

@@ -1,7 +1,8 @@
 """The verdict in one human sentence: what rattles, where, and how badly.
 
-A gap that separates *rattles*; a staged spring that crosses its corners, or a gap that crosses outer ones alone,
-changes *stage*, which is not called rattle. Only the worst parts are spelt out; the others are named.
+A gap that separates *rattles*, or *touches* if all its impacts are negligible; a staged spring that crosses its
+corners, or a gap that crosses outer ones alone, changes *stage*. Neither is called rattle. Only the worst parts are
+spelt out; the others are named.
 
 Takes parts, worst first; gives a sentence to the verdict.
 """
@@ -30,47 +31,51 @@ def sentence(parts: Sequence[Part], cycles: int) -> str:
     if not parts:
         return "There is no mesh and no clearance: nothing can rattle."
     rattling = [part for part in parts if part.rattles]
+    touching = [part for part in parts if part.severity == "touches"]
     changing = [part for part in parts if _changes_stage(part)]
-    quiet = [part for part in parts if part not in rattling and part not in changing]
+    quiet = [part for part in parts if part not in rattling and part not in touching and part not in changing]
     words = []
     if rattling:
-        words.append(f"Rattle {span}: " + _listed([_rattle(part) for part in rattling]) + ".")
-    elif changing:
+        words.append(f"Rattle {span}: " + _listed([_impacts(part) for part in rattling]) + ".")
+    elif touching or changing:
         words.append(f"No gap rattles {span}.")
+    if touching:
+        words.append("Negligible touches: " + _listed([_impacts(part) for part in touching]) + ".")
     if changing:
         words.append(_capital(_listed([_stage_changes(part) for part in changing])) + ".")
     if quiet:
-        lead = "Quiet" if rattling or changing else f"Quiet {span}"
+        lead = "Quiet" if words else f"Quiet {span}"
         words.append(f"{lead}: " + "; ".join(_at_rest(part) for part in quiet) + ".")
     return " ".join(words)
 
 
-def _rattle(part: Part) -> str:
+def _impacts(part: Part) -> str:
+    verb = "hits" if part.rattles else "touches"
     side = "flank" if part.kind == "mesh" else "side"
     if part.regime == "double-sided":
-        hits = f"{part.name} hits both {side}s"
+        where = f"{part.name} {verb} both {side}s"
     else:
-        hits = f"{part.name} hits its {_side(part)}{side} only"
+        where = f"{part.name} {verb} its {_side(part)}{side} only"
     if part.impacts_per_cycle == 0.0:
-        return f"{part.name} leaves contact and does not hit again" + _margin(part)
-    severity = [f"{counted(float(part.impacts_per_cycle), 'impact')} per cycle"]
+        return f"{part.name} leaves contact and does not hit again"
+    hardness = [f"{counted(float(part.impacts_per_cycle), 'impact')} per cycle"]
     if part.max_approach_speed is not None:
-        severity.append(f"approach speed up to {engineering(part.max_approach_speed, part.speed_unit)}")
+        hardness.append(f"approach speed up to {engineering(part.max_approach_speed, part.speed_unit)}")
     if part.max_impact_energy is not None:
-        severity.append(f"impact energy up to {engineering(part.max_impact_energy, part.energy_unit)}")
-    severity.append(f"in contact {_percent(part.contact_share)} of the time")
-    return f"{hits}, " + ", ".join(severity) + _margin(part)
+        hardness.append(f"impact energy up to {engineering(part.max_impact_energy, part.energy_unit)}")
+    hardness.append(f"in contact {_percent(part.contact_share)} of the time")
+    return f"{where}, " + ", ".join(hardness)
 
 
 def _changes_stage(part: Part) -> bool:
-    return not part.rattles and (part.regime != "quiet" or part.impacts_per_cycle > 0.0)
+    return not part.separates and (part.regime != "quiet" or part.impacts_per_cycle > 0.0)
 
 
 def _stage_changes(part: Part) -> str:
     both = part.drive_impacts_per_cycle > 0.0 and part.coast_impacts_per_cycle > 0.0
     where = "on both sides" if both or part.regime == "double-sided" else f"on its {_side(part)}side only"
     rate = f"entering an outer stage {counted(float(part.impacts_per_cycle), 'time')} per cycle"
-    return f"{part.name} changes stage {where}, {rate}" + _margin(part)
+    return f"{part.name} changes stage {where}, {rate}"
 
 
 def _at_rest(part: Part) -> str:
@@ -80,11 +85,7 @@ def _at_rest(part: Part) -> str:
         state = "floats free in its gap" if part.gap else "stays in its first stage"
     else:
         state = "crosses no corner"
-    return f"{part.name} {state}{_margin(part)}"
-
-
-def _margin(part: Part) -> str:
-    return "" if part.margin_db is None else f" (loose-gear margin {part.margin_db:+.1f} dB)"
+    return f"{part.name} {state}"
 
 
 def _side(part: Part) -> str:

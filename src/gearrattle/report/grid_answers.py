@@ -145,7 +145,7 @@ def _strength(value: dict[str, Any], by: str, unit: str) -> str:
 
 
 def _boundary(data: xr.Dataset, output: str) -> list[dict[str, Any]]:
-    """Every place where the regime changes."""
+    """Every place where the severity or the regime changes."""
     boundary = regime_boundary(data, output)
     return [
         {str(name): json_value(boundary[name].values[i]) for name in boundary.data_vars}

@@ -21,7 +21,12 @@ from gearrattle.wording import counted
 _NOTHING = 1e-12
 """A multiplier below this is rounding: a disturbance in its direction is gone after one period."""
 _ONE = 1e-9
-RATTLE = {"quiet": "no rattle", "single-sided": "single-sided rattle", "double-sided": "double-sided rattle"}
+RATTLE = {
+    "quiet": "no rattle",
+    "touches": "touches, no rattle",
+    "single-sided": "single-sided rattle",
+    "double-sided": "double-sided rattle",
+}
 
 
 def unit_of(orbit: Orbit, unit: str) -> str:
@@ -140,12 +145,13 @@ def motions_table(orbits: Sequence[Orbit]) -> Table:
         engineering_column((swing(orbit, k) for orbit in orbits), units_of(orbits[0].model, layout, k)["deflection"], 4)
         for k in range(len(shown))
     ]
-    head = ("motion", "repeats after", "", "verdict", "impacts", "first at [T]", "largest modulus")
+    head = ("motion", "repeats after", "", "severity", "regime", "impacts", "first at [T]", "largest modulus")
     rows = [
         (
             f"{number}",
             f"{orbit.cycles} T",
             "stable" if orbit.stable else "unstable",
+            orbit.verdict.severity,
             orbit.verdict.verdict,
             f"{len(impacts_of(orbit))}",
             _first_impact(orbit),
@@ -154,7 +160,7 @@ def motions_table(orbits: Sequence[Orbit]) -> Table:
         )
         for number, (orbit, *own) in enumerate(zip(orbits, *swings, strict=True), 1)
     ]
-    return Table((*head, *(f"swing of {name}" for name in shown)), tuple(rows), frozenset({2, 3}))
+    return Table((*head, *(f"swing of {name}" for name in shown)), tuple(rows), frozenset({2, 3, 4}))
 
 
 def _first_impact(orbit: Orbit) -> str:

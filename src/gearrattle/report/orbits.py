@@ -68,7 +68,7 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
         stability = "A stable" if orbit.stable else "An unstable"
         length = f" ({engineering(orbit.period, unit_of(orbit, 's'), 4)})"
         return (
-            f"{stability} motion that repeats after {orbit.cycles} T{length}: {RATTLE[orbit.verdict.verdict]}; "
+            f"{stability} motion that repeats after {orbit.cycles} T{length}: {RATTLE[orbit.verdict.headline]}; "
             f"the largest multiplier has the modulus {_number(orbit.largest_modulus)}."
         )
 
@@ -237,6 +237,7 @@ class PeriodicMotionsPage(Presentation[PeriodicMotions]):
             "cycles": ("motion", np.array([orbit.cycles for orbit in orbits], dtype=np.int64)),
             "stable": ("motion", np.array([orbit.stable for orbit in orbits], dtype=np.bool_)),
             "verdict": ("motion", np.array([orbit.verdict.verdict for orbit in orbits], dtype=np.str_)),
+            "severity": ("motion", np.array([orbit.verdict.severity for orbit in orbits], dtype=np.str_)),
             "residual": ("motion", np.array([orbit.residual for orbit in orbits], dtype=np.float64)),
             "multiplier_real": (("motion", "mode"), multipliers.real.copy()),
             "multiplier_imaginary": (("motion", "mode"), multipliers.imag.copy()),

@@ -42,6 +42,7 @@ _LONGEST_TEXT = 200_000
 
 HEADLINES = {
     "quiet": "Quiet",
+    "touches": "Touches, no rattle",
     "single-sided": "Single-sided rattle",
     "double-sided": "Double-sided rattle",
 }
@@ -87,7 +88,7 @@ class RunReport(Presentation[Findings]):
         findings = self.result
         values = {
             "findings": findings,
-            "headline": HEADLINES[findings.verdict.verdict],
+            "headline": HEADLINES[findings.verdict.headline],
             "tiles": tiles(findings),
             "parts": parts_table(findings),
             "scores": replace(scores_table(findings), title=scores_sentence(findings)),

@@ -71,7 +71,17 @@ class ScreeningPage(Presentation["xr.Dataset"]):
         for gear in gears_of(data):
             position = {"speed": float(data["speed"].values[gear.speed]), "load": float(data["load"].values[gear.load])}
             gears.append({**asdict(gear), **position})
-        wanted = ("separation_ratio", "margin", "lift_ratio", "lift_low", "lift_high", "forecast", "inside", "regime")
+        wanted = (
+            "separation_ratio",
+            "margin",
+            "lift_ratio",
+            "lift_low",
+            "lift_high",
+            "forecast",
+            "inside",
+            "severity",
+            "regime",
+        )
         names = [name for name in wanted if name in data]
         return {
             "units": str(data.attrs["units"]),

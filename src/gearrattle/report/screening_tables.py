@@ -16,12 +16,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.quantities import SEVERITIES
 from gearrattle.report.plots.axis_names import measure_of, paths_of
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.screening import loads_of, speeds_of
 from gearrattle.report.tables import Table
+from gearrattle.studies.output import REGIMES
 from gearrattle.studies.screening import BY_PATH, LOAD
-from gearrattle.studies.screening_check import FORECASTS, QUIET, UNDECIDED, Checked, checked, forecasts_of
+from gearrattle.studies.screening_check import (
+    FORECASTS,
+    LIFTS,
+    QUIET,
+    UNDECIDED,
+    Checked,
+    checked,
+    forecasts_of,
+    rattles_in,
+)
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
@@ -103,12 +114,12 @@ def gears_of(data: xr.Dataset) -> list[Screened]:
             classical=float(np.nanmax(data["margin"].values[:, :, k])),
         )
         if "regime" in data:
-            regime = np.asarray(data["regime"].values)[:, :, k]
-            done = checked(forecast[:, :, k], regime)
+            rattles, judged = (some[:, :, k] for some in rattles_in(data))
+            done = checked(forecast[:, :, k], rattles, judged)
             screened = replace(
                 screened,
-                rattles=int((regime > 0).sum()),
-                judged=int((regime >= 0).sum()),
+                rattles=int(rattles.sum()),
+                judged=int(judged.sum()),
                 agree=done.ran_quiet + done.ran_rattling,
                 checked=done,
             )
@@ -277,18 +288,30 @@ def checks_table(data: xr.Dataset) -> Table:
     low, high = margins(data)
     forecast = forecasts(data)
     regime = np.asarray(data["regime"].values)
-    words = str(data["regime"].attrs.get("flag_meanings", "")).split()
+    rattles, judged = rattles_in(data)
+    severity = np.asarray(data["severity"].values) if "severity" in data else None
     names = [str(name) for name in data["gear"].values]
     rows = []
-    for i, j, k in np.argwhere(regime >= 0).tolist():
+    for i, j, k in np.argwhere(judged).tolist():
         said = int(forecast[i, j, k])
-        ran = int(regime[i, j, k])
-        is_right = "" if said == UNDECIDED else "right" if (said == QUIET) == (ran == 0) else "wrong"
+        words = REGIMES[regime[i, j, k]]
+        ran = words if severity is None or words == "quiet" else f"{SEVERITIES[severity[i, j, k]]}, {words}"
+        is_right = _is_right(said, rattles=bool(rattles[i, j, k]), separates=words != "quiet")
         margin = decibels(float(high[i, j, k]), float(low[i, j, k]))
-        rows.append((place(data, i, j), names[k], FORECASTS[said], margin, words[ran], is_right))
+        rows.append((place(data, i, j), names[k], FORECASTS[said], margin, ran, is_right))
     rows.sort(key=lambda row: row[-1] != "wrong")
-    note = "Wrong forecasts come first. An undecided one is neither right nor wrong."
+    note = (
+        "Wrong forecasts come first. An undecided one is neither right nor wrong, and so is lift-off of a gear that "
+        "only touches."
+    )
     return Table(head, tuple(rows), frozenset({0, 1, 2, 4, 5}), "Simulated cases", note)
+
+
+def _is_right(said: int, *, rattles: bool, separates: bool) -> str:
+    """Say whether a forecast came true."""
+    if said == UNDECIDED or (said == LIFTS and separates and not rattles):
+        return ""
+    return "right" if (said == QUIET) != rattles else "wrong"
 
 
 def thresholds_table(data: xr.Dataset) -> Table:

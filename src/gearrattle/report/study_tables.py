@@ -25,6 +25,7 @@ from gearrattle.studies.layout import (
     values_of,
     words_of,
 )
+from gearrattle.studies.output import REGIME, SEVERITY
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.probability import rattle_probability, samples_needed
 from gearrattle.wording import counted
@@ -47,15 +48,21 @@ def code_counts(data: xr.Dataset, output: str) -> dict[str, dict[str, int]]:
 
 
 def count_table(data: xr.Dataset) -> Table:
-    """Number of cases by part and regime; in a study without regime codes, number of cases by outcome."""
+    """Number of cases by part, severity and regime; in a study without such codes, number of cases by outcome."""
     output = chosen_codes(data)
     if not output:
         cases_by_outcome = [(word, f"{int((data['outcome'] == code).sum())}") for code, word in enumerate(OUTCOMES)]
         return Table(("outcome", "cases"), tuple(row for row in cases_by_outcome if row[1] != "0"))
     counts = code_counts(data, output)
     words = words_of(data[output])
-    rows = tuple((name, *(f"{by_word[word]}" for word in words)) for name, by_word in counts.items())
-    return Table(("part" if subject_of(data, output) else "", *words), rows, note="Cases by regime.")
+    note = f"Cases by {output}."
+    if output == SEVERITY and REGIME in data:
+        sides = code_counts(data, REGIME)
+        counts = {name: {**sides.get(name, {}), **by_word} for name, by_word in counts.items()}
+        words = tuple(dict.fromkeys([*words, *words_of(data[REGIME])]))
+        note = "Cases by severity; single-sided and double-sided: by regime, however soft the impacts."
+    rows = tuple((name, *(f"{by_word.get(word, 0)}" for word in words)) for name, by_word in counts.items())
+    return Table(("part" if subject_of(data, output) else "", *words), rows, note=note)
 
 
 def lacking_said(data: xr.Dataset, case: str) -> list[str]:
@@ -133,7 +140,7 @@ def _numbers(data: xr.Dataset, dimension: str) -> list[str]:
 
 
 def boundary_table(data: xr.Dataset) -> Table:
-    """Where the regime changes, along every axis; no rows for a study of samples."""
+    """Where the severity or the regime changes, along every axis; no rows for a study of samples."""
     output = chosen_codes(data)
     if not output or SAMPLE in data.dims:
         return Table(("along",), ())
@@ -143,7 +150,7 @@ def boundary_table(data: xr.Dataset) -> Table:
 
 
 def changes_table(dataset: xr.Dataset, measured: xr.Dataset, places: Sequence[str], subject: str) -> Table:
-    """Where the regime changes, one row per change.
+    """Where an output of codes changes, one row per change.
 
     Parameters
     ----------
@@ -173,7 +180,7 @@ def changes_table(dataset: xr.Dataset, measured: xr.Dataset, places: Sequence[st
         for row in zip(*columns, strict=True)
     ]
     more = f" {count - _MOST} more: see gr.studies.regime_boundary." if count > _MOST else ""
-    note = f"Midpoints between neighbouring values of the axis along which the regime changes.{more}"
+    note = f"Midpoints between neighbouring values of the axis along which the {dataset.attrs['output']} changes.{more}"
     numeric = {i for i, name in enumerate(names) if dataset[name].values.dtype.kind in "iuf"}
     return Table(head, tuple(rows), frozenset(range(len(names))) - numeric, note=note)
 

@@ -15,6 +15,7 @@ from markupsafe import Markup
 
 from gearrattle.pipeline import Findings
 from gearrattle.quantities import CRITERIA, Part, Row, Verdict
+from gearrattle.quantities.severity import RANKS
 from gearrattle.report.plots.numerals import engineering, numeral, quantity
 from gearrattle.report.tables import Table
 from gearrattle.signals import centre, region_shares, steady
@@ -46,18 +47,13 @@ def tiles(findings: Findings) -> list[Tile]:
             if si
             else Tile("Impacts", numeral(worst.impacts_per_cycle, 3), f"{worst.name} · per cycle")
         )
-        hardest = max(parts, key=lambda part: (part.rattles, part.max_impact_energy or 0.0))
+        hardest = max(parts, key=lambda part: (RANKS[part.severity], part.max_impact_energy or 0.0))
         if hardest.max_impact_energy is not None and hardest.max_approach_speed is not None:
             energy = engineering(hardest.max_impact_energy, hardest.energy_unit)
             speed = engineering(hardest.max_approach_speed, hardest.speed_unit)
             made.append(Tile("Hardest impact", energy, f"{hardest.name} · energy m v²/2"))
             made.append(Tile("Approach speed", speed, f"{hardest.name} · of the hardest impact"))
         made.append(Tile("In contact", percent(worst.contact_share), f"{worst.name} · share of time"))
-    margins = [part for part in parts if part.margin_db is not None]
-    if margins:
-        largest = max(margins, key=lambda part: part.margin_db or 0.0)
-        meaning = "drag cannot hold it" if (largest.margin_db or 0.0) > 0.0 else "drag holds it"
-        made.append(Tile("Loose-gear margin", decibel(largest.margin_db), f"{largest.name} · {meaning}"))
     return made
 
 
@@ -66,44 +62,37 @@ def percent(share: float) -> str:
     return f"{numeral(100.0 * share, 3)} %"
 
 
-def decibel(margin: float | None) -> str:
-    """Write a margin with its sign; a dash for None."""
-    if margin is None:
-        return "–"
-    return f"{'+' if margin > 0.0 else ''}{numeral(round(margin, 1), 4)} dB"
-
-
 def parts_table(findings: Findings) -> Table:
     """Return one row for every mesh and clearance, worst first: its hardest impact, and where it spends its time."""
-    head = ["part", "regime", "impacts per cycle", "per second"]
-    head += ["approach speed", "impact energy", "exchanged momentum", "margin"]
+    head = ["part", "severity", "regime", "impacts per cycle", "per second"]
+    head += ["approach speed", "impact energy", "exchanged momentum"]
     if findings.model.units != "SI":
-        head[3] = "per unit time"
+        head[4] = "per unit time"
     head.append("coast · centre · drive")
     rows = tuple(
         (
             part.name,
-            Markup(f'<span class="pill {_pill(part)}">{part.regime}</span>{_changes(part)}'),
+            Markup(f'<span class="pill {_pill(part)}">{part.severity}</span>{_changes(part)}'),
+            part.regime,
             numeral(part.impacts_per_cycle, 3),
             numeral(part.impacts_per_second, 3),
             engineering(part.max_approach_speed, part.speed_unit),
             engineering(part.max_impact_energy, part.energy_unit),
             engineering(part.max_exchanged_momentum, part.impulse_unit),
-            decibel(part.margin_db),
             _share_bar(findings, part),
         )
         for part in findings.verdict.parts
     )
-    return Table(tuple(head), rows, words=frozenset({0, 1, 8}))
+    return Table(tuple(head), rows, words=frozenset({0, 1, 2, 8}))
 
 
 def _pill(part: Part) -> str:
-    """Return the class of a regime's colour: only what rattles is coloured."""
-    return part.regime if part.rattles else "quiet"
+    """Return the class of a part's colour: that of its regime if it rattles, else of its severity."""
+    return part.regime if part.rattles else part.severity
 
 
 def _changes(part: Part) -> str:
-    return "" if part.rattles or part.regime == "quiet" else " <small>changes stage</small>"
+    return "" if part.separates or part.regime == "quiet" else " <small>changes stage</small>"
 
 
 def side_shares(findings: Findings, part: Part) -> dict[str, float]:
@@ -134,20 +123,20 @@ def _share_bar(findings: Findings, part: Part) -> str:
 
 def verdict_table(verdict: Verdict) -> Table:
     """Return one row for every mesh and clearance in plain text, worst first."""
-    head = ("part", "regime", "impacts/cycle", "approach speed", "impact energy", "in contact", "margin")
+    head = ("part", "severity", "regime", "impacts/cycle", "approach speed", "impact energy", "in contact")
     rows = tuple(
         (
             part.name,
+            part.severity,
             part.regime,
             f"{part.impacts_per_cycle:.4g}",
             engineering(part.max_approach_speed, part.speed_unit),
             engineering(part.max_impact_energy, part.energy_unit),
             percent(part.contact_share),
-            decibel(part.margin_db),
         )
         for part in verdict.parts
     )
-    return Table(head, rows, frozenset({0, 1}))
+    return Table(head, rows, frozenset({0, 1, 2}))
 
 
 def criteria_tables(verdict: Verdict) -> list[Table]:

@@ -29,7 +29,7 @@ from gearrattle.signals.ensembles import (
     number_distances,
     rank,
 )
-from gearrattle.signals.impact_sums import ImpactSummary, Severity, measure_impacts, summarise_impacts
+from gearrattle.signals.impact_sums import Hardness, ImpactSummary, measure_impacts, summarise_impacts
 from gearrattle.signals.impacts import Impacts, find_impacts
 from gearrattle.signals.levels import peak_to_peak, rms
 from gearrattle.signals.lines import Line, strongest, sub_harmonics, super_harmonics
@@ -52,12 +52,12 @@ __all__ = [
     "Alignment",
     "ChanceCoherence",
     "Coherence",
+    "Hardness",
     "ImpactSummary",
     "Impacts",
     "Line",
     "LooseGear",
     "Regime",
-    "Severity",
     "Spectrum",
     "Window",
     "add_crossings",

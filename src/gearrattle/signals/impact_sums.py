@@ -14,7 +14,7 @@ from gearrattle.signals.crossing_sums import Sums, corners_of
 from gearrattle.trajectory import Array, Layout
 
 
-class Severity(NamedTuple):
+class Hardness(NamedTuple):
     """How hard the impacts of one clearance are: magnitudes, NaN without impacts.
 
     Attributes
@@ -55,7 +55,7 @@ class ImpactSummary:
     ----------
     count, drive
         how many, and how many of them on the drive side.
-    severity
+    hardness
         how hard they are.
     censored
         whether the motion ends within a contact that counts.
@@ -63,7 +63,7 @@ class ImpactSummary:
 
     count: int
     drive: int
-    severity: Severity
+    hardness: Hardness
     censored: bool
 
 
@@ -72,13 +72,13 @@ def summarise_impacts(sums: Sums, layout: Layout, clearance: int) -> ImpactSumma
     return ImpactSummary(
         count=int(sums["count"][clearance]),
         drive=int(sums["drive"][clearance]),
-        severity=measure_impacts(sums, layout, clearance),
+        hardness=measure_impacts(sums, layout, clearance),
         censored=bool(np.any(sums["open"][corners_of(layout, clearance)] > 0.0)),
     )
 
 
-def measure_impacts(sums: Sums, layout: Layout, clearance: int) -> Severity:
-    """Return the severity of one clearance's impacts; the sums may be those of many motions along leading axes.
+def measure_impacts(sums: Sums, layout: Layout, clearance: int) -> Hardness:
+    """Return how hard one clearance's impacts are; the sums may be those of many motions along leading axes.
 
     Momenta and energies of an element without a free end do not exist: NaN.
     """
@@ -107,4 +107,4 @@ def measure_impacts(sums: Sums, layout: Layout, clearance: int) -> Severity:
             (of["push"] + pending) / count,
             largest,
         )
-    return Severity(*(np.where(count > 0.0, value, np.nan) for value in values))
+    return Hardness(*(np.where(count > 0.0, value, np.nan) for value in values))

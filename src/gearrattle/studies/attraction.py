@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 SAME = 1e-3
 TOLERANCE = 1e-6
 MOST_PERIOD = 16
-DEFAULT = ("verdict", "regime")
+DEFAULT = ("verdict severity", "verdict", "severity", "regime")
 
 
 @dataclass(frozen=True)

@@ -29,11 +29,12 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.shooting import multipliers_of
 from gearrattle.orbits.settled import motion_names
+from gearrattle.quantities import SEVERITIES
 from gearrattle.signals.shares import wilson
 from gearrattle.signals.strobe import Groups, grouped, room
 from gearrattle.studies.cases import DONE
 from gearrattle.studies.layout import words_of
-from gearrattle.studies.output import REGIMES
+from gearrattle.studies.output import REGIMES, VERDICT, VERDICT_SEVERITY
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.sections import CHAOTIC, PERIODIC
 
@@ -63,7 +64,9 @@ class Motion:
     Attributes
     ----------
     verdict
-        code.
+        code of the worst regime.
+    severity
+        code of the worst severity.
     cycles
         periods after which it repeats.
     multiplier
@@ -76,6 +79,7 @@ class Motion:
     """
 
     verdict: int
+    severity: int
     cycles: int
     multiplier: float
     is_family: bool
@@ -102,7 +106,7 @@ def attractors_of(
     xr.Dataset
         ``basin`` over the grid: the number of the attractor, from 1, the largest share first; 0 chaotic, -1 undecided,
         -2 no result. Along "attractor": ``attractor name``, ``cases``, ``share``, ``low``, ``high``, ``attractor
-        period`` [T], ``attractor verdict`` (codes), ``attractor multiplier``, the largest modulus, ``verified``, 1
+        period`` [T], ``attractor verdict`` and ``attractor severity`` (codes), ``attractor multiplier``, the largest modulus, ``verified``, 1
         where shooting led to the motion, and ``family``, 1 for one. Attributes ``within`` and ``between``: the largest
         distance inside an attractor, the smallest between two (``FAR`` for one alone); ``quiet_share`` of all quiet
         ones, with ``quiet_low`` and ``quiet_high`` for drawn states.
@@ -142,43 +146,55 @@ def _motions(
     data: xr.Dataset, groups: Groups, settled: Callable[[tuple[int, ...], int], Attractor | None]
 ) -> list[Motion]:
     """What every group has settled in."""
-    verdicts, shape = data["verdict"].values.ravel().astype(np.int64), data["outcome"].shape
+    verdicts, severities = (data[name].values.ravel().astype(np.int64) for name in (VERDICT, VERDICT_SEVERITY))
+    shape = data["outcome"].shape
     period = np.nan_to_num(data["period"].values.ravel()).astype(np.int64)
     known: list[tuple[Attractor, int]] = []
-    families = dict[tuple[int, int], int]()
+    families = dict[tuple[int, int, int], int]()
     motions = []
     for g, i in enumerate(groups.first):
         at, cycles = tuple(int(k) for k in np.unravel_index(i, shape)), int(period[i])
         attractor = settled(at, cycles)
         if attractor is None:
-            usual = int(np.bincount(verdicts[groups.label == g], minlength=3).argmax())
-            motions.append(Motion(usual, cycles, float("nan"), False, g))
+            mine = groups.label == g
+            usual = [int(np.bincount(codes[mine], minlength=3).argmax()) for codes in (verdicts, severities)]
+            motions.append(Motion(*usual, cycles, float("nan"), False, g))
             continue
         orbit = attractor.orbit
         verdict = REGIMES.index(orbit.verdict.verdict)
+        severity = SEVERITIES.index(orbit.verdict.severity)
         if is_family := attractor.moves_deflections:
-            number = families.setdefault((verdict, orbit.cycles), g)
+            number = families.setdefault((verdict, severity, orbit.cycles), g)
         else:
             number = next((n for other, n in known if other.is_near(orbit.motion.start, EXACT)), g)
             known.append((attractor, number))
         multiplier = float(np.abs(multipliers_of(orbit.motion.gradient)[0]))
-        motions.append(Motion(verdict, orbit.cycles, multiplier, is_family, number))
+        motions.append(Motion(verdict, severity, orbit.cycles, multiplier, is_family, number))
     return motions
 
 
 def _described(data: xr.Dataset, motions: Sequence[Motion]) -> dict[str, tuple[str, Any, dict[str, Any]]]:
     """What is told of every attractor besides its share."""
-    flags = {key: data["verdict"].attrs[key] for key in ("flag_values", "flag_meanings")}
-    kinds, families = [(REGIMES[m.verdict], m.cycles) for m in motions], [m.is_family for m in motions]
+    flags, severity_flags = (
+        {key: data[name].attrs[key] for key in ("flag_values", "flag_meanings")} for name in (VERDICT, VERDICT_SEVERITY)
+    )
+    kinds, families = [(_headline(m), m.cycles) for m in motions], [m.is_family for m in motions]
     multiplier = np.array([m.multiplier for m in motions], dtype=np.float64)
     return {
         "attractor name": (ATTRACTOR, np.array(motion_names(kinds, families), dtype=np.str_), {}),
         "attractor period": (ATTRACTOR, np.array([m.cycles for m in motions], dtype=np.int64), {"units": "cycles"}),
         "attractor verdict": (ATTRACTOR, np.array([m.verdict for m in motions], dtype=np.int8), flags),
+        "attractor severity": (ATTRACTOR, np.array([m.severity for m in motions], dtype=np.int8), severity_flags),
         "attractor multiplier": (ATTRACTOR, multiplier, {"units": "1"}),
         "verified": (ATTRACTOR, np.isfinite(multiplier).astype(np.int8), {"units": "1"}),
         "family": (ATTRACTOR, np.array(families, dtype=np.int8), {"units": "1"}),
     }
+
+
+def _headline(motion: Motion) -> str:
+    """What a motion is in one word: its regime if it rattles, else its severity."""
+    severity = SEVERITIES[motion.severity]
+    return REGIMES[motion.verdict] if severity == "rattles" else severity
 
 
 def _orbits(data: xr.Dataset) -> list[Array | None]:

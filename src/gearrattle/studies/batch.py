@@ -28,7 +28,7 @@ from gearrattle.model import Initial, Model
 from gearrattle.quantities import CROSSING_CRITERIA
 from gearrattle.signals import gap_names, judged_of, reduced_inertias
 from gearrattle.studies.followed import Followed, is_followed
-from gearrattle.studies.output import VERDICT, Output
+from gearrattle.studies.output import WORST, Output
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan
 from gearrattle.trajectory import Layout
@@ -253,9 +253,9 @@ def _keep(
             criterion = CROSSING_CRITERIA[output.criterion]
             by_criterion[criterion.name] = criterion.values(sums, alike.layout, alike.cycles, duration)
         measures = by_criterion[output.criterion]
-        if output.name == VERDICT:
+        if output.name in WORST:
             codes = [code for (part, what), code in measures.items() if what == output.quantity and part in gaps]
-            values[VERDICT][at] = np.max(codes, axis=0, initial=0)
+            values[output.name][at] = np.max(codes, axis=0, initial=0)
             continue
         values[output.name][at] = output.before
         for i, subject in enumerate(output.subjects):

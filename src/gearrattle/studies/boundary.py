@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from gearrattle.result import KIND
 from gearrattle.studies.layout import axes_in, chosen_codes, output_in, subject_of, words_of
+from gearrattle.studies.output import SEVERITY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,7 +32,7 @@ def regime_boundary(data: xr.Dataset, output: str | None = None) -> xr.Dataset:
     data
         what ``study`` returned.
     output
-        of codes: "regime" or "verdict"; None for the first of these that was kept.
+        of codes: "severity", "regime" or one of the whole; None for the first of these that was kept.
 
     Returns
     -------
@@ -55,7 +56,7 @@ def regime_boundary(data: xr.Dataset, output: str | None = None) -> xr.Dataset:
     """
     import xarray as xr
 
-    codes = output_in(data, output if output is not None else chosen_codes(data) or "regime", codes=True)
+    codes = output_in(data, output if output is not None else chosen_codes(data) or SEVERITY, codes=True)
     words = np.array(words_of(codes))
     dims = [str(name) for name in codes.dims]
     held = _held(data, codes)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gearrattle.signals.strobe import apart
 from gearrattle.studies.cases import DONE
-from gearrattle.studies.layout import words_of
+from gearrattle.studies.layout import headlines_in, words_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,7 +101,7 @@ class Stretch:
     period
         number of T; 0 without one.
     verdict
-        the worst regime of any part; empty if it was not kept.
+        the worst regime of any part if the driveline rattles, else its severity; empty if none was kept.
     count
         how many values.
     """
@@ -140,7 +140,7 @@ def stretches(data: xr.Dataset) -> list[Stretch]:
         of one sweep alone.
     """
     values = swept_values(data)
-    motions, verdicts = words_of(data["motion"]), words_of(data["verdict"]) if "verdict" in data else ()
+    motions, verdicts = words_of(data["motion"]), headlines_in(data)
     outcomes = words_of(data["outcome"])
     collected: list[Stretch] = []
     for i, value in enumerate(values.tolist()):
@@ -148,7 +148,7 @@ def stretches(data: xr.Dataset) -> list[Stretch]:
         if outcome == DONE:
             code, number = int(data["motion"].values[i]), float(data["period"].values[i])
             period = int(number) if np.isfinite(number) else 0
-            description = (motions[code], period, verdicts[int(data["verdict"].values[i])] if verdicts else "")
+            description = (motions[code], period, str(verdicts[i]))
         else:
             description = (outcomes[outcome].replace("_", " "), 0, "")
         last = collected[-1] if collected else None

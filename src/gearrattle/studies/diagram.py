@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 DIRECTION = "direction"
 WAYS: Mapping[str, tuple[str, ...]] = {"both": ("up", "down"), "up": ("up",), "down": ("down",)}
 DIRECTIONS = Choice(tuple(WAYS))
-DEFAULT = ("verdict", "regime")
+DEFAULT = ("verdict severity", "verdict", "severity", "regime")
 TOLERANCE = 1e-6
 MOST_PERIOD = 16
 MOST_POINTS = 128

@@ -10,16 +10,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import did_you_mean
 from gearrattle.studies.cases import DONE
 from gearrattle.studies.designs import DESIGNS, ONE_AT_A_TIME
 from gearrattle.studies.kept import OUTCOME
+from gearrattle.studies.output import REGIME, SEVERITY, VERDICT, VERDICT_SEVERITY
 from gearrattle.studies.plan import SAMPLE
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+RATTLES = "rattles"
 
 
 def axes_in(data: xr.Dataset) -> tuple[str, ...]:
@@ -148,5 +153,25 @@ def gaps_of(codes: xr.DataArray) -> xr.DataArray:
 
 
 def chosen_codes(data: xr.Dataset) -> str:
-    """The output of codes to show: the regime of every part if it was kept, else the verdict; empty for none."""
-    return next((name for name in ("regime", "verdict") if name in data), "")
+    """The output of codes to show: severity if it was kept, else regime, of every part before the whole; or none: ""."""
+    return next((name for name in (SEVERITY, VERDICT_SEVERITY, REGIME, VERDICT) if name in data), "")
+
+
+def headlines_in(data: xr.Dataset) -> NDArray[np.str_]:
+    """Return what the driveline does in every case in one word: its regime if it rattles, else its severity.
+
+    Empty words where there is no value, or where no verdict was kept; the regime where no severity was.
+    """
+    if VERDICT not in data:
+        return np.full(data[OUTCOME].shape, "", dtype=np.str_)
+    words = np.array([*words_of(data[VERDICT]), ""])[data[VERDICT].values]
+    if VERDICT_SEVERITY not in data:
+        return words
+    severities = np.array([*words_of(data[VERDICT_SEVERITY]), ""])[data[VERDICT_SEVERITY].values]
+    return np.where(severities == RATTLES, words, severities)
+
+
+def rattling_from(codes: xr.DataArray) -> int:
+    """Return from which code on a part rattles: of a severity "rattles", of a regime all but "quiet"."""
+    words = words_of(codes)
+    return words.index(RATTLES) if RATTLES in words else 1

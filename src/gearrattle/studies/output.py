@@ -5,14 +5,22 @@ Takes plain values; gives an Output.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.quantities import SEVERITIES
+
 VERDICT, REGIME = "verdict", "regime"
+VERDICT_SEVERITY, SEVERITY = "verdict severity", "severity"
+WORST = {VERDICT: REGIME, VERDICT_SEVERITY: SEVERITY}
+"""Codes of the whole driveline: the worst code of the parts that can separate, of this quantity."""
 REGIMES = ("quiet", "single-sided", "double-sided")
+WORDS: Mapping[str, tuple[str, ...]] = {REGIME: REGIMES, SEVERITY: SEVERITIES}
+"""What the codes of a quantity stand for, from the mildest on."""
 OVER_ALL = " over all stable motions"
 """Ends the name of an output that is the largest value over all stable motions of a case."""
 
@@ -42,7 +50,7 @@ class Output:
     only
         the subjects it applies to; empty for all. It has no value (``nothing``) for the others.
     gaps
-        of a regime, the subjects that can separate in some case: only these can rattle.
+        of codes, the subjects that can separate in some case: only these can rattle.
     absent
         what a case that ran has where its motion lacks the quantity.
     lacking
@@ -84,7 +92,7 @@ class Output:
     @property
     def quantity(self) -> str:
         """What its criterion calls it."""
-        return REGIME if self.base == VERDICT else self.base
+        return WORST.get(self.base, self.base)
 
     @property
     def nothing(self) -> float:

@@ -29,13 +29,13 @@ from gearrattle.quantities.metrics import inputs_of
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.output import OVER_ALL, REGIME, REGIMES, VERDICT, Output
+from gearrattle.studies.output import OVER_ALL, VERDICT, WORDS, WORST, Output
 from gearrattle.studies.stable_motions import COUNT, SWING, values_over_all
 from gearrattle.trajectory import Layout
 
 Array = NDArray[np.float64]
 
-DEFAULT = ("verdict", "regime", "impacts per cycle", "contact share")
+DEFAULT = ("verdict severity", "verdict", "severity", "regime", "impacts per cycle", "contact share")
 Function = Callable[[Run], Mapping[str, float]]
 
 
@@ -134,12 +134,12 @@ def values_in(rows: Sequence[Row], outputs: Sequence[Output], layout: Layout) ->
     for output in outputs:
         wanted = (output.criterion, output.quantity)
         entries = {row.subject: row for row in rows if row.subject and (row.name, row.quantity) == wanted}
-        if not output.dimension and output.name != VERDICT:  # of the whole driveline
+        if not output.dimension and output.name not in WORST:  # of the whole driveline
             values[output.name] = np.array(next((float(e.value) for e in entries.values()), output.absent))
-        elif output.name == VERDICT:  # the worst of the parts that rattle
+        elif output.name in WORST:  # of the parts that can separate
             gaps = gap_names(layout)
             codes = [output.words.index(str(entry.value)) for part, entry in entries.items() if part in gaps]
-            values[VERDICT] = np.array(max(codes, default=0), dtype=np.int8)
+            values[output.name] = np.array(max(codes, default=0), dtype=np.int8)
         else:
             values[output.name] = _values(output, entries)
     return values
@@ -180,7 +180,7 @@ def _outputs_in(said: Sequence[Row], occasional: Sequence[Row], runs: Sequence[R
     for name, entries in by_name.items():
         first = next(iter(entries.values()))
         dimension = next((dimension for dimension, known in names.items() if first.subject in known), "")
-        words = REGIMES if isinstance(first.value, str) else ()
+        words = WORDS[name] if isinstance(first.value, str) else ()
         subjects = tuple(sorted(entries, key=names[dimension].index) if dimension else entries)
         units = tuple(unit and unit_in(runs[0].model, unit) for unit in (entries[name].unit for name in subjects))
         owner = first.name
@@ -235,7 +235,7 @@ def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
         plain = [base for base, name in zip(bases, names, strict=True) if name not in (COUNT, SWING)]
         return _with_largest(_known(plain, runs), runs)
     model = runs[0].model
-    known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, REGIME)}
+    known = {whole: Output(whole, "", (), ("",), WORDS[of], of) for whole, of in WORST.items()}
     known |= {name: Output(name, "", (), (unit_in(model, unit),)) for name, (_, unit) in RUN_OUTPUTS.items()}
     said = [entry for run in runs for entry in criteria(run).entries]
     occasional = [
@@ -291,7 +291,7 @@ def check_names(names: Sequence[str], models: Sequence[Model], function: Functio
         names there are not, all of them; what is no list of names.
     """
     check_list(names, function)
-    if names is DEFAULT or all(name == VERDICT or name in RUN_OUTPUTS for name in names):
+    if names is DEFAULT or all(name in WORST or name in RUN_OUTPUTS for name in names):
         return
     if runs := short_runs(models):
         _refuse_unknown(names, tuple(_known(names, runs)), runs)

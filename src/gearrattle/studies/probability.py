@@ -1,6 +1,7 @@
-"""How likely a part rattles: the share of samples in which it separates, with an interval.
+"""How likely a part rattles: the share of samples in which it does, with an interval.
 
-Only a gap can separate: a staged spring with stiffness in all its stages changes stage, and is left out.
+By the severity a part that touches does not rattle; a study that kept the regime alone tells where it separates. Only
+a gap can separate: a staged spring with stiffness in all its stages changes stage, and is left out.
 
 The interval is Wilson's (``signals.shares``). It holds for independent samples; Latin hypercubes and Sobol's sequence
 scatter less, so there it is wide rather than narrow.
@@ -19,7 +20,16 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import shown
 from gearrattle.result import KIND
 from gearrattle.signals.shares import wilson
-from gearrattle.studies.layout import chosen_codes, gaps_of, independent, output_in, sampling_of, subject_of
+from gearrattle.studies.layout import (
+    chosen_codes,
+    gaps_of,
+    independent,
+    output_in,
+    rattling_from,
+    sampling_of,
+    subject_of,
+)
+from gearrattle.studies.output import SEVERITY
 from gearrattle.studies.plan import SAMPLE
 
 if TYPE_CHECKING:
@@ -77,13 +87,15 @@ def samples_needed(half_width: float, probability: float = 0.5, level: float = 0
     return enough
 
 
-def running(codes: NDArray[np.int_], level: float = 0.95) -> tuple[NDArray[np.float64], ...]:
-    """Return how an estimate settles: share of the first 1 to n samples above quiet, and Wilson's limits.
+def running(codes: NDArray[np.int_], lowest: int = 1, level: float = 0.95) -> tuple[NDArray[np.float64], ...]:
+    """Return how an estimate settles: share of the first 1 to n samples that rattle, and Wilson's limits.
 
     Parameters
     ----------
     codes
-        (n,) 0 for quiet, -1 for a case that failed: those are counted nowhere.
+        (n,) -1 for a case that failed: those are counted nowhere.
+    lowest
+        the code from which on a part rattles.
     level
         of confidence.
 
@@ -93,7 +105,7 @@ def running(codes: NDArray[np.int_], level: float = 0.95) -> tuple[NDArray[np.fl
         Samples counted, share, lower and upper limit: (m,) each, m <= n.
     """
     there = codes[codes >= 0]
-    among, count = np.arange(1, there.size + 1), np.cumsum(there > 0)
+    among, count = np.arange(1, there.size + 1), np.cumsum(there >= lowest)
     return (among.astype(np.float64), count / among, *wilson(count, among, level))
 
 
@@ -105,7 +117,8 @@ def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: fl
     data
         what ``study`` returned, with samples.
     output
-        of codes, 0 for quiet: "regime" or "verdict"; None for the first of these that was kept.
+        of codes: "severity" or "verdict severity", by which a touch is no rattle; "regime" or "verdict", by which
+        all that separates rattles; None for the first of these that was kept.
     level
         of confidence of the interval.
 
@@ -123,13 +136,13 @@ def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: fl
     Examples
     --------
     >>> vary = {"mesh.gear.backlash": {"distribution": "uniform", "from": "0.05 mm", "to": "0.2 mm"}}
-    >>> data = gr.study(gr.example("case3"), outputs=["verdict"], vary=vary, samples=16, workers=1)
+    >>> data = gr.study(gr.example("case3"), outputs=["verdict severity"], vary=vary, samples=16, workers=1)
     >>> float(gr.studies.rattle_probability(data)["probability"])
     1.0
     """
     import xarray as xr
 
-    codes = output_in(data, output if output is not None else chosen_codes(data) or "regime", codes=True)
+    codes = output_in(data, output if output is not None else chosen_codes(data) or SEVERITY, codes=True)
     codes = gaps_of(codes if SAMPLE not in codes.dims else output_in(independent(data), str(codes.name)))
     if SAMPLE not in codes.dims:
         raise ModelError(Problem("data", "", "a probability needs samples", "let values scatter: vary, samples"))
@@ -138,7 +151,7 @@ def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: fl
         raise ModelError(Problem("data", "", rule, 'for example method = "sobol"'))
     if not 0.0 < level < 1.0:
         raise ModelError(Problem("level", f"{level:g}", "must lie between 0 and 1", "for example 0.95"))
-    among, count = (codes >= 0).sum(SAMPLE), (codes > 0).sum(SAMPLE)
+    among, count = (codes >= 0).sum(SAMPLE), (codes >= rattling_from(codes)).sum(SAMPLE)
     low, high = wilson(count.values, among.values, level)
     subject = subject_of(data, str(codes.name))
     return xr.Dataset(

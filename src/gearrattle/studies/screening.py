@@ -42,6 +42,7 @@ from gearrattle.quantities.chunks import orders_of
 from gearrattle.result import KIND
 from gearrattle.signals import LooseGear, loose_gears, torque_ratio
 from gearrattle.studies.axes import Axis, axes_of
+from gearrattle.studies.output import REGIME, SEVERITY
 from gearrattle.studies.screening_check import CHECKED, FORECASTS, forecasts_of, near_border
 from gearrattle.studies.screening_models import at_rest, is_inside, lift_range, lift_ratios, reach_of
 from gearrattle.studies.study import study
@@ -90,7 +91,7 @@ def screen(
         factors on the amplitudes of all torque harmonics; or by path of the model file equally many values,
         which vary together; None: the model's own.
     simulate
-        also run every case, by the model's settings, and keep the regime of every loose gear's mesh.
+        also run every case, by the model's settings, and keep severity and regime of every loose gear's mesh.
     check
         also run the cases nearest to the border, by the model's settings: how many, or 8 with True.
     workers
@@ -106,7 +107,7 @@ def screen(
         loose and driver). separation_ratio [1], margin [dB] and lift_ratio [1] are of every gear, with friction let go
         in the stages of rest; lift_low and lift_high are the range over all linear drivelines, and forecast is what
         it says, codes of ``flag_meanings``. inside tells whether the linear motion is an exact one. With ``simulate``
-        or ``check`` there is regime, codes of ``flag_meanings``, -1 where nothing was simulated.
+        or ``check`` there are severity and regime, codes of ``flag_meanings``, -1 where nothing was simulated.
 
     Raises
     ------
@@ -347,9 +348,12 @@ class _Cases(NamedTuple):
 def _simulated(
     screening: xr.Dataset, model: Model, cases: _Cases, workers: int | None, progress: Progress | None
 ) -> xr.Dataset:
-    """Add the regime of every loose gear's mesh, from a study of these cases; -1 for the others."""
-    done = study(model, {"case": cases.values}, ["regime"], workers=workers, progress=progress)
-    regime = done["regime"].sel(part=[str(name) for name in screening[GEAR].values])
-    codes = np.full(screening["margin"].shape, -1, dtype=np.int64)
-    codes[cases.indices[:, 0], cases.indices[:, 1]] = regime.transpose("case", "part").values
-    return screening.assign(regime=((SPEED, LOAD, GEAR), codes, dict(regime.attrs)))
+    """Add severity and regime of every loose gear's mesh, from a study of these cases; -1 for the others."""
+    done = study(model, {"case": cases.values}, [SEVERITY, REGIME], workers=workers, progress=progress)
+    added = {}
+    for name in (SEVERITY, REGIME):
+        judged = done[name].sel(part=[str(mesh) for mesh in screening[GEAR].values])
+        codes = np.full(screening["margin"].shape, -1, dtype=np.int64)
+        codes[cases.indices[:, 0], cases.indices[:, 1]] = judged.transpose("case", "part").values
+        added[name] = ((SPEED, LOAD, GEAR), codes, dict(judged.attrs))
+    return screening.assign(added)

@@ -4,17 +4,23 @@ The cases nearest to the border teach most: those in which the range of some gea
 to it. Of equally near ones some are taken that lie evenly over the map. A gear that the forecast says is quiet and that
 rattles when simulated, or the other way round, is a wrong forecast; undecided ones are neither right nor wrong.
 
-Takes ratios, forecasts and regimes; gives indices of cases, and counts.
+Takes ratios, forecasts and what was simulated; gives indices of cases, and counts.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.studies.layout import rattling_from
+from gearrattle.studies.output import REGIME, SEVERITY
 from gearrattle.trajectory import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CHECKED = 8
 """Cases that a check simulates if it is not told how many."""
@@ -32,7 +38,7 @@ class Checked:
     said_quiet, ran_quiet
         in how many simulated cases the forecast is quiet, and how many of these ran quiet.
     said_lifts, ran_rattling
-        in how many it is lift-off, and how many of these ran rattling.
+        in how many it is lift-off, and how many of these ran rattling, a touch being none.
     undecided, undecided_rattling
         in how many it is undecided, and how many of these ran rattling.
     """
@@ -79,18 +85,25 @@ def near_border(low: Array, high: Array, most: int) -> NDArray[np.int64]:
     return np.stack(np.unravel_index(np.sort(order), low.shape[:2]), axis=1).astype(np.int64)
 
 
-def checked(forecast: NDArray[np.int8], regime: NDArray[np.int64]) -> Checked:
+def rattles_in(data: xr.Dataset) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return (speed, load, gear) which gears rattle when simulated, by severity where it was kept, and which were."""
+    codes = data[SEVERITY if SEVERITY in data else REGIME]
+    values = np.asarray(codes.values)
+    return values >= rattling_from(codes), values >= 0
+
+
+def checked(forecast: NDArray[np.int8], rattles: NDArray[np.bool_], judged: NDArray[np.bool_]) -> Checked:
     """Count forecasts of one gear and what the simulations say of them.
 
     Parameters
     ----------
     forecast
         (speed, load) codes of ``FORECASTS``.
-    regime
-        (speed, load) codes of regimes, 0 quiet, -1 where nothing was simulated.
+    rattles
+        (speed, load) whether the gear rattles when simulated.
+    judged
+        (speed, load) where it was.
     """
-    judged = regime >= 0
-    rattles = regime > 0
 
     def count(code: int, *, rattling: bool | None = None) -> int:
         cases = judged & (forecast == code)

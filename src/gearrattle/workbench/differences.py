@@ -7,7 +7,7 @@ Takes the folders of jobs; gives rows of text and numbers, one column a job.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,8 @@ from gearrattle.json_types import TomlTable, json_value
 from gearrattle.model.file import read_tables
 from gearrattle.model.path_labels import si_unit
 from gearrattle.model.paths import path_names, value_at
-from gearrattle.quantities.parts import SEVERITY
+from gearrattle.quantities.parts import REGIME_RANKS
+from gearrattle.quantities.severity import RANKS
 from gearrattle.report.saved import SUMMARY
 from gearrattle.workbench.kept import RESULT
 from gearrattle.workbench.scatter import Errors, best_of, standard_errors
@@ -27,9 +28,10 @@ _NUMBERS = (
     ("max_approach_speed", "fastest approach", ""),
     ("max_impact_energy", "hardest impact", "J"),
     ("contact_share", "share of time in contact", ""),
-    ("margin_db", "loose-gear margin", "dB"),
 )
 """Of a part of the verdict: its key, its words, its unit (empty: that of the part, or none)."""
+_WORDS: Mapping[str, Mapping[Any, int]] = {"severity": RANKS, "regime": REGIME_RANKS}
+"""The same of words: the ranks of each, the mildest first."""
 
 
 def differences(folders: Sequence[Path]) -> dict[str, Any]:
@@ -44,7 +46,7 @@ def differences(folders: Sequence[Path]) -> dict[str, Any]:
     -------
     dict[str, Any]
         model: ``{path, unit, values}`` for every path whose values are not all the same, as they are written, None
-        where it is absent, and the unit of plain numbers; verdicts: a word a job, None of what is no run; numbers:
+        where it is absent, and the unit of plain numbers; verdicts: a word a job (its headline), None of what is no run; numbers:
         ``{part, quantity, unit, values, best, in_scatter}``: the column of the best value, None where there is none,
         and whether the smallest two may differ by chance.
     """
@@ -55,7 +57,7 @@ def differences(folders: Sequence[Path]) -> dict[str, Any]:
     ]
     return {
         "model": _paths(models),
-        "verdicts": [summary.get("verdict") for summary in summaries],
+        "verdicts": [summary.get("headline", summary.get("verdict")) for summary in summaries],
         "sentences": [summary.get("sentence") for summary in summaries],
         "numbers": _numbers([_parts(summary) for summary in summaries], errors),
     }
@@ -101,20 +103,23 @@ def _parts(summary: dict[str, Any]) -> dict[str, dict[str, Any]]:
 
 
 def _numbers(jobs: Sequence[dict[str, dict[str, Any]]], errors: Sequence[Errors]) -> list[dict[str, Any]]:
-    """Return the numbers of every part that some job has, and its regime before them."""
+    """Return the numbers of every part that some job has, and its severity and regime before them."""
     rows = []
     for name in dict.fromkeys(name for parts in jobs for name in parts):
         parts = [job.get(name, {}) for job in jobs]
-        regimes = [part.get("regime") for part in parts]
-        best, _ = best_of([None if regime is None else SEVERITY[regime] for regime in regimes], [0.0] * len(parts))
-        row = {"part": name, "quantity": "regime", "unit": "", "values": regimes, "best": best, "in_scatter": False}
-        rows.append(row)
-        for key, words, unit in _NUMBERS:
+        for key, ranks in _WORDS.items():
+            words = [part.get(key) for part in parts]
+            if any(word is not None for word in words):
+                best, _ = best_of([None if word is None else ranks[word] for word in words], [0.0] * len(parts))
+                rows.append(
+                    {"part": name, "quantity": key, "unit": "", "values": words, "best": best, "in_scatter": False}
+                )
+        for key, title, unit in _NUMBERS:
             values = [part.get(key) for part in parts]
             if any(value is not None for value in values):
                 shown = next((part["speed_unit"] for part in parts if "speed_unit" in part), "")
                 unit_of_row = shown if key == "max_approach_speed" else unit
                 best, in_scatter = best_of(values, [of_run.get(name, {}).get(key) for of_run in errors])
-                row = {"part": name, "quantity": words, "unit": unit_of_row, "values": values}
+                row = {"part": name, "quantity": title, "unit": unit_of_row, "values": values}
                 rows.append({**row, "best": best, "in_scatter": in_scatter})
     return rows

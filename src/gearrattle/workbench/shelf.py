@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gearrattle.model import Excitation, Inertia, Motion, Simulation, Torque
+from gearrattle.model import Criteria, Excitation, Inertia, Motion, Simulation, Torque
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.symbol import Shown
 from gearrattle.workbench.references import ends_of
@@ -22,6 +22,7 @@ TABLES: Mapping[str, type[Shown]] = {
     "motion": Motion,
     "excitation": Excitation,
     "simulation": Simulation,
+    "criteria": Criteria,
 }
 
 

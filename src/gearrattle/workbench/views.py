@@ -160,10 +160,15 @@ def verdict_numbers(findings: Findings) -> dict[str, Any]:
     """Return the verdict and its parts as numbers, each with its shares of time on either side and in the centre."""
     verdict = findings.verdict
     shares = {part.name: side_shares(findings, part) for part in verdict.parts}
-    parts = [{**json_value(part), "rattles": part.rattles, "shares": shares[part.name]} for part in verdict.parts]
+    parts = [
+        {**json_value(part), "rattles": part.rattles, "separates": part.separates, "shares": shares[part.name]}
+        for part in verdict.parts
+    ]
     return {
         "verdict": verdict.verdict,
-        "headline": HEADLINES[verdict.verdict],
+        "severity": verdict.severity,
+        "state": verdict.headline,
+        "headline": HEADLINES[verdict.headline],
         "sentence": verdict.sentence,
         "rule": verdict.rule,
         "parts": parts,

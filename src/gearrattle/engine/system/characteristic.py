@@ -67,6 +67,7 @@ class Scales:
             "acceleration": self.angle * self.frequency**2,
             "radius": self.radius,
             "length": self.length,
+            "line_speed": self.length * self.frequency,
             "inertia": self.inertia,
             "torque": stiffness * self.angle,
             "force": stiffness * self.angle / self.radius,

@@ -17,7 +17,7 @@ from gearrattle.report.plots.axis_names import edges_of, measure_of, positions, 
 from gearrattle.report.plots.chart import Band, Cells, Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.palette import CENTRE, COAST, DRIVE, REGIMES
 from gearrattle.studies.branches import swept
-from gearrattle.studies.layout import words_of
+from gearrattle.studies.layout import headlines_in
 from gearrattle.studies.sections import EXPONENT
 from gearrattle.trajectory import Array
 
@@ -119,22 +119,18 @@ def _bands(data: xr.Dataset, x: Array, log: bool) -> tuple[Band, ...]:
 
 
 def _strip(data: xr.Dataset, frame: Panel, x: Array, log: bool) -> tuple[list[Panel], tuple[str, ...]]:
-    """One row of regimes per direction, and the words that occur; no panel without verdicts."""
+    """One row of verdicts per direction, and the words that occur; no panel without verdicts."""
     if "verdict" not in data:
         return [], ()
-    words, edges = words_of(data["verdict"]), edges_of(x, log)
+    headlines, edges = headlines_in(data), edges_of(x, log)
     cells, used = [], []
     rows = len(data["direction"])
-    for code, word in enumerate(words):
-        parts = [
-            (i, rows - 1.0 - row)
-            for row in range(rows)
-            for i in np.flatnonzero(data["verdict"].isel(direction=row).values == code).tolist()
-        ]
+    for word, colour in REGIMES.items():
+        parts = [(i, rows - 1.0 - row) for row in range(rows) for i in np.flatnonzero(headlines[row] == word).tolist()]
         if parts:
             at, height = np.array([i for i, _ in parts]), np.array([y for _, y in parts])
-            cells.append(Cells(edges[at], edges[at + 1], height - 0.4, height + 0.4, word, REGIMES[word]))
+            cells.append(Cells(edges[at], edges[at + 1], height - 0.4, height + 0.4, word, colour))
             used.append(word)
     ticks = tuple((rows - 1.0 - i, str(way)) for i, way in enumerate(data["direction"].values))
-    panel = replace(frame, title="Regime", cells=tuple(cells), y_range=(-0.6, rows - 0.4), y_ticks=ticks)
+    panel = replace(frame, title="Verdict", cells=tuple(cells), y_range=(-0.6, rows - 0.4), y_ticks=ticks)
     return [panel], tuple(used)

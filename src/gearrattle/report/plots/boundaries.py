@@ -1,4 +1,4 @@
-"""Where regimes change over the grid of a study: over two axes points in a plane, over one a row a part.
+"""Where severity or regime changes over the grid of a study: over two axes points in a plane, over one a row a part.
 
 Takes the Dataset of ``regime_boundary``; gives a Chart.
 """
@@ -23,15 +23,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_PANELS = 12
-_WORDS = (
-    "boundary",
-    "Boundary of regimes",
-    "Changes of regime: in the middle between two neighbouring values of the grid. Lines: from one to the other.",
-)
 
 
 def boundary_chart(crossings: xr.Dataset, axes: Sequence[str], subject: str) -> Chart | None:
-    """Draw every change of regime in the colour of the higher one; None for more than two axes, or no change.
+    """Draw every change in the colour of the higher code; None for more than two axes, or no change.
 
     Parameters
     ----------
@@ -48,27 +43,36 @@ def boundary_chart(crossings: xr.Dataset, axes: Sequence[str], subject: str) -> 
     parts = [str(name) for name in crossings[subject].values] if subject else [""] * count
     order = {word: rank for rank, word in enumerate(REGIMES)}
     ranks = [[order.get(str(word), 0) for word in crossings[end].values] for end in ("from", "to")]
-    changes = _Changes(_by_part(parts), np.maximum(*map(np.array, ranks)))
+    changes = _Changes(_by_part(parts), np.maximum(*map(np.array, ranks)), str(crossings.attrs["output"]))
     return _rows(changes, crossings, axes[0]) if len(axes) == 1 else _plane(changes, crossings, axes)
 
 
 @dataclass(frozen=True)
 class _Changes:
-    """Changes of regime.
+    """Changes of severity or regime.
 
     Attributes
     ----------
     of
         indices of the changes of every part.
     higher
-        (N,) rank of the higher of the two regimes.
+        (N,) rank of the higher of the two words.
+    output
+        of which they are.
     """
 
     of: Mapping[str, IntArray]
     higher: IntArray
+    output: str
+
+    @property
+    def words(self) -> tuple[str, str, str]:
+        """Key, title and caption of the chart."""
+        middle = "in the middle between two neighbouring values of the grid. Lines: from one to the other."
+        return "boundary", f"Boundary of the {self.output}", f"Changes of the {self.output}: {middle}"
 
     def kinds(self) -> Iterator[tuple[str, str, NDArray[np.bool_]]]:
-        """Words, colour and which changes, by the higher regime."""
+        """Words, colour and which changes, by the higher of the two words."""
         for rank, (word, colour) in enumerate(REGIMES.items()):
             if (chosen := self.higher == rank).any():
                 yield f"to or from {word}", colour, chosen
@@ -93,7 +97,9 @@ def _plane(changes: _Changes, crossings: xr.Dataset, axes: Sequence[str]) -> Cha
         )
         panels.append(Panel(f"{name}, {measures[1].words}".strip(", "), measures[1].unit, measures[0].title, lines))
     legend = tuple(Key(words, colour) for words, colour, _ in changes.kinds())
-    return Chart(*_WORDS, tuple(panels), columns=min(2, len(panels)), panel_height=260, share_x=False, legend=legend)
+    return Chart(
+        *changes.words, tuple(panels), columns=min(2, len(panels)), panel_height=260, share_x=False, legend=legend
+    )
 
 
 def _rows(changes: _Changes, crossings: xr.Dataset, axis: str) -> Chart | None:
@@ -106,4 +112,4 @@ def _rows(changes: _Changes, crossings: xr.Dataset, axis: str) -> Chart | None:
         middle, start, end = (np.where(chosen, values, np.nan)[order] for values in (at, low, high))
         series.append(Series(words, middle, colour, start, end))
     names = [name or "all" for name, own in changes.of.items() for _ in own]
-    return row_chart(*_WORDS, names, series, level=measure.title)
+    return row_chart(*changes.words, names, series, level=measure.title)

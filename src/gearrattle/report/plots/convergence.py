@@ -18,6 +18,7 @@ from gearrattle.studies.layout import (
     gaps_of,
     has_probabilities,
     independent,
+    rattling_from,
     subject_of,
     values_of,
 )
@@ -39,7 +40,7 @@ def probability_convergence(data: xr.Dataset) -> Chart | None:
     codes = gaps_of(values_of(independent(data), output))
     panels = []
     for name, subject_codes in subjects_of(codes, subject_of(data, output)):
-        n, share, low, high = running(np.asarray(subject_codes.values))
+        n, share, low, high = running(np.asarray(subject_codes.values), rattling_from(codes))
         if n.size < _FEWEST or not 0.0 < share[-1] < 1.0:
             continue
         shown = np.unique(np.geomspace(1, n.size, _MOST_POINTS).round().astype(int)) - 1

@@ -1,6 +1,6 @@
 """Maps of a study: codes, probabilities or numbers over two axes; codes of every part over one.
 
-Cells of one meaning have one colour; a thick line parts quiet from rattling. Where a study has more than two axes the
+Cells of one meaning have one colour; a thick line parts what rattles from the rest. Where a study has more than two axes the
 largest over the others is drawn.
 
 Takes the Dataset of a study; gives Charts.
@@ -24,12 +24,14 @@ from gearrattle.studies.layout import (
     chosen_codes,
     numbers_of,
     outputs_in,
+    rattling_from,
     subject_names,
     subject_of,
     units_of,
     values_of,
     words_of,
 )
+from gearrattle.studies.output import REGIME, SEVERITY
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.probability import rattle_probability
 from gearrattle.trajectory import Array
@@ -48,6 +50,11 @@ _BELIEVE = (
     " One loss of contact within the cycles kept makes a part rattle here and hardly changes a mean: where this map "
     "and one of numbers disagree, believe this one on whether a part rattles, that one on how much."
 )
+_SEPARATED = (
+    "quiet from what crosses corners: a gap separates, however softly, and a staged spring changes stage",
+    "what rattles from what touches or is quiet",
+)
+"""By what the thick line of a map separates cells of regimes, and of severities."""
 _MEDIAN = (
     " Median over the samples: that of a typical one. Where it is small and the probability of rattle is not, believe "
     "the probability."
@@ -63,32 +70,51 @@ def two_axes(data: xr.Dataset) -> tuple[str, str]:
     return first, second
 
 
-def regime_map(data: xr.Dataset) -> Chart | None:
-    """Draw codes over two axes, a panel a part; or over one, a row a part. None without codes, or with samples."""
-    output = chosen_codes(data)
+def code_maps(data: xr.Dataset) -> list[Chart]:
+    """Draw the codes that a study shows; beside a severity the regime, where it was kept as well."""
+    chosen = chosen_codes(data)
+    outputs = [chosen, *([REGIME] if chosen == SEVERITY and REGIME in data else [])]
+    return [
+        chart for output in outputs if (chart := code_map(data, output, "map" if output == chosen else "map-regime"))
+    ]
+
+
+def code_map(data: xr.Dataset, output: str, key: str = "map") -> Chart | None:
+    """Draw codes over two axes, a panel a part; or over one, a row a part. None without codes, or with samples.
+
+    Parameters
+    ----------
+    data
+        of a study.
+    output
+        of codes; empty for none.
+    key
+        of the figure.
+    """
     if not output or SAMPLE in data.dims or not axes_in(data):
         return None
     words = words_of(data[output])
     legend = (*(Key(word, REGIMES[word]) for word in words), NOTHING)
     if len(axes_in(data)) == 1:
-        return _strip(data, output, legend)
+        return _strip(data, output, legend, key)
     x, y = two_axes(data)
+    lowest = rattling_from(data[output])
     panels = []
     for name, codes in _by_subject(values_of(data, output), subject_of(data, output), x, y):
         regimes = np.nan_to_num(codes, nan=-1.0).astype(np.int64)
         frame = _frame(data, x, y, name)
-        panels.append(_with(frame, cells_of(regimes, legend), edge_between(regimes > 0, regimes >= 0)))
+        panels.append(_with(frame, cells_of(regimes, legend), edge_between(regimes >= lowest, regimes >= 0)))
     if not panels:
         return None
     caption = (
-        f"{_name(output)} {_over(data, x, y)}; the thick line separates quiet from rattling, of a staged spring "
-        f"from changing stage.{_others(data, x, y)}{_BELIEVE if _has_numbers(data) else ''}"
+        f"{_name(output)} {_over(data, x, y)}; the thick line separates {_SEPARATED[lowest > 1]}."
+        f"{_others(data, x, y)}{_BELIEVE if _has_numbers(data) else ''}"
     )
-    return _chart("map", f"Map of the {output}", caption, panels, legend)
+    return _chart(key, f"Map of the {output}", caption, panels, legend)
 
 
 def probability_map(data: xr.Dataset) -> Chart | None:
-    """Draw the share of samples above quiet over two axes, a panel a part; None for fewer axes, or no samples."""
+    """Draw the share of samples that rattle over two axes, a panel a part; None for fewer axes, or no samples."""
     output = chosen_codes(data)
     if not output or SAMPLE not in data.dims or len(axes_in(data)) < 2:
         return None
@@ -180,7 +206,7 @@ def _chart(key: str, title: str, caption: str, panels: list[Panel], legend: tupl
     )
 
 
-def _strip(data: xr.Dataset, output: str, legend: tuple[Key, ...]) -> Chart:
+def _strip(data: xr.Dataset, output: str, legend: tuple[Key, ...], key: str) -> Chart:
     """Codes over one axis: a row a subject."""
     (axis,) = axes_in(data)
     subject = subject_of(data, output)
@@ -189,7 +215,7 @@ def _strip(data: xr.Dataset, output: str, legend: tuple[Key, ...]) -> Chart:
     names = subject_names(data, output) if subject else [output]
     labels = labels_of(data, axis)
     panel = Panel(
-        "Regime",
+        _name(output),
         "",
         title_of(data, axis),
         cells=cells_of(codes, legend),
@@ -200,7 +226,7 @@ def _strip(data: xr.Dataset, output: str, legend: tuple[Key, ...]) -> Chart:
     )
     caption = f"{_name(output)} of every part over {words_of_axis(data, axis)}."
     legend = legend if (codes < 0).any() else legend[:-1]
-    return Chart("map", f"Map of the {output}", caption, (panel,), panel_height=_ROW * len(names) + 14, legend=legend)
+    return Chart(key, f"Map of the {output}", caption, (panel,), panel_height=_ROW * len(names) + 14, legend=legend)
 
 
 def _shaded(

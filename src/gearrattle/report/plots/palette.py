@@ -29,8 +29,14 @@ CENTRE = "#9aa5b1"
 NO_VALUE = "#6f7a86"
 """Cells of a map without a value: hatching of this colour on the background, never an area of it."""
 
-REGIMES = {"quiet": MUTED, "single-sided": "#a35f00", "double-sided": "#a8123e"}
-"""Colour of each regime: slate, amber, crimson; ever darker, always beside its word."""
+REGIMES = {
+    "quiet": MUTED,
+    "touches": "#7f7300",
+    "single-sided": "#a35f00",
+    "double-sided": "#a8123e",
+    "rattles": "#a8123e",
+}
+"""Colour of each regime and severity, the mildest first: slate, olive, amber, crimson; always beside its word."""
 
 COLOURS = (
     "#0072b2",

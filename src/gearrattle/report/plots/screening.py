@@ -20,6 +20,7 @@ from gearrattle.report.plots.maps import NOTHING, cells_of, edge_between
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.studies.screening import BY_PATH, LOAD
+from gearrattle.studies.screening_check import rattles_in
 from gearrattle.trajectory import Array
 
 if TYPE_CHECKING:
@@ -144,7 +145,7 @@ def _curves(
             least = np.where(np.isfinite(low[:, k]), low[:, k], np.nan)
             lines.append(Line(speeds, least, f"{key.name}, least", key.colour, width=1.0, dash="dashed"))
         if "regime" in data:
-            rattles = np.asarray(data["regime"].values)[:, 0, k] > 0
+            rattles = rattles_in(data)[0][:, 0, k]
             lines.append(Line(speeds[rattles], y[rattles], _DOTS.name, INK, "points", 2.5))
     dots = (*((NOTHING,) if np.isnan(margin).any() else ()), *((_DOTS,) if "regime" in data else ()))
     if is_range:
@@ -178,7 +179,5 @@ def _dots(data: xr.Dataset, gear: int) -> tuple[Line, ...]:
     """A dot in every cell whose simulation rattles."""
     if "regime" not in data:
         return ()
-    speed, load = (
-        indices.astype(np.float64) for indices in np.nonzero(np.asarray(data["regime"].values)[:, :, gear] > 0)
-    )
+    speed, load = (indices.astype(np.float64) for indices in np.nonzero(rattles_in(data)[0][:, :, gear]))
     return (Line(speed, load, _DOTS.name, INK, "points", 5.0),)

@@ -1,7 +1,7 @@
 """The driveline at a glance: bodies, springs, gaps and gears, coloured by what rattles.
 
 An inline SVG of our own drawing. Bodies are discs seen from the side, taller for larger inertia. Whatever rattles
-carries the colour of its regime, its word and its rate, so that no meaning rests on colour alone.
+carries the colour of its regime, its word and its rate, what touches those of its severity, so that no meaning rests on colour alone.
 
 Takes Findings; gives SVG text to the report.
 """
@@ -38,7 +38,7 @@ def sketch(findings: Findings) -> str:
     drawn = []
     for element, name in enumerate(layout.element_names):
         part = parts.get(name)
-        colour = REGIMES[part.regime] if part and part.rattles else MUTED
+        colour = REGIMES[_state(part)] if part else MUTED
         drawn.append(driveline.element(scene, element, colour, _label(name, part)))
     drawn += driveline.frames(scene)
     drawn += [driveline.body(scene, body, _words(findings, body)) for body in scene.placement.bodies]
@@ -90,11 +90,19 @@ def torque_words(torque: Torque, *, is_si: bool) -> str:
     return ", ".join([*pieces, *(["a record"] if torque.signal is not None else [])])
 
 
+def _state(part: Part) -> str:
+    """Return the regime of what rattles, else the severity."""
+    return part.regime if part.rattles else part.severity
+
+
 def _label(name: str, part: Part | None) -> list[str]:
     lines = [f'<tspan class="name">{escape(name)}</tspan>']
     if part is not None:
-        colour = REGIMES[part.regime] if part.rattles else MUTED
-        state = part.regime if part.rattles or part.regime == "quiet" else "changes stage"
-        words = [state, *([f"{numeral(part.impacts_per_cycle, 3)} per cycle"] * (part.regime != "quiet"))]
+        colour = REGIMES[_state(part)]
+        is_staged = part.regime != "quiet" and not part.separates
+        words = [
+            "changes stage" if is_staged else _state(part),
+            *([f"{numeral(part.impacts_per_cycle, 3)} per cycle"] * (part.regime != "quiet")),
+        ]
         lines += [f'<tspan class="regime" fill="{colour}">{word}</tspan>' for word in words]
     return lines

@@ -69,7 +69,7 @@ def output_sweep(data: xr.Dataset) -> Chart | None:
 
 
 def probability_sweep(data: xr.Dataset) -> Chart | None:
-    """Draw the share of samples above quiet over the one axis, with its interval; None without samples or codes."""
+    """Draw the share of samples that rattle over the one axis, with its interval; None without samples or codes."""
     output = chosen_codes(data)
     if len(axes_in(data)) != 1 or SAMPLE not in data.dims or not output:
         return None

@@ -15,7 +15,7 @@ from gearrattle.report.page import Section
 from gearrattle.report.plots.axis_names import measure_of
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.convergence import probability_convergence
-from gearrattle.report.plots.maps import number_maps, probability_map, regime_map
+from gearrattle.report.plots.maps import code_maps, number_maps, probability_map
 from gearrattle.report.plots.scatter import histograms, probability_bars, tornado
 from gearrattle.report.plots.sensitivities import sobol_bars, swing_bars
 from gearrattle.report.plots.sweeps import output_sweep, probability_sweep
@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_MAPS, _MOST_NAMED = 8, 4
+_VERBS = ("touches", "rattles")
 
 
 def charts(data: xr.Dataset) -> list[Chart]:
@@ -58,7 +59,7 @@ def charts(data: xr.Dataset) -> list[Chart]:
     numbers = [name for name in outputs_in(data) if not words_of(data[name])][:_MOST_MAPS]
     apart = independent(data) if has_probabilities(data) else base_case(data)
     made = [
-        regime_map(apart),
+        *code_maps(apart),
         probability_map(apart),
         probability_sweep(apart),
         probability_bars(apart),
@@ -100,13 +101,17 @@ def _counted(data: xr.Dataset, output: str) -> list[str]:
         who = name if subject_of(data, output) else "The driveline"
         total = sum(there.values())
         if len(there) == 1:
-            sentences.append(f"{who} is {next(iter(there))} in all {counted(total, 'case')}.")
+            sentences.append(f"{who} {_does(next(iter(there)))} in all {counted(total, 'case')}.")
         elif there:
-            sentences.append(
-                f"{who} is {joined([f'{word} in {count}' for word, count in there.items()])} of "
-                f"{counted(total, 'case')}."
-            )
+            is_said = not set(_VERBS) & set(there)
+            does = joined([f"{word if is_said else _does(word)} in {count}" for word, count in there.items()])
+            sentences.append(f"{who} {'is ' if is_said else ''}{does} of {counted(total, 'case')}.")
     return [*sentences, *_more(len(counts))]
+
+
+def _does(word: str) -> str:
+    """What a part of this severity or regime does."""
+    return word if word in _VERBS else f"is {word}"
 
 
 def _probable(data: xr.Dataset, output: str) -> list[str]:
@@ -131,7 +136,7 @@ def _probable(data: xr.Dataset, output: str) -> list[str]:
 
 
 def _decided(data: xr.Dataset, dataset: xr.Dataset | None) -> str:
-    """The value the regime follows most, if it does so beyond chance."""
+    """The value that decides most, or that the codes follow most, if it does so beyond chance."""
     if dataset is not None and "total_order" in dataset and np.isfinite(dataset["total_order"].values).any():
         most = int(np.nanargmax(dataset["total_order"].values))
         share, half = (float(dataset[name].values[most]) for name in ("total_order", "total_order_half_width"))
@@ -180,7 +185,10 @@ def sections(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> list[
             tables=tuple(sensitivity_tables(data)),
         ),
         Section(
-            "boundary", "Boundary", words=("Where the regime changes over the grid.",), tables=(boundary_table(data),)
+            "boundary",
+            "Boundary",
+            words=("Where severity or regime changes over the grid.",),
+            tables=(boundary_table(data),),
         ),
         Section("failures", "Cases that failed", tables=(failure_table(data, messages),)),
     ]

@@ -11,7 +11,7 @@ import { TomlText } from "/static/toml.js";
 const DRAFT = "gearrattle.draft", TEXT_SHOWN = "gearrattle.text", MOST_KEPT = 500, PAUSE = 250, VERDICT_PAUSE = 350, DRAFT_PAUSE = 200; // ms after the last change
 const NEW = 'schema = 1\nname = "New driveline"\nunits = "SI"\n\n[excitation]\nspeed = "800 rpm"\n\n[simulation]\ncycles = 100\ndiscard = 50\n';
 const EMPTY = { problems: [], notes: [], drawing: null, tables: null, headers: [], title: "" };
-const SINGLE = ["excitation", "simulation"];
+const SINGLE = ["excitation", "simulation", "criteria"];
 
 const { numeral } = numerals;
 const keyOf = (path) => path.join(".");
@@ -37,10 +37,11 @@ function valueAt(tables, path) {
   return path.reduce((node, part) => (node && typeof node === "object" ? node[part] : undefined), tables);
 }
 
-// What the drawing says of an element: a gap rattles, a staged spring changes stage.
-function regimeOf({ regime, rattles, impacts_per_cycle: rate }) {
+// What the drawing says of an element: a gap rattles or touches, a staged spring changes stage.
+function regimeOf({ regime, severity, rattles, separates, impacts_per_cycle: rate }) {
   if (regime === "quiet") return { regime, words: [] };
-  return { regime: rattles ? regime : "quiet", words: [rattles ? regime : "changes stage", ...(rate ? [`${numeral(rate, 3)} per cycle`] : [])] };
+  const state = rattles ? regime : severity;
+  return { regime: state, words: [separates ? state : "changes stage", ...(rate ? [`${numeral(rate, 3)} per cycle`] : [])] };
 }
 
 function put(row, path, value) {
@@ -440,7 +441,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
           <button type="button" class="ed-arrange" title="Lay the driveline out anew" disabled=${!answer.drawing} onClick=${arrange}>Arrange</button></div>
         <div class="ed-sheet"><${Widget} name="driveline" model=${model} label="Drawing" />
           ${isEmpty ? html`<div class="ed-start"><h2>An empty sheet</h2><p>Add an inertia, then pull the small circle beside it to the next one. Or begin with something that works.</p><div class="choices"><button type="button" class="primary" disabled=${!shelf.length} onClick=${() => insert("inertia")}>Add an inertia</button><button type="button" onClick=${() => setDialog({ kind: "open" })}>Open an example …</button></div></div>` : null}</div>
-        ${verdict ? html`<div class=${`ed-verdict ${verdict.isFailed ? "failed" : verdict.verdict}${verdict.isStale ? " stale" : ""}`} role="status">${verdict.isFailed ? verdict.sentence
+        ${verdict ? html`<div class=${`ed-verdict ${verdict.isFailed ? "failed" : verdict.state}${verdict.isStale ? " stale" : ""}`} role="status">${verdict.isFailed ? verdict.sentence
           : html`<details><summary><b>${verdict.headline}</b> <small>a look over 60 cycles at most; Run gives the whole</small></summary>${verdict.sentence}</details>`}</div>` : null}
         ${message ? html`<p class="ed-note" role="status"><span>${message}</span><button type="button" class="small-button" aria-label="Close the message" onClick=${() => setMessage("")}>×</button></p>` : null}
         ${count && (isListed || !answer.isParsed) ? html`<ul class="ed-problems" aria-label="Problems">${answer.problems.map((problem) => html`<li><button type="button" onClick=${() => toProblem(problem)}><b>${problem.place.replace(/^[^:]*:(\d+):? ?/, "line $1 ").replace(/^model\.toml: /, "")}</b> ${problem.value ? `found ${problem.value}; ` : ""}${problem.rule}${problem.remedy ? ` (${problem.remedy})` : ""}</button></li>`)}</ul>` : null}

@@ -38,7 +38,7 @@ export function Live({ id, onStarted, onError }) {
   const [answer, setAnswer] = useState(null);
   const [isShown, setShown] = useState(false); // not before there is a verdict: an empty one would say "quiet"
   const state = useRef({ sequence: 0, isBusy: false, wanted: null });
-  const verdict = useMemo(() => standIn({ view: { verdict: { verdict: "quiet", sentence: "", parts: [] }, notes: [] } }), [id]);
+  const verdict = useMemo(() => standIn({ view: { verdict: { state: "quiet", sentence: "", parts: [] }, notes: [] } }), [id]);
   const plane = useMemo(() => standIn({ chart: { panels: [] } }), [id]);
 
   useEffect(() => {

@@ -1,9 +1,9 @@
 // needs: host, plot, numerals
-// The verdict of a run: headline, numbers, the driveline coloured by regime, every part, and why to trust it.
+// The verdict of a run: headline, numbers, the driveline coloured by severity and regime, every part, and why to trust it.
 // Model key "view": the view of a run.
 
 const { element } = host;
-const HEADLINES = { quiet: "Quiet", "single-sided": "Single-sided rattle", "double-sided": "Double-sided rattle" };
+const HEADLINES = { quiet: "Quiet", touches: "Touches, no rattle", "single-sided": "Single-sided rattle", "double-sided": "Double-sided rattle" };
 const ENLARGED = 1.15;
 const SIDES = ["coast", "centre", "drive"];
 
@@ -25,25 +25,21 @@ function shareBar({ shares, contact_share: contact }) {
   return bar;
 }
 
-function margin(value) {
-  return value === null || value === undefined ? "–" : `${value > 0 ? "+" : ""}${numerals.numeral(value, 3)} dB`;
-}
-
 function partsTable(parts, open) {
-  const head = ["Part", "Regime", "Impacts per cycle", "Fastest approach", "Hardest impact", "Margin", "Coast · centre · drive"];
+  const head = ["Part", "Severity", "Regime", "Impacts per cycle", "Fastest approach", "Hardest impact", "Coast · centre · drive"];
   const rows = parts.map((part) => {
-    const pill = element("span", { class: `gr-pill gr-${part.rattles ? part.regime : "quiet"}` }, part.regime);
+    const pill = element("span", { class: `gr-pill gr-${part.rattles ? part.regime : part.severity}` }, part.severity);
     const name = open ? element("button", { class: "gr-link", type: "button", title: `Histories of ${part.name}`, onclick: () => open(part.name) }, part.name) : part.name;
     return element("tr", {},
       element("th", { scope: "row" }, name),
-      element("td", {}, pill, part.rattles || part.regime === "quiet" ? null : element("small", {}, " changes stage")),
+      element("td", {}, pill, part.separates || part.regime === "quiet" ? null : element("small", {}, " changes stage")),
+      element("td", {}, part.regime),
       element("td", { class: "gr-n" }, numerals.numeral(part.impacts_per_cycle, 3)),
       element("td", { class: "gr-n" }, numerals.engineering(part.max_approach_speed, part.speed_unit)),
       element("td", { class: "gr-n" }, numerals.engineering(part.max_impact_energy, part.energy_unit)),
-      element("td", { class: "gr-n" }, margin(part.margin_db)),
       element("td", {}, shareBar(part)));
   });
-  const titles = head.map((title, k) => element("th", { scope: "col", class: k > 1 && k < 6 ? "gr-n" : null }, title));
+  const titles = head.map((title, k) => element("th", { scope: "col", class: k > 2 && k < 6 ? "gr-n" : null }, title));
   return element("div", { class: "gr-scroll", tabindex: 0, role: "region", "aria-label": "Parts of the verdict" },
     element("table", {}, element("thead", {}, element("tr", {}, titles)), element("tbody", {}, rows)));
 }
@@ -57,8 +53,8 @@ function tilesOf(tiles) {
 function content(view, open) {
   const { verdict } = view;
   const parts = [
-    element("header", { class: `gr-verdict gr-${verdict.verdict}` },
-      element("p", { class: "gr-headline" }, verdict.headline ?? HEADLINES[verdict.verdict]),
+    element("header", { class: `gr-verdict gr-${verdict.state}` },
+      element("p", { class: "gr-headline" }, verdict.headline ?? HEADLINES[verdict.state]),
       element("p", { class: "gr-lead" }, verdict.sentence)),
     verdict.tiles ? tilesOf(verdict.tiles) : null,
   ];

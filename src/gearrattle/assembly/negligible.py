@@ -1,0 +1,21 @@
+"""Which impacts are touches, as a model says it: thresholds that are not written have their defaults.
+
+Takes a Model; gives the thresholds of its layout.
+"""
+
+from __future__ import annotations
+
+from gearrattle.model import ASSUMED_ENERGY, Model, Negligible
+from gearrattle.trajectory import NegligibleImpacts
+
+
+def negligible_of(model: Model) -> NegligibleImpacts:
+    """Return the thresholds of a model: in SI the energy has one even if the model says nothing."""
+    written = model.criteria.negligible or Negligible()
+    is_assumed = model.units == "SI" and written.impact_energy is None
+    return NegligibleImpacts(
+        energy=ASSUMED_ENERGY if is_assumed else written.impact_energy or 0.0,
+        speed=written.approach_speed or 0.0,
+        angular_speed=written.angular_approach_speed or 0.0,
+        is_assumed=is_assumed,
+    )
