@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter, Token
 
+from gearrattle.cli.assignments import words
 from gearrattle.errors import ModelError, Problem
 
 
@@ -46,6 +47,29 @@ Output = Annotated[
 ]
 """Where a result goes."""
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print the result as JSON on stdout.")]
+
+
+Negligible = Annotated[
+    Sequence[str],
+    Parameter(
+        name="--negligible",
+        help="Below which size an impact is a touch, as [criteria] negligible of a model file: "
+        '"impact_energy=10 uJ", "approach_speed=1 mm/s" or "angular_approach_speed=1 rad/s"; may be repeated.',
+    ),
+]
+"""Thresholds of the verdict."""
+
+
+def negligible_of(entries: Sequence[str]) -> dict[str, float | str] | None:
+    """Return the thresholds by name; None for none.
+
+    Raises
+    ------
+    ModelError
+        a word of another form.
+    """
+    named = words("--negligible", entries)
+    return {name: plain for name, text in named.items() if (plain := number_or_text(text)) is not None} or None
 
 
 @Parameter(name="*")

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 import gearrattle
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Settings
+from gearrattle.cli.options import Json, Negligible, Settings, negligible_of
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -24,6 +24,7 @@ def run(
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     settings: Settings = _DEFAULTS,
+    negligible: Negligible = (),
     json: Json = False,
 ) -> None:
     """Do everything: check, modes, simulate, judge, report.
@@ -38,8 +39,9 @@ def run(
         Folder for the results; default: the model file's name with "-results", here.
     """
     driveline = gearrattle.load(model)
+    limits = negligible_of(negligible)
 
     def work(watch: Watch) -> Findings:
-        return gearrattle.run(driveline, **settings.arguments(), progress=watch, phase=watch.enter)
+        return gearrattle.run(driveline, **settings.arguments(), negligible=limits, progress=watch, phase=watch.enter)
 
     emit("run", work, output or Path(f"{model.stem}-results"), json=json, inputs=[model])

@@ -181,10 +181,8 @@ def _words(parts: Sequence[str], tables: Mapping[str, Any]) -> str:
         if rest[0] == "sweep" and len(rest) > 1:
             return _SWEEP.get(rest[1], _key(rest[1]))
         return "speed" if rest == ["speed"] else _key(rest[0])
-    if section == "simulation" and rest:
-        return _of_part(rest, "", {})
-    if section == "criteria" and len(rest) > 1:
-        return f"{_key(rest[0])} {_key(rest[1])}"
+    if section in ("simulation", "criteria") and rest:
+        return _of_part(rest, "", {}) if section == "simulation" else _key(" ".join(rest))
     return " ".join(_key(part) for part in parts)
 
 

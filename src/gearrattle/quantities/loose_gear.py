@@ -39,8 +39,9 @@ class LooseGear(Quantity[Sums]):
     name: str = "loose_gear"
     title: str = "Loose-gear test"
     formula: str = (
-        "20 log10( J_loose (R_driver/R_loose) peak|theta_driver''| / drag torque ), over [discard T, end]: torque ratio "
-        "in the motion as it is; no design target: in a rattling motion the driver's acceleration contains the impacts"
+        "20 log10( J_loose (R_driver/R_loose) peak|theta_driver''| / drag torque ), over [discard T, end]: "
+        "torque ratio in the motion as it is; no design target: in a rattling motion the driver's acceleration "
+        "contains the impacts"
     )
     unit: str = "dB"
     source: str = "Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj, Zhao 2001, Proc. IMechE D 215"

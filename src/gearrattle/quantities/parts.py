@@ -31,7 +31,10 @@ RULE = (
 REGIME_RANKS: Mapping[Regime, int] = {"quiet": 0, "single-sided": 1, "double-sided": 2}
 Headline = Literal["quiet", "touches", "single-sided", "double-sided"]
 """The verdict in one word: the regime of what rattles, else how severe the worst is."""
-ASSUMED = "this energy is assumed, for the model says nothing of it: [criteria] negligible = { impact_energy = ... } changes it"
+ASSUMED = (
+    "this energy is assumed, for the model says nothing of it: "
+    "[criteria] negligible = { impact_energy = ... } changes it"
+)
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ class ImpactSeverity(CrossingQuantity):
 
     def values(self, state: State, layout: Layout, _cycles: int, _duration: Array) -> Values:
         """Return the severity of every mesh and clearance by its code; a mesh without a corner is quiet."""
-        separates = (state["sides"] > 0.0).any(axis=-1)
+        separates = state["sides"].max(axis=-1) > 0.0
         values: dict[tuple[str, str], Array] = {}
         for element, clearance in judged_elements(layout):
             code = np.zeros(separates.shape[:-1])

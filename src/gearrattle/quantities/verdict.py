@@ -57,7 +57,7 @@ class Verdict(Result):
     entries: tuple[Row, ...]
     notes: tuple[str, ...]
     window: Window
-    negligible: NegligibleImpacts = NegligibleImpacts()
+    negligible: NegligibleImpacts
     spectra: Spectrum | None = dataclasses.field(repr=False, compare=False, default=None)
 
     kind: ClassVar[str] = "verdict"

@@ -106,10 +106,10 @@ def attractors_of(
     xr.Dataset
         ``basin`` over the grid: the number of the attractor, from 1, the largest share first; 0 chaotic, -1 undecided,
         -2 no result. Along "attractor": ``attractor name``, ``cases``, ``share``, ``low``, ``high``, ``attractor
-        period`` [T], ``attractor verdict`` and ``attractor severity`` (codes), ``attractor multiplier``, the largest modulus, ``verified``, 1
-        where shooting led to the motion, and ``family``, 1 for one. Attributes ``within`` and ``between``: the largest
-        distance inside an attractor, the smallest between two (``FAR`` for one alone); ``quiet_share`` of all quiet
-        ones, with ``quiet_low`` and ``quiet_high`` for drawn states.
+        period`` [T], ``attractor verdict`` and ``attractor severity`` (codes), ``attractor multiplier``, the largest
+        modulus, ``verified``, 1 where shooting led to the motion, and ``family``, 1 for one. Attributes ``within`` and
+        ``between``: the largest distance inside an attractor, the smallest between two (``FAR`` for one alone);
+        ``quiet_share`` of all quiet ones, with ``quiet_low`` and ``quiet_high`` for drawn states.
     """
     import xarray as xr
 
@@ -157,8 +157,8 @@ def _motions(
         attractor = settled(at, cycles)
         if attractor is None:
             mine = groups.label == g
-            usual = [int(np.bincount(codes[mine], minlength=3).argmax()) for codes in (verdicts, severities)]
-            motions.append(Motion(*usual, cycles, float("nan"), False, g))
+            verdict, severity = (int(np.bincount(codes[mine]).argmax()) for codes in (verdicts, severities))
+            motions.append(Motion(verdict, severity, cycles, float("nan"), False, g))
             continue
         orbit = attractor.orbit
         verdict = REGIMES.index(orbit.verdict.verdict)

@@ -153,7 +153,7 @@ def gaps_of(codes: xr.DataArray) -> xr.DataArray:
 
 
 def chosen_codes(data: xr.Dataset) -> str:
-    """The output of codes to show: severity if it was kept, else regime, of every part before the whole; or none: ""."""
+    """The output of codes to show: severity before regime, of every part before the whole; empty for none."""
     return next((name for name in (SEVERITY, VERDICT_SEVERITY, REGIME, VERDICT) if name in data), "")
 
 
@@ -164,11 +164,17 @@ def headlines_in(data: xr.Dataset) -> NDArray[np.str_]:
     """
     if VERDICT not in data:
         return np.full(data[OUTCOME].shape, "", dtype=np.str_)
-    words = np.array([*words_of(data[VERDICT]), ""])[data[VERDICT].values]
+    words = _words_in(data[VERDICT])
     if VERDICT_SEVERITY not in data:
         return words
-    severities = np.array([*words_of(data[VERDICT_SEVERITY]), ""])[data[VERDICT_SEVERITY].values]
+    severities = _words_in(data[VERDICT_SEVERITY])
     return np.where(severities == RATTLES, words, severities)
+
+
+def _words_in(codes: xr.DataArray) -> NDArray[np.str_]:
+    """Return the word of every code; an empty one where there is no value."""
+    words: NDArray[np.str_] = np.array([*words_of(codes), ""], dtype=np.str_)[codes.values]
+    return words
 
 
 def rattling_from(codes: xr.DataArray) -> int:

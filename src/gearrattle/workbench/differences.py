@@ -46,7 +46,8 @@ def differences(folders: Sequence[Path]) -> dict[str, Any]:
     -------
     dict[str, Any]
         model: ``{path, unit, values}`` for every path whose values are not all the same, as they are written, None
-        where it is absent, and the unit of plain numbers; verdicts: a word a job (its headline), None of what is no run; numbers:
+        where it is absent, and the unit of plain numbers; verdicts: the headline of every job, None of what is no run;
+        numbers:
         ``{part, quantity, unit, values, best, in_scatter}``: the column of the best value, None where there is none,
         and whether the smallest two may differ by chance.
     """

@@ -1,7 +1,7 @@
 """Maps of a study: codes, probabilities or numbers over two axes; codes of every part over one.
 
-Cells of one meaning have one colour; a thick line parts what rattles from the rest. Where a study has more than two axes the
-largest over the others is drawn.
+Cells of one meaning have one colour; a thick line parts what rattles from the rest. Where a study has more than two
+axes the largest over the others is drawn.
 
 Takes the Dataset of a study; gives Charts.
 """

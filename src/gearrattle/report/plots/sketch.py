@@ -1,7 +1,8 @@
 """The driveline at a glance: bodies, springs, gaps and gears, coloured by what rattles.
 
 An inline SVG of our own drawing. Bodies are discs seen from the side, taller for larger inertia. Whatever rattles
-carries the colour of its regime, its word and its rate, what touches those of its severity, so that no meaning rests on colour alone.
+carries the colour of its regime, its word and its rate, what touches those of its severity, so that no meaning rests
+on colour alone.
 
 Takes Findings; gives SVG text to the report.
 """
