@@ -18,7 +18,18 @@ def test_is_plain_json_with_the_keys_of_the_file() -> None:
     schema = json_schema()
     assert json.loads(json.dumps(schema)) == schema
     assert schema["$schema"].startswith("https://json-schema.org/")
-    keys = ["schema", "name", "units", "inertia", *COMPONENTS, "excitation", "torque", "motion", "simulation"]
+    keys = [
+        "schema",
+        "name",
+        "units",
+        "inertia",
+        *COMPONENTS,
+        "excitation",
+        "torque",
+        "motion",
+        "simulation",
+        "criteria",
+    ]
     assert list(schema["properties"]) == keys
     assert schema["required"] == ["schema", "inertia", "excitation"]
 

@@ -82,6 +82,12 @@ PARTS: dict[str, dict[str, Any]] = {
             {**AB, "name": "two", "radii": [0.05, 0.03], "stiffness": 1e7, "alternation": None},
         ],
     },
+    "judged": {
+        "coupling": [{**AB, "stiffness": 100.0, "clearance": 0.1}],
+        "criteria": {
+            "negligible": {"impact_energy": 1e-6, "approach_speed": 1e-3, "angular_approach_speed": 0.1},
+        },
+    },
     "planetary": {
         "inertia": [{"name": name, "J": 0.01} for name in "abcde"],
         "planetary": [
