@@ -6,11 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from gearrattle.report.plots.maps import number_maps, probability_map, regime_map
+import gearrattle as gr
+from gearrattle.report.plots.maps import code_map, code_maps, number_maps, probability_map
 from gearrattle.report.plots.scatter import probability_bars, tornado
 from gearrattle.report.plots.sweeps import output_sweep, probability_sweep
 from gearrattle.report.study_pages.grid import charts, summary_of
+from gearrattle.report.study_tables import count_table
 from tests.report.examples import study_over
 
 
@@ -20,7 +23,7 @@ def area(panel: Any, name: str) -> float:
 
 def test_a_map_has_a_cell_for_every_case_of_its_colour() -> None:
     data = study_over("gap", "load", failed=1)
-    chart = regime_map(data)
+    chart = code_map(data, "regime")
     assert chart is not None
     assert [panel.title for panel in chart.panels] == ["joint", "gear <1>"]
     for panel in chart.panels:
@@ -38,9 +41,42 @@ def test_a_map_has_a_cell_for_every_case_of_its_colour() -> None:
     assert np.count_nonzero(np.isnan(edge.x)) == changes > 0
 
 
+def with_severity(data: xr.Dataset) -> xr.Dataset:
+    """The same study with the severity kept as well, by the same codes: single-sided cases touch."""
+    flags = {**data["regime"].attrs, "flag_meanings": "quiet touches rattles"}
+    return data.assign(severity=data["regime"].assign_attrs(flags))
+
+
+def test_a_map_of_severity_separates_what_rattles_from_touches_and_the_regime_has_one_of_its_own() -> None:
+    data = with_severity(study_over("gap", "load"))
+    by_severity, by_regime = code_maps(data)
+    assert (by_severity.key, by_regime.key) == ("map", "map-regime")
+    codes = data["severity"].sel(part="joint").values
+    for code, word in enumerate(("quiet", "touches", "rattles")):
+        assert area(by_severity.panels[0], word) == np.count_nonzero(codes == code)
+    edges = {chart.key: chart.panels[0].lines[0] for chart in (by_severity, by_regime)}
+    for key, lowest in (("map", 2), ("map-regime", 1)):
+        rattles = codes >= lowest
+        changes = np.count_nonzero(rattles[1:] != rattles[:-1]) + np.count_nonzero(rattles[:, 1:] != rattles[:, :-1])
+        assert np.count_nonzero(np.isnan(edges[key].x)) == changes
+
+
+def test_touches_are_no_rattle_in_probabilities_and_sentences() -> None:
+    samples = with_severity(study_over("sample"))
+    codes = samples["severity"].sel(part="joint").values
+    assert gr.studies.rattle_probability(samples)["rattling"].sel(part="joint") == np.count_nonzero(codes == 2)
+    assert gr.studies.rattle_probability(samples, "regime")["rattling"].sel(part="joint") == np.count_nonzero(codes > 0)
+    grid = with_severity(study_over("gap", "load"))
+    counts = [int(np.count_nonzero(grid["severity"].sel(part="joint") == code)) for code in range(3)]
+    said = f"joint is quiet in {counts[0]}, touches in {counts[1]} and rattles in {counts[2]} of 12 cases."
+    assert said in summary_of(grid)
+    assert count_table(grid).head == ("part", "quiet", "touches", "rattles", "single-sided", "double-sided")
+    assert count_table(grid).rows[0] == ("joint", *map(str, counts), *map(str, counts[1:]))
+
+
 def test_more_than_two_axes_show_the_largest_over_the_others() -> None:
     data = study_over("gap", "load", "drag")
-    chart = regime_map(data)
+    chart = code_map(data, "regime")
     assert chart is not None
     assert "largest over drag" in chart.caption
     largest = data["regime"].sel(part="joint").max("drag").values
@@ -101,7 +137,7 @@ def test_figures_of_samples_show_what_was_computed() -> None:
 def test_figures_are_drawn_for_the_studies_they_are_of() -> None:
     assert probability_map(study_over("gap", "load")) is None
     assert probability_map(study_over("gap", "load", "sample")) is not None
-    assert regime_map(study_over("gap", "sample")) is None
+    assert code_map(study_over("gap", "sample"), "regime") is None
     assert probability_sweep(study_over("gap", "sample")) is not None
     assert probability_sweep(study_over("gap")) is None
     assert tornado(study_over("gap", "sample")) is None

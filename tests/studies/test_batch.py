@@ -21,7 +21,9 @@ from tests.studies.drivelines import loudness, model
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 OUTPUTS = (
+    "verdict severity",
     "verdict",
+    "severity",
     "regime",
     "impacts per cycle",
     "drive-side impacts per cycle",
@@ -32,7 +34,7 @@ OUTPUTS = (
     "crossings per cycle",
     "function calls",
 )
-SEVERITY = tuple(
+HARDNESS = tuple(
     f"{statistic} {quantity}"
     for statistic in ("mean", "largest")
     for quantity in ("approach speed", "impact momentum", "impact energy", "exchanged momentum", "contact impulse")
@@ -70,13 +72,39 @@ def test_drivelines_of_the_paper_give_the_same_bits(case: str) -> None:
     assert check(*planned(paper(case), axes, OUTPUTS)).all()
 
 
-def test_severity_of_impacts_gives_the_same_bits_and_nothing_where_nothing_hits() -> None:
+def test_hardness_of_impacts_gives_the_same_bits_and_nothing_where_nothing_hits() -> None:
     axes = {"torque.0.harmonics.0.amplitude": [6.0, 3.0, 1.0, 0.01]}
-    plan, outputs = planned(model(), axes, (*OUTPUTS, *SEVERITY))
+    plan, outputs = planned(model(), axes, (*OUTPUTS, *HARDNESS))
     assert check(plan, outputs).all()
     actual = cases.compute(plan, outputs, 0).values["mean exchanged momentum"]
     assert np.isfinite(actual[0, 0])
     assert np.isnan(actual[-1, 0])
+
+
+def test_severity_of_every_case_is_by_its_own_energies_and_by_the_thresholds_of_the_model() -> None:
+    """The inertia varies: the same speed has another energy in every case."""
+    axes = {"inertia.wheel.J": [0.01, 0.02, 0.04, 0.08], "torque.0.harmonics.0.amplitude": [6.0, 3.0, 1.0, 0.01]}
+    plan, outputs = planned(model(), axes, ("severity", "largest impact energy", "regime"))
+    energies = cases.compute(plan, outputs, 0).values["largest impact energy"].ravel()
+    middle = float(np.median(energies[energies > 0.0]))
+    said = model().with_({"criteria.negligible.impact_energy": middle})
+    plan, outputs = planned(said, axes, ("verdict severity", "severity", "largest impact energy", "regime"))
+    assert check(plan, outputs).all()
+    made = cases.compute(plan, outputs, 0).values
+    separates = made["regime"] > 0
+    expected = np.where(separates, np.where(made["largest impact energy"] < middle, 1, 2), 0)
+    assert np.array_equal(made["severity"], expected)
+    assert set(np.unique(expected)) == {0, 1, 2}
+    assert np.array_equal(made["verdict severity"], expected.max(axis=-1))
+
+
+def test_a_threshold_may_vary_and_the_motion_stays_the_same() -> None:
+    axes = {"criteria.negligible.impact_energy": [0.0, 1e-9, 1e3, 1e6]}
+    plan, outputs = planned(model().with_({"torque.0.harmonics.0.amplitude": 6.0}), axes, OUTPUTS)
+    check(plan, outputs)
+    made = cases.compute(plan, outputs, 0).values
+    assert made["verdict severity"].tolist() == [2, 2, 1, 1]
+    assert np.unique(made["verdict"]).size == 1
 
 
 @pytest.mark.parametrize("path", PATHS)

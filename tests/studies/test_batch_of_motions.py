@@ -12,7 +12,7 @@ import gearrattle as gr
 from gearrattle.assembly.variants import bound_of, static_velocities
 from gearrattle.simulation.simulate import prepare
 from tests.assembly.test_variants import check
-from tests.studies.test_batch import OUTPUTS, SEVERITY, planned
+from tests.studies.test_batch import HARDNESS, OUTPUTS, planned
 from tests.studies.test_batch import check as check_study
 
 TEXT = """
@@ -110,7 +110,7 @@ def test_static_velocities_are_those_of_a_single_run() -> None:
 @pytest.mark.parametrize("base", [model(), model(MIDDLE)], ids=["first", "middle"])
 def test_amplitudes_and_speeds_give_the_same_bits(base: gr.Model, initial: Any) -> None:
     axes = {"motion.0.harmonics.0.amplitude": [0.02, 0.04, 0.05, "3 deg"], "excitation.speed": [70.0, 90.0]}
-    plan, outputs = planned(base.with_({"simulation.initial": initial}), axes, (*OUTPUTS, *SEVERITY))
+    plan, outputs = planned(base.with_({"simulation.initial": initial}), axes, (*OUTPUTS, *HARDNESS))
     assert check_study(plan, outputs).all()
 
 

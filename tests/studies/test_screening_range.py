@@ -203,11 +203,29 @@ def test_a_check_simulates_some_cases_and_counts() -> None:
 
 
 def test_wrong_forecasts_are_called_wrong() -> None:
-    """A regime that contradicts the forecast stands first in the table."""
+    """A gear that rattles against the forecast stands first in the table; one that touches is said to be quiet."""
     data = gr.screen(clutched(LINEAR.format(SOFT), 0.1), [80.0, 100.0], simulate=True, workers=1)
     data["regime"][1, 0, 0] = 2
-    assert [row[-1] for row in checks_table(data).rows] == ["wrong", "right"]
+    data["severity"][1, 0, 0] = 1
+    assert [row[-2:] for row in checks_table(data).rows] == [("quiet", "right"), ("touches, double-sided", "right")]
+    assert gears_of(data)[0].rattles == 0
+    data["severity"][1, 0, 0] = 2
+    assert [row[-2:] for row in checks_table(data).rows] == [("rattles, double-sided", "wrong"), ("quiet", "right")]
     assert "of 2 said quiet 1 ran quiet" in ScreeningPage(data).sentence
+    earlier = data.drop_vars("severity")  # of a version without it
+    assert [row[-2:] for row in checks_table(earlier).rows] == [("double-sided", "wrong"), ("quiet", "right")]
+
+
+def test_lift_off_of_a_gear_that_touches_is_neither_right_nor_wrong() -> None:
+    data = gr.screen(clutched(LINEAR.format(SOFT), 0.1), [80.0], simulate=True, workers=1)
+    data["forecast"][:] = LIFTS
+    data["regime"][:] = 1
+    for severity, said in ((1, ""), (2, "right")):
+        data["severity"][:] = severity
+        assert [row[-1] for row in checks_table(data).rows] == [said]
+    data["regime"][:] = 0
+    data["severity"][:] = 0
+    assert [row[-1] for row in checks_table(data).rows] == ["wrong"]
 
 
 def test_a_screening_of_an_earlier_version_has_its_lift_ratio_for_a_range() -> None:
