@@ -27,11 +27,11 @@ def test_speed_and_energy_are_written_alike(findings: gr.typing.Findings) -> Non
         assert part.max_impact_energy is not None
         energy = engineering(part.max_impact_energy, part.energy_unit)
         speed = engineering(part.max_approach_speed, part.speed_unit)
-        assert terminal[part.name][3:5] == page[part.name][4:6] == (speed, energy)
+        assert terminal[part.name][4:6] == page[part.name][5:7] == (speed, energy)
         if part.rattles and part in findings.verdict.parts[:3]:
             assert f"approach speed up to {speed}, impact energy up to {energy}" in findings.verdict.sentence
     shown = {tile.label: tile.value for tile in tiles(findings)}
-    assert shown["Hardest impact"] in {row[4] for row in terminal.values()}
+    assert shown["Hardest impact"] in {row[5] for row in terminal.values()}
 
 
 def test_no_energy_in_a_sentence_needs_a_power_of_ten(findings: gr.typing.Findings) -> None:

@@ -13,11 +13,16 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+import gearrattle as gr
+from gearrattle.quantities import judge
 from gearrattle.report.model_tables import cost_table, model_tables
 from gearrattle.report.plots.shelf import FIGURES, charts
+from gearrattle.report.plots.sketch import sketch
 from gearrattle.report.summary import findings_content
 from gearrattle.report.trust import trust
-from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles
+from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles, verdict_table
+from gearrattle.trajectory import NegligibleImpacts
+from gearrattle.workbench.views import plain, verdict_numbers
 from tests import synthetic
 
 
@@ -184,10 +189,45 @@ def test_summary_is_pure_json_and_holds_the_verdict(folder: Path) -> None:
 def test_tiles_show_the_worst_part() -> None:
     shown = {tile.label: (tile.value, tile.detail) for tile in tiles(synthetic.findings("double-sided"))}
     assert shown["Impacts"] == ("47.7 /s", "gear · 2 per cycle")
-    assert shown["Loose-gear margin"] == ("+21.1 dB", "gear · drag cannot hold it")
+    assert not any("margin" in label.lower() for label in shown)  # no design target: it stands among the criteria
     quiet = {tile.label: tile.value for tile in tiles(synthetic.findings("quiet"))}
     assert quiet["Impacts"] == "0 /s"
     assert "Hardest impact" not in quiet
+
+
+def touching() -> gr.typing.Findings:
+    """The same motion, all of whose impacts are negligible."""
+    actual = synthetic.findings("double-sided")
+    return replace(actual, verdict=judge(actual.motion.trajectory, negligible=NegligibleImpacts(energy=1e9)))
+
+
+def test_touches_are_no_rattle_on_the_page_and_the_regime_stays_in_the_table(tmp_path: Path) -> None:
+    actual = touching()
+    actual.save(tmp_path / "out")
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "<title>Touches, no rattle: " in page
+    assert '<h2 class="headline">Touches, no rattle</h2>' in page
+    assert '<section id="verdict" class="verdict touches">' in page
+    assert '<p class="lead">No gap rattles over the ' in page
+    gear = next(row for row in parts_table(actual).rows if row[0] == "gear")
+    assert (plain(gear[1]), gear[2]) == ("touches", "double-sided")
+    assert next(row for row in verdict_table(actual.verdict).rows if row[0] == "gear")[1:3] == (
+        "touches",
+        "double-sided",
+    )
+    numbers = verdict_numbers(actual)
+    assert (numbers["verdict"], numbers["severity"], numbers["state"]) == ("double-sided", "touches", "touches")
+    assert not any(part["rattles"] for part in numbers["parts"])
+    drawn = sketch(actual)
+    assert "touches</tspan>" in drawn
+    assert "double-sided</tspan>" not in drawn
+
+
+def test_the_loose_gear_test_says_in_its_table_what_it_is() -> None:
+    actual = synthetic.findings("double-sided")
+    table = next(table for table in criteria_tables(actual.verdict) if table.title == "Loose-gear test")
+    assert "torque ratio in the motion as it is; no design target" in table.note
+    assert "margin" not in str(actual.verdict)
 
 
 def test_parts_stand_worst_first_with_shares_that_fill_the_bar() -> None:
