@@ -21,6 +21,7 @@ mesh = [{{ name = "mesh", between = ["shaft", "gear"], radii = [0.03, 0.045], st
 excitation = {{ speed = 80.0 }}
 torque = [{{ on = "flywheel", mean = {mean} }}]
 """
+REMEDY = 'A torque on a train balances it with mean = "balance".'
 ALONE = "output: no element connects it to another body."
 DIFFERENTIAL = """
 schema = 1
@@ -54,7 +55,7 @@ def test_the_torque_left_over_is_told_where_the_train_begins(mean: float, words:
     np.testing.assert_allclose(rest.acceleration, [a, a, a * 30.0 / 45.0, 0.0], rtol=1e-12)
     assert rest.notes[0] == (
         f"the mean torques do not balance: {words} at flywheel, which accelerates uniformly by {a:.6g} rad/s^2 "
-        "with its train. The equilibrium is that of the accelerated train."
+        f"with its train. The equilibrium is that of the accelerated train. {REMEDY}"
     )
 
 
@@ -62,7 +63,7 @@ def test_every_train_is_told_by_itself() -> None:
     note = _train(8.0, lone=0.2).notes[0]
     assert "0.3 N m are left over at flywheel" in note
     assert "0.2 N m are lacking at output, which accelerates uniformly by -10 rad/s^2" in note
-    assert note.endswith("that of the accelerated trains.")
+    assert note.endswith(f"that of the accelerated trains. {REMEDY}")
 
 
 def test_without_dimensions_there_are_no_units() -> None:
@@ -76,6 +77,7 @@ def test_a_set_that_turns_in_two_ways_has_no_single_torque() -> None:
     rest = gr.equilibrium(gr.loads(DIFFERENTIAL))
     largest = rest.acceleration[np.argmax(np.abs(rest.acceleration))]
     assert f"the train with s accelerates uniformly by up to {largest:.6g} rad/s^2" in rest.notes[0]
+    assert REMEDY not in rest.notes[0]
 
 
 def test_a_long_list_is_cut() -> None:
@@ -87,3 +89,11 @@ def test_a_long_list_is_cut() -> None:
     assert "at b4" in note
     assert "at b6" not in note
     assert "; so do 2 more. " in note
+
+
+def test_the_remedy_balances_the_train() -> None:
+    model = gr.loads(TRAIN.format(mean=8.0, lone=0.0, units="SI")).with_({"torque.0.mean": "balance"})
+    rest = gr.equilibrium(model)
+    assert rest.notes == (ALONE,)
+    assert not rest.acceleration.any()
+    np.testing.assert_allclose(rest.balance["flywheel"], 7.7, rtol=1e-15)

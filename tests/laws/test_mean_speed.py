@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.analysis.trains import trains
 from gearrattle.assembly import assemble, free_of
 from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.engine.system.trains import trains
 from gearrattle.model import Model
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("**/*.toml"))
@@ -37,9 +37,9 @@ def trains_of(run: gr.Run) -> np.ndarray:
     trajectory = run.trajectory
     first = run.model.simulation.discard * run.model.simulation.samples_per_cycle
     means, amplitudes = np.zeros((2, system.size))
-    for bodies, freedoms in trains(system):
-        if freedoms == 1:
-            motion = relative_coordinates(system).angle_from_reference
+    for train in trains(system):
+        if train.freedoms == 1:
+            bodies, motion = train.bodies, relative_coordinates(system).angle_from_reference
             shape = motion[:, np.flatnonzero(motion[bodies].any(axis=0))[0]]
             momentum = trajectory.angle[:, free_of(run.model)] @ (system.inertia * shape)
             mean = (momentum[-1] - momentum[first]) / (trajectory.time[-1] - trajectory.time[first])

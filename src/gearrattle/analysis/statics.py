@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gearrattle.analysis.linear import modes as modal
 from gearrattle.analysis.trains import train_notes
-from gearrattle.assembly import Driveline, assemble, free_names, left_out, places, whole
+from gearrattle.assembly import Driveline, assemble, balancing_means, free_names, left_out, places, whole
 from gearrattle.engine.system import equilibrium as statics
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
@@ -37,6 +37,8 @@ class Equilibrium(Result):
         by name of every element with a corner.
     acceleration
         (n,) uniform acceleration of trains whose mean torques do not balance [rad/s^2].
+    balance
+        by inertia, the mean of a torque on it that says "balance" [N m].
     notes
         what the user must know.
 
@@ -52,6 +54,7 @@ class Equilibrium(Result):
     deflection: dict[str, float]
     region: dict[str, int]
     acceleration: Array
+    balance: dict[str, float]
     notes: tuple[str, ...]
 
 
@@ -216,7 +219,8 @@ def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equili
             f"elements {which}",
             "a mean load",
             "the last stage has no stiffness and cannot carry it: no static equilibrium",
-            'balance the mean torques, give the last stage a stiffness, or start from initial = "zero"',
+            'balance the mean torques (mean = "balance"), give the last stage a stiffness, or start from '
+            'initial = "zero"',
         )
         raise ModelError(problem) from None
     notes = train_notes(system, free_names(model), rest, si=model.units == "SI")
@@ -226,7 +230,8 @@ def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equili
     deflection = dict(zip(names, rest.deflection.tolist(), strict=True))
     held = np.zeros(len(model.motions))
     angle, acceleration = (whole(model, values, held) for values in (rest.angle, rest.acceleration))
-    return Equilibrium(model, angle, deflection, region, acceleration, tuple(notes)), rest
+    balance = {model.torques[i].on: float(mean) for i, mean in balancing_means(model).items()}
+    return Equilibrium(model, angle, deflection, region, acceleration, balance, tuple(notes)), rest
 
 
 def modes(

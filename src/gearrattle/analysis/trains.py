@@ -18,10 +18,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.system.coordinates import relative_coordinates
-from gearrattle.engine.system.equilibrium import Equilibrium, elastic_elements
+from gearrattle.engine.system.equilibrium import Equilibrium
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.remember import kept
+from gearrattle.engine.system.trains import trains
 
 _MOST_NAMED = 3
 
@@ -46,7 +45,7 @@ def train_notes(system: PiecewiseSystem, names: Sequence[str], rest: Equilibrium
         more = f"; so do {len(said) - _MOST_NAMED} more" if len(said) > _MOST_NAMED else ""
         notes.append(
             f"the mean torques do not balance: {'; '.join(said[:_MOST_NAMED])}{more}. "
-            f"The equilibrium is that of the accelerated train{'s' if len(said) > 1 else ''}."
+            f"The equilibrium is that of the accelerated train{'s' if len(said) > 1 else ''}.{_remedy(system, rest)}"
         )
     if len(system.rows):
         alone = np.flatnonzero(~np.any(system.rows != 0.0, axis=0)).tolist()
@@ -54,37 +53,26 @@ def train_notes(system: PiecewiseSystem, names: Sequence[str], rest: Equilibrium
     return notes
 
 
+def _remedy(system: PiecewiseSystem, rest: Equilibrium) -> str:
+    """Say what balances a train that turns in one way, if one accelerates."""
+    is_simple = any(train.freedoms == 1 and rest.acceleration[train.bodies].any() for train in trains(system))
+    return ' A torque on a train balances it with mean = "balance".' if is_simple else ""
+
+
 def _accelerated(
     system: PiecewiseSystem, names: Sequence[str], acceleration: NDArray[np.float64], *, si: bool
 ) -> Iterator[str]:
     """Yield for every train that accelerates the torque left over at its first body, and how fast that is."""
     torque, rate = (" N m", " rad/s^2") if si else ("", "")
-    for bodies, freedoms in trains(system):
-        moving = bodies[acceleration[bodies] != 0.0]
+    for train in trains(system):
+        moving = train.bodies[acceleration[train.bodies] != 0.0]
         if not moving.size:
             continue
         a, first = acceleration[moving], names[int(moving[0])]
-        if freedoms > 1:
+        if train.freedoms > 1:
             yield f"the train with {first} accelerates uniformly by up to {a[np.argmax(np.abs(a))]:.6g}{rate}"
             continue
         left = float(np.sum(system.inertia[moving] * a**2) / a[0])
         are = "left over" if left > 0.0 else "lacking"
         moves = f"which accelerates uniformly by {a[0]:.6g}{rate} with its train"
         yield f"{abs(left):.4g}{torque} are {are} at {first}, {moves}"
-
-
-@kept
-def trains(system: PiecewiseSystem) -> tuple[tuple[NDArray[np.int64], int], ...]:
-    """Return the bodies of every free train, in order, and in how many ways it turns without deflecting anything."""
-    every = []
-    motions = relative_coordinates(system, elastic_elements(system)).angle_from_reference != 0.0
-    left = list(range(motions.shape[1]))
-    while left:
-        columns, left = [left[0]], left[1:]
-        bodies = motions[:, columns[0]].copy()
-        while joined := [p for p in left if np.any(bodies & motions[:, p])]:
-            columns += joined
-            left = [p for p in left if p not in joined]
-            bodies |= np.any(motions[:, joined], axis=1)
-        every.append((np.flatnonzero(bodies), len(columns)))
-    return tuple(every)

@@ -5,6 +5,7 @@ from gearrattle.assembly.drive_torque import drive_torque
 from gearrattle.assembly.elements import component_notes, decay_notes, inertia_of, rows_of
 from gearrattle.assembly.friction import left_out
 from gearrattle.assembly.lumped import lumped_model, must_keep_bodies, must_stay_level
+from gearrattle.assembly.means import balancing_means, own_mean
 from gearrattle.assembly.negligible import negligible_of
 from gearrattle.assembly.period import CommonPeriod, common_period, period_of
 from gearrattle.assembly.prescribed import (
@@ -34,6 +35,7 @@ __all__ = [
     "CommonPeriod",
     "Driveline",
     "assemble",
+    "balancing_means",
     "carried_along",
     "check_length",
     "common_period",
@@ -55,6 +57,7 @@ __all__ = [
     "must_keep_bodies",
     "must_stay_level",
     "negligible_of",
+    "own_mean",
     "period_of",
     "places",
     "ramp_of",

@@ -17,6 +17,7 @@ from typing import Any
 
 from gearrattle.assembly.elements import inertia_of
 from gearrattle.model import GROUND, Element, Model
+from gearrattle.model.balance import BALANCE
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.components.base import multiply
 
@@ -66,7 +67,8 @@ def lumped_model(
             tables[kind] = rows
     for row in tables.get("torque", []):
         row["on"], factor = to[row["on"]]
-        multiply(row, {"mean": factor})
+        if row.get("mean") != BALANCE:
+            multiply(row, {"mean": factor})
         for harmonic in row.get("harmonics", []):
             harmonic["amplitude"] *= factor
         if signal := row.get("signal"):

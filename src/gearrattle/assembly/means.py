@@ -1,6 +1,8 @@
 """Mean torques: what the static start and everything linear takes the torques for.
 
-Takes a Model; gives arrays.
+Every mean of a torque is asked for here: the file may say "balance" in place of a number (``assembly.balance``).
+
+Takes a Model; gives numbers and arrays.
 """
 
 from __future__ import annotations
@@ -8,22 +10,87 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.assembly.balance import balances_of, check_freedoms
 from gearrattle.assembly.records import mean
 from gearrattle.model import Model, Torque
+from gearrattle.model.over_speed import AtSpeed
+from gearrattle.remember import kept
 
 
-def mean_torque(torque: Torque) -> float:
-    """The mean of one torque, of its record as well [N m]."""
-    signal = torque.signal
-    if signal is None:
-        return torque.mean
-    return torque.mean + (mean(signal) if signal.static is None else signal.static)
+def own_mean(model: Model, index: int) -> float:
+    """The mean of a torque by its index, without that of its record [N m]; a table over speed may stand behind it."""
+    own = model.torques[index].mean
+    return balancing_means(model)[index] if isinstance(own, str) else own
+
+
+def mean_torque(model: Model, index: int) -> float:
+    """The mean of a torque by its index, of its record as well [N m]."""
+    return own_mean(model, index) + _recorded(model.torques[index])
 
 
 def mean_torques(model: Model) -> NDArray[np.float64]:
     """(n,) mean torque on every inertia, less its drag torque [N m]."""
-    names = [inertia.name for inertia in model.inertias]
-    means = np.array([-inertia.drag_torque for inertia in model.inertias])
-    for torque in model.torques:
-        means[names.index(torque.on)] += mean_torque(torque)
+    means = np.array(_loads(model, None))
+    for balance in balances_of(model):
+        means[balance.body] = balance.total(means.tolist())
     return means
+
+
+@kept
+def balancing_means(model: Model) -> dict[int, float]:
+    """The means that balance trains, by the index of their torque [N m]; along a sweep they are tables over speed.
+
+    Raises
+    ------
+    ModelError
+        a train that no torque, or not one alone, balances.
+    """
+    means: dict[int, float] = {}
+    for balance in balances_of(model):
+        loads = _loads(model, None)
+        check_freedoms(model, balance, loads)
+        own = balance.total(loads) - loads[balance.body]
+        if speeds := _corners(model):
+            values = []
+            for speed in speeds:
+                loads = _loads(model, speed)
+                check_freedoms(model, balance, loads)
+                values.append(balance.total(loads) - loads[balance.body])
+            own = AtSpeed(own, speeds, tuple(values))
+        means[balance.torque] = own
+    return means
+
+
+def _recorded(torque: Torque) -> float:
+    """The mean of a torque's record [N m]; 0 without one."""
+    signal = torque.signal
+    if signal is None:
+        return 0.0
+    return mean(signal) if signal.static is None else signal.static
+
+
+def _loads(model: Model, speed: float | None) -> list[float]:
+    """Drag torques and means on all inertias but those that balance [N m], at a speed; None: that of the model."""
+    names = [inertia.name for inertia in model.inertias]
+    loads = [-_at(inertia.drag_torque, speed) for inertia in model.inertias]
+    for torque in model.torques:
+        own = 0.0 if isinstance(torque.mean, str) else _at(torque.mean, speed)
+        loads[names.index(torque.on)] += own + _recorded(torque)
+    return loads
+
+
+def _at(number: float, speed: float | None) -> float:
+    """A number at a speed, read off its table if it has one."""
+    return number.at(speed) if isinstance(number, AtSpeed) and speed is not None else float(number)
+
+
+def _corners(model: Model) -> tuple[float, ...]:
+    """Ends of a sweep, and speeds between them beyond which a mean or a drag torque changes its slope; else none."""
+    sweep = model.excitation.sweep
+    numbers = [*(inertia.drag_torque for inertia in model.inertias), *(torque.mean for torque in model.torques)]
+    tables = [number.speeds for number in numbers if isinstance(number, AtSpeed)]
+    if sweep is None or sweep.begin == sweep.end or not tables:
+        return ()
+    ends = sorted((sweep.begin, sweep.end))
+    between = {speed for speeds in tables for speed in speeds if ends[0] < speed < ends[1]}
+    return (ends[0], *sorted(between), ends[1])

@@ -10,15 +10,12 @@ Takes a Model; gives sines of torque by body.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
-import numpy as np
-
-from gearrattle.assembly.elements import inertia_of, law_of, rows_of
 from gearrattle.assembly.means import mean_torques
-from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import free_of
+from gearrattle.assembly.unloaded import unloaded
 from gearrattle.engine.system.equilibrium import Runaway, equilibrium
-from gearrattle.engine.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Harmonic, Model
 from gearrattle.remember import kept
@@ -36,13 +33,14 @@ def load_ripples(model: Model) -> Mapping[str, tuple[Harmonic, ...]]:
     joints = [k for k, element in enumerate(model.elements) if element.load_ripple]
     if not joints:
         return {}
-    system = _at_rest(model)
+    system = unloaded(model)
+    loaded = replace(system.inputs, mean=mean_torques(model)[free_of(model)])
     try:
-        rest = equilibrium(system)
+        rest = equilibrium(replace(system, inputs=loaded))
     except Runaway:
         joint = model.elements[joints[0]]
         rule = "a Hooke joint acts back with its mean load, and there is no static equilibrium"
-        remedy = "balance the mean torques, or give every last stage a stiffness"
+        remedy = 'balance the mean torques (mean = "balance"), or give every last stage a stiffness'
         raise ModelError(Problem(f"{joint.path}.hooke", "", rule, remedy)) from None
     ripples: dict[str, tuple[Harmonic, ...]] = {}
     for k in joints:
@@ -50,16 +48,3 @@ def load_ripples(model: Model) -> Mapping[str, tuple[Harmonic, ...]]:
         sines = (h.model_copy(update={"amplitude": load * h.amplitude}) for h in element.load_ripple)
         ripples[element.between[0]] = (*ripples.get(element.between[0], ()), *sines)
     return ripples
-
-
-def _at_rest(model: Model) -> PiecewiseSystem:
-    """The driveline under its mean loads alone."""
-    free, rows = free_of(model), rows_of(model)
-    none = np.zeros((len(free), 0)), np.zeros((len(free), 0)), np.zeros((len(rows), 0)), np.zeros((len(rows), 0))
-    return PiecewiseSystem(
-        inertia=inertia_of(model)[free],
-        drag=np.array([model.inertias[i].drag for i in free]),
-        rows=rows[:, free],
-        laws=tuple(law_of(element) for element in model.elements),
-        inputs=Harmonics(period_of(model).period, np.zeros(0), mean_torques(model)[free], *none),
-    )

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly.elements import rows_of
-from gearrattle.assembly.means import mean_torque
+from gearrattle.assembly.means import mean_torque, own_mean
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import angle_of, free_of, places, specified_angle
 from gearrattle.assembly.records import Recorded, channel_of, records_of
@@ -106,9 +106,9 @@ def _too_long(value: str) -> ModelError:
 
 def _records(model: Model) -> Iterator[_Part]:
     names = [inertia.name for inertia in model.inertias]
-    for torque in model.torques:
+    for index, torque in enumerate(model.torques):
         if torque.signal is not None:
-            beyond_mean = torque.mean - mean_torque(torque)
+            beyond_mean = own_mean(model, index) - mean_torque(model, index)
             on = _unit(len(names), names.index(torque.on))
             channel = channel_of(torque.signal, end_of_run(model)).plus(beyond_mean)
             specified = Recorded(torque.signal, offset=beyond_mean)
@@ -162,9 +162,9 @@ def _swept(model: Model) -> Iterator[_Part]:
     for i, inertia in enumerate(model.inertias):
         tones = list(_changing(inertia.drag_torque, -1.0, range_))
         tones += tones_of(ripples.get(inertia.name, ()), ramp)
-        for torque in model.torques:
+        for index, torque in enumerate(model.torques):
             if torque.on == inertia.name:
-                tones += _changing(torque.mean, 1.0, range_)
+                tones += _changing(own_mean(model, index), 1.0, range_)
                 tones += tones_of(torque.harmonics, ramp)
         if tones:
             driven.append((_unit(bodies, i), _unit(count)))

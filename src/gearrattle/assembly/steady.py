@@ -13,6 +13,7 @@ from typing import Any
 from gearrattle.assembly.means import mean_torque
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.model.balance import BALANCE
 from gearrattle.remember import kept
 
 
@@ -33,7 +34,9 @@ def steady(model: Model) -> Model:
         changes["excitation.speed"] = model.excitation.omega
     for index, torque in enumerate(model.torques):
         if torque.signal is not None:
-            changes |= {f"torque.{index}.signal": None, f"torque.{index}.mean": mean_torque(torque)}
+            changes[f"torque.{index}.signal"] = None
+            if torque.mean != BALANCE:  # that does so without the record as well
+                changes[f"torque.{index}.mean"] = mean_torque(model, index)
     return model.with_(changes) if changes else model
 
 

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.assembly.balance import balances_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import carried_along, free_names, free_of, motion_errors
 from gearrattle.assembly.ripple import load_ripples
@@ -276,11 +277,13 @@ def _write_inputs(columns: Columns, out: Coefficients, column: Mapping[float, in
         array[:] = 0.0
     for t, table in enumerate(model.torques):
         on = names.index(table.on)
-        out.mean[:, on] += columns.of(f"torque.{t}.mean", table.mean)
+        if not isinstance(table.mean, str) or f"torque.{t}.mean" in columns.varied:
+            out.mean[:, on] += columns.of(f"torque.{t}.mean", table.mean)
         for i, harmonic in enumerate(table.harmonics):
             sine, cosine = _wave(columns, f"torque.{t}.harmonics.{i}", harmonic)
             out.torque_sine[:, on, column[harmonic.order]] += sine
             out.torque_cosine[:, on, column[harmonic.order]] += cosine
+    _balance(columns, out)
     for k, element in enumerate(model.elements):
         for i, error in enumerate(element.errors):
             sine, cosine = _wave(columns, f"{element.path}.{element.error_key}.{i}", error)
@@ -290,6 +293,19 @@ def _write_inputs(columns: Columns, out: Coefficients, column: Mapping[float, in
         sine, cosine = _wave(columns, path, moving)
         out.error_sine[:, k, column[moving.order]] += factor * sine
         out.error_cosine[:, k, column[moving.order]] += factor * cosine
+
+
+def _balance(columns: Columns, out: Coefficients) -> None:
+    """Let means that balance their trains do so; where one torque might not, mark the variants."""
+    free = free_of(columns.model).tolist()
+    for balance in balances_of(columns.model):
+        if f"torque.{balance.torque}.mean" in columns.varied:
+            continue
+        if balance.others:
+            columns.good[:] = False
+        loads = dict(zip(free, out.mean.T, strict=True))
+        with np.errstate(all="ignore"):  # of numbers that are not finite, and marked
+            out.mean[:, free.index(balance.body)] = balance.total(loads)
 
 
 def static_velocities(model: Model, varied: Mapping[str, Array], count: int) -> tuple[Array, NDArray[np.bool_]]:

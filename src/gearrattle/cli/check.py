@@ -12,9 +12,10 @@ from gearrattle.errors import shown_problems
 from gearrattle.json_types import json_text
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.plausibility import plausibility_notes
-from gearrattle.wording import counted
+from gearrattle.wording import counted, quantity
 
 if TYPE_CHECKING:
+    from gearrattle.analysis.statics import Equilibrium
     from gearrattle.model import Model
 
 
@@ -41,19 +42,19 @@ def check(model: Path, /, *, json: Json = False) -> None:
         raise
     notes = [*plausibility_notes(driveline), *decay_notes(driveline), *record_notes(driveline), *rest.notes]
     if json:
-        print(json_text({"ok": True, **_content(driveline), "notes": notes}))
+        print(json_text({"ok": True, **_content(driveline, rest), "notes": notes}))
         return
     print("ok")
-    content = {key: value for key, value in _content(driveline).items() if value != [] or key == "clearances"}
+    content = {key: value for key, value in _content(driveline, rest).items() if value != [] or key == "clearances"}
     width = 2 + max(map(len, content))
     for key, value in content.items():
         unit = _UNITS.get(key, "") if driveline.units == "SI" else ""
-        print(f"{key.replace('_', ' '):<{width}}{_words(value)}{unit}")
+        print(f"{key.replace('_', ' '):<{width}}{_words(value, is_si=driveline.units == 'SI')}{unit}")
     for note in notes:
         print(f"note: {note}", file=sys.stderr)
 
 
-def _content(model: Model) -> dict[str, Any]:
+def _content(model: Model, rest: Equilibrium) -> dict[str, Any]:
     """Say what is in a model."""
     from gearrattle.assembly import assemble
 
@@ -67,6 +68,7 @@ def _content(model: Model) -> dict[str, Any]:
         },
         "clearances": list(assemble(model).layout.clearance_names),
         "torques_on": [torque.on for torque in model.torques],
+        **({"balance": rest.balance} if rest.balance else {}),
         **({"motions_of": [motion.on for motion in model.motions]} if model.motions else {}),
         **({"records": records} if (records := _records(model)) else {}),
         "speed": model.excitation.omega,
@@ -82,7 +84,9 @@ def _records(model: Model) -> list[str]:
     return [f"{counted(s.time.size, 'point')} ({s.interpolation}), {s.time[-1] - s.start:.6g} s" for s in signals]
 
 
-def _words(value: Any) -> str:
+def _words(value: Any, *, is_si: bool) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{quantity(mean, 'N m' if is_si else '')} at {name}" for name, mean in value.items())
     if isinstance(value, list):
         return ", ".join(value) if value else "none"
     return f"{value:g}" if isinstance(value, float) else str(value)

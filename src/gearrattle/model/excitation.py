@@ -16,6 +16,7 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from gearrattle.json_types import TomlTable
 from gearrattle.model import units
+from gearrattle.model.balance import BALANCE, Balancing, OrBalance
 from gearrattle.model.engine import Engine, SquareOfSpeed
 from gearrattle.model.over_speed import OMEGA, OverSpeed
 from gearrattle.model.quantity import Name, Plain, Quantity
@@ -65,14 +66,14 @@ class Torque(Shown):
     }
     on: Name
     """Name of the inertia it acts on."""
-    mean: Annotated[float, OverSpeed(units.TORQUE)] = 0.0
-    """Mean torque [N m]; may be a table over speed."""
+    mean: Annotated[float | Balancing, OrBalance(units.TORQUE)] = 0.0
+    """Mean torque [N m]; may be a table over speed. "balance": what balances all other means of its free train."""
     harmonics: tuple[TorqueHarmonic, ...] = ()
     """Its sines."""
     signal: Annotated[Signal, OverTime(units.TORQUE, static=True)] | None = None
     """A torque over time, added to the mean and the sines."""
     engine: Engine | None = None
-    """An engine that gives the mean and the sines."""
+    """An engine that gives the mean and the sines; with mean = "balance" the sines alone."""
 
     def to_plain(self, *, at_speed: bool = False) -> TomlTable:
         """Return the table; at a speed an engine is replaced by the mean and the sines that it gives."""
@@ -85,13 +86,14 @@ class Torque(Shown):
 
     @model_validator(mode="after")
     def _driven(self, info: ValidationInfo) -> Self:
-        """Let an engine give mean and sines; those of its masses grow with the square of the speed."""
+        """Let an engine give sines, and the mean unless that balances; sines of masses grow with the speed squared."""
         if self.engine is not None:
             gas, masses = self.engine.waves()
             omega = (info.context or {}).get(OMEGA) or 0.0
             sines = [*gas, *(w._replace(amplitude=SquareOfSpeed(w.amplitude, omega)) for w in masses)]
             made = tuple(TorqueHarmonic.model_construct(**wave._asdict()) for wave in sines)
-            self.__dict__.update(mean=self.engine.mean_torque(), harmonics=made)
+            mean = self.mean if self.mean == BALANCE else self.engine.mean_torque()
+            self.__dict__.update(mean=mean, harmonics=made)
         return self
 
     @classmethod
@@ -99,9 +101,10 @@ class Torque(Shown):
         """Yield breaches: an engine beside a mean or sines."""
         if table.get("engine") is not None:
             for key in ("mean", "harmonics"):
-                if table.get(key):
+                if table.get(key) and table[key] != BALANCE:
                     rule = f"an engine gives mean and harmonics; {key} cannot be given together with it"
-                    yield Breach((key,), table[key], rule, "add another [[torque]] on the same inertia")
+                    remedy = "add another [[torque]] on the same inertia"
+                    yield Breach((key,), table[key], rule, remedy + ', or say mean = "balance"' * (key == "mean"))
 
 
 class Motion(Shown):

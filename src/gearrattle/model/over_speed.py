@@ -52,6 +52,14 @@ class AtSpeed(float):
         """Return what makes an equal one, for copies and pickles."""
         return float(self), self.speeds, self.values
 
+    def at(self, speed: float) -> float:
+        """Return the value at another speed within the table [rad/s]."""
+        for k, (sooner, later) in enumerate(pairwise(self.speeds)):
+            if speed <= later:
+                share = (speed - sooner) / (later - sooner)
+                return self.values[k] + share * (self.values[k + 1] - self.values[k]) if share else self.values[k]
+        raise AssertionError("between the first and the last speed")
+
     def to_plain(self) -> dict[str, list[float]]:
         """Return its table."""
         return {"speed": list(self.speeds), "value": list(self.values)}
@@ -97,7 +105,7 @@ class OverSpeed(Quantity):
             raise breach("speed and value must be lists of equal length, of two points or more")
         speed = Quantity(units.ANGULAR_VELOCITY, "non-negative")
         speeds = tuple(speed.read(entry, dimensionless) for entry in lists[0])
-        values = tuple(self.read(entry, dimensionless) for entry in lists[1])
+        values = tuple(Quantity.read(self, entry, dimensionless) for entry in lists[1])
         if any(later <= sooner for sooner, later in pairwise(speeds)):
             raise breach("speeds must ascend")
         if omega is None:  # the speed itself is wrong, and said to be
@@ -108,11 +116,7 @@ class OverSpeed(Quantity):
         if last is not None and not speeds[0] <= last <= speeds[-1]:
             rule = f"the table covers {speeds[0]:.6g} to {speeds[-1]:.6g} rad/s; the sweep ends at {last:.6g}"
             raise breach(rule, "extend the table: nothing is extrapolated")
-        for k, (sooner, later) in enumerate(pairwise(speeds)):
-            if omega <= later:
-                share = (omega - sooner) / (later - sooner)
-                return AtSpeed(values[k] + share * (values[k + 1] - values[k]) if share else values[k], speeds, values)
-        raise AssertionError("between the first and the last speed")
+        return AtSpeed(AtSpeed(values[0], speeds, values).at(omega), speeds, values)
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema: a quantity, or a table of two lists."""

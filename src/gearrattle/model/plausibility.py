@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from gearrattle.model.balance import BALANCE
 from gearrattle.model.components.base import Element
 from gearrattle.model.model import Model
 from gearrattle.wording import engineering, quantity
@@ -108,7 +109,8 @@ def _values(model: Model) -> Iterator[tuple[str, str, float]]:
     for element in model.elements:
         yield from _of_element(element)
     for i, torque in enumerate(model.torques):
-        yield f"torque.{i}.mean", "torque", torque.mean
+        if torque.mean != BALANCE:
+            yield f"torque.{i}.mean", "torque", torque.mean
         for j, harmonic in enumerate(torque.harmonics):
             yield f"torque.{i}.harmonics.{j}.amplitude", "torque", harmonic.amplitude
     yield "excitation.speed", "speed", model.excitation.omega

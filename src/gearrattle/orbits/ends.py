@@ -12,6 +12,7 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.model.balance import BALANCE
 from gearrattle.model.path_values import in_si
 from gearrattle.model.paths import path_names, value_at
 from gearrattle.model.table import shown
@@ -40,7 +41,7 @@ def ends_of(model: Model, path: str, ends: Sequence[float | str], argument: str 
         remedy = f'did you mean "{names[0]}"?' if names else "such as excitation.speed"
         raise ModelError(Problem(argument, path, "leads to no number", remedy))
     own = value_at(model.to_tables(), path)
-    if isinstance(own, str | bool):
+    if isinstance(own, str | bool) and own != BALANCE:
         raise ModelError(Problem(argument, path, "leads to no number", "follow a number of the driveline"))
     values = [in_si(path, end, model) for end in ends]
     has_unit = [isinstance(end, str) for end in ends if end != 0]

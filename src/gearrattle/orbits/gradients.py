@@ -98,7 +98,8 @@ def number_at(model: Model, path: str, other: str, argument: str = "paths") -> f
     if other == path or {other, path} <= _SAME:
         raise ModelError(Problem(argument, other, "is what the branch is followed over", "name another number"))
     if isinstance(value, bool) or not isinstance(value, int | float):
-        remedy = did_you_mean(other, list(path_names(model.to_tables())))
+        paths = path_names(model.to_tables())
+        remedy = "name another number" if other in paths else did_you_mean(other, paths)
         raise ModelError(Problem(argument, other, "must lead to a number of the model", remedy))
     if value == 0.0:
         raise ModelError(Problem(argument, other, "is zero, and is changed in proportion", "give it a small value"))

@@ -51,7 +51,7 @@ def check_repeats(model: Model) -> None:
     for torque, total, is_held in zip(mean, size, has_drag, strict=True):
         if abs(torque) > _BALANCED * total and not is_held:
             rule = "the mean torques on a train that turns freely without drag must balance"
-            remedy = "change a mean torque, or give an inertia of the train a drag"
+            remedy = 'say mean = "balance" in one torque of the train, or give an inertia of it a drag'
             left = measured(float(torque), "N m" if model.units == "SI" else "", 6)
             raise ModelError(Problem("torque", f"{left} left over", rule, remedy))
 

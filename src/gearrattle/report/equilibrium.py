@@ -14,7 +14,7 @@ from gearrattle.assembly import free_names
 from gearrattle.report.linear_tables import region_in_words
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.plots.chart import Chart
-from gearrattle.report.plots.numerals import engineering
+from gearrattle.report.plots.numerals import engineering, quantity
 from gearrattle.report.plots.rest import rest_chart
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import texts
@@ -59,10 +59,14 @@ class EquilibriumPage(Presentation[Equilibrium]):
                 free_names(rest.model), rest.angle.tolist(), rest.acceleration.tolist(), strict=True
             )
         )
-        return (
+        tables = (
             Table(("element", "deflection", "rests in"), elements, frozenset({0, 2}), "Elements"),
             Table(("inertia", "angle", "acceleration"), bodies, title="Inertias"),
         )
+        if not rest.balance:
+            return tables
+        balance = tuple((name, quantity(mean, "N m" if si else "")) for name, mean in rest.balance.items())
+        return (*tables, Table(("torque on", "mean that balances its train"), balance, title="Balance"))
 
     def figures(self) -> list[Chart]:
         chart = rest_chart(self.result)
@@ -76,12 +80,14 @@ class EquilibriumPage(Presentation[Equilibrium]):
             "deflection": rest.deflection,
             "region": rest.region,
             "acceleration": dict(zip(names, rest.acceleration.tolist(), strict=True)),
+            "balance": rest.balance,
         }
 
     def numbers(self) -> Arrays:
         rest, si = self.result, self.result.model.units == "SI"
         meshes = {element.name for element in rest.model.elements if element.along_line}
         units = [("m" if name in meshes else "rad") if si else "1" for name in rest.deflection]
+        balance = {"balance": ("balanced", list(rest.balance.values()), {"units": "N m" if si else "1"})}
         return Arrays(
             {
                 "angle": ("inertia", rest.angle, {"units": "rad" if si else "1"}),
@@ -89,11 +95,13 @@ class EquilibriumPage(Presentation[Equilibrium]):
                 "deflection": ("element", list(rest.deflection.values())),
                 "deflection_unit": ("element", texts(units)),
                 "region": ("clearance", list(rest.region.values())),
+                **(balance if rest.balance else {}),
             },
             {
                 "inertia": texts(free_names(rest.model)),
                 "element": texts(rest.deflection),
                 "clearance": texts(rest.region),
+                **({"balanced": texts(rest.balance)} if rest.balance else {}),
             },
             {"model": rest.model.name},
         )

@@ -9,6 +9,8 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from gearrattle.assembly import own_mean
+from gearrattle.model.balance import BALANCE
 from gearrattle.pipeline import Findings
 from gearrattle.report.plots.numerals import engineering, grouped, numeral, quantity
 from gearrattle.report.provenance import versions
@@ -86,8 +88,9 @@ def _excitation(findings: Findings) -> Table:
     if (sweep := model.excitation.sweep) is not None:
         end = f"{quantity(sweep.end, unit('rad/s'))} over {engineering(sweep.over, unit('s'))}"
         rows.append(("its sweep", f"from there to {end}", ""))
-    for torque in model.torques:
-        rows.append((f"torque on {torque.on}", f"mean {quantity(torque.mean, unit('N m'))}", ""))
+    for index, torque in enumerate(model.torques):
+        mean = f"mean {quantity(own_mean(model, index), unit('N m'))}"
+        rows.append((f"torque on {torque.on}", mean + ", the balance of its train" * (torque.mean == BALANCE), ""))
         rows += [
             ("", f"order {numeral(term.order)}: {quantity(term.amplitude, unit('N m'))}", _phase(term.phase))
             for term in torque.harmonics

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.analysis.trains import trains
 from gearrattle.assembly import free_names
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.rigid import is_accelerated
+from gearrattle.engine.system.trains import trains
 from gearrattle.model import Model
 from gearrattle.trajectory import Trajectory
 from gearrattle.wording import measured
@@ -34,7 +34,7 @@ def mean_speed_notes(model: Model, system: PiecewiseSystem, trajectory: Trajecto
     """
     settings = model.simulation
     assert settings.discard is not None and settings.samples_per_cycle is not None  # noqa: PT018 - settled
-    bodies = np.concatenate([np.zeros(0, np.int64), *(own for own, _ in trains(system))])
+    bodies = np.concatenate([np.zeros(0, np.int64), *(train.bodies for train in trains(system))])
     if system.signals is not None or bodies.size == 0:
         return ()
     # the mean is exact from the angles, the fluctuation is that of the samples

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.analysis.statics import named_equilibrium
-from gearrattle.analysis.trains import trains
 from gearrattle.assembly import Driveline, assemble, carried_along, free_names, free_of, moved, steady
 from gearrattle.engine.system.rigid import is_accelerated, rigid_response
+from gearrattle.engine.system.trains import trains
 from gearrattle.model import Initial
 from gearrattle.remember import kept
 

@@ -34,7 +34,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, free_names, free_of, period_of
+from gearrattle.assembly import assemble, free_names, free_of, own_mean, period_of
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
@@ -160,7 +160,10 @@ def _wrong_phase(phase: Any) -> Problem | None:
 
 def _scales(model: Model, system: PiecewiseSystem) -> dict[str, float]:
     """Unit of every quantity: half the clearance, and that times 2 pi / T; for inertias the smallest about them."""
-    load = sum(abs(t.mean) + sum(abs(h.amplitude) for h in t.harmonics) for t in model.torques)
+    load = sum(
+        abs(own_mean(model, i)) + sum(abs(h.amplitude) for h in torque.harmonics)
+        for i, torque in enumerate(model.torques)
+    )
     swing = sum(abs(h.amplitude) for motion in model.motions for h in motion.harmonics)
     rate = 2.0 * np.pi / period_of(model).period
     scales: dict[str, float] = {}

@@ -15,6 +15,7 @@ from functools import cache
 from typing import Any
 
 from gearrattle.model import json_schema
+from gearrattle.model.balance import BALANCE
 from gearrattle.model.components import Coupling
 from gearrattle.workbench.blocks import Location
 from gearrattle.workbench.references import BODY, rows_of
@@ -78,7 +79,7 @@ def begun(tables: Mapping[str, Any], location: Location, option: int = 0) -> Beg
     gone = [
         {"op": "delete", "path": [*location[:-1], key]}
         for key in _INSTEAD.get((location[0], location[-1]), ())
-        if _found(tables, (*location[:-1], key)) is not None
+        if _found(tables, (*location[:-1], key)) not in (None, BALANCE)
     ]
     lists = [choice for choice in choices if choice.get("type") == "array" and "items" in choice]
     if lists:
@@ -87,7 +88,7 @@ def begun(tables: Mapping[str, Any], location: Location, option: int = 0) -> Beg
     value = _table([choice for choice in choices if "properties" in choice][option])
     if location == ("simulation", "initial"):
         value = {key: [0.0] * len(rows_of(tables, BODY)) for key in value}
-    elif list(value) == _OVER_SPEED and now is not None:
+    elif list(value) == _OVER_SPEED and now not in (None, BALANCE):
         value["value"] = [now] * len(value["value"])
     return [*gone, {"op": "set", "path": list(location), "value": _plain(value) if is_plain else value}]
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 from html import escape
 from typing import TYPE_CHECKING
 
+from gearrattle.assembly import own_mean
 from gearrattle.report.plots import driveline
 from gearrattle.report.plots.numerals import numeral, quantity
 from gearrattle.report.plots.palette import MUTED, REGIMES
@@ -67,7 +68,11 @@ def _unit(findings: Findings, unit: str) -> str:
 def _loads(findings: Findings, name: str) -> list[str]:
     """Say what drives and what drags one body."""
     is_si = findings.model.units == "SI"
-    words = [f"↻ {torque_words(torque, is_si=is_si)}" for torque in findings.model.torques if torque.on == name]
+    words = [
+        f"↻ {torque_words(torque, is_si=is_si, mean=own_mean(findings.model, index))}"
+        for index, torque in enumerate(findings.model.torques)
+        if torque.on == name
+    ]
     words += ["↻ a prescribed motion" for motion in findings.model.motions if motion.on == name]
     inertia = next(i for i in findings.model.inertias if i.name == name)
     if inertia.drag_torque:
@@ -80,10 +85,14 @@ def inertia_words(inertia: float, *, is_si: bool) -> str:
     return quantity(inertia, "kg m²" if is_si else "")
 
 
-def torque_words(torque: Torque, *, is_si: bool) -> str:
-    """Say in short what a torque is: its mean, its orders, whether there is a record."""
+def torque_words(torque: Torque, *, is_si: bool, mean: float | None = None) -> str:
+    """Say in short what a torque is: its mean, its orders, whether there is a record; of one that balances, which."""
     only_mean = not torque.harmonics and torque.signal is None
-    pieces = [quantity(torque.mean, "N m" if is_si else "")] if torque.mean or only_mean else []
+    own = mean if isinstance(torque.mean, str) else torque.mean
+    words = "" if own is None else quantity(own, "N m" if is_si else "")
+    if isinstance(torque.mean, str):
+        words = f"{torque.mean}: {words}" if words else torque.mean
+    pieces = [words] if torque.mean or only_mean else []
     orders = [numeral(term.order) for term in torque.harmonics]
     if orders:
         listed = ", ".join(orders) if len(orders) <= 4 else f"{orders[0]} … {orders[-1]}"

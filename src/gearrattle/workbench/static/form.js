@@ -21,6 +21,9 @@ function unitOf(description = "") {
   return description.match(/\[([^\]]+)\]/)?.[1] ?? "";
 }
 
+// Words that may stand in place of a number.
+const wordsOf = (root, node) => optionsOf(root, node).map((option) => option.const).filter((word) => typeof word === "string");
+
 function exampleOf(root, node) {
   for (const option of optionsOf(root, node)) if (option.examples?.length) return option.examples[0];
   return "";
@@ -48,7 +51,7 @@ function Problems({ list, id }) {
   return list.length ? html`<div class="field-problems" id=${id} role="alert">${list.map(({ at, value, rule, remedy }) => html`<p>${at ? html`<b>${at}</b>` : null}${value ? `found ${value}; ` : ""}${rule}${remedy ? ` (${remedy})` : ""}</p>`)}</div>` : null;
 }
 
-function TextField({ path, value, label, unit, example, description, problems, isNumber, isRequired, onTyped, hidesLabel, describedBy }) {
+function TextField({ path, value, label, unit, example, choices = [], description, problems, isNumber, isRequired, onTyped, hidesLabel, describedBy }) {
   const [typed, setTyped] = useState(shown(value));
   const own = useRef(null);
   useEffect(() => { own.sent = undefined; setTyped(shown(value)); }, [shown(value)]);
@@ -72,8 +75,8 @@ function TextField({ path, value, label, unit, example, description, problems, i
   };
   return html`<div class=${`field${problems.length ? " wrong" : ""}`}>
     <label for=${id} class=${hidesLabel ? "hidden" : ""} title=${description}>${label}${isRequired ? html`<span class="must" aria-hidden="true"> *</span>` : null}</label>
-    <span class="entry"><input id=${id} type="text" autocomplete="off" spellcheck="false" value=${typed} placeholder=${example ? `e.g. ${example}` : ""} aria-required=${isRequired ? "true" : null} aria-invalid=${problems.length ? "true" : null} data-typed=${typed === shown(value) ? null : ""}
-      aria-describedby=${problems.length ? `${describedBy ?? id}-problems` : null} onInput=${(event) => { own.sent = undefined; setTyped(event.target.value); }} onChange=${(event) => commit(event.target.value)} onKeyDown=${pressed} />${unit && !hidesLabel && !/[^\d.eE+\s-]/.test(typed) ? html`<span class="unit" aria-hidden="true">${unit}</span>` : null}</span>
+    <span class="entry"><input id=${id} type="text" list=${choices.length ? `${id}-choices` : null} autocomplete="off" spellcheck="false" value=${typed} placeholder=${example ? `e.g. ${[example, ...choices].join(" or ")}` : ""} aria-required=${isRequired ? "true" : null} aria-invalid=${problems.length ? "true" : null} data-typed=${typed === shown(value) ? null : ""}
+      aria-describedby=${problems.length ? `${describedBy ?? id}-problems` : null} onInput=${(event) => { own.sent = undefined; setTyped(event.target.value); }} onChange=${(event) => commit(event.target.value)} onKeyDown=${pressed} />${choices.length ? html`<datalist id=${`${id}-choices`}>${choices.map((word) => html`<option value=${word} />`)}</datalist>` : null}${unit && !hidesLabel && !/[^\d.eE+\s-]/.test(typed) ? html`<span class="unit" aria-hidden="true">${unit}</span>` : null}</span>
     ${description && !hidesLabel ? html`<p class="describe">${description}</p>` : null}
     ${hidesLabel ? null : html`<${Problems} list=${problems} id=${`${id}-problems`} />`}</div>`;
 }
@@ -109,7 +112,7 @@ function Field({ node, path, value, name, label, isRequired, around, hidesLabel 
   if (value && typeof value === "object") return html`<${Group} ...${{ tables, path, value, label, around, description }} />`;
   if (!isSimple && tables.length) return html`<${Begin} ...${{ tables, path, label, around, problems: all, description }} />`;
   const isNumber = options.some((option) => ["number", "integer"].includes(option.type));
-  const field = html`<${TextField} path=${path} value=${value} label=${label} unit=${unitOf(full.description)} example=${exampleOf(root, node)} description=${description} problems=${all} isNumber=${isNumber} isRequired=${isRequired} onTyped=${around.onTyped} hidesLabel=${hidesLabel} describedBy=${around.describedBy} />`;
+  const field = html`<${TextField} path=${path} value=${value} label=${label} unit=${unitOf(full.description)} example=${exampleOf(root, node)} choices=${wordsOf(root, node)} description=${description} problems=${all} isNumber=${isNumber} isRequired=${isRequired} onTyped=${around.onTyped} hidesLabel=${hidesLabel} describedBy=${around.describedBy} />`;
   return tables.length && !hidesLabel ? html`<div class="with-more">${field}<${Begin} ...${{ tables, path, label: "as a table", around, problems: [], small: true }} /></div>` : field;
 }
 

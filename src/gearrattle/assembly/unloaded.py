@@ -1,0 +1,29 @@
+"""A driveline that nothing drives: its bodies and elements alone.
+
+Takes a Model; gives a PiecewiseSystem.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearrattle.assembly.elements import inertia_of, law_of, rows_of
+from gearrattle.assembly.period import period_of
+from gearrattle.assembly.prescribed import free_of
+from gearrattle.engine.system.piecewise import Harmonics, PiecewiseSystem
+from gearrattle.model import Model
+from gearrattle.remember import kept
+
+
+@kept
+def unloaded(model: Model) -> PiecewiseSystem:
+    """The driveline without torques, drag torques, errors and friction; what has a prescribed motion is held."""
+    free, rows = free_of(model), rows_of(model)
+    none = np.zeros((len(free), 0)), np.zeros((len(free), 0)), np.zeros((len(rows), 0)), np.zeros((len(rows), 0))
+    return PiecewiseSystem(
+        inertia=inertia_of(model)[free],
+        drag=np.array([model.inertias[i].drag for i in free]),
+        rows=rows[:, free],
+        laws=tuple(law_of(element) for element in model.elements),
+        inputs=Harmonics(period_of(model).period, np.zeros(0), np.zeros(len(free)), *none),
+    )

@@ -1,0 +1,37 @@
+"""A mean torque that balances its train: the word "balance" in place of a number.
+
+Which number it stands for depends on all other torques of the train; ``assembly.balance`` computes it.
+
+Takes value kinds from ``over_speed``; gives one to the torques of a model.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+from gearrattle.model.over_speed import OverSpeed
+from gearrattle.model.table import breach, did_you_mean
+
+BALANCE: Final = "balance"
+Balancing = Literal["balance"]
+
+
+@dataclass(frozen=True)
+class OrBalance(OverSpeed):
+    """A quantity, a table of it over the reference speed, or "balance"."""
+
+    def read(self, value: Any, dimensionless: bool, /) -> Any:
+        """Return the value in SI, or the word."""
+        if isinstance(value, str) and value == BALANCE:
+            return BALANCE
+        if remedy := did_you_mean(value, (BALANCE,)):
+            rule = f'must be a number, a string with a unit, a table over speed, or "{BALANCE}"'
+            raise breach(rule, remedy)
+        return super().read(value, dimensionless)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema: a quantity, a table of two lists, or the word."""
+        number = super().describe()
+        word = {"const": BALANCE, "description": "what balances all other means and drags of its free train"}
+        return {"anyOf": [*number["anyOf"], word], "description": f'{number["description"]}; or "{BALANCE}"'}
