@@ -81,15 +81,51 @@ def _tied(system: PiecewiseSystem, stiffness: Array) -> RelativeCoordinates:
     return relative_coordinates(system, np.flatnonzero(stiffness > 0.0).tolist())
 
 
-def eigenvalues(system: PiecewiseSystem, stiffness: Array, damping: Array) -> Eigenvalues:
-    """Eigenvalues with the slope (m,) and the damping (m,) of every element given.
+@dataclass(frozen=True)
+class EnergyForm:
+    """dy/dt = A y in energy coordinates, y = (B x, sqrt(J) v) with B^T B the stiffness of independent deflections x.
 
-    They are found in energy coordinates, y = (B x, sqrt(J) v) with B^T B the stiffness of independent deflections x:
-    zeros of rigid angles do not occur there, and the matrix is skew-symmetric but for damping.
+    Zeros of rigid angles do not occur there, and A is skew-symmetric but for damping.
+
+    Attributes
+    ----------
+    matrix
+        (r + n, r + n) A.
+    rigid
+        (n, p) orthonormal rigid velocities, in the coordinates sqrt(J) v.
+    elements
+        their number m.
+    held
+        (s,) those that have a slope.
+    stored
+        (s, r) orthonormal: sqrt(k) times the deflection of each of them is ``stored @ B x``.
     """
-    coordinates, root = _tied(system, stiffness), np.sqrt(system.inertia)
-    combination = np.sqrt(stiffness[stiffness > 0.0])[:, None] * coordinates.combination
-    factor = np.linalg.qr(combination, mode="r")
+
+    matrix: Array
+    rigid: Array
+    elements: int
+    held: NDArray[np.int64]
+    stored: Array
+
+    @property
+    def count(self) -> int:
+        """Number r of independent deflections."""
+        return int(self.stored.shape[1])
+
+    def is_rigid(self, vectors: Complex) -> NDArray[np.bool_]:
+        """Return which of the eigenvectors, in columns, are rigid motions: those with most energy in their speeds."""
+        share = np.sum(np.abs(self.rigid.T @ vectors[self.count :]) ** 2, axis=0)
+        apart = np.zeros(vectors.shape[1], dtype=np.bool_)
+        apart[np.argsort(-share, kind="stable")[: self.rigid.shape[1]]] = True
+        return apart
+
+
+def energy_form(system: PiecewiseSystem, stiffness: Array, damping: Array) -> EnergyForm:
+    """Return the system with the slope (m,) and the damping (m,) of every element given, in energy coordinates."""
+    coordinates = _tied(system, stiffness)
+    root = np.sqrt(system.inertia)
+    held = np.flatnonzero(stiffness > 0.0)
+    stored, factor = np.linalg.qr(np.sqrt(stiffness[held])[:, None] * coordinates.combination)
     gyroscopic = factor @ coordinates.basis / root
     loss = (system.rows.T * damping) @ system.rows + np.diag(system.drag)
     count = len(factor)
@@ -97,12 +133,16 @@ def eigenvalues(system: PiecewiseSystem, stiffness: Array, damping: Array) -> Ei
     matrix[:count, count:] = gyroscopic
     matrix[count:, :count] = -gyroscopic.T
     matrix[count:, count:] = -loss / np.outer(root, root)
-    values, vectors = np.linalg.eig(matrix)
     rigid = np.linalg.qr(root[:, None] * coordinates.angle_from_reference)[0]
-    share = np.sum(np.abs(rigid.T @ vectors[count:]) ** 2, axis=0)
-    apart = np.zeros(values.size, dtype=np.bool_)
-    apart[np.argsort(-share, kind="stable")[: rigid.shape[1]]] = True
-    zeros = np.zeros(rigid.shape[1])
+    return EnergyForm(matrix, rigid, stiffness.size, held, stored)
+
+
+def eigenvalues(system: PiecewiseSystem, stiffness: Array, damping: Array) -> Eigenvalues:
+    """Eigenvalues with the slope (m,) and the damping (m,) of every element given, found in energy coordinates."""
+    form = energy_form(system, stiffness, damping)
+    values, vectors = np.linalg.eig(form.matrix)
+    apart = form.is_rigid(vectors)
+    zeros = np.zeros(form.rigid.shape[1])
     return Eigenvalues(_ascending(values[~apart]), _ascending(np.concatenate([zeros, values[apart]])))
 
 
