@@ -13,6 +13,7 @@ from .analysis.statics import equilibrium as equilibrium
 from .analysis.statics import modes as modes
 from .analysis.stiffness import stiffness as stiffness
 from .analysis.torque_angle import torque_angle as torque_angle
+from .causes import cause as cause
 from .comparison.compare import compare as compare
 from .errors import Cancelled as Cancelled
 from .errors import ConvergenceError as ConvergenceError

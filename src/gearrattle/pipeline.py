@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from gearrattle.advice.advise import advice_on
 from gearrattle.analysis.statics import equilibrium, modes
 from gearrattle.assembly import unsteady
+from gearrattle.causes import Cause, cause_of
 from gearrattle.errors import ConvergenceError
 from gearrattle.model.quantity import CALLBACK, check_arguments
 from gearrattle.quantities import rows_of
@@ -84,6 +85,14 @@ class Findings(Result):
         """Everything that is noted, by the advice, the run, the equilibrium and the criteria, once each."""
         advised = () if self.advice is None else self.advice.notes
         return tuple(dict.fromkeys([*advised, *self.motion.notes, *self.equilibrium.notes, *self.verdict.notes]))
+
+    @cached_property
+    def cause(self) -> Cause | None:
+        """Which orders of the excitation move the driver of what rattles, and through which mode; None as ``gr.cause``.
+
+        Estimated when it is first shown.
+        """
+        return cause_of(self.motion, [part.name for part in self.verdict.parts if part.rattles])
 
     @cached_property
     def metrics(self) -> tuple[Row, ...]:

@@ -13,6 +13,7 @@ from gearrattle.analysis.scaling import Nondimensional
 from gearrattle.analysis.statics import Equilibrium, Modes
 from gearrattle.analysis.stiffness import Stiffness
 from gearrattle.analysis.torque_angle import TorqueAngle
+from gearrattle.causes import Cause
 from gearrattle.errors import Problem
 from gearrattle.measured.gas_torque import GasTorque
 from gearrattle.measured.identification.fitted import Fit
@@ -33,6 +34,7 @@ __all__ = [
     "Advice",
     "Branch",
     "Campbell",
+    "Cause",
     "Condensed",
     "Contents",
     "Equilibrium",

@@ -133,6 +133,7 @@ CALLS: Mapping[str, Call] = {
     "simulate": lambda kit: kit.run,
     "simulate: rk4": lambda kit: gr.simulate(kit.model, "rk4", step=1e-4),
     "criteria": lambda kit: gr.criteria(kit.run),
+    "cause": lambda kit: (gr.cause(kit.run), gr.cause(kit.run, body=kit.model.inertias[0].name)),
     "metrics": lambda kit: gr.metrics(kit.run),
     "metrics: recording": lambda kit: gr.metrics(kit.recording, kit.model),
     "contact_ratio: run": lambda kit: gr.contact_ratio(kit.run),

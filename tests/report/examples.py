@@ -80,6 +80,7 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "waterfall": lambda: gr.spectral.waterfall(motion(), CHANNEL),
     "metrics": lambda: gr.metrics(motion()),
     "contact ratio": lambda: gr.contact_ratio(motion()),
+    "cause": lambda: gr.cause(motion()),
     "periodic motion": lambda: orbit_from(-0.3, -3.9),
     "periodic motions": lambda: PeriodicMotions(
         oscillator.model(), (orbit_from(0.62), orbit_from(0.55), orbit_from(-0.3, -3.9))

@@ -57,6 +57,7 @@ PRESENTATIONS: Mapping[str, str] = {
     "event boundary": "gearrattle.report.event_boundary:EventBoundaryPage",
     "tipping pulses": "gearrattle.report.tipping:TippingPage",
     "jumps of run-ups": "gearrattle.report.run_up_jumps:RunUpJumpsPage",
+    "cause": "gearrattle.report.cause:CausePage",
     "contact ratio": "gearrattle.report.contact_ratio:ContactRatioPage",
 }
 """Kind of result -> module and class."""

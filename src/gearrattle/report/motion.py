@@ -51,6 +51,10 @@ class MotionReport(Presentation[Run]):
         return self._report.sentence
 
     @property
+    def further(self) -> tuple[str, ...]:
+        return self._report.further
+
+    @property
     def notes(self) -> tuple[str, ...]:
         return self._report.notes
 
@@ -83,6 +87,10 @@ class SimulationReport(MotionReport):
     def sentence(self) -> str:
         cost, cycles = self.result.cost, counted(self.result.trajectory.cycles, "cycle")
         return f"{cycles} by {cost.algorithm}: {counted(cost.steps, 'step')} in {cost.wall_time:.3g} s."
+
+    @property
+    def further(self) -> tuple[str, ...]:
+        return ()
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -73,6 +73,11 @@ class Presentation(Generic[R]):
         raise NotImplementedError
 
     @property
+    def further(self) -> tuple[str, ...]:
+        """Sentences that a terminal shows below the first, a line each; by default none."""
+        return ()
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What the user must know about the numbers; of labelled data a list or lines in ``attrs``."""
         attributes = getattr(self.result, "attrs", None)

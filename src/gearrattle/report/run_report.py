@@ -63,6 +63,10 @@ class RunReport(Presentation[Findings]):
         return str(self.result.verdict)
 
     @property
+    def further(self) -> tuple[str, ...]:
+        return () if self.result.cause is None else (self.result.cause.sentence,)
+
+    @property
     def notes(self) -> tuple[str, ...]:
         return self.result.notes
 

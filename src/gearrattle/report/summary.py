@@ -16,6 +16,7 @@ import numpy as np
 from gearrattle.advice.record import scores_dict
 from gearrattle.json_types import json_value
 from gearrattle.pipeline import Findings
+from gearrattle.report.cause import cause_content
 from gearrattle.report.energy_table import energy_dict
 from gearrattle.trajectory import Trajectory
 
@@ -30,6 +31,7 @@ def findings_content(findings: Findings) -> dict[str, Any]:
     return {
         "model": {"name": findings.model.name, "units": findings.model.units},
         **findings.verdict.to_dict(),
+        "cause": None if findings.cause is None else cause_content(findings.cause),
         "simulation": {
             "period": trajectory.layout.period,
             "cycles": trajectory.cycles,

@@ -26,7 +26,7 @@ def plain_text(presentation: Presentation[Any], width: int | None = None) -> str
     width
         of a line of a table, in characters; longer cells of words continue below themselves. None: no limit.
     """
-    parts = [presentation.sentence]
+    parts = [presentation.sentence, *presentation.further]
     for table in presentation.answer():
         if table.rows:
             short = shortened(table, _MOST_ROWS)

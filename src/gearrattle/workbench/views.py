@@ -148,6 +148,7 @@ def verdict_block(findings: Findings, values: Any) -> dict[str, Any]:
     scores = values["scores"]
     return {
         **verdict_numbers(findings),
+        "cause": None if findings.cause is None else findings.cause.sentence,
         "tiles": json_value(values["tiles"]),
         "table": _table(values["parts"]),
         "scores": _table(scores) if scores.rows else None,

@@ -55,7 +55,8 @@ function content(view, open) {
   const parts = [
     element("header", { class: `gr-verdict gr-${verdict.state}` },
       element("p", { class: "gr-headline" }, verdict.headline ?? HEADLINES[verdict.state]),
-      element("p", { class: "gr-lead" }, verdict.sentence)),
+      element("p", { class: "gr-lead" }, verdict.sentence),
+      verdict.cause ? element("p", {}, verdict.cause) : null),
     verdict.tiles ? tilesOf(verdict.tiles) : null,
   ];
   const drawing = verdict.drawing ? svgOf(verdict.drawing) : null;
