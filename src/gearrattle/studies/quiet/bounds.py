@@ -18,12 +18,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.studies.quiet.forms import Array, Form
-from gearrattle.studies.quiet.state import CLIP, SLIP, Motion, State
+from gearrattle.studies.quiet.forms import Array, Form, joined
+from gearrattle.studies.quiet.state import CLIP, SLIP, Motion, State, turning
 
 _FINE = 256  # phases a period of the highest order
 _COARSE = 48
@@ -125,99 +126,95 @@ def _negative(most: Array, slope: Array) -> tuple[float, float]:
     return float(low), float(high)
 
 
+class _Excess(NamedTuple):
+    """Kinds (B,) of bounds, mean (B,) and orders (H, B) of the excess over them."""
+
+    kind: NDArray[np.int64]
+    mean: Form
+    orders: Form
+
+
 def bounds_of(state: State, motion: Motion, numbers: dict[str, Form], phases: Phases) -> Bounds | None:
     """Return the bounds that are not kept for certain in all of the box; None where all are."""
-    rows = list(_excesses(state, motion, numbers))
-    kept: list[tuple[int, Form, list[Form]]] = []
-    resting: list[Form] = []
-    for kind, mean, orders in rows:
-        if kind not in (SLIP, CLIP):
-            resting.append(mean)
-        swing = sum(float(np.abs(c.value) + c.span) for c in orders)
-        rest = float(mean.rest) + sum(float(c.rest) for c in orders)
-        allowed = _ALLOWED * (swing + abs(float(mean.value)) + float(mean.span))
-        if float(mean.value) + float(mean.span) + swing + rest + allowed >= 0.0:
-            kept.append((kind, mean, orders))
-    return _sampled(kept, resting, phases) if kept else None
+    corners = _over_corners(state, motion, numbers)
+    others = [*_slips(state, motion, numbers), *_clippings(state, motion, numbers)]
+    kind = np.concatenate([corners.kind, *(part.kind for part in others)])
+    mean = joined(corners.mean, *(part.mean for part in others))
+    orders = joined(corners.orders, *(part.orders for part in others))
+    # whether all orders together stay below
+    swing = (np.abs(orders.value) + orders.span).sum(axis=0)
+    most = mean.value + mean.span + swing
+    allowed = _ALLOWED * (swing + np.abs(mean.value) + mean.span)
+    close = np.flatnonzero(most + mean.rest + orders.rest.sum(axis=0) + allowed >= 0.0)
+    if not close.size:
+        return None
+    return _sampled(_Excess(kind[close], mean.at(close), orders.at(close)), corners.mean, phases)
 
 
-def _sampled(kept: list[tuple[int, Form, list[Form]]], resting: list[Form], phases: Phases) -> Bounds:
-    """The excess of bounds at every phase."""
-    mean = np.array([float(m.value) for _, m, _ in kept])
-    mean_slopes = np.array([m.slopes for _, m, _ in kept]).T  # (d, B)
-    wave = np.array([[c.value for c in orders] for _, _, orders in kept], dtype=complex).reshape(len(kept), -1)
-    wave_slopes = np.array([[c.slopes for c in orders] for _, _, orders in kept], dtype=complex)
-    wave_slopes = np.moveaxis(wave_slopes.reshape(len(kept), wave.shape[1], mean_slopes.shape[0]), 2, 0)
-    rest = np.array([float(m.rest) + sum(float(c.rest) for c in orders) for _, m, orders in kept])
-    swings = np.abs(wave).sum(axis=1) + np.abs(wave_slopes).sum(axis=(0, 2))
-    sizes = swings + np.abs(mean) + np.abs(mean_slopes).sum(axis=0)
+def _sampled(near: _Excess, resting: Form, phases: Phases) -> Bounds:
+    """The excess over bounds at every phase."""
+    kind, mean, orders = near
+    rest = mean.rest + orders.rest.sum(axis=0)
+    swings = (np.abs(orders.value) + orders.span).sum(axis=0)
+    allowed = _ALLOWED * (swings + np.abs(mean.value) + mean.span)
     # at the phases
-    swing = (wave @ phases.waves).real
-    slopes = (wave_slopes @ phases.waves).real
-    seen = mean[:, None] + swing
-    seen_slopes = mean_slopes[:, :, None] + slopes
+    swing = (orders.value.T @ phases.waves).real
+    slopes = (np.swapaxes(orders.slopes, 1, 2) @ phases.waves).real
+    seen = mean.value[:, None] + swing
+    seen_slopes = mean.slopes[:, :, None] + slopes
     most = seen
     most_slopes = seen_slopes
     between = phases.rise * (np.abs(swing) + np.abs(slopes).sum(axis=0)).max(axis=1)
     if not phases.is_whole:  # no period: at some time all orders may add up
-        most = (mean + swings)[:, None]
-        most_slopes = mean_slopes[:, :, None]
-        between = np.zeros(len(kept))
-    allowed = _ALLOWED * sizes
-    still = np.array([float(m.value) for m in resting])
-    still_slopes = np.array([m.slopes for m in resting]).reshape(len(resting), -1).T
+        most = (mean.value + swings)[:, None]
+        most_slopes = mean.slopes[:, :, None]
+        between = np.zeros(kind.size)
     return Bounds(
-        np.array([kind for kind, _, _ in kept], dtype=np.int64),
+        kind,
         most,
         most_slopes,
         rest + between + allowed,
         seen,
         seen_slopes,
         rest + allowed,
-        still,
-        still_slopes,
-        np.array([float(m.rest) for m in resting]) + _ALLOWED * (np.abs(still) + np.abs(still_slopes).sum(axis=0)),
+        resting.value,
+        resting.slopes,
+        resting.rest + _ALLOWED * (np.abs(resting.value) + resting.span),
     )
 
 
-def _excesses(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterator[tuple[int, Form, list[Form]]]:
-    """Yield kind, mean and orders of the excess over every bound."""
-    size = state.family.system.size
-    inner = numbers["inner"][state.chosen]
-    for corner in state.corners:
-        at = size + corner.element
-        inside = inner[corner.element].plus(numbers["corner"][corner.number], -1.0)
-        mean = motion.mean[at].plus(inside)
-        yield corner.kind, _scaled(mean, corner.side), [_scaled(order[at], corner.side) for order in motion.orders]
-    for number, element in state.stuck:
-        spring = numbers["spring"][number]
-        pulls = [spring.times(order[size + element]) for order in motion.orders]
-        for side in (1, -1):
-            yield SLIP, _scaled(numbers["limit"][number], -1.0), [_scaled(pull, side) for pull in pulls]
-    yield from _clippings(state, motion, numbers)
+def _over_corners(state: State, motion: Motion, numbers: dict[str, Form]) -> _Excess:
+    """The excess over every corner."""
+    side, at, number, kind = state.corner_columns
+    inside = numbers["inner"].at(state.chosen).at(at).plus(numbers["corner"].at(number), -1.0)
+    deflection = at + state.family.system.size
+    mean = motion.mean.at(deflection).plus(inside)
+    return _Excess(kind, mean.scaled(side), motion.orders.at(deflection).scaled(side))
 
 
-def _clippings(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterator[tuple[int, Form, list[Form]]]:
+def _slips(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterator[_Excess]:
+    """Yield what friction that sticks would have to hold beyond its limit, both ways."""
+    if not state.stuck:
+        return
+    number, element = np.array(state.stuck).T
+    limit = numbers["limit"].at(number).scaled(-1.0)
+    pull = numbers["spring"].at(number).rows(1).times(motion.orders.at(element + state.family.system.size))
+    kind = np.full(number.size, SLIP)
+    yield from (_Excess(kind, limit, pull.scaled(way)) for way in (1.0, -1.0))
+
+
+def _clippings(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterator[_Excess]:
     """Yield what contact damping exceeds the spring's force by: +-C delta' - |F|."""
+    if not state.clipped:
+        return
     system = state.family.system
-    cycles = system.inputs.cycles[system.inputs.cycles > 0.0]
-    stiffness = numbers["stiffness"][state.chosen]
-    damping = numbers["damping"][state.chosen]
-    force = numbers["force"][state.chosen]
-    for element in state.clipped:
-        at = system.size + element
-        side = 1 if state.pieces[element] + system.laws[element].first_label > 0 else -1
-        mean = _scaled(stiffness[element].times(motion.mean[at]).plus(force[element]), -side)
-        loss = damping[element].times(numbers["rate"][0])
-        for way in (1, -1):
-            orders = [
-                _scaled(stiffness[element].times(order[at]), -side).plus(
-                    loss.times(_scaled(order[at], 1j * cycle)), way
-                )
-                for order, cycle in zip(motion.orders, cycles.tolist(), strict=True)
-            ]
-            yield CLIP, mean, orders
-
-
-def _scaled(form: Form, factor: complex) -> Form:
-    return Form(factor * form.value, factor * form.slopes, abs(factor) * form.rest)
+    element = np.array(state.clipped)
+    labels = element * 0 + [state.pieces[k] + system.laws[k].first_label for k in state.clipped]
+    side = np.where(labels > 0, 1.0, -1.0)
+    stiffness, damping, force = (numbers[name].at(state.chosen[element]) for name in ("stiffness", "damping", "force"))
+    deflection = motion.orders.at(element + system.size)
+    mean = stiffness.times(motion.mean.at(element + system.size)).plus(force).scaled(-side)
+    elastic = stiffness.rows(1).times(deflection).scaled(-side)
+    rate = deflection.scaled(1j * turning(system)[:, None])
+    loss = damping.times(numbers["rate"]).rows(1).times(rate)
+    yield from (_Excess(np.full(element.size, CLIP), mean, elastic.plus(loss, way)) for way in (1.0, -1.0))

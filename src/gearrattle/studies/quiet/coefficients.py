@@ -65,7 +65,7 @@ class Family:
     def over(self, centre: Array, radius: Array) -> dict[str, Form]:
         """Return the coefficients over a box inside, by kind."""
         form = self.numbers.over(centre, radius)
-        return {name: form[block] for name, block in self.blocks.items()}
+        return {name: form.part(block) for name, block in self.blocks.items()}
 
     def at(self, point: Array) -> dict[str, Array]:
         """Return the coefficients at a point, by kind."""
@@ -181,10 +181,10 @@ def _parts(system: PiecewiseSystem) -> Iterator[tuple[str, Array]]:
     yield "drag", system.drag
     yield "mean", inputs.mean + inputs.torque_cosine[:, still].sum(axis=1)
     yield "lasting_error", inputs.error_cosine[:, still].sum(axis=1)
-    yield "torque_cosine", inputs.torque_cosine[:, turning].ravel()
-    yield "torque_sine", inputs.torque_sine[:, turning].ravel()
-    yield "error_cosine", inputs.error_cosine[:, turning].ravel()
-    yield "error_sine", inputs.error_sine[:, turning].ravel()
+    yield "torque_cosine", inputs.torque_cosine[:, turning].T.ravel()
+    yield "torque_sine", inputs.torque_sine[:, turning].T.ravel()
+    yield "error_cosine", inputs.error_cosine[:, turning].T.ravel()
+    yield "error_sine", inputs.error_sine[:, turning].T.ravel()
     none = np.zeros(0)
     laws = system.laws
     corners = [np.array([inner_corner(law, piece) for piece in range(law.pieces)]) for law in laws]

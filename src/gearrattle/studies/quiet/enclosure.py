@@ -23,7 +23,6 @@ Takes forms and matrices; gives a form, and what every parameter adds to B.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -45,24 +44,8 @@ class Frame(NamedTuple):
     constant: Array
 
 
-@dataclass(frozen=True)
-class Solution:
-    """The solution of equations over a box.
-
-    Attributes
-    ----------
-    view
-        v (M,).
-    bent
-        (d,) how strongly each parameter bends it: its part in the rest.
-    """
-
-    view: Form
-    bent: Array
-
-
-def centre_of(frame: Frame, factor: Matrix, drive: Matrix, shift: Matrix) -> NDArray[np.generic] | None:
-    """Return v at the centre alone; None where the equations are singular."""
+def centre_of(frame: Frame, factor: Matrix, drive: Matrix, shift: Matrix) -> Matrix | None:
+    """Return v (M,) at the centre alone; None where the equations are singular."""
     matrix = (frame.spread * factor) @ frame.view + frame.constant
     try:
         return np.asarray(frame.view @ np.linalg.solve(matrix, frame.spread @ (drive + factor * shift)) - shift)
@@ -70,76 +53,80 @@ def centre_of(frame: Frame, factor: Matrix, drive: Matrix, shift: Matrix) -> NDA
         return None
 
 
-def enclose(frame: Frame, factor: Form, drive: Form, shift: Form) -> tuple[Solution | None, Array]:
-    """Solve the equations over a box.
+def enclose(frame: Frame, factor: Form, drive: Form, shift: Form) -> tuple[Form | None, Array]:
+    """Solve S sets of equations over a box.
 
     Parameters
     ----------
     frame
-        what holds in all of the box.
+        what holds in all of the box, and for all sets.
     factor, drive, shift
-        m, g and s, (M,) each.
+        m, g and s, (S, M) each.
 
     Returns
     -------
-    tuple[Solution | None, Array]
-        The solution; None where the box is too large. And (d,) how strongly each parameter bends it, to first order.
+    tuple[Form | None, Array]
+        v (S, M); None where the box is too large. And (d,) how strongly each parameter bends it.
     """
-    count = len(factor.slopes)
     spread, view, constant = frame
-    matrix = (spread * factor.value) @ view + constant
+    matrix = (spread * factor.value[:, None, :]) @ view + constant
     try:
         inverse = np.linalg.inv(matrix)
     except np.linalg.LinAlgError:
-        return None, np.ones(count)
+        return None, np.ones(len(factor.slopes))
     # the centre, once refined
-    x = inverse @ (spread @ (drive.value + factor.value * shift.value))
-    left = spread @ (drive.value - factor.value * (view @ x - shift.value)) - constant @ x
-    x = x + inverse @ left
-    value = view @ x - shift.value
+    x = _times(inverse, (drive.value + factor.value * shift.value) @ spread.T)
+    left = (drive.value - factor.value * (x @ view.T - shift.value)) @ spread.T - x @ constant.T
+    x = x + _times(inverse, left)
+    value = x @ view.T - shift.value
     response = view @ inverse @ spread
     # slopes
     pushes = drive.slopes + factor.value * shift.slopes - factor.slopes * value
-    slopes = pushes @ response.T - shift.slopes
+    slopes = _times(response, pushes) - shift.slopes
     # the rest
     size = np.abs(response)
+    known = np.abs(value)
     moves = factor.span + factor.rest
     change = np.abs(slopes).sum(axis=0)
-    bent = np.array([_ratio(size @ (np.abs(part) * np.abs(value)), np.abs(value)) for part in factor.slopes])
+    bent = _largest_ratio(_times(size, np.abs(factor.slopes) * known), known)
     if not (np.isfinite(value).all() and _is_regular(inverse, matrix)):
         return None, bent
-    other = np.abs(response * factor.value - np.eye(len(value)))
-    apart = size @ (drive.rest + factor.rest * np.abs(value) + moves * change) + other @ shift.rest
-    apart += _ALLOWED * (np.abs(value) + change) + 1e-300
-    rest = _bound(size * moves, apart)
-    if rest is None:
-        return None, bent
-    return Solution(Form(value, slopes, rest), bent), bent
+    apart = _times(size, drive.rest + factor.rest * known + moves * change)
+    if shift.rest.any():
+        apart += _times(np.abs(response * factor.value[:, None, :] - np.eye(view.shape[0])), shift.rest)
+    apart += _ALLOWED * (known + change) + 1e-300
+    rest = _bound(size * moves[:, None, :], apart)
+    return None if rest is None else Form(value, slopes, rest), bent
 
 
-def _ratio(changed: Array, size: Array) -> float:
-    """The largest of some changes against their sizes, those that are nearly zero left out."""
-    known = size > 1e-9 * size.max(initial=0.0)
-    return float((changed[known] / size[known]).max(initial=0.0))
+def _times(matrices: Matrix, vectors: Matrix) -> Matrix:
+    """(..., S, p) products of (S, p, m) matrices with (..., S, m) vectors."""
+    return np.asarray((matrices @ vectors[..., None])[..., 0])
+
+
+def _largest_ratio(changed: Array, size: Array) -> Array:
+    """(d,) the largest of changes (d, S, M) against sizes (S, M), those that are nearly zero left out."""
+    is_known = size > 1e-9 * size.max(axis=1, keepdims=True, initial=0.0)
+    ratio = np.where(is_known, changed, 0.0) / np.where(is_known, size, 1.0)
+    return np.asarray(ratio.max(axis=(1, 2), initial=0.0))
 
 
 def _is_regular(inverse: Matrix, matrix: Matrix) -> bool:
-    """Whether rounding leaves the inverse one, in units in which its diagonal is one."""
-    scale = np.sqrt(np.abs(np.diag(inverse)))
-    scale[scale == 0.0] = 1.0
-    off = np.abs(np.eye(len(matrix)) - inverse @ matrix) * scale / scale[:, None]
-    return bool(off.sum(axis=1).max(initial=0.0) <= _REGULAR)
+    """Whether rounding leaves the inverses what they are, in units in which their diagonals are one."""
+    scale = np.sqrt(np.abs(np.diagonal(inverse, axis1=1, axis2=2)))
+    scale = np.where(scale == 0.0, 1.0, scale)
+    off = np.abs(np.eye(matrix.shape[1]) - inverse @ matrix) * scale[:, None, :] / scale[:, :, None]
+    return bool(off.sum(axis=2).max(initial=0.0) <= _REGULAR)
 
 
 def _bound(growth: Array, apart: Array) -> Array | None:
-    """(M,) the bound (1 - B)^-1 a; None where the spectral radius of B is not known to be below one."""
+    """(S, M) the bounds (1 - B)^-1 a; None where the spectral radius of a B is not known to be below one."""
     try:
-        bound = np.linalg.solve(np.eye(len(apart)) - growth, apart)
+        bound = np.linalg.solve(np.eye(growth.shape[1]) - growth, apart[..., None])[..., 0]
     except np.linalg.LinAlgError:
         return None
     if not (np.isfinite(bound).all() and (bound > 0.0).all()):
         return None
-    left = bound - growth @ bound
-    if not (left >= (1.0 - _REGULAR) * apart).all():
+    if not (bound - _times(growth, bound) >= (1.0 - _REGULAR) * apart).all():
         return None
     return np.asarray(bound / (1.0 - _REGULAR))

@@ -42,10 +42,6 @@ class Form(NamedTuple):
         """(...) how far the numbers may be from those at the centre, but for the rest."""
         return np.asarray(np.abs(self.slopes).sum(axis=0))
 
-    def __getitem__(self, index: object) -> Form:  # type: ignore[override]
-        """Return the form of some of the numbers."""
-        return Form(self.value[index], self.slopes[(slice(None), index)], self.rest[index])  # type: ignore[index]
-
     def plus(self, other: Form, factor: complex = 1.0) -> Form:
         """Return the sum with a multiple of another form."""
         return Form(
@@ -67,18 +63,36 @@ class Form(NamedTuple):
             + here * there,
         )
 
-    def by(self, matrix: NDArray[np.generic]) -> Form:
-        """Return the product of a matrix (p, m) without uncertainty and these numbers (m,)."""
-        return Form(matrix @ self.value, self.slopes @ matrix.T, np.abs(matrix) @ self.rest)
+    def scaled(self, factor: complex | NDArray[np.generic]) -> Form:
+        """Return the product with numbers without uncertainty."""
+        return Form(factor * self.value, factor * self.slopes, np.abs(factor) * self.rest)
+
+    def at(self, index: NDArray[np.int64]) -> Form:
+        """Return the form of numbers by their index in the last axis."""
+        return Form(self.value[..., index], self.slopes[..., index], self.rest[..., index])
+
+    def part(self, block: slice) -> Form:
+        """Return the form of a block of numbers (L,)."""
+        return Form(self.value[block], self.slopes[:, block], self.rest[block])
+
+    def rows(self, count: int) -> Form:
+        """Return numbers (count * m,) as (count, m), row by row."""
+        shape = (count, -1)
+        return Form(self.value.reshape(shape), self.slopes.reshape(len(self.slopes), *shape), self.rest.reshape(shape))
 
 
 def joined(*forms: Form) -> Form:
-    """Return numbers (m,) one after the other."""
+    """Return numbers one after the other along the last axis."""
     return Form(
-        np.concatenate([form.value for form in forms]),
-        np.concatenate([form.slopes for form in forms], axis=1),
-        np.concatenate([form.rest for form in forms]),
+        np.concatenate([form.value for form in forms], axis=-1),
+        np.concatenate([form.slopes for form in forms], axis=-1),
+        np.concatenate([form.rest for form in forms], axis=-1),
     )
+
+
+def zeros(count: int, *shape: int) -> Form:
+    """Return zeros over a box of so many parameters."""
+    return Form(np.zeros(shape), np.zeros((count, *shape)), np.zeros(shape))
 
 
 class Quadratic(NamedTuple):

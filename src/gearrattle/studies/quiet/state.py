@@ -30,8 +30,8 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.signals import centre, is_gap
 from gearrattle.studies.quiet.coefficients import Family
 from gearrattle.studies.quiet.damped import all_decays
-from gearrattle.studies.quiet.enclosure import Frame, Solution, centre_of, enclose
-from gearrattle.studies.quiet.forms import Array, Form, joined
+from gearrattle.studies.quiet.enclosure import Frame, centre_of, enclose
+from gearrattle.studies.quiet.forms import Array, Form, joined, zeros
 
 GAP, STAGE, SLIP, CLIP = range(4)
 """What a bound of a state is: contact is lost or made; a spring changes stage; friction slips; damping is clipped."""
@@ -53,13 +53,13 @@ class Motion:
     Attributes
     ----------
     mean
-        bodies' rates, then deflections from the inner corners.
+        (M,) bodies' rates, then deflections from the inner corners.
     orders
-        the same of every order, complex amplitudes.
+        (H, M) complex amplitudes of bodies' angles, then of deflections.
     """
 
     mean: Form
-    orders: tuple[Form, ...]
+    orders: Form
 
 
 class State:
@@ -82,6 +82,12 @@ class State:
         self.clipped = [k for k in sorted(clipped) if system.laws[k].stiffness[self.pieces[k]] > 0.0]
         """Elements in contact whose damping may be clipped."""
         self.corners = tuple(_corners(family, self.pieces))
+
+    @cached_property
+    def corner_columns(self) -> tuple[Array, NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """Side, element, number and kind of all corners, (B,) each."""
+        element, number, side, kind = np.array(self.corners, dtype=np.int64).reshape(-1, 4).T
+        return side.astype(float), element, number, kind
 
     @cached_property
     def _still(self) -> Frame:
@@ -145,86 +151,64 @@ class State:
         if np.any(~stiff & (stiffness.value + stiffness.span > 0.0)):
             return False
         return all_decays(
-            family.system.rows, stiff, positive(whole["damping"][self.chosen]), positive(whole["drag"])
+            family.system.rows, stiff, positive(whole["damping"].at(self.chosen)), positive(whole["drag"])
         )
 
     def _means(self, numbers: dict[str, Form]) -> tuple[Form, Form, Form]:
-        """Factors, drive and shift of the mean state."""
-        dragged = self._dragged
-        bodies = Form(
-            np.where(dragged, numbers["drag"].value, numbers["inertia"].value),
-            np.where(dragged, numbers["drag"].slopes, numbers["inertia"].slopes),
-            np.where(dragged, numbers["drag"].rest, numbers["inertia"].rest),
-        )
-        nothing = bodies.plus(bodies, -1.0)
-        nothing = Form(nothing.value, nothing.slopes, np.zeros(nothing.rest.shape))
-        force = numbers["force"][self.chosen]
-        shift = numbers["lasting_error"].plus(numbers["inner"][self.chosen])
+        """Factors, drive and shift of the mean state, (1, M) each."""
+        drag, inertia = numbers["drag"], numbers["inertia"]
+        pairs = zip(drag, inertia, strict=True)
+        bodies = Form(*(np.where(self._dragged, one, other) for one, other in pairs))
+        shift = numbers["lasting_error"].plus(numbers["inner"].at(self.chosen))
         return (
-            joined(bodies, numbers["stiffness"][self.chosen]),
-            joined(numbers["mean"], Form(-force.value, -force.slopes, force.rest)),
-            joined(nothing, shift),
+            joined(bodies, numbers["stiffness"].at(self.chosen)).rows(1),
+            joined(numbers["mean"], numbers["force"].at(self.chosen).scaled(-1.0)).rows(1),
+            joined(zeros(len(drag.slopes), drag.rest.size), shift).rows(1),
         )
 
     def rest_at(self, numbers: dict[str, Form]) -> NDArray[np.generic] | None:
         """Return bodies' rates and deflections from the inner corners at the centre of a box."""
         factor, drive, shift = self._means(numbers)
-        return centre_of(self._still, factor.value, drive.value, shift.value)
+        return centre_of(self._still, factor.value[0], drive.value[0], shift.value[0])
 
     def motion(self, numbers: dict[str, Form]) -> tuple[Motion | None, Array]:
         """Return the linear motion over a box, None where it is too large; and how every parameter bends it."""
         mean, bent = enclose(self._still, *self._means(numbers))
-        if mean is None:
+        orders, bent_by_orders = enclose(self._turning, *self._orders(numbers))
+        bent = np.maximum(bent, bent_by_orders)
+        if mean is None or orders is None:
             return None, bent
-        system = self.family.system
-        cycles = system.inputs.cycles[system.inputs.cycles > 0.0]
-        orders = []
-        for order, cycle in enumerate(cycles.tolist()):
-            solution, curved = self._order(numbers, order, cycle, cycles.size)
-            bent = np.maximum(bent, curved)
-            if solution is None:
-                return None, bent
-            orders.append(solution.view)
-        return Motion(mean.view, tuple(orders)), bent
+        return Motion(Form(mean.value[0], mean.slopes[:, 0], mean.rest[0]), orders), bent
 
-    def _order(self, numbers: dict[str, Form], order: int, cycle: float, count: int) -> tuple[Solution | None, Array]:
-        """The motion at one order."""
-        rate = numbers["rate"]
-        rate = Form(cycle * rate.value, cycle * rate.slopes, cycle * rate.rest)
-        bodies = _complex(
-            _scaled(numbers["inertia"].times(rate.times(rate)), -1.0), numbers["drag"].times(rate)
+    def _orders(self, numbers: dict[str, Form]) -> tuple[Form, Form, Form]:
+        """Factors, drive and shift of every order that turns, (H, M) each."""
+        cycles = turning(self.family.system)
+        count = len(numbers["rate"].slopes)
+        rate = numbers["rate"].rows(1).scaled(cycles[:, None])  # (H, 1)
+        inertia, drag = (numbers[name].rows(1) for name in ("inertia", "drag"))
+        bodies = inertia.times(rate.times(rate)).scaled(-1.0).plus(drag.times(rate), 1j)
+        loss = numbers["damping"].at(self.chosen).rows(1).times(rate)
+        elements = loss.scaled(1j).plus(self.spring(numbers).rows(1))
+        torque, error = (
+            numbers[f"{what}_cosine"].plus(numbers[f"{what}_sine"], -1j).rows(cycles.size)
+            for what in ("torque", "error")
         )
-        elements = _complex(self.spring(numbers), numbers["damping"][self.chosen].times(rate))
-        every = slice(order, None, count)
-        torque = _complex(numbers["torque_cosine"][every], _scaled(numbers["torque_sine"][every], -1.0))
-        error = _complex(numbers["error_cosine"][every], _scaled(numbers["error_sine"][every], -1.0))
-        no_force = _nothing(error)
-        no_error = _nothing(torque)
-        return enclose(self._turning, joined(bodies, elements), joined(torque, no_force), joined(no_error, error))
+        sizes = self.family.system.size, len(self.pieces)
+        no_error, no_force = (zeros(count, cycles.size, size) for size in sizes)
+        return joined(bodies, elements), joined(torque, no_force), joined(no_error, error)
 
     def spring(self, numbers: dict[str, Form]) -> Form:
         """Return the stiffness of every element, with the springs of friction that sticks."""
-        stiffness = numbers["stiffness"][self.chosen]
-        out = Form(stiffness.value.copy(), stiffness.slopes.copy(), stiffness.rest.copy())
+        out = numbers["stiffness"].at(self.chosen)
         for number, element in self.stuck:
-            one = numbers["spring"][number]
-            out.value[element] += one.value
-            out.slopes[:, element] += one.slopes
-            out.rest[element] += one.rest
+            for to, part in zip(out, numbers["spring"], strict=True):
+                to[..., element] += part[..., number]
         return out
 
 
-def _scaled(form: Form, factor: complex) -> Form:
-    return Form(factor * form.value, factor * form.slopes, abs(factor) * form.rest)
-
-
-def _nothing(form: Form) -> Form:
-    return Form(np.zeros_like(form.value), np.zeros_like(form.slopes), np.zeros_like(form.rest))
-
-
-def _complex(real: Form, imaginary: Form) -> Form:
-    """The form of complex numbers, from their parts."""
-    return real.plus(imaginary, 1j)
+def turning(system: PiecewiseSystem) -> Array:
+    """(H,) the orders that turn, in cycles a period."""
+    return np.asarray(system.inputs.cycles[system.inputs.cycles > 0.0])
 
 
 def _corners(family: Family, pieces: Sequence[int]) -> list[Corner]:
