@@ -48,6 +48,7 @@ from .studies import basins as basins
 from .studies import bifurcation as bifurcation
 from .studies import open_study as open_study
 from .studies import optimize as optimize
+from .studies import prove_quiet as prove_quiet
 from .studies import screen as screen
 from .studies import study as study
 from .workbench.notebook import view as view

@@ -29,6 +29,7 @@ from gearrattle.report.figures import Figures
 from gearrattle.report.sound.listen import Sound
 from gearrattle.result import Result
 from gearrattle.simulation.stream import Stream
+from gearrattle.studies.quiet import QuietProof
 
 __all__ = [
     "Advice",
@@ -49,6 +50,7 @@ __all__ = [
     "Orbit",
     "PeriodicMotions",
     "Problem",
+    "QuietProof",
     "Reduction",
     "Result",
     "RunUp",

@@ -58,6 +58,7 @@ PRESENTATIONS: Mapping[str, str] = {
     "tipping pulses": "gearrattle.report.tipping:TippingPage",
     "jumps of run-ups": "gearrattle.report.run_up_jumps:RunUpJumpsPage",
     "cause": "gearrattle.report.cause:CausePage",
+    "proof of quiet": "gearrattle.report.quiet_proof:QuietProofPage",
     "contact ratio": "gearrattle.report.contact_ratio:ContactRatioPage",
 }
 """Kind of result -> module and class."""

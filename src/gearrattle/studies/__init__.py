@@ -13,6 +13,7 @@ from gearrattle.studies.diagram import bifurcation
 from gearrattle.studies.kept import open_study
 from gearrattle.studies.optimization import optimize
 from gearrattle.studies.probability import rattle_probability, samples_needed
+from gearrattle.studies.quiet import prove_quiet
 from gearrattle.studies.screening import screen
 from gearrattle.studies.sensitivity import sensitivities
 from gearrattle.studies.study import study
@@ -22,6 +23,7 @@ __all__ = [
     "bifurcation",
     "open_study",
     "optimize",
+    "prove_quiet",
     "rattle_probability",
     "regime_boundary",
     "samples_needed",

@@ -53,8 +53,8 @@ class Bounds:
 
     Attributes
     ----------
-    kind
-        (B,) of each: GAP, STAGE, SLIP, CLIP.
+    kind, element
+        (B,) of each: GAP, STAGE, SLIP, CLIP, and its element.
     excess, slopes, above
         (B, N) at the centre at every phase, (d, B, N), and (B,) what the excess may be larger by, between the phases
         too; without a common period there is one phase, at which all orders add up.
@@ -65,6 +65,7 @@ class Bounds:
     """
 
     kind: NDArray[np.int64]
+    element: NDArray[np.int64]
     excess: Array
     slopes: Array
     above: Array
@@ -127,9 +128,10 @@ def _negative(most: Array, slope: Array) -> tuple[float, float]:
 
 
 class _Excess(NamedTuple):
-    """Kinds (B,) of bounds, mean (B,) and orders (H, B) of the excess over them."""
+    """Kinds and elements (B,) of bounds, mean (B,) and orders (H, B) of the excess over them."""
 
     kind: NDArray[np.int64]
+    element: NDArray[np.int64]
     mean: Form
     orders: Form
 
@@ -139,6 +141,7 @@ def bounds_of(state: State, motion: Motion, numbers: dict[str, Form], phases: Ph
     corners = _over_corners(state, motion, numbers)
     others = [*_slips(state, motion, numbers), *_clippings(state, motion, numbers)]
     kind = np.concatenate([corners.kind, *(part.kind for part in others)])
+    element = np.concatenate([corners.element, *(part.element for part in others)])
     mean = joined(corners.mean, *(part.mean for part in others))
     orders = joined(corners.orders, *(part.orders for part in others))
     # whether all orders together stay below
@@ -148,12 +151,12 @@ def bounds_of(state: State, motion: Motion, numbers: dict[str, Form], phases: Ph
     close = np.flatnonzero(most + mean.rest + orders.rest.sum(axis=0) + allowed >= 0.0)
     if not close.size:
         return None
-    return _sampled(_Excess(kind[close], mean.at(close), orders.at(close)), corners.mean, phases)
+    return _sampled(_Excess(kind[close], element[close], mean.at(close), orders.at(close)), corners.mean, phases)
 
 
 def _sampled(near: _Excess, resting: Form, phases: Phases) -> Bounds:
     """The excess over bounds at every phase."""
-    kind, mean, orders = near
+    kind, element, mean, orders = near
     rest = mean.rest + orders.rest.sum(axis=0)
     swings = (np.abs(orders.value) + orders.span).sum(axis=0)
     allowed = _ALLOWED * (swings + np.abs(mean.value) + mean.span)
@@ -171,6 +174,7 @@ def _sampled(near: _Excess, resting: Form, phases: Phases) -> Bounds:
         between = np.zeros(kind.size)
     return Bounds(
         kind,
+        element,
         most,
         most_slopes,
         rest + between + allowed,
@@ -189,7 +193,7 @@ def _over_corners(state: State, motion: Motion, numbers: dict[str, Form]) -> _Ex
     inside = numbers["inner"].at(state.chosen).at(at).plus(numbers["corner"].at(number), -1.0)
     deflection = at + state.family.system.size
     mean = motion.mean.at(deflection).plus(inside)
-    return _Excess(kind, mean.scaled(side), motion.orders.at(deflection).scaled(side))
+    return _Excess(kind, at, mean.scaled(side), motion.orders.at(deflection).scaled(side))
 
 
 def _slips(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterator[_Excess]:
@@ -200,7 +204,7 @@ def _slips(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterator[_
     limit = numbers["limit"].at(number).scaled(-1.0)
     pull = numbers["spring"].at(number).rows(1).times(motion.orders.at(element + state.family.system.size))
     kind = np.full(number.size, SLIP)
-    yield from (_Excess(kind, limit, pull.scaled(way)) for way in (1.0, -1.0))
+    yield from (_Excess(kind, element, limit, pull.scaled(way)) for way in (1.0, -1.0))
 
 
 def _clippings(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterator[_Excess]:
@@ -209,7 +213,7 @@ def _clippings(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterat
         return
     system = state.family.system
     element = np.array(state.clipped)
-    labels = element * 0 + [state.pieces[k] + system.laws[k].first_label for k in state.clipped]
+    labels = np.array([state.pieces[k] + system.laws[k].first_label for k in state.clipped])
     side = np.where(labels > 0, 1.0, -1.0)
     stiffness, damping, force = (numbers[name].at(state.chosen[element]) for name in ("stiffness", "damping", "force"))
     deflection = motion.orders.at(element + system.size)
@@ -217,4 +221,4 @@ def _clippings(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterat
     elastic = stiffness.rows(1).times(deflection).scaled(-side)
     rate = deflection.scaled(1j * turning(system)[:, None])
     loss = damping.times(numbers["rate"]).rows(1).times(rate)
-    yield from (_Excess(np.full(element.size, CLIP), mean, elastic.plus(loss, way)) for way in (1.0, -1.0))
+    yield from (_Excess(np.full(element.size, CLIP), element, mean, elastic.plus(loss, way)) for way in (1.0, -1.0))

@@ -16,7 +16,8 @@ from gearrattle.model.quantity import AnyTable, checked
 from gearrattle.model.table import shown
 from gearrattle.studies.axes import listed_values
 
-_SPEEDS = ("excitation.speed", "excitation.frequency")
+SPEEDS = ("excitation.speed", "excitation.frequency")
+"""Paths of the reference speed."""
 _VARIED = (
     "J",
     "drag",
@@ -52,6 +53,15 @@ class Edge:
     name: str
     low: Mapping[str, float]
     high: Mapping[str, float]
+
+    @property
+    def path(self) -> str | None:
+        """The one path that varies; None for several."""
+        return next(iter(self.low)) if len(self.low) == 1 else None
+
+    def coordinate(self, share: float) -> float:
+        """Return the value at a share of the edge, 0 to 1; the share itself if several paths vary."""
+        return self.at(share)[self.path] if self.path else share
 
     def at(self, share: float) -> dict[str, float]:
         """Return the values by path at a share of the edge, 0 to 1."""
@@ -92,8 +102,8 @@ def edges_of(requested: Mapping[str, Any], model: Model) -> tuple[Edge, ...]:
     if not problems and not edges:
         rule = "a box needs one range at least"
         problems.append(Problem("ranges", "none", rule, 'such as {"inertia.gear.drag_torque": (0.1, 0.2)}'))
-    if set(_SPEEDS) <= varied:
-        problems.append(Problem("ranges", ", ".join(_SPEEDS), "are one quantity", "leave one of them out"))
+    if set(SPEEDS) <= varied:
+        problems.append(Problem("ranges", ", ".join(SPEEDS), "are one quantity", "leave one of them out"))
     if problems:
         raise ModelError(problems)
     return tuple(edges)
@@ -112,7 +122,7 @@ def _ends(path: str, entry: Any, model: Model) -> tuple[float, float]:
     if len(pair) != 2:
         raise ModelError(Problem("ends", shown(entry), "must be a pair", "give (low, high)"))
     keys = path.split(".")
-    if path not in _SPEEDS and (keys[0] == "excitation" or keys[-1] not in _VARIED):
+    if path not in SPEEDS and (keys[0] == "excitation" or keys[-1] not in _VARIED):
         varied = ", ".join(_VARIED)
         rule = f"a proof varies numbers that the driveline is linear in: {varied}, and the speed"
         raise ModelError(Problem("path", path, rule, "leave the model's own value, or split it with study"))

@@ -33,7 +33,8 @@ from gearrattle.studies.quiet.forms import Array, Form
 Matrix = NDArray[np.generic]
 
 _ALLOWED = 1e-9  # of all moduli, for rounding
-_REGULAR = 1e-6  # largest |1 - A^-1 A|, by rounding
+_SMALL = 0.01  # largest |1 - A^-1 A|, by rounding
+_SURE = 1.0 - 1e-6
 
 
 class Frame(NamedTuple):
@@ -83,15 +84,18 @@ def enclose(frame: Frame, factor: Form, drive: Form, shift: Form) -> tuple[Form 
     # slopes
     pushes = drive.slopes + factor.value * shift.slopes - factor.slopes * value
     slopes = _times(response, pushes) - shift.slopes
-    # the rest
-    size = np.abs(response)
+    # the rest; what rounding leaves open of the inverse counts twice, for all its powers
+    error = np.eye(matrix.shape[1]) - inverse @ matrix
+    unsure = 2.0 * np.abs(view @ (error @ inverse) @ spread)
+    size = np.abs(response) + unsure
     known = np.abs(value)
     moves = factor.span + factor.rest
     change = np.abs(slopes).sum(axis=0)
     bent = _largest_ratio(_times(size, np.abs(factor.slopes) * known), known)
-    if not (np.isfinite(value).all() and _is_regular(inverse, matrix)):
+    if not (np.isfinite(value).all() and _is_small(error, inverse)):
         return None, bent
     apart = _times(size, drive.rest + factor.rest * known + moves * change)
+    apart += _times(unsure, np.abs(pushes).sum(axis=0))
     if shift.rest.any():
         apart += _times(np.abs(response * factor.value[:, None, :] - np.eye(view.shape[0])), shift.rest)
     apart += _ALLOWED * (known + change) + 1e-300
@@ -111,12 +115,12 @@ def _largest_ratio(changed: Array, size: Array) -> Array:
     return np.asarray(ratio.max(axis=(1, 2), initial=0.0))
 
 
-def _is_regular(inverse: Matrix, matrix: Matrix) -> bool:
-    """Whether rounding leaves the inverses what they are, in units in which their diagonals are one."""
+def _is_small(error: Matrix, inverse: Matrix) -> bool:
+    """Whether 1 - A^-1 A is small, in units in which the diagonals of the inverses are one."""
     scale = np.sqrt(np.abs(np.diagonal(inverse, axis1=1, axis2=2)))
     scale = np.where(scale == 0.0, 1.0, scale)
-    off = np.abs(np.eye(matrix.shape[1]) - inverse @ matrix) * scale[:, None, :] / scale[:, :, None]
-    return bool(off.sum(axis=2).max(initial=0.0) <= _REGULAR)
+    scaled = np.abs(error) * scale[:, None, :] / scale[:, :, None]
+    return bool(scaled.sum(axis=2).max(initial=0.0) <= _SMALL)
 
 
 def _bound(growth: Array, apart: Array) -> Array | None:
@@ -127,6 +131,6 @@ def _bound(growth: Array, apart: Array) -> Array | None:
         return None
     if not (np.isfinite(bound).all() and (bound > 0.0).all()):
         return None
-    if not (bound - _times(growth, bound) >= (1.0 - _REGULAR) * apart).all():
+    if not (bound - _times(growth, bound) >= _SURE * apart).all():
         return None
-    return np.asarray(bound / (1.0 - _REGULAR))
+    return np.asarray(bound / _SURE)

@@ -12,10 +12,11 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from time import monotonic
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearrattle.analysis.trains import trains
 from gearrattle.engine.system.equilibrium import Runaway, elastic_elements, equilibrium
@@ -50,19 +51,24 @@ class Part:
         PROVEN, REFUTED or OPEN.
     reason
         why it is open; empty otherwise.
+    element
+        that leaves its piece where it is refuted, or open for such a reason; -1 for none.
     """
 
     low: Array
     high: Array
     status: int = OPEN
     reason: str = UNDECIDED
+    element: int = -1
 
     @property
     def share(self) -> float:
         """Its volume as a share of the box."""
         return float(np.prod(0.5 * (self.high - self.low)))
 
-    def slice(self, axis: int, low: float, high: float, status: int = OPEN, reason: str = UNDECIDED) -> Part:
+    def slice(
+        self, axis: int, low: float, high: float, status: int = OPEN, reason: str = UNDECIDED, element: int = -1
+    ) -> Part:
         """Return the slice between two values, -1 to 1, of one parameter of this part."""
         middle = 0.5 * (self.low[axis] + self.high[axis])
         half = 0.5 * (self.high[axis] - self.low[axis])
@@ -72,7 +78,7 @@ class Part:
             lower[axis] = middle + low * half
         if high < 1.0:
             upper[axis] = middle + high * half
-        return Part(lower, upper, status, reason)
+        return Part(lower, upper, status, reason, element)
 
 
 @dataclass
@@ -222,43 +228,63 @@ def _best(bounds: Bounds, state: State, part: Part) -> list[Part]:
     most = _CUT
     for axis in range(part.low.size):
         pieces = list(_slices(bounds, state, axis))
-        decided = sum(0.5 * (high - low) for low, high, _, reason in pieces if reason != UNDECIDED)
+        decided = sum(0.5 * (piece.high - piece.low) for piece in pieces if piece.reason != UNDECIDED)
         if decided >= most:
             most = decided
             best = [part.slice(axis, *piece) for piece in pieces]
     return best
 
 
-def _slices(bounds: Bounds, state: State, axis: int) -> Iterator[tuple[float, float, int, str]]:
-    """Yield ends, status and reason of the slices of a part, -1 to 1 along one parameter."""
-    known: list[tuple[float, float, int, str]] = []
-    proven = (PROVEN, "") if state.decays else (OPEN, ENDURES)
-    known.append((*bounds.kept(axis), *proven))
-    gap = bounds.kind == GAP
-    for kind, reason in _REASONS.items():
-        below, above = bounds.exceeded(axis, bounds.kind == kind)
-        known += [(-1.0, below, OPEN, reason), (above, 1.0, OPEN, reason)]
-    # contact is lost while all else is kept: nothing that stays in this state is quiet
-    refuted = (OPEN, SLIPS) if state.stuck else (REFUTED, "")
-    ends = [bounds.kept(axis, ~gap), bounds.at_rest(axis)]
-    low = max(first for first, _ in ends)
-    high = min(last for _, last in ends)
-    below, above = bounds.exceeded(axis, gap)
-    known += [(low, min(below, high), *refuted), (max(above, low), high, *refuted)]
-    known = [
-        (low + (_INWARD if low > -1.0 else 0.0), high - (_INWARD if high < 1.0 else 0.0), status, reason)
-        for low, high, status, reason in known
-    ]
-    # one after the other, the first that holds
-    cuts = sorted({-1.0, 1.0, *(end for piece in known if piece[0] < piece[1] for end in piece[:2])})
-    slices: list[tuple[float, float, int, str]] = []
-    for first, last in zip(cuts, cuts[1:], strict=False):
-        holds = (piece[2:] for piece in known if piece[0] <= first and last <= piece[1])
-        status, reason = next(holds, (OPEN, UNDECIDED))
-        if slices and slices[-1][2:] == (status, reason):
-            first = slices.pop()[0]
-        slices.append((first, last, status, reason))
+class _Slice(NamedTuple):
+    """Ends along one parameter, -1 to 1, and the status, reason and element in between; see ``Part``."""
+
+    low: float
+    high: float
+    status: int
+    reason: str
+    element: int
+
+
+def _slices(bounds: Bounds, state: State, axis: int) -> Iterator[_Slice]:
+    """Yield the slices of a part along one parameter, one after the other."""
+    known = sorted(_known(bounds, state, axis))
+    cuts = sorted({-1.0, 1.0, *(end for piece in known for end in piece[:2])})
+    slices: list[_Slice] = []
+    for low, high in pairwise(cuts):
+        holds = (piece for piece in known if piece.low <= low and high <= piece.high)
+        best = next(holds, _Slice(low, high, OPEN, UNDECIDED, -1))._replace(low=low, high=high)
+        if slices and slices[-1][2:] == best[2:]:
+            best = best._replace(low=slices.pop().low)
+        slices.append(best)
     yield from slices
+
+
+def _known(bounds: Bounds, state: State, axis: int) -> Iterator[_Slice]:
+    """Yield the slices of which something is known; they may overlap where several bounds are exceeded."""
+    proven = (PROVEN, "", -1) if state.decays else (OPEN, ENDURES, -1)
+    yield from _inward(*bounds.kept(axis), *proven)
+    # contact is lost while all else is kept: then nothing that stays in this state is quiet
+    gap = bounds.kind == GAP
+    intervals = bounds.kept(axis, ~gap), bounds.at_rest(axis)
+    low = max(first for first, _ in intervals)
+    high = min(last for _, last in intervals)
+    for kind, element in sorted(set(zip(bounds.kind.tolist(), bounds.element.tolist(), strict=True))):
+        below, above = bounds.exceeded(axis, (bounds.kind == kind) & (bounds.element == element))
+        if kind != GAP:
+            yield from _inward(-1.0, below, OPEN, _REASONS[kind], element)
+            yield from _inward(above, 1.0, OPEN, _REASONS[kind], element)
+        else:
+            status = (OPEN, SLIPS, state.stuck[0][1]) if state.stuck else (REFUTED, "", element)
+            yield from _inward(low, min(below, high), *status)
+            yield from _inward(max(above, low), high, *status)
+
+
+def _inward(low: float, high: float, status: int, reason: str, element: int) -> Iterator[_Slice]:
+    """Yield a slice a little smaller than it is known for, where anything of it is left."""
+    low += _INWARD if low > -1.0 else 0.0
+    high -= _INWARD if high < 1.0 else 0.0
+    if low < high:
+        yield _Slice(low, high, status, reason, element)
 
 
 def _is_within(state: State, mean: Array, numbers: dict[str, Array]) -> bool:

@@ -1,0 +1,9 @@
+"""Proven quiet: where in a box of parameters a quiet motion exists and is stable.
+
+Takes a Model and ranges; gives a ``QuietProof``.
+"""
+
+from gearrattle.studies.quiet.proof import QuietProof
+from gearrattle.studies.quiet.prove import prove_quiet
+
+__all__ = ["QuietProof", "prove_quiet"]
