@@ -64,7 +64,7 @@ class StudyFile:
         try:
             return self.spec.prepare(**self.arguments, **options)
         except ModelError as error:
-            raise ModelError(_placed(problem, self.positions) for problem in error.problems) from None
+            raise ModelError(placed(problem, self.positions) for problem in error.problems) from None
 
 
 def read_study(path: str | os.PathLike[str]) -> StudyFile:
@@ -97,11 +97,11 @@ def read_study(path: str | os.PathLike[str]) -> StudyFile:
     try:
         arguments = spec.arguments()
     except ModelError as error:
-        raise ModelError(_placed(problem, positions) for problem in error.problems) from None
+        raise ModelError(placed(problem, positions) for problem in error.problems) from None
     return StudyFile(spec.name or Path(name).stem, spec, {"model": model, **arguments}, positions)
 
 
-def _placed(problem: Problem, positions: Positions) -> Problem:
+def placed(problem: Problem, positions: Positions) -> Problem:
     """Say file and line of the key most of whose parts a problem's place names; the file where it names none."""
     named = [key for key in positions.lines if _is_named(key[-1], problem.place)]
     if problem.place.startswith(positions.name):

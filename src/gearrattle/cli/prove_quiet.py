@@ -1,0 +1,94 @@
+"""``gearrattle prove-quiet``: where in a box of tolerances a quiet motion is proven."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+import gearrattle
+from gearrattle.cli.assignments import words
+from gearrattle.cli.emit import emit
+from gearrattle.cli.options import Json, Output, Whole, named_as, number_or_text
+from gearrattle.errors import Cancelled, ModelError, Problem
+
+if TYPE_CHECKING:
+    from gearrattle.cli.background import Watch
+    from gearrattle.studies.quiet import QuietProof
+
+
+def prove_quiet(
+    model: Path,
+    ranges: Path | None = None,
+    /,
+    *,
+    range_: Annotated[Sequence[str], Parameter(name="--range", negative="")] = (),
+    within: str | None = None,
+    boxes: Whole | None = None,
+    resolution: float | None = None,
+    output: Output = None,
+    json: Json = False,
+) -> None:
+    """Prove where in a box of tolerances a quiet motion exists and is stable; nothing is integrated.
+
+    Shares of the box's volume are printed: proven, refuted, open. Ctrl-C ends the search with what is known by then.
+
+    Parameters
+    ----------
+    model
+        Model file (TOML).
+    ranges
+        File of ranges (TOML): a table [range] with pairs by path; within, boxes and resolution as below.
+    range_
+        PATH=LOW:HIGH instead, or beside the file: such as "mesh.m1.backlash=50:80 um". May be repeated.
+    within
+        Time that the search may take: seconds, or e.g. "2 min". Default: no limit.
+    boxes
+        Boxes that are looked at, at most. Default: 20000.
+    resolution
+        Share of the volume that may stay undecided. Default: 0.005.
+    """
+    from gearrattle.studies.quiet.file import read_ranges
+
+    driveline = gearrattle.load(model)
+    file = None if ranges is None else read_ranges(ranges)
+    box: dict[str, Any] = {} if file is None else dict(file.ranges)
+    typed = {path: _ends(path, text) for path, text in words("--range", range_).items()}
+    if twice := [path for path in typed if path in box]:
+        raise ModelError(Problem("--range", twice[0], "has a range in the file already", "leave one of them out"))
+    if not box and not typed:
+        remedy = '--range "mesh.m1.backlash=50:80 um", or a file with a table [range]'
+        raise ModelError(Problem("--range", "none", "a box needs one range at least", remedy))
+    box |= typed
+    named = {"within": number_or_text(within), "boxes": boxes, "resolution": resolution}
+    options = {key: value for key, value in named.items() if value is not None}
+    arguments = {**(file.options if file else {}), **options}
+    done: list[QuietProof] = []
+
+    def work(watch: Watch) -> QuietProof:
+        watch.enter("dividing the box")
+        with file.located() if file else nullcontext(), named_as({key: f"--{key}" for key in options}):
+            done.append(gearrattle.prove_quiet(driveline, box, progress=watch, **arguments))
+        return done[0]
+
+    inputs = [model, *([ranges] if ranges else [])]
+    try:
+        emit("proof of quiet", work, output, json=json, inputs=inputs)
+    except KeyboardInterrupt as error:
+        if not done:
+            raise
+        emit("proof of quiet", lambda _: done[0], output, json=json, inputs=inputs)
+        raise Cancelled(kept="interrupted: what was known by then is shown") from error
+
+
+def _ends(path: str, text: str) -> list[Any]:
+    """Read LOW:HIGH."""
+    from gearrattle.model.units import with_last_unit
+
+    ends = [number_or_text(end) for end in with_last_unit(text.split(":"))]
+    if len(ends) != 2:
+        raise ModelError(Problem("--range", f'"{path}={text}"', 'must be PATH=LOW:HIGH, such as "50:80 um"'))
+    return ends
