@@ -71,6 +71,7 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "rattle probability": lambda: gr.studies.rattle_probability(samples("sobol")),
     "regime boundary": lambda: gr.studies.regime_boundary(result("study")),
     "screening": lambda: gr.screen(model(), [100.0, 150.0, 200.0]),
+    "proof of quiet": lambda: gr.prove_quiet(gr.example("backlash_oscillator"), {"torque.0.mean": (0.02, 0.2)}),
     "spectra": lambda: gr.spectra(motion(), CHANNEL, "velocity.flywheel"),
     "density": lambda: gr.spectral.psd(motion(), CHANNEL),
     "cross density": lambda: gr.spectral.cross_psd(motion(), CHANNEL, "velocity.flywheel"),

@@ -46,7 +46,10 @@ COMMANDS = {
     ),
     "study": ("gearrattle.cli.study:study", "Many variants of one driveline; stop it and go on."),
     "screen": ("gearrattle.cli.screen:screen", "Which loose gear rattles at which speed and load, as a map."),
-    "prove-quiet": ("gearrattle.cli.prove_quiet:prove_quiet", "Where a quiet motion is proven, in a box of tolerances."),
+    "prove-quiet": (
+        "gearrattle.cli.prove_quiet:prove_quiet",
+        "Where in a box of tolerances quiet is proven.",
+    ),
     "reproduce": ("gearrattle.cli.reproduce:reproduce", "The 1995 paper's numbers beside ours, and why they differ."),
     "look": ("gearrattle.cli.look:look", "Channels, units and rates of a measured file."),
     "orders": ("gearrattle.cli.orders:orders", "Orders and spectra along a run-up, simulated or measured."),

@@ -44,8 +44,9 @@ _REASONS = {
     ENDURES: "not all motion is shown to decay",
 }
 _MEANING = (
-    "Proven: at every point a quiet motion exists and is stable; no gap opens or closes, no spring changes its stage, no "
-    "friction slips. Refuted: no motion that stays in the state of rest keeps all gaps as they are. Open: neither is shown."
+    "Proven: at every point a quiet motion exists and is stable; no gap opens or closes, no spring changes its stage, "
+    "no friction slips. Refuted: no motion that stays in the state of rest keeps all gaps as they are. Open: neither is"
+    " shown."
 )
 _MOST_BOXES = 12
 
@@ -155,11 +156,11 @@ class QuietProofPage(ModelPresentation[QuietProof]):
         import xarray as xr
 
         proof = self.result
-        units = {}
+        units: dict[str, str] = {}
         for edge in proof.edges:
             unit = path_label(edge.path, proof.model).unit if edge.path else ""
             units |= {f"{edge.name} {end}": unit or "1" for end in ("low", "high")}
-        variables = {}
+        variables: dict[str, Any] = {}
         for name, column in proof.boxes.items():
             attributes = {"units": units.get(str(name), "1")} if column.dtype.kind == "f" else {}
             variables[str(name)] = ("box", column.to_numpy(), attributes)

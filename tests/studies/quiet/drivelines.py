@@ -27,7 +27,11 @@ inertia = [
   { name = "second", J = 1.05e-3, drag_torque = 0.9 },
   { name = "fifth", J = 2.2e-4, drag_torque = 0.35 },
 ]
-torque = [{ on = "flywheel", mean = 2.366, harmonics = [{ order = 2, amplitude = 60.0 }, { order = 4, amplitude = 15.0 }] }]
+
+[[torque]]
+on = "flywheel"
+mean = 2.366
+harmonics = [{ order = 2, amplitude = 60.0 }, { order = 4, amplitude = 15.0 }]
 
 [[coupling]]
 name = "damper"

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from gearrattle.studies.quiet.coefficients import family_of
 from gearrattle.studies.quiet.damped import all_decays
 from gearrattle.studies.quiet.edges import edges_of
-from gearrattle.studies.quiet.coefficients import family_of
 from gearrattle.studies.quiet.forms import Array, Form, Quadratic
 from gearrattle.studies.quiet.search import Search
 from tests.studies.quiet.drivelines import BOX, gearbox
@@ -92,7 +92,7 @@ def test_decay_needs_damping_that_reaches_all_bodies() -> None:
     assert all_decays(rows, stiff, np.array([True, False]), nothing)
     assert all_decays(rows, stiff, np.array([False, False]), np.array([True, False, False]))
     assert not all_decays(rows, stiff, np.array([False, False]), nothing)
-    assert not all_decays(rows, stiff, np.array([False, False]), np.array([False, True, False]))  # ends against each other
+    assert not all_decays(rows, stiff, np.array([False, False]), np.array([False, True, False]))
 
 
 def test_undamped_modes_of_random_drivelines_are_seen() -> None:
@@ -110,7 +110,10 @@ def test_undamped_modes_of_random_drivelines_are_seen() -> None:
         inertia, stiffness = random.choice([1.0, 2.0], size), np.ones(size - 1)
         loss = (rows.T * (0.3 * damped)) @ rows + np.diag(0.3 * dragged)
         matrix = np.block(
-            [[np.zeros((size, size)), np.eye(size)], [-((rows.T * stiffness) @ rows) / inertia[:, None], -loss / inertia[:, None]]]
+            [
+                [np.zeros((size, size)), np.eye(size)],
+                [-((rows.T * stiffness) @ rows) / inertia[:, None], -loss / inertia[:, None]],
+            ]
         )
         values = np.linalg.eigvals(matrix)
         elastic = values[np.abs(values) > 1e-4]

@@ -16,8 +16,7 @@ from gearrattle.studies.quiet.edges import Edge
 from gearrattle.studies.quiet.proof import STATUS
 from gearrattle.trajectory import Array
 
-_COLOURS = ("#0072b2", "#a8123e", "#d7c9a8")
-"""Of what is proven, refuted and open."""
+_LEGEND = tuple(Key(word, colour) for word, colour in zip(STATUS, ("#0072b2", "#a8123e", "#d7c9a8"), strict=True))
 _SLICES = 60
 _MOST_CELLS = 20_000
 
@@ -32,38 +31,45 @@ def measure_of_edge(proof: QuietProof, edge: Edge) -> Measure:
 
 def proof_charts(proof: QuietProof) -> list[Chart]:
     """Draw the box."""
-    measures = [measure_of_edge(proof, edge) for edge in proof.edges]
     low, high = (np.array([getattr(part, end) for part in proof.parts]) * 0.5 + 0.5 for end in ("low", "high"))
     status = np.array([part.status for part in proof.parts])
-    legend = tuple(Key(word, colour) for word, colour in zip(STATUS, _COLOURS, strict=True))
-    charts = []
-    if len(measures) == 2 and len(status) <= _MOST_CELLS:
-        x_edges, y_edges = (
-            [_shown(edge, measure, ends[:, axis]) for ends in (low, high)]
-            for axis, (edge, measure) in enumerate(zip(proof.edges, measures, strict=True))
-        )
-        cells = tuple(
-            Cells(*(ends[status == code] for ends in (*x_edges, *y_edges)), word, colour)
-            for code, (word, colour) in enumerate(zip(STATUS, _COLOURS, strict=True))
-            if (status == code).any()
-        )
-        panel = Panel(measures[1].words, measures[1].unit, measures[0].title, cells=cells)
-        caption = "Where a quiet motion is proven, where it is refuted, and what is open."
-        charts.append(Chart("box", "The box", caption, (panel,), panel_height=420, legend=legend))
+    is_plane = len(proof.edges) == 2 and len(status) <= _MOST_CELLS
+    shares = _shares_chart(proof, low, high, status)
+    return [*([_map(proof, low, high, status)] if is_plane else []), shares]
+
+
+def _map(proof: QuietProof, low: Array, high: Array, status: NDArray[np.int64]) -> Chart:
+    """The boxes in the plane of two parameters."""
+    measures = [measure_of_edge(proof, edge) for edge in proof.edges]
+    (left, right), (bottom, top) = (
+        [_shown(edge, measure, ends[:, axis]) for ends in (low, high)]
+        for axis, (edge, measure) in enumerate(zip(proof.edges, measures, strict=True))
+    )
+    cells = []
+    for code, key in enumerate(_LEGEND):
+        own = status == code
+        if own.any():
+            cells.append(Cells(left[own], right[own], bottom[own], top[own], key.name, key.colour))
+    panel = Panel(measures[1].words, measures[1].unit, measures[0].title, cells=tuple(cells))
+    caption = "Where a quiet motion is proven, where it is refuted, and what is open."
+    return Chart("box", "The box", caption, (panel,), panel_height=420, legend=_LEGEND)
+
+
+def _shares_chart(proof: QuietProof, low: Array, high: Array, status: NDArray[np.int64]) -> Chart:
+    """Shares of the volume over every parameter, stacked."""
     panels = []
-    for axis, (edge, measure) in enumerate(zip(proof.edges, measures, strict=True)):
-        shares = _shares(low, high, status, axis)
+    for axis, edge in enumerate(proof.edges):
+        measure = measure_of_edge(proof, edge)
         ends = _shown(edge, measure, np.linspace(0.0, 1.0, _SLICES + 1))
         below = np.zeros(_SLICES)
         bars = []
-        for word, colour, heights in zip(STATUS, _COLOURS, shares, strict=True):
-            bars.append(Bars(ends, heights, word, colour, below.copy()))
+        for key, heights in zip(_LEGEND, _shares(low, high, status, axis), strict=True):
+            bars.append(Bars(ends, heights, key.name, key.colour, below.copy()))
             below += heights
         panels.append(Panel("share of the volume", "", measure.title, bars=tuple(bars), y_range=(0.0, 1.0)))
     caption = "Share of the volume that is proven quiet, refuted and open, over the range of every parameter."
     title = "Shares over the parameters"
-    charts.append(Chart("shares", title, caption, tuple(panels), panel_height=160, share_x=False, legend=legend))
-    return charts
+    return Chart("shares", title, caption, tuple(panels), panel_height=160, share_x=False, legend=_LEGEND)
 
 
 def _shown(edge: Edge, measure: Measure, shares: Array) -> Array:

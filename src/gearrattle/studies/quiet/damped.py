@@ -6,9 +6,9 @@ Energy never grows. What does not decay is an undamped mode: it moves no element
 
 What is at rest in such a mode spreads through the driveline: a body is at rest whose elements all are, for nothing
 accelerates it; an element is whose bodies all are; of the elements at a body at rest the last one is, for its force has
-nothing to balance it; and of the bodies of an element at rest the last one is. If all bodies are reached there is no such
-mode, for any positive inertias and stiffness (zero forcing sets: AIM Group 2008, Linear Algebra and its Applications
-428, 1628-1648).
+nothing to balance it; and of the bodies of an element at rest the last one is. If all bodies are reached there is no
+such mode, for any positive inertias and stiffness (zero forcing sets: AIM Group 2008, Linear Algebra and its
+Applications 428, 1628-1648).
 
 Takes rows and signs; gives an answer.
 """

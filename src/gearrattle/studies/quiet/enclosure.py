@@ -26,11 +26,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gearrattle.studies.quiet.forms import Array, Form
-
-Matrix = NDArray[np.generic]
+from gearrattle.studies.quiet.forms import Array, Form, Matrix
 
 _ALLOWED = 1e-9  # of all moduli, for rounding
 _SMALL = 0.01  # largest |1 - A^-1 A|, by rounding

@@ -12,12 +12,14 @@ Takes arrays; gives forms.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Matrix = NDArray[Any]
+"""Real or complex."""
 
 
 class Form(NamedTuple):
@@ -33,8 +35,8 @@ class Form(NamedTuple):
         (...) bound on the modulus of what is left out.
     """
 
-    value: NDArray[np.generic]
-    slopes: NDArray[np.generic]
+    value: Matrix
+    slopes: Matrix
     rest: Array
 
     @property
@@ -63,7 +65,7 @@ class Form(NamedTuple):
             + here * there,
         )
 
-    def scaled(self, factor: complex | NDArray[np.generic]) -> Form:
+    def scaled(self, factor: complex | Matrix) -> Form:
         """Return the product with numbers without uncertainty."""
         return Form(factor * self.value, factor * self.slopes, np.abs(factor) * self.rest)
 

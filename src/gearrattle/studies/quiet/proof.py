@@ -52,7 +52,7 @@ class QuietProof(Result):
     >>> model = gr.example("backlash_oscillator")
     >>> proof = gr.prove_quiet(model, {"torque.0.mean": (0.02, 0.2)})
     >>> round(proof.proven, 3), round(proof.refuted, 3), round(proof.open, 3)
-    (0.756, 0.244, 0.0)
+    (0.759, 0.241, 0.0)
     """
 
     kind: ClassVar[str] = "proof of quiet"

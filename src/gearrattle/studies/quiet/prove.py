@@ -142,7 +142,7 @@ def _notes(family: Family, search: Search, resolution: float, *, ended: bool) ->
     if SLIPS in reasons:
         yield "friction that slips is not linear: of a driveline whose quiet motion makes it slip nothing is shown."
     if ENDURES in reasons:
-        yield "that all motions decay is not shown: too few elements have damping, or bodies drag, in the state of rest."
+        yield "that all motion decays is not shown: too few elements have damping in the state of rest."
     rate = steady_rate(family, family.at(np.zeros(len(family.numbers.linear))))
     if np.abs(rate).max(initial=0.0) > 1e-6 * family.driveline.model.excitation.omega:
         largest = float(rate[np.argmax(np.abs(rate))])

@@ -19,8 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gearrattle.analysis.trains import trains
-from gearrattle.engine.system.equilibrium import Runaway, elastic_elements, equilibrium
 from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.engine.system.equilibrium import Runaway, elastic_elements, equilibrium
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError
 from gearrattle.studies.quiet.bounds import Bounds, Phases, bounds_of
@@ -37,6 +37,16 @@ _CUT = 0.15  # of a part: a slice this large is cut off
 _INWARD = 1e-9  # of a part: what a slice is made smaller by
 _ELSEWHERE = (0.21, 0.83)
 _SMALLEST = 1e-12  # of the box: a part this small is left as it is
+
+
+class Slice(NamedTuple):
+    """Ends along one parameter of a part, -1 to 1, and the status, reason and element in between; see ``Part``."""
+
+    low: float
+    high: float
+    status: int = OPEN
+    reason: str = UNDECIDED
+    element: int = -1
 
 
 @dataclass(frozen=True)
@@ -66,19 +76,17 @@ class Part:
         """Its volume as a share of the box."""
         return float(np.prod(0.5 * (self.high - self.low)))
 
-    def slice(
-        self, axis: int, low: float, high: float, status: int = OPEN, reason: str = UNDECIDED, element: int = -1
-    ) -> Part:
-        """Return the slice between two values, -1 to 1, of one parameter of this part."""
+    def across(self, axis: int, piece: Slice) -> Part:
+        """Return the part of it that a slice across one parameter is."""
         middle = 0.5 * (self.low[axis] + self.high[axis])
         half = 0.5 * (self.high[axis] - self.low[axis])
         lower = self.low.copy()
         upper = self.high.copy()
-        if low > -1.0:
-            lower[axis] = middle + low * half
-        if high < 1.0:
-            upper[axis] = middle + high * half
-        return Part(lower, upper, status, reason, element)
+        if piece.low > -1.0:
+            lower[axis] = middle + piece.low * half
+        if piece.high < 1.0:
+            upper[axis] = middle + piece.high * half
+        return Part(lower, upper, *piece[2:])
 
 
 @dataclass
@@ -213,8 +221,8 @@ class Search:
 
 
 def _halves(part: Part, axis: int) -> Iterator[Part]:
-    yield part.slice(axis, -1.0, 0.0)
-    yield part.slice(axis, 0.0, 1.0)
+    yield part.across(axis, Slice(-1.0, 0.0))
+    yield part.across(axis, Slice(0.0, 1.0))
 
 
 def _proven(part: Part, state: State) -> Part:
@@ -231,38 +239,28 @@ def _best(bounds: Bounds, state: State, part: Part) -> list[Part]:
         decided = sum(0.5 * (piece.high - piece.low) for piece in pieces if piece.reason != UNDECIDED)
         if decided >= most:
             most = decided
-            best = [part.slice(axis, *piece) for piece in pieces]
+            best = [part.across(axis, piece) for piece in pieces]
     return best
 
 
-class _Slice(NamedTuple):
-    """Ends along one parameter, -1 to 1, and the status, reason and element in between; see ``Part``."""
-
-    low: float
-    high: float
-    status: int
-    reason: str
-    element: int
-
-
-def _slices(bounds: Bounds, state: State, axis: int) -> Iterator[_Slice]:
+def _slices(bounds: Bounds, state: State, axis: int) -> Iterator[Slice]:
     """Yield the slices of a part along one parameter, one after the other."""
     known = sorted(_known(bounds, state, axis))
     cuts = sorted({-1.0, 1.0, *(end for piece in known for end in piece[:2])})
-    slices: list[_Slice] = []
+    slices: list[Slice] = []
     for low, high in pairwise(cuts):
         holds = (piece for piece in known if piece.low <= low and high <= piece.high)
-        best = next(holds, _Slice(low, high, OPEN, UNDECIDED, -1))._replace(low=low, high=high)
+        best = next(holds, Slice(low, high))._replace(low=low, high=high)
         if slices and slices[-1][2:] == best[2:]:
             best = best._replace(low=slices.pop().low)
         slices.append(best)
     yield from slices
 
 
-def _known(bounds: Bounds, state: State, axis: int) -> Iterator[_Slice]:
+def _known(bounds: Bounds, state: State, axis: int) -> Iterator[Slice]:
     """Yield the slices of which something is known; they may overlap where several bounds are exceeded."""
-    proven = (PROVEN, "", -1) if state.decays else (OPEN, ENDURES, -1)
-    yield from _inward(*bounds.kept(axis), *proven)
+    status, reason = (PROVEN, "") if state.decays else (OPEN, ENDURES)
+    yield from _inward(Slice(*bounds.kept(axis), status, reason))
     # contact is lost while all else is kept: then nothing that stays in this state is quiet
     gap = bounds.kind == GAP
     intervals = bounds.kept(axis, ~gap), bounds.at_rest(axis)
@@ -270,21 +268,22 @@ def _known(bounds: Bounds, state: State, axis: int) -> Iterator[_Slice]:
     high = min(last for _, last in intervals)
     for kind, element in sorted(set(zip(bounds.kind.tolist(), bounds.element.tolist(), strict=True))):
         below, above = bounds.exceeded(axis, (bounds.kind == kind) & (bounds.element == element))
-        if kind != GAP:
-            yield from _inward(-1.0, below, OPEN, _REASONS[kind], element)
-            yield from _inward(above, 1.0, OPEN, _REASONS[kind], element)
+        if kind == GAP and state.stuck:  # a motion that slips may be quiet
+            piece = Slice(low, high, OPEN, SLIPS, state.stuck[0][1])
+        elif kind == GAP:
+            piece = Slice(low, high, REFUTED, "", element)
         else:
-            status = (OPEN, SLIPS, state.stuck[0][1]) if state.stuck else (REFUTED, "", element)
-            yield from _inward(low, min(below, high), *status)
-            yield from _inward(max(above, low), high, *status)
+            piece = Slice(-1.0, 1.0, OPEN, _REASONS[kind], element)
+        yield from _inward(piece._replace(high=min(below, piece.high)))
+        yield from _inward(piece._replace(low=max(above, piece.low)))
 
 
-def _inward(low: float, high: float, status: int, reason: str, element: int) -> Iterator[_Slice]:
+def _inward(piece: Slice) -> Iterator[Slice]:
     """Yield a slice a little smaller than it is known for, where anything of it is left."""
-    low += _INWARD if low > -1.0 else 0.0
-    high -= _INWARD if high < 1.0 else 0.0
+    low = piece.low + (_INWARD if piece.low > -1.0 else 0.0)
+    high = piece.high - (_INWARD if piece.high < 1.0 else 0.0)
     if low < high:
-        yield _Slice(low, high, status, reason, element)
+        yield piece._replace(low=low, high=high)
 
 
 def _is_within(state: State, mean: Array, numbers: dict[str, Array]) -> bool:
@@ -293,8 +292,7 @@ def _is_within(state: State, mean: Array, numbers: dict[str, Array]) -> bool:
     inner = numbers["inner"][state.chosen]
     deflection = mean[size:] + inner
     return all(
-        corner.side * (deflection[corner.element] - numbers["corner"][corner.number]) < 0.0
-        for corner in state.corners
+        corner.side * (deflection[corner.element] - numbers["corner"][corner.number]) < 0.0 for corner in state.corners
     )
 
 
@@ -315,9 +313,7 @@ def system_at(family: Family, point: Array) -> PiecewiseSystem:
         corner += law.corners.size
     mean = numbers["mean"] - numbers["drag"] * steady_rate(family, numbers)
     inputs = replace(system.inputs, mean=mean)
-    return replace(
-        system, inertia=numbers["inertia"], laws=tuple(laws), inputs=inputs, auxiliaries=(), clock=None
-    )
+    return replace(system, inertia=numbers["inertia"], laws=tuple(laws), inputs=inputs, auxiliaries=(), clock=None)
 
 
 def steady_rate(family: Family, numbers: dict[str, Array]) -> Array:

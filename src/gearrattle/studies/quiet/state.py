@@ -31,7 +31,7 @@ from gearrattle.signals import centre, is_gap
 from gearrattle.studies.quiet.coefficients import Family
 from gearrattle.studies.quiet.damped import all_decays
 from gearrattle.studies.quiet.enclosure import Frame, centre_of, enclose
-from gearrattle.studies.quiet.forms import Array, Form, joined, zeros
+from gearrattle.studies.quiet.forms import Array, Form, Matrix, joined, zeros
 
 GAP, STAGE, SLIP, CLIP = range(4)
 """What a bound of a state is: contact is lost or made; a spring changes stage; friction slips; damping is clipped."""
@@ -166,7 +166,7 @@ class State:
             joined(zeros(len(drag.slopes), drag.rest.size), shift).rows(1),
         )
 
-    def rest_at(self, numbers: dict[str, Form]) -> NDArray[np.generic] | None:
+    def rest_at(self, numbers: dict[str, Form]) -> Matrix | None:
         """Return bodies' rates and deflections from the inner corners at the centre of a box."""
         factor, drive, shift = self._means(numbers)
         return centre_of(self._still, factor.value[0], drive.value[0], shift.value[0])
