@@ -167,6 +167,7 @@ CALLS: Mapping[str, Call] = {
     "figures: run": lambda kit: list(gr.figures(kit.run)),
     "figures: study": lambda kit: list(gr.figures(kit.study)),
     "screen": lambda kit: gr.screen(kit.model, [80.0, 90.0]),
+    "prove_quiet": lambda kit: gr.prove_quiet(kit.model, {"inertia.engine.J": kit.span}, boxes=50),
     "study: 2 cases": lambda kit: gr.study(kit.model, kit.axis(2), workers=1),
     "study: 9 cases": lambda kit: kit.study,
     "study: Sobol'": lambda kit: kit.samples,

@@ -76,6 +76,16 @@ COMMAND_LINES: Mapping[str, Words] = {
         "-o",
         str(out),
     ],
+    "prove-quiet -o": lambda kit, out: [
+        "prove-quiet",
+        str(kit.model_file),
+        "--range",
+        f"inertia.engine.J={kit.span[0]}:{kit.span[1]}",
+        "--boxes",
+        "50",
+        "-o",
+        str(out),
+    ],
     "look": lambda kit, _: ["look", str(kit.recording_file)],
     "orders": lambda kit, _: ["orders", str(kit.run_file), "acceleration.engine", "--turns", "1"],
     "orders -o": lambda kit, out: [
