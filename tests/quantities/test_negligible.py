@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.quantities import SEVERITIES, Part, judge
-from gearrattle.signals import find_impacts, steady
+from gearrattle.quantities import Part, judge
+from gearrattle.signals import SEVERITIES, find_impacts, steady
 from gearrattle.trajectory import NegligibleImpacts, Trajectory
 from tests.quantities.test_severity import GROUNDED
 from tests.signals.handmade import Row, layout, trajectory, two_gaps

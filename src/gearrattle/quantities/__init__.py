@@ -54,7 +54,7 @@ from gearrattle.quantities.quantity import (
 from gearrattle.quantities.rattle_level import RattleLevel
 from gearrattle.quantities.regime import ImpactRegime
 from gearrattle.quantities.separation import HarmonicSeparation, SeparationRatio
-from gearrattle.quantities.severity import SEVERITIES, ImpactSeverity, limits_words
+from gearrattle.quantities.severity import ImpactSeverity
 from gearrattle.quantities.sources import (
     add_signals,
     inputs_of_chunks,
@@ -66,7 +66,7 @@ from gearrattle.quantities.sources import (
 from gearrattle.quantities.spectrum import AccelerationSpectrum, add_spectra, density_of
 from gearrattle.quantities.transmissibility import OrderTransmissibility, Transmissibility
 from gearrattle.quantities.verdict import Verdict
-from gearrattle.signals import Spectrum, add_crossings, steady
+from gearrattle.signals import Spectrum, add_crossings, limits_words, steady
 from gearrattle.signals.last_levels import add_levels
 from gearrattle.trajectory import Array, NegligibleImpacts, Trajectory
 from gearrattle.wording import listed
@@ -117,7 +117,6 @@ __all__ = [
     "CROSSING_CRITERIA",
     "METRICS",
     "QUANTITIES",
-    "SEVERITIES",
     "WITHOUT_DIMENSION",
     "Inputs",
     "Part",

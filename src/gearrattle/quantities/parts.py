@@ -14,8 +14,16 @@ from typing import Literal, cast
 import numpy as np
 
 from gearrattle.quantities.quantity import Row, Scope, State, deflection_rate_unit, impulse_unit, judged_elements
-from gearrattle.quantities.severity import RANKS, Severity, limits_words
-from gearrattle.signals import Hardness, ImpactSummary, Regime, is_gap, summarise_impacts
+from gearrattle.signals import (
+    RANKS,
+    Hardness,
+    ImpactSummary,
+    Regime,
+    Severity,
+    is_gap,
+    limits_words,
+    summarise_impacts,
+)
 from gearrattle.trajectory import Layout, NegligibleImpacts
 
 RULE = (

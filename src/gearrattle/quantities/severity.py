@@ -11,21 +11,14 @@ Takes sums over crossings; gives one row an element.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 import numpy as np
 
 from gearrattle.quantities.quantity import CrossingQuantity, Row, State, Sums, Values, judged_elements
-from gearrattle.signals import is_gap, measure_impacts
-from gearrattle.trajectory import Array, Layout, NegligibleImpacts
-from gearrattle.wording import engineering, listed
+from gearrattle.signals import SEVERITIES, are_negligible, is_gap
+from gearrattle.trajectory import Array, Layout
 
-Severity = Literal["quiet", "touches", "rattles"]
-SEVERITIES: tuple[Severity, ...] = get_args(Severity)
-"""From the mildest on; codes in this order."""
-RANKS: Mapping[Severity, int] = {word: rank for rank, word in enumerate(SEVERITIES)}
 _QUIET, _TOUCHES, _RATTLES = range(3)
 
 
@@ -64,26 +57,3 @@ class ImpactSeverity(CrossingQuantity):
         return [
             self.row(name, quantity, SEVERITIES[int(code)]) for (name, quantity), code in self.values_of(sums).items()
         ]
-
-
-def are_negligible(state: State, layout: Layout, clearance: int) -> Array:
-    """Return whether all impacts of a clearance are touches, of one motion or of many along leading axes."""
-    limits, hardness = layout.negligible, measure_impacts(state, layout, clearance)
-    is_hit = state["count"][..., clearance] > 0.0
-    speed = np.where(is_hit, hardness.largest_speed, 0.0)
-    energy = np.where(is_hit, hardness.largest_energy, 0.0)  # NaN without a free body: no threshold applies
-    slowest = limits.speed if layout.is_mesh[layout.clearance[clearance]] else limits.angular_speed
-    return np.asarray((speed < slowest) | (energy < limits.energy))
-
-
-def limits_words(limits: NegligibleImpacts, *, is_si: bool = True) -> str:
-    """Say which impacts are negligible."""
-    sizes = (
-        ("energy", limits.energy, "J", ""),
-        ("approach speed", limits.speed, "m/s", " of a mesh"),
-        ("approach speed", limits.angular_speed, "rad/s", " of a coupling"),
-    )
-    words = [
-        f"{what} below {engineering(value, unit if is_si else '')}{of}" for what, value, unit, of in sizes if value
-    ]
-    return f"negligible is an impact with an {listed(words, 'or')}" if words else "no impact is negligible"

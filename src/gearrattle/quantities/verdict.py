@@ -12,10 +12,9 @@ from typing import Any, ClassVar
 from gearrattle.json_types import Json, json_value
 from gearrattle.quantities.parts import Headline, Part, headline_of
 from gearrattle.quantities.quantity import Row
-from gearrattle.quantities.severity import Severity
 from gearrattle.quantities.wording import sentence
 from gearrattle.result import Result
-from gearrattle.signals import Regime, Spectrum, Window
+from gearrattle.signals import Regime, Severity, Spectrum, Window
 from gearrattle.trajectory import NegligibleImpacts
 
 

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.quantities import SEVERITIES
 from gearrattle.report.plots.axis_names import measure_of, paths_of
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.screening import loads_of, speeds_of
 from gearrattle.report.tables import Table
+from gearrattle.signals import SEVERITIES
 from gearrattle.studies.output import REGIMES
 from gearrattle.studies.screening import BY_PATH, LOAD
 from gearrattle.studies.screening_check import (

@@ -15,10 +15,9 @@ from markupsafe import Markup
 
 from gearrattle.pipeline import Findings
 from gearrattle.quantities import CRITERIA, Part, Row, Verdict
-from gearrattle.quantities.severity import RANKS
 from gearrattle.report.plots.numerals import engineering, numeral, quantity
 from gearrattle.report.tables import Table
-from gearrattle.signals import centre, region_shares, steady
+from gearrattle.signals import RANKS, centre, region_shares, steady
 
 _MOST_COLUMNS = 9
 _SLIGHT = 1e-3  # of a value: smaller errors of sampling are not shown

@@ -33,6 +33,7 @@ from gearrattle.signals.impact_sums import Hardness, ImpactSummary, measure_impa
 from gearrattle.signals.impacts import Impacts, find_impacts
 from gearrattle.signals.levels import peak_to_peak, rms
 from gearrattle.signals.lines import Line, strongest, sub_harmonics, super_harmonics
+from gearrattle.signals.negligible import RANKS, SEVERITIES, Severity, are_negligible, limits_words
 from gearrattle.signals.orders import amplitudes_from, harmonics, order_sums, resolved
 from gearrattle.signals.regions import (
     Regime,
@@ -49,6 +50,8 @@ from gearrattle.signals.spectra import Spectrum, psd
 from gearrattle.signals.windows import Window, last_cycles, steady
 
 __all__ = [
+    "RANKS",
+    "SEVERITIES",
     "Alignment",
     "ChanceCoherence",
     "Coherence",
@@ -58,11 +61,13 @@ __all__ = [
     "Line",
     "LooseGear",
     "Regime",
+    "Severity",
     "Spectrum",
     "Window",
     "add_crossings",
     "align",
     "amplitudes_from",
+    "are_negligible",
     "band_rms",
     "by_chance",
     "centre",
@@ -82,6 +87,7 @@ __all__ = [
     "is_gap",
     "judged_of",
     "last_cycles",
+    "limits_words",
     "loose_gears",
     "measure_impacts",
     "number_distances",

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.shooting import multipliers_of
 from gearrattle.orbits.settled import motion_names
-from gearrattle.quantities import SEVERITIES
+from gearrattle.signals import SEVERITIES
 from gearrattle.signals.shares import wilson
 from gearrattle.signals.strobe import Groups, grouped, room
 from gearrattle.studies.cases import DONE

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.quantities import SEVERITIES
+from gearrattle.signals import SEVERITIES
 
 VERDICT, REGIME = "verdict", "regime"
 VERDICT_SEVERITY, SEVERITY = "verdict severity", "severity"

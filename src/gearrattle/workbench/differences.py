@@ -17,8 +17,8 @@ from gearrattle.model.file import read_tables
 from gearrattle.model.path_labels import si_unit
 from gearrattle.model.paths import path_names, value_at
 from gearrattle.quantities.parts import REGIME_RANKS
-from gearrattle.quantities.severity import RANKS
 from gearrattle.report.saved import SUMMARY
+from gearrattle.signals import RANKS
 from gearrattle.workbench.kept import RESULT
 from gearrattle.workbench.scatter import Errors, best_of, standard_errors
 from gearrattle.workbench.stored import stored_object, stored_text

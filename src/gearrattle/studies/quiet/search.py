@@ -18,10 +18,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearrattle.analysis.trains import trains
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.equilibrium import Runaway, elastic_elements, equilibrium
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.trains import trains
 from gearrattle.errors import ConvergenceError
 from gearrattle.studies.quiet.bounds import Bounds, Phases, bounds_of
 from gearrattle.studies.quiet.coefficients import Family

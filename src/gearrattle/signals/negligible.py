@@ -1,0 +1,46 @@
+"""Negligible impacts: which ones are touches, by the thresholds of a layout, and the words for what is left.
+
+The energy m_eff v^2 / 2 of an element and its speed |v| rise together, so the fastest impact decides for all.
+
+Takes sums over crossings; gives truths to the criteria.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal, get_args
+
+import numpy as np
+
+from gearrattle.signals.crossing_sums import Sums
+from gearrattle.signals.impact_sums import measure_impacts
+from gearrattle.trajectory import Array, Layout, NegligibleImpacts
+from gearrattle.wording import engineering, listed
+
+Severity = Literal["quiet", "touches", "rattles"]
+SEVERITIES: tuple[Severity, ...] = get_args(Severity)
+"""From the mildest on; codes in this order."""
+RANKS: Mapping[Severity, int] = {word: rank for rank, word in enumerate(SEVERITIES)}
+
+
+def are_negligible(state: Sums, layout: Layout, clearance: int) -> Array:
+    """Return whether all impacts of a clearance are touches, of one motion or of many along leading axes."""
+    limits, hardness = layout.negligible, measure_impacts(state, layout, clearance)
+    is_hit = state["count"][..., clearance] > 0.0
+    speed = np.where(is_hit, hardness.largest_speed, 0.0)
+    energy = np.where(is_hit, hardness.largest_energy, 0.0)  # NaN without a free body: no threshold applies
+    slowest = limits.speed if layout.is_mesh[layout.clearance[clearance]] else limits.angular_speed
+    return np.asarray((speed < slowest) | (energy < limits.energy))
+
+
+def limits_words(limits: NegligibleImpacts, *, is_si: bool = True) -> str:
+    """Say which impacts are negligible."""
+    sizes = (
+        ("energy", limits.energy, "J", ""),
+        ("approach speed", limits.speed, "m/s", " of a mesh"),
+        ("approach speed", limits.angular_speed, "rad/s", " of a coupling"),
+    )
+    words = [
+        f"{what} below {engineering(value, unit if is_si else '')}{of}" for what, value, unit, of in sizes if value
+    ]
+    return f"negligible is an impact with an {listed(words, 'or')}" if words else "no impact is negligible"
