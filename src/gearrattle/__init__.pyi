@@ -26,6 +26,7 @@ from .measured.validation import validate as validate
 from .measured.validation import validate_run_up as validate_run_up
 from .model import Model as Model
 from .model import example as example
+from .model import factor as factor
 from .model import load as load
 from .model import loads as loads
 from .orbits import continuation as continuation

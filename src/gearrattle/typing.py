@@ -20,6 +20,7 @@ from gearrattle.measured.identification.fitted import Fit
 from gearrattle.measured.identification.loop_result import LoopFit
 from gearrattle.measured.look import Contents
 from gearrattle.measured.validation import RunUp, Validation
+from gearrattle.model import Factor
 from gearrattle.orbits import Branch, MotionMap, Orbit, PeriodicMotions, RunUpJumps
 from gearrattle.pipeline import Findings
 from gearrattle.quantities import Verdict
@@ -39,6 +40,7 @@ __all__ = [
     "Condensed",
     "Contents",
     "Equilibrium",
+    "Factor",
     "Figures",
     "Findings",
     "Fit",

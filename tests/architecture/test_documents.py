@@ -63,7 +63,7 @@ def test_gearrattle_commands_named_in_pages_exist_and_all_are_described() -> Non
 
 SETTINGS = ["--algorithm", "--cycles", "--discard", "--samples-per-cycle", "--tolerance", "--step", "--initial"]
 """Of every simulation: described once, with ``run``."""
-EVERYWHERE = {"--json", "--output"}
+EVERYWHERE = {"--json", "--output", "--set"}
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -161,7 +161,7 @@ def test_speed_and_frequency_together_go_the_general_way() -> None:
 
 
 def test_every_path_that_may_vary_is_a_path_of_a_model() -> None:
-    known: Any = {path: bound_of(model(), path) for path in model().path_names()}
+    known: Any = {path: bound_of(model(), path) for path in model().paths()}
     reported = {path for path, bound in known.items() if bound}
-    assert reported >= {path for path in PATHS if path in model().path_names()}
-    assert not any(known[path] for path in model().path_names() if path.startswith(("simulation", "schema")))
+    assert reported >= {path for path in PATHS if path in model().paths()}
+    assert not any(known[path] for path in model().paths() if path.startswith(("simulation", "schema")))

@@ -120,7 +120,7 @@ def test_with_changes_named_and_indexed_values(model: Model) -> None:
 
 def test_every_path_name_can_be_set(model: Model) -> None:
     plain = model.to_tables()
-    names = model.path_names()
+    names = model.paths()
     assert "coupling.damper.stages.1.until" in names
     assert "mesh.gear.transmission_error.0.amplitude" in names
     assert len(names) == len(set(names))

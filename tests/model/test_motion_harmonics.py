@@ -106,7 +106,7 @@ def test_paths_change_and_list_harmonics() -> None:
     changed = model.with_({"motion.0.harmonics.0.amplitude": "0.2 deg", "motion.0.harmonics.1.order": 3})
     assert changed.motions[0].harmonics[0].amplitude == np.deg2rad(0.2)
     assert changed.motions[0].harmonics[1].order == 3.0
-    assert {"motion.0.harmonics.0.amplitude", "motion.0.harmonics.1.phase"} <= set(model.path_names())
+    assert {"motion.0.harmonics.0.amplitude", "motion.0.harmonics.1.phase"} <= set(model.paths())
     recorded = model.with_({"motion.0.harmonics": None, "motion.0.speed": RECORD})
     assert recorded.motions[0].signal is not None
     with pytest.raises(gr.ModelError, match="goes by index from 0 to 1"):

@@ -31,7 +31,7 @@ WITHOUT_UNIT = (
 @pytest.mark.parametrize("file", MODELS, ids=lambda file: file.stem)
 def test_every_path_of_every_example_has_words_of_its_own_and_its_unit(file: Path) -> None:
     model = gr.load(file)
-    labels = {path: path_label(path, model) for path in model.path_names()}
+    labels = {path: path_label(path, model) for path in model.paths()}
     words = [label.words for label in labels.values()]
     assert len(set(words)) == len(words)
     for path, (text, unit) in labels.items():
@@ -100,7 +100,7 @@ mean = 1.0
 harmonics = [ { order = 1, amplitude = 1.0 }, { order = 1, amplitude = 2.0 } ]
 """
     )
-    words = [path_label(path, model).words for path in model.path_names()]
+    words = [path_label(path, model).words for path in model.paths()]
     assert len(set(words)) == len(words)
     assert "mean torque on disc (2 of 2)" in words
 
@@ -109,7 +109,7 @@ harmonics = [ { order = 1, amplitude = 1.0 }, { order = 1, amplitude = 2.0 } ]
 def test_what_contains_a_path_has_a_label_too(file: Path) -> None:
     """A list of sines, one of them, a side of a planetary set: a path may end at any of its keys."""
     model = gr.load(file)
-    for path in model.path_names():
+    for path in model.paths():
         keys = path.split(".")
         for length in range(2, len(keys)):
             words = path_label(".".join(keys[:length]), model).words

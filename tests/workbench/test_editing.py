@@ -69,7 +69,7 @@ def after(text: str, *edits: dict[str, Any]) -> str:
 @pytest.mark.parametrize("name", TEXTS)
 def test_a_value_set_is_that_of_with_and_comments_stay(name: str) -> None:
     model = load(example_files()[name])
-    for path in model.path_names():
+    for path in model.paths():
         value = _another(model, path)
         if value is None:
             continue

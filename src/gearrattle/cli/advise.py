@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import gearrattle
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Output, Settings, number_or_text
+from gearrattle.cli.options import Changes, Json, Output, Settings, number_or_text
+from gearrattle.cli.sources import changed_model
 
 if TYPE_CHECKING:
     from gearrattle.advice import Advice
@@ -23,6 +24,7 @@ def advise(
     up_to: str | None = None,
     output: Output = None,
     settings: Settings = _DEFAULTS,
+    changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Say what to lump, how to scale, which clearances will open, which algorithm to use, what it will cost.
@@ -38,7 +40,7 @@ def advise(
     up_to
         End of the band for lumping, e.g. "75 Hz"; default: the highest order of any torque.
     """
-    driveline = gearrattle.load(model)
+    driveline = changed_model(model, changes)
 
     def work(watch: Watch) -> Advice:
         watch.enter("advising")

@@ -1,13 +1,19 @@
 """Options of the form NAME=NUMBER, NAME=NUMBER,NUMBER,..., NAME="1 N*m",... or NAME=WORD, which may be repeated.
 
-Takes words; gives numbers and words by name.
+Where a name is a path of the model, x3 is three times what the model says.
+
+Takes words; gives numbers, factors and words by name.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from gearrattle.errors import ModelError, Problem
+
+if TYPE_CHECKING:
+    from gearrattle.model import Factor
 
 
 def numbers(option: str, entries: Sequence[str]) -> dict[str, float]:
@@ -64,8 +70,8 @@ def lists(option: str, entries: Sequence[str]) -> dict[str, list[float]]:
     return {name: [_number(option, part) for part in text.split(",")] for name, text in _pairs(option, entries)}
 
 
-def texts(option: str, entries: Sequence[str]) -> dict[str, list[float | str]]:
-    """Return lists by name: numbers, and quantities with their units as text.
+def texts(option: str, entries: Sequence[str]) -> dict[str, list[float | str | Factor]]:
+    """Return lists by name: numbers, factors such as x3, and quantities with their units as text.
 
     Parameters
     ----------
@@ -79,7 +85,34 @@ def texts(option: str, entries: Sequence[str]) -> dict[str, list[float | str]]:
     ModelError
         a word of another form.
     """
-    return {name: [_value(part.strip()) for part in text.split(",")] for name, text in _pairs(option, entries)}
+    return {name: [value_in(part.strip()) for part in text.split(",")] for name, text in _pairs(option, entries)}
+
+
+def changes(option: str, entries: Sequence[str]) -> dict[str, Any]:
+    """Return values of a model by path, as ``Model.with_`` takes them.
+
+    Parameters
+    ----------
+    option
+        its name, for messages.
+    entries
+        words of the form PATH=VALUE: as in a model file, the quotes of a text may be left out; or a factor, x3.
+
+    Raises
+    ------
+    ModelError
+        a word of another form.
+    """
+    return {path: _as_in_file(text.strip()) for path, text in _pairs(option, entries)}
+
+
+def value_in(text: str) -> float | str | Factor:
+    """Return the factor that a word is, x3, else the number, else the text."""
+    from gearrattle.model.factors import factor
+
+    times = _float(text[1:]) if text.startswith("x") else None
+    number = _float(text) if times is None else None
+    return factor(times) if times is not None else text if number is None else number
 
 
 def words(option: str, entries: Sequence[str]) -> dict[str, str]:
@@ -115,11 +148,21 @@ def _pairs(option: str, entries: Sequence[str]) -> list[tuple[str, str]]:
     return [(name, value) for name, _, value in pairs]
 
 
-def _value(text: str) -> float | str:
+def _as_in_file(text: str) -> Any:
+    """Return what a word is in a model file: a number, whole or not, a list, a table, a text; or a factor."""
+    import tomllib
+
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return value_in(text)
+
+
+def _float(text: str) -> float | None:
     try:
         return float(text)
     except ValueError:
-        return text
+        return None
 
 
 def _number(option: str, text: str) -> float:

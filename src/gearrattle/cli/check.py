@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import gearrattle
-from gearrattle.cli.options import Json
+from gearrattle.cli.options import Changes, Json
+from gearrattle.cli.sources import changed_model
 from gearrattle.errors import shown_problems
 from gearrattle.json_types import json_text
 from gearrattle.model.components import COMPONENTS
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 _UNITS = {"speed": " rad/s", "sweep_to": " rad/s", "sweep_over": " s"}
 
 
-def check(model: Path, /, *, json: Json = False) -> None:
+def check(model: Path, /, *, changes: Changes = (), json: Json = False) -> None:
     """Check a model file: print "ok" and what is in it, or every problem; notes on values that are hardly right.
 
     Parameters
@@ -33,7 +34,7 @@ def check(model: Path, /, *, json: Json = False) -> None:
     from gearrattle.assembly import decay_notes, record_notes
 
     try:
-        driveline = gearrattle.load(model)
+        driveline = changed_model(model, changes)
         rest = gearrattle.equilibrium(driveline)
     except gearrattle.ModelError as error:
         if json:

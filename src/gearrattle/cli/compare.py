@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-import gearrattle
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Output, Whole, number_or_text
+from gearrattle.cli.options import Changes, Json, Output, Whole, number_or_text
+from gearrattle.cli.sources import changed_model
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -46,6 +46,7 @@ def compare(
     output: Output = None,
     contest: Contest = _DEFAULTS,
     work_precision: Annotated[bool, Parameter(negative="--no-work-precision")] = True,
+    changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Compare algorithms on a model: cost, true error, missed and invented impacts, statistics, advice.
@@ -65,7 +66,7 @@ def compare(
     from gearrattle.comparison.precision import work_precision as measured
     from gearrattle.report.comparison import ComparisonPage
 
-    driveline, names = gearrattle.load(model), _names(algorithms)
+    driveline, names = changed_model(model, changes), _names(algorithms)
 
     def work(watch: Watch) -> ComparisonPage:
         comparison, precision = side_by_side(driveline, names, **contest.arguments(), progress=watch), None

@@ -10,7 +10,8 @@ from cyclopts import Parameter
 
 import gearrattle
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, number_or_text
+from gearrattle.cli.options import Changes, Json, number_or_text
+from gearrattle.cli.sources import changed_model
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -27,6 +28,7 @@ def condense(
     keep: Annotated[Sequence[str], Parameter(negative="")] = (),
     limit: float = 0.05,
     margin: float = 3.0,
+    changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Write a driveline in few coordinates: mass, damping and stiffness matrices, and their error in the band.
@@ -51,7 +53,7 @@ def condense(
     margin
         Modes up to margin times the band's end are represented.
     """
-    driveline = gearrattle.load(model)
+    driveline = changed_model(model, changes)
     band = number_or_text(up_to)
 
     def work(_watch: Watch) -> Condensed:

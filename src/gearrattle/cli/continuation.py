@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 import gearrattle
-from gearrattle.cli.assignments import words
+from gearrattle.cli.assignments import value_in, words
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Whole, named_as, number_or_text, refuse_beside, refuse_unless
+from gearrattle.cli.options import Changes, Json, Whole, named_as, number_or_text, refuse_beside, refuse_unless
+from gearrattle.cli.sources import changed_model
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.quantity import Count, argument_problems
 
@@ -22,11 +23,11 @@ if TYPE_CHECKING:
 
     from gearrattle.cli.background import Watch
     from gearrattle.model import Model
+    from gearrattle.model.factors import Written
     from gearrattle.orbits import Branch, MotionMap, RunUpJumps
     from gearrattle.report.branches import BranchesPage
 
-Ends = tuple[float | str, float | str]
-"""Of a range, as they are typed."""
+    Ends = tuple[Written, Written]
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _ACROSS, _UP = 32, 20
@@ -52,6 +53,7 @@ def continue_(
     scatter: Annotated[Sequence[str], Parameter(negative="")] = (),
     rate: str | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Follow motions that repeat over a value of the model, through folds, and locate what happens on the way.
@@ -65,7 +67,8 @@ def continue_(
     path
         Of the value, such as excitation.speed or mesh.gear.backlash.
     over
-        Its two ends, e.g. "300:2000 rpm"; numbers without a unit are in SI. The branch begins at the first.
+        Its two ends, e.g. "300:2000 rpm", or "x0.5:x2" times the model's own; numbers without a unit are in SI. The
+        branch begins at the first.
     cycles
         Periods T of all orders after which the motions repeat.
     start
@@ -87,21 +90,22 @@ def continue_(
         Row of an event in the table of events, from 0, with the same range: in place of the map the curve of this event
         over both values. It may leave the range.
     scatter
-        PATH=DEVIATION, a standard deviation of a value of the model, e.g. torque.0.mean="0.5 N*m": every event gets the
-        standard deviation that all of them give it. May be repeated.
+        PATH=DEVIATION, a standard deviation of a value of the model, e.g. torque.0.mean="0.5 N*m", or x0.05 for a
+        twentieth of it: every event gets the standard deviation that all of them give it. At a PATH with * all that
+        match scatter, each by itself. May be repeated.
     rate
         Of a run-up and a run-down over a range of the speed, e.g. "100 rpm/s": they are simulated, and their jumps are
         listed beside those of the branch.
     output
         Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the tables on the terminal only.
     """
-    driveline = gearrattle.load(model)
+    driveline = changed_model(model, changes)
     ends = _ends(over)
     _check_combination(
         second=(second, second_range), cells=(across, up), boundary=boundary, scatter=scatter or None, rate=rate
     )
     second_ends = None if second_range is None else _ends(second_range, "--second-range")
-    deviations = {name: number_or_text(text) or 0.0 for name, text in words("--scatter", scatter).items()}
+    deviations = {name: value_in(text) for name, text in words("--scatter", scatter).items()}
     speed_rate = None if rate is None else number_or_text(rate) or 0.0
     _check_values(driveline, (path, ends), (second, second_ends), deviations, speed_rate)
     limit = None if step_limit is None else _limit(step_limit, path, ends, driveline)
@@ -170,7 +174,7 @@ def _check_values(
     driveline: Model,
     first: tuple[str, Ends],
     second: tuple[str | None, Ends | None],
-    deviations: Mapping[str, float | str],
+    deviations: Mapping[str, Written],
     rate: float | str | None,
 ) -> None:
     """Refuse values of options before any motion is followed.
@@ -196,7 +200,7 @@ def _check_values(
         tolerances_of(driveline, path, deviations)
 
 
-def _scattered(branch: Branch, deviations: Mapping[str, float | str], watch: Watch) -> BranchesPage:
+def _scattered(branch: Branch, deviations: Mapping[str, Written], watch: Watch) -> BranchesPage:
     """Return branches with the standard deviations of their events; NaN for those without a gradient."""
     from gearrattle.report.branches import BranchesPage
 
@@ -216,11 +220,9 @@ def _ends(text: str, option: str = "--range") -> Ends:
     first, colon, second = (part.strip() for part in text.partition(":"))
     if not (first and colon and second) or ":" in second:
         raise ModelError(Problem(option, f'"{text}"', 'must be two values, such as "300:2000 rpm"'))
-    low, high = number_or_text(first), number_or_text(second)
+    low, high = value_in(first), value_in(second)
     if isinstance(low, float) and isinstance(high, str) and (number := _NUMBER.match(high)):
         return f"{first} {high[number.end() :].strip()}", high
-    assert low is not None
-    assert high is not None
     return low, high
 
 

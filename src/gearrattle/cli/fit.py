@@ -12,7 +12,8 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.assignments import labels, numbers, words
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Whole, number_or_text
+from gearrattle.cli.options import Changes, Json, Whole, number_or_text
+from gearrattle.cli.sources import changed_model
 from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
@@ -87,6 +88,7 @@ def fit(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     search: Search = _DEFAULTS,
     recorded: Recorded = _RECORDED,
+    changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Fit parameters to measured frequencies, shapes and responses or to a recorded motion; say what stays open.
@@ -106,7 +108,7 @@ def fit(
         File for the fitted model, ending in .toml; or a folder for report.html, summary.json, results.nc and figures/;
         or a file for the numbers, ending in .nc or .csv. Default: the answer on the terminal only.
     """
-    start, arguments, measured = gearrattle.load(model), search.arguments(), recorded.data(data)
+    start, arguments, measured = changed_model(model, changes), search.arguments(), recorded.data(data)
 
     def work(watch: Watch) -> Fit:
         watch.enter("fitting")

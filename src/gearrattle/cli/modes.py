@@ -11,7 +11,8 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.assignments import labels, lists, numbers
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json
+from gearrattle.cli.options import Changes, Json
+from gearrattle.cli.sources import changed_model
 
 
 def modes(
@@ -23,6 +24,7 @@ def modes(
     speeds: str | None = None,
     over: Annotated[Sequence[str], Parameter(negative="")] = (),
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Print the natural modes; every clearance is closed unless specified otherwise.
@@ -48,7 +50,7 @@ def modes(
     """
     from gearrattle.report.modes import ModesPage
 
-    driveline = gearrattle.load(model)
+    driveline = changed_model(model, changes)
     ratios = numbers("--contact-ratio", contact_ratio)
     regions = labels("--region", region)
     grid: dict[str, float | Sequence[float]] = {**ratios, **lists("--over", over)}

@@ -46,6 +46,16 @@ Output = Annotated[
     ),
 ]
 """Where a result goes."""
+Changes = Annotated[
+    Sequence[str],
+    Parameter(
+        name="--set",
+        negative="",
+        help="PATH=VALUE of the model, as in its file. * in PATH stands for any text, x3 for three times what the "
+        'model says: "inertia.*.drag_torque=x3". May be repeated.',
+    ),
+]
+"""Values that the model has other than its file."""
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print the result as JSON on stdout.")]
 
 

@@ -9,7 +9,8 @@ from cyclopts import Parameter
 
 import gearrattle
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Whole, named_as, refuse_beside, refuse_unless
+from gearrattle.cli.options import Changes, Json, Whole, named_as, refuse_beside, refuse_unless
+from gearrattle.cli.sources import changed_model
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.quantity import argument_problems
 
@@ -33,6 +34,7 @@ def periodic(
     instants: Whole | None = None,
     best: Annotated[bool, Parameter(negative="")] = False,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Find a motion that repeats: its stability, its impacts in their order, the verdict on it.
@@ -60,7 +62,7 @@ def periodic(
         Folder for the page; or a file for the numbers, ending in .nc or .csv, or, of one motion, for the model with its
         simulation beginning on it, ending in .toml. Default: the tables on the terminal only.
     """
-    driveline = gearrattle.load(model)
+    driveline = changed_model(model, changes)
     if every and start is not None:
         raise ModelError(Problem("--start", f'"{start}"', "plays no part with --every", "leave one of them out"))
     if tipping is None:

@@ -10,7 +10,8 @@ from cyclopts import Parameter
 
 import gearrattle
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, number_or_text
+from gearrattle.cli.options import Changes, Json, number_or_text
+from gearrattle.cli.sources import changed_model
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -28,6 +29,7 @@ def reduce(
     limit: float = 0.05,
     margin: float = 2.0,
     check: Literal["simulate"] | None = None,
+    changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Merge bodies that do not move against each other inside a band, and say what it costs.
@@ -55,7 +57,7 @@ def reduce(
     check
         "simulate": also run both models and compare what the criteria say.
     """
-    driveline = gearrattle.load(model)
+    driveline = changed_model(model, changes)
     band = number_or_text(up_to)
 
     def work(_watch: Watch) -> Reduction:

@@ -9,7 +9,8 @@ from cyclopts import Parameter
 
 import gearrattle
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Negligible, Settings, negligible_of
+from gearrattle.cli.options import Changes, Json, Negligible, Settings, negligible_of
+from gearrattle.cli.sources import changed_model
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -24,6 +25,7 @@ def run(
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     settings: Settings = _DEFAULTS,
+    changes: Changes = (),
     negligible: Negligible = (),
     json: Json = False,
 ) -> None:
@@ -38,7 +40,7 @@ def run(
     output
         Folder for the results; default: the model file's name with "-results", here.
     """
-    driveline = gearrattle.load(model)
+    driveline = changed_model(model, changes)
     limits = negligible_of(negligible)
 
     def work(watch: Watch) -> Findings:

@@ -11,7 +11,8 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.assignments import numbers
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json
+from gearrattle.cli.options import Changes, Json
+from gearrattle.cli.sources import changed_model
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -24,6 +25,7 @@ def scale(
     *,
     contact_ratio: Annotated[Sequence[str], Parameter(negative="")] = (),
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Print the dimensionless coefficients and the condition numbers; save the dimensionless model.
@@ -42,7 +44,7 @@ def scale(
     """
     from gearrattle.report.scaling import ScalingPage
 
-    driveline, ratios = gearrattle.load(model), numbers("--contact-ratio", contact_ratio)
+    driveline, ratios = changed_model(model, changes), numbers("--contact-ratio", contact_ratio)
 
     def work(_watch: Watch) -> ScalingPage:
         scaled = gearrattle.nondimensionalize(driveline)

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 import gearrattle
-from gearrattle.cli.assignments import texts
+from gearrattle.cli import assignments
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Settings, Whole, number_or_text
-from gearrattle.cli.sources import is_model
+from gearrattle.cli.options import Changes, Json, Settings, Whole, number_or_text
+from gearrattle.cli.sources import changed_model, is_model
 from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ def screen(
     count: Whole | None = None,
     loads: str | None = None,
     load: Annotated[Sequence[str], Parameter(negative="")] = (),
+    changes: Changes = (),
     simulate: Annotated[bool, Parameter(negative="")] = False,
     check: Annotated[bool, Parameter(negative="")] = False,
     points: Whole | None = None,
@@ -58,7 +59,8 @@ def screen(
     loads
         Factors on the amplitudes of the torques, "0.5,1,2". Default: the model's own.
     load
-        PATH=VALUE,VALUE,... instead: values of the model at the loads, which vary together. May be repeated.
+        PATH=VALUE,VALUE,... instead: values of the model at the loads, which vary together. "x1,x3" are factors of what
+        the model says, * in PATH stands for any text. May be repeated.
     simulate
         Also simulate and judge every case, with the settings below.
     check
@@ -72,7 +74,7 @@ def screen(
     """
     from gearrattle.report.screening import ScreeningPage
 
-    model, asked, title = _asked(source, speeds, count, loads, load)
+    model, asked, title = _asked(source, speeds, count, (loads, load), changes)
     model = _settled(model, settings, simulate=simulate or check, workers=workers)
     if points is not None and not check:
         rule = "is the number of cases of --check, and nothing is checked"
@@ -88,9 +90,14 @@ def screen(
 
 
 def _asked(
-    source: Path, speeds: str | None, count: int | None, loads: str | None, load: Sequence[str]
+    source: Path,
+    speeds: str | None,
+    count: int | None,
+    of_loads: tuple[str | None, Sequence[str]],
+    changes: Sequence[str],
 ) -> tuple[Model, tuple[Any, Any], str]:
     """Return the model, the speeds and loads, and what to call the page."""
+    loads, load = of_loads
     if source.suffix.lower() == ".toml" and source.exists() and not is_model(source):
         from gearrattle.studies.file import read_study
         from gearrattle.studies.screening_study import screening_of
@@ -100,14 +107,14 @@ def _asked(
         if clash:
             rule = "a study file says its speeds and loads itself"
             raise ModelError(Problem(", ".join(clash), str(source), rule, "leave them out, or give the model file"))
-        study = read_study(source)
+        study = read_study(source).changed(assignments.changes("--set", changes))
         model, axes, by_path = screening_of(study, str(source))
         return model, (axes, by_path), study.name
     if loads is not None and load:
         rule = "loads are factors, or values by path"
         raise ModelError(Problem("--loads, --load", "both", rule, "leave one of them out"))
-    model = gearrattle.load(source)
-    given_loads = _factors(loads) if loads is not None else texts("--load", load) if load else None
+    model = changed_model(source, changes)
+    given_loads = _factors(loads) if loads is not None else assignments.texts("--load", load) if load else None
     return model, (_speeds(model, speeds, count), given_loads), model.name or "driveline"
 
 

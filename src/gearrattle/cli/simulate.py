@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import gearrattle
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Output, Settings
+from gearrattle.cli.options import Changes, Json, Output, Settings
+from gearrattle.cli.sources import changed_model
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -22,6 +23,7 @@ def simulate(
     *,
     output: Output = None,
     settings: Settings = _DEFAULTS,
+    changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Simulate a model and save the motion.
@@ -34,7 +36,7 @@ def simulate(
     model
         Model file (TOML).
     """
-    driveline = gearrattle.load(model)
+    driveline = changed_model(model, changes)
 
     def work(watch: Watch) -> SimulationReport:
         run = gearrattle.simulate(driveline, **settings.arguments(), progress=watch)

@@ -1,16 +1,31 @@
-"""What a command is given to hear: a saved run, or anything that ``gearrattle.read`` takes."""
+"""What a command is given: a model with values changed, a saved run, or anything that ``gearrattle.read`` takes."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import gearrattle
+from gearrattle.cli.assignments import changes
 from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
+    from gearrattle.model import Model
     from gearrattle.recording import Recording
     from gearrattle.results import Run
+
+
+def changed_model(source: Path, entries: Sequence[str]) -> Model:
+    """Read a model file, and change the values that ``--set`` names.
+
+    Raises
+    ------
+    ModelError
+        what ``gearrattle.load`` or ``Model.with_`` refuses.
+    """
+    model = gearrattle.load(source)
+    return model.with_(changes("--set", entries)) if entries else model
 
 
 def motion_or_recording(source: Path) -> Run | Recording:

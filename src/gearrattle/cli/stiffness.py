@@ -11,7 +11,8 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.assignments import numbers
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Output, number_or_text
+from gearrattle.cli.options import Changes, Json, Output, number_or_text
+from gearrattle.cli.sources import changed_model
 
 if TYPE_CHECKING:
     from gearrattle.analysis.stiffness import RegionStiffness
@@ -32,6 +33,7 @@ def stiffness(
     with_damping: Annotated[bool, Parameter(negative="")] = False,
     visited: Annotated[bool, Parameter(negative="")] = False,
     output: Output = None,
+    changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Print eigenvalues, their ratio with its class, and every fixed step against its stability region.
@@ -58,7 +60,7 @@ def stiffness(
     from gearrattle.simulation.simulate import needs_exact
     from gearrattle.simulation.steps import step_limits
 
-    driveline = gearrattle.load(model)
+    driveline = changed_model(model, changes)
     assembled = assemble(driveline)
     ratios = numbers("--contact-ratio", contact_ratio)
 

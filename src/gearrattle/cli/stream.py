@@ -11,7 +11,8 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.background import watched
 from gearrattle.cli.emit import print_result
-from gearrattle.cli.options import Json, Settings, Whole
+from gearrattle.cli.options import Changes, Json, Settings, Whole
+from gearrattle.cli.sources import changed_model
 from gearrattle.errors import Cancelled, GearRattleError
 from gearrattle.json_types import json_text
 from gearrattle.wording import counted
@@ -33,6 +34,7 @@ def stream(
     chunk: Whole | None = None,
     resume: Annotated[bool, Parameter(negative="")] = False,
     settings: Settings = _DEFAULTS,
+    changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Simulate and judge a long motion in the memory of one chunk; Ctrl-C keeps every finished chunk.
@@ -51,7 +53,7 @@ def stream(
     from gearrattle.report.kinds import presentation_of
     from gearrattle.report.saved import summary
 
-    driveline = gearrattle.load(model)
+    driveline = changed_model(model, changes)
     folder = output if output is not None else Path(f"{model.stem}-stream")
     under_way: list[Stream] = []
 

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from gearrattle.cli import assignments
 from gearrattle.cli.background import watched
 from gearrattle.cli.emit import print_result
-from gearrattle.cli.options import Json, Whole
+from gearrattle.cli.options import Changes, Json, Whole
 from gearrattle.errors import Cancelled, GearRattleError, ModelError, Problem, SchedulerLost
 from gearrattle.json_types import json_text
 from gearrattle.writing import disk_is_full, staged
@@ -37,6 +38,7 @@ def study(
     retry_failed: Annotated[bool, Parameter(negative="")] = False,
     estimate: Annotated[bool, Parameter(negative="")] = False,
     function: str | None = None,
+    changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Simulate and judge many variants of one driveline; what is done survives whatever stops it.
@@ -70,7 +72,7 @@ def study(
     from gearrattle.studies.schedulers import check_scheduler
     from gearrattle.studies.storage import storage_of
 
-    asked = read_study(study)
+    asked = read_study(study).changed(assignments.changes("--set", changes))
     options = _options(asked.spec, function)
     folder = _outliving(storage_of(output or f"{study.stem}-study"))
     check_scheduler(scheduler, workers)

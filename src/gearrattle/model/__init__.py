@@ -12,6 +12,7 @@ from gearrattle.model.criteria import ASSUMED_ENERGY, Criteria, Negligible
 from gearrattle.model.engine import Engine
 from gearrattle.model.examples import example
 from gearrattle.model.excitation import Excitation, Harmonic, Motion, Sweep, Torque, TorqueHarmonic
+from gearrattle.model.factors import Factor, factor
 from gearrattle.model.file import load, loads, readable_text
 from gearrattle.model.inertia import Inertia
 from gearrattle.model.model import Model, check_model
@@ -33,6 +34,7 @@ __all__ = [
     "Element",
     "Engine",
     "Excitation",
+    "Factor",
     "Harmonic",
     "Inertia",
     "Initial",
@@ -51,6 +53,7 @@ __all__ = [
     "TorqueHarmonic",
     "check_model",
     "example",
+    "factor",
     "json_schema",
     "load",
     "loads",

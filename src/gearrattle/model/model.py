@@ -22,7 +22,7 @@ from gearrattle.model.criteria import Criteria
 from gearrattle.model.excitation import Excitation, Motion, Torque
 from gearrattle.model.inertia import Inertia
 from gearrattle.model.over_speed import LAST, OMEGA
-from gearrattle.model.paths import changed, path_names
+from gearrattle.model.paths import changed, location_of, path_names
 from gearrattle.model.prescribed import prescribed_rules
 from gearrattle.model.problems import Positions, model_error
 from gearrattle.model.quantity import GROUND, Choice, SchemaVersion, Text, is_newer_schema
@@ -37,15 +37,15 @@ class Model(Table):
     """A driveline: inertias, what connects them, what drives them, how to simulate them.
 
     Everything is in SI (or dimensionless throughout). Made by ``gearrattle.load``, ``gearrattle.loads`` or
-    ``Model.from_tables``; changed by ``with_``, which returns a new one.
+    ``Model.from_tables``; read by path, ``model["mesh.gear.backlash"]``; changed by ``with_``, which returns a new one.
 
     Examples
     --------
     >>> model = gr.example("case3")
-    >>> model.meshes[0].backlash
+    >>> model["mesh.gear.backlash"]
     0.0001
     >>> tight = model.with_({"mesh.gear.backlash": "0.05 mm"})
-    >>> tight.meshes[0].backlash
+    >>> tight["mesh.gear.backlash"]
     5e-05
     """
 
@@ -151,11 +151,17 @@ class Model(Table):
         changes
             path to value: ``{"mesh.gear.backlash": "0.2 mm", "torque.0.mean": 5.0}``. Named tables go by
             name; torques, harmonics and stages by their 0-based index. Values as in a file; None leaves a key out.
+            ``*`` in a path stands for any text: all values that are set there are changed (``paths`` lists them).
+            ``gr.factor(3)`` is three times what this model says.
 
         Raises
         ------
         ModelError
             a path that does not exist, or a value that the file format refuses.
+
+        Examples
+        --------
+        >>> cold = gr.example("manual_transmission").with_({"inertia.*.drag_torque": gr.factor(3)})
         """
         return self.from_tables(changed(self.to_tables(), changes))
 
@@ -199,9 +205,47 @@ class Model(Table):
             return self.model_copy(update={"criteria": criteria})
         return self.with_({f"criteria.negligible.{key}": value for key, value in negligible.items()})
 
-    def path_names(self) -> tuple[str, ...]:
-        """Return the paths of all values that are set, as ``with_`` takes them."""
-        return path_names(self.to_tables())
+    def paths(self, pattern: str = "*") -> tuple[str, ...]:
+        """Return the paths of the values that are set, as ``with_`` takes them.
+
+        Parameters
+        ----------
+        pattern
+            what they must match; ``*`` stands for any text.
+
+        Examples
+        --------
+        >>> gr.example("case3").paths("*backlash*")
+        ('mesh.gear.backlash',)
+        """
+        return path_names(self.to_tables(), pattern)
+
+    def __getitem__(self, path: str) -> Any:
+        """Return what the model has at a path.
+
+        Parameters
+        ----------
+        path
+            of a value: a number in SI, a text or a list, its default where the file is silent; or of a table: the
+            object that holds it, such as a ``Mesh``; of an array of tables all of them.
+
+        Raises
+        ------
+        ModelError
+            a path that leads nowhere, or a pattern.
+
+        Examples
+        --------
+        >>> model = gr.example("case3")
+        >>> model["torque.0.mean"], model["mesh.gear"].backlash, len(model["inertia"])
+        (10.125, 0.0001, 4)
+        """
+        if not isinstance(path, str):
+            raise ModelError(Problem("path", shown(path), "must be a text", 'such as "mesh.gear.backlash"'))
+        node: Any = self
+        for key in location_of(self.to_tables(), path):
+            node = _held(node, key, path)
+        return node
 
     @model_validator(mode="wrap")
     @classmethod
@@ -231,6 +275,21 @@ class Model(Table):
                     yield _dangling((kind, index, "on"), on, names)
         yield from prescribed_rules({kind: _rows(table, kind) for kind in ("inertia", *COMPONENTS, "torque", "motion")})
         yield from _start_length(table.get("simulation"), len(inertias))
+
+
+def _held(node: Any, key: int | str, path: str) -> Any:
+    """Return what an object of a model holds under a key of its table, or an array under an index."""
+    if isinstance(key, int):
+        return node[key]
+    if isinstance(node, Table):
+        fields = {info.alias or name: name for name, info in type(node).model_fields.items()}
+        held = {name: getattr(node, field) for name, field in fields.items()}
+    else:
+        held = node.to_plain() if hasattr(node, "to_plain") else node
+    if key not in held:
+        rule = f"there is no {key}; there are {listed(held)}"
+        raise ModelError(Problem(f"path {path}", "", rule, did_you_mean(key, list(held))))
+    return held[key]
 
 
 @kept

@@ -2,7 +2,8 @@
 
 ``mesh.gear.backlash`` is "backlash of mesh gear" [m], ``torque.0.harmonics.1.amplitude`` "torque amplitude on flywheel,
 order 2" [N m]. Units come from the classes that read the file. Quantities of a state (``deflection.gear``,
-``velocity.hub``, with "initial." before them too) have labels as well: studies sweep them beside paths.
+``velocity.hub``, with "initial." before them too) have labels as well: studies sweep them beside paths. So have
+patterns, ``mesh.*.backlash`` "backlash of all meshes", where that is true; and factors, "..., times".
 
 Takes a path and a Model; gives a PathLabel.
 """
@@ -16,6 +17,7 @@ from typing import Any, NamedTuple, get_args
 from gearrattle.model import units
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.model import Model
+from gearrattle.model.paths import ANY, path_names
 from gearrattle.model.quantity import Quantity
 from gearrattle.model.signal import OverTime
 from gearrattle.model.table import Table
@@ -47,6 +49,15 @@ _WORDS = {
     "between": "inertias",
 }
 """What a key is called where its own letters do not say it."""
+_PLURALS = {
+    "inertia": "inertias",
+    **{kind: component.plural for kind, component in COMPONENTS.items()},
+    "torque": "torques",
+    "motion": "motions",
+}
+"""What the parts of a section are called together."""
+_HARMONIC = 5
+"""Parts of a path such as ``torque.0.harmonics.1.amplitude``."""
 _ALTERNATION = {"fewer": "stiffness ratio", "share": "share of all pairs"}
 _SWEEP = {
     "from": "speed at the start of the run-up",
@@ -72,16 +83,18 @@ class PathLabel(NamedTuple):
     unit: str
 
 
-def path_label(path: str, model: Model) -> PathLabel:
+def path_label(path: str, model: Model, *, by_factor: bool = False) -> PathLabel:
     """Return what a path of the model file, or a quantity of a state, is called.
 
     Parameters
     ----------
     path
-        such as ``"mesh.gear.backlash"`` or ``"initial.deflection.gear"``; an unknown path gets its own keys as
-        words, and no unit.
+        such as ``"mesh.gear.backlash"`` or ``"initial.deflection.gear"``, or a pattern; an unknown path gets its own
+        keys as words, and no unit.
     model
         whose path it is; names, orders and units are taken from it.
+    by_factor
+        whether the numbers are factors of what the model says, without a unit.
 
     Returns
     -------
@@ -92,7 +105,13 @@ def path_label(path: str, model: Model) -> PathLabel:
     --------
     >>> path_label("mesh.gear.backlash", model)
     PathLabel(words='backlash of mesh gear', unit='m')
+    >>> path_label("inertia.*.drag_torque", model, by_factor=True)
+    PathLabel(words='drag torque of 2 inertias, times', unit='')
     """
+    if by_factor:
+        return PathLabel(f"{path_label(path, model).words}, times", "")
+    if ANY in path:
+        return _group_label(path, model)
     before = "initial " if path.startswith(INITIAL) else ""
     kind, _, subject = path.removeprefix(INITIAL).partition(".")
     if kind in _STATE and subject:
@@ -155,6 +174,44 @@ def shown_value(path: str, model: Model, value: float, digits: int = 9, largest:
     size = abs(value) if largest is None else largest
     factor, unit = in_shown_unit(path, path_label(path, model).unit, size)
     return f"{value * factor:.{digits}g} {unit}".rstrip()
+
+
+def _group_label(pattern: str, model: Model) -> PathLabel:
+    """Return what the values that match a pattern are called together; the unit that all of them have."""
+    tables = model.to_tables()
+    paths = path_names(tables, pattern)
+    labels = [path_label(path, model) for path in paths]
+    unit = labels[0].unit if len({label.unit for label in labels}) == 1 else ""
+    return PathLabel(labels[0].words if len(paths) == 1 else _group_words(pattern, paths, tables), unit)
+
+
+def _group_words(pattern: str, paths: Sequence[str], tables: Mapping[str, Any]) -> str:
+    """Words of several paths: one key of parts of one kind, of harmonics, or values of any kind."""
+    parts = [path.split(".") for path in paths]
+    sections = {part[0] for part in parts}
+    keys = {tuple(part[2:]) for part in parts}
+    # one key of inertias, of components of one kind, of torques or motions: all of them, those of a pattern, so many
+    if len(sections) == 1 and len(keys) == 1 and (section := parts[0][0]) in _PLURALS:
+        key = list(keys.pop())
+        plural = _PLURALS[section]
+        name = pattern.split(".")[1] if pattern.count(".") == len(key) + 1 else ANY
+        owner = f"{len(paths)} {plural}" if name == ANY else f"{plural} {name}"
+        if len(paths) == len(tables[section]):
+            owner = f"all {plural}"
+        return _of_part(key, owner, {})
+    # one key of the harmonics of torques or motions
+    if len(sections) == 1 and all(len(part) == _HARMONIC and part[2] == "harmonics" for part in parts):
+        count = sum(len(row.get("harmonics", ())) for row in tables[parts[0][0]])
+        owner = "all harmonics" if len(paths) == count else f"{len(paths)} harmonics"
+        if len({part[-1] for part in parts}) == 1:
+            return f"{parts[0][0]} {_key(parts[0][-1])} of {owner}"
+    # paths of one length: a star where they differ
+    if len({len(part) for part in parts}) == 1:
+        alike = [entries[0] if len(set(entries)) == 1 else ANY for entries in zip(*parts, strict=True)]
+        if alike[0] != ANY:
+            return _words(alike, tables)
+    last = {part[-1] for part in parts}
+    return f"{_key(last.pop()) if len(last) == 1 else pattern}, {len(paths)} values"
 
 
 def printed_unit(si: str) -> str:

@@ -1,20 +1,25 @@
-"""Values at paths of a model, as the model has them.
+"""Values at paths of a model, as the model has them; what is varied by a path, a value or a factor.
 
-Takes a Model, a path and a value as it is written; gives plain values in SI.
+Takes a Model, a path and a value as it is written; gives plain values in SI, and by plain paths.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
+from gearrattle.model.factors import Factor, factor_in, is_factor
 from gearrattle.model.model import Model
-from gearrattle.model.path_labels import dimension_at
-from gearrattle.model.paths import value_at
+from gearrattle.model.path_labels import PathLabel, dimension_at, path_label
+from gearrattle.model.paths import factored, paths_at, value_at
 from gearrattle.model.quantity import Bound, Plain, Quantity, checked
 
 
 def in_si(path: str, value: Any, model: Model) -> Any:
     """Read a value as the model does, and return it as the model has it: numbers in SI.
+
+    At a pattern it is the value of all that match; a factor needs one path there.
 
     Raises
     ------
@@ -22,7 +27,8 @@ def in_si(path: str, value: Any, model: Model) -> Any:
         the model refuses it, or the path leads nowhere.
     """
     taken = model.with_({path: value})
-    return value_at(taken.to_tables(), path)
+    one = path if is_factor(value) else paths_at(model.to_tables(), path)[0]
+    return value_at(taken.to_tables(), one)
 
 
 def change_in_si(path: str, change: Any, model: Model, bound: Bound, name: str) -> float:
@@ -33,7 +39,7 @@ def change_in_si(path: str, change: Any, model: Model, bound: Bound, name: str) 
     path
         of the number.
     change
-        a plain number in SI, or a string with a unit.
+        a plain number in SI, a string with a unit, or a factor of the model's own number.
     model
         whose path it is.
     bound
@@ -46,6 +52,84 @@ def change_in_si(path: str, change: Any, model: Model, bound: Bound, name: str) 
     ModelError
         it is no such change.
     """
-    dimension = dimension_at(path)
+    if is_factor(change):
+        change = abs(in_si(path, change, model))
+    dimension = dimension_at(paths_at(model.to_tables(), path)[0])
     reader = Plain(bound) if dimension is None else Quantity(dimension, bound)
     return float(checked(reader, change, name, dimensionless=model.units == "dimensionless"))
+
+
+@dataclass(frozen=True)
+class Varied:
+    """What a study varies by one path or pattern: the value there, or the factor of what the model says.
+
+    Attributes
+    ----------
+    path
+        as it was asked for.
+    by_factor
+        whether numbers are factors.
+    """
+
+    path: str
+    by_factor: bool = False
+
+    def change(self, value: Any) -> Any:
+        """Return a number as ``Model.with_`` takes it at the path."""
+        return Factor(value) if self.by_factor else value
+
+    def read(self, value: Any, model: Model) -> Any:
+        """Return a value as it is written in SI, a factor as a plain number.
+
+        Raises
+        ------
+        ModelError
+            the model refuses it.
+        """
+        if not self.by_factor:
+            return in_si(self.path, value, model)
+        times = factor_in(value if is_factor(value) else {"factor": value})
+        model.with_({self.path: times})
+        return times.times
+
+    def read_change(self, change: Any, model: Model, name: str) -> float:
+        """Return a positive change, such as a standard deviation: in SI, that of a factor as a plain number.
+
+        Raises
+        ------
+        ModelError
+            it is none.
+        """
+        if self.by_factor:
+            return float(checked(Plain("positive"), change, name))
+        return change_in_si(self.path, change, model, "positive", name)
+
+    def own(self, model: Model) -> Any:
+        """Return what the model says: of a factor 1; of a pattern the value of all that match, None if they differ."""
+        if self.by_factor:
+            return 1.0
+        tables = model.to_tables()
+        values = [value_at(tables, path) for path in paths_at(tables, self.path)]
+        return values[0] if all(value == values[0] for value in values) else None
+
+    def targets(self, model: Model) -> dict[str, float | None]:
+        """Return the plain paths with the numbers that factors are of; None where values are set as they are.
+
+        Raises
+        ------
+        ModelError
+            a pattern that matches nothing, or a factor of what is no number.
+        """
+        tables = model.to_tables()
+        return {**factored(tables, self.path)} if self.by_factor else dict.fromkeys(paths_at(tables, self.path))
+
+    def spread(self, values: Sequence[Any], model: Model) -> dict[str, tuple[Any, ...]]:
+        """Return by plain path what the model is given for values that are read; errors as ``targets``."""
+        return {
+            path: tuple(values if own is None else (Factor(value).of(own) for value in values))
+            for path, own in self.targets(model).items()
+        }
+
+    def label(self, model: Model) -> PathLabel:
+        """Return what its numbers are called."""
+        return path_label(self.path, model, by_factor=self.by_factor)

@@ -1,17 +1,20 @@
 """Key paths such as ``coupling.damper.stages.1.stiffness``: changing values in the tables of a model.
 
-Named tables (inertia, coupling, mesh) go by name, everything else by its key or its 0-based index.
+Named tables (inertia, coupling, mesh) go by name, everything else by its key or its 0-based index. ``*`` stands for any
+text, dots too: such a pattern means the paths of all values that are set and match it.
 
 Takes and gives plain dictionaries and lists; ``model`` validates the outcome.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.components import COMPONENTS
+from gearrattle.model.factors import factor_in, is_factor
 from gearrattle.model.quantity import AnyTable, checked
 from gearrattle.model.table import did_you_mean, listed, shown
 
@@ -22,6 +25,8 @@ _INNER = ("criteria", "negligible")
 """A table within a table that need not stand there either."""
 SAME_THING = ("speed", "frequency", "sweep")
 """Keys of ``excitation`` of which one alone may stand."""
+ANY = "*"
+"""What stands for any text in a pattern."""
 
 
 class _NoPathError(LookupError):
@@ -34,32 +39,145 @@ class _NoPathError(LookupError):
 
 
 def changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of the tables with the changes made; a value of None takes a key out.
+    """Return a copy of the tables with the changes made (see ``resolved``); a value of None takes a key out.
 
     Setting one of ``excitation.speed``, ``.frequency`` and ``.sweep`` takes out the others, as they are one quantity.
 
     Raises
     ------
     ModelError
-        paths that lead nowhere, all of them.
+        paths that lead nowhere, all of them; or what ``resolved`` refuses.
     """
+    plain = resolved(tables, checked(AnyTable(), changes, "changes"))
     fresh: dict[str, Any] = _thawed(tables)
     problems: list[Problem] = []
-    for path, value in checked(AnyTable(), changes, "changes").items():
-        if not isinstance(path, str):
-            problems.append(Problem("path", shown(path), "must be a text", 'such as "mesh.gear.backlash"'))
-            continue
+    for path, value in plain.items():
         try:
             _set(fresh, path, _thawed(value))
         except _NoPathError as error:
             problems.append(Problem(f"path {path}", "", error.rule, error.remedy))
     if problems:
         raise ModelError(problems)
-    keys_set = [key for key in SAME_THING if changes.get(f"excitation.{key}") is not None]
+    keys_set = [key for key in SAME_THING if plain.get(f"excitation.{key}") is not None]
     for other in SAME_THING:
-        if keys_set and f"excitation.{other}" not in changes:
+        if keys_set and f"excitation.{other}" not in plain:
             fresh.get("excitation", {}).pop(other, None)
     return fresh
+
+
+def resolved(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return changes as plain ones: every path leads to one value, and no value is a factor.
+
+    Here alone patterns become paths, and factors values: of what the tables say.
+
+    Raises
+    ------
+    ModelError
+        a pattern that matches nothing, a factor of what is no number, a path that is changed twice; all of them.
+    """
+    plain: dict[str, Any] = {}
+    changed_by: dict[str, str] = {}
+    problems: list[Problem] = []
+    for path, value in changes.items():
+        if not isinstance(path, str):
+            problems.append(Problem("path", shown(path), "must be a text", 'such as "mesh.gear.backlash"'))
+            continue
+        try:
+            times = factor_in(value) if is_factor(value) else None
+            paths = paths_at(tables, path)
+            values = {one: value if times is None else times.of(_number_at(tables, one)) for one in paths}
+        except ModelError as error:
+            problems += error.problems
+            continue
+        for one in plain.keys() & values.keys():
+            rule = f"is changed twice, by {changed_by[one]} and by {path}"
+            problems.append(Problem(f"path {one}", "", rule, "change it by one of them"))
+        plain |= values
+        changed_by |= dict.fromkeys(values, path)
+    if problems:
+        raise ModelError(problems)
+    return plain
+
+
+def factored(tables: Mapping[str, Any], path: str) -> dict[str, float]:
+    """Return the numbers that a factor at a path or a pattern is of, by plain path.
+
+    Raises
+    ------
+    ModelError
+        as ``resolved``.
+    """
+    return {one: _number_at(tables, one) for one in paths_at(tables, path)}
+
+
+def _number_at(tables: Mapping[str, Any], path: str) -> float:
+    """Return the number that a factor is of.
+
+    Raises
+    ------
+    ModelError
+        there is none.
+    """
+    own = value_at(tables, path)
+    if own is None:
+        rule = "a factor is of what the model says, and it says nothing here"
+        raise ModelError(Problem(f"path {path}", "", rule, "give it a value in the model first"))
+    if isinstance(own, bool) or not isinstance(own, int | float):
+        what = "a table" if isinstance(own, dict) else shown(own)
+        raise ModelError(Problem(f"path {path}", what, "a factor needs a number here", "give a value without a factor"))
+    return own
+
+
+def paths_at(tables: Mapping[str, Any], path: str) -> tuple[str, ...]:
+    """Return the plain paths that a path means: itself, or what a pattern matches.
+
+    Raises
+    ------
+    ModelError
+        the pattern matches nothing.
+    """
+    if ANY not in path:
+        return (path,)
+    paths = path_names(tables, path)
+    if not paths:
+        raise ModelError(_no_match(tables, path))
+    return paths
+
+
+def _no_match(tables: Mapping[str, Any], pattern: str) -> Problem:
+    """Say that a pattern matches nothing, and what there is: values of its key, else keys of its section, sections."""
+    names = path_names(tables)
+    section, key = pattern.partition(".")[0], pattern.rpartition(".")[2]
+    alike = [name for name in names if name.endswith(f".{key}")]
+    keys = list(dict.fromkeys(name.rpartition(".")[2] for name in names if name.startswith(f"{section}.")))
+    options = alike or keys or list(dict.fromkeys(name.partition(".")[0] for name in names))
+    remedy = did_you_mean(key if keys else section, options) if not alike else ""
+    return Problem(f"path {pattern}", "", f"matches no value that is set; there are {listed(options)}", remedy)
+
+
+def expanded(tables: Mapping[str, Any], paths: Iterable[str]) -> list[str]:
+    """Return paths with patterns replaced by what they match, every path once.
+
+    Raises
+    ------
+    ModelError
+        a pattern that matches nothing.
+    """
+    return list(dict.fromkeys(one for path in paths for one in paths_at(tables, path)))
+
+
+def check_one(tables: Mapping[str, Any], path: str) -> None:
+    """Refuse a pattern where a path must lead to one value.
+
+    Raises
+    ------
+    ModelError
+        it is a pattern.
+    """
+    if ANY in path:
+        paths = paths_at(tables, path)
+        rule = f"stands for several values ({listed(paths)}), and here one is needed"
+        raise ModelError(Problem(f"path {path}", "", rule, f'such as "{paths[0]}"'))
 
 
 def value_at(tables: Mapping[str, Any], path: str) -> Any:
@@ -68,8 +186,9 @@ def value_at(tables: Mapping[str, Any], path: str) -> Any:
     Raises
     ------
     ModelError
-        the path leads nowhere.
+        the path leads nowhere, or is a pattern.
     """
+    check_one(tables, path)
     parts = path.split(".")
     node: Any = _thawed(tables)
     try:
@@ -88,8 +207,9 @@ def location_of(tables: Mapping[str, Any], path: str) -> tuple[int | str, ...]:
     Raises
     ------
     ModelError
-        the path leads nowhere.
+        the path leads nowhere, or is a pattern.
     """
+    check_one(tables, path)
     parts = path.split(".")
     node: Any = _thawed(tables)
     location: tuple[int | str, ...] = ()
@@ -106,22 +226,37 @@ def location_of(tables: Mapping[str, Any], path: str) -> tuple[int | str, ...]:
     return location
 
 
-def path_names(tables: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the path of every value in the tables."""
-    return tuple(_leaves(tables, ""))
+def path_names(tables: Mapping[str, Any], pattern: str = ANY) -> tuple[str, ...]:
+    """Return the paths of the values in the tables that match a pattern; a table whose own path alone matches is one.
+
+    Such a table stands where a number may: an amplitude over speed. An entry of a list matches by its index,
+    ``mesh.*.radii.0``.
+    """
+    if pattern == ANY:
+        return tuple(_matching(tables, "", lambda _: True))
+    written = re.compile(".*".join(map(re.escape, pattern.split(ANY))), re.DOTALL)
+    paths = _matching(tables, "", lambda path: written.fullmatch(path) is not None)
+    owner, _, index = pattern.rpartition(".")
+    if not paths and owner and index.isascii() and index.isdigit():
+        lists = {path: value_at(tables, path) for path in path_names(tables, owner)}
+        paths = [f"{path}.{index}" for path, row in lists.items() if isinstance(row, list) and int(index) < len(row)]
+    return tuple(paths)
 
 
-def _leaves(node: Any, prefix: str) -> Iterator[str]:
-    """Yield the paths of the values below a table or an array of tables."""
+def _matching(node: Any, prefix: str, is_match: Callable[[str], bool]) -> list[str]:
+    """Return the paths of the matching values below a table or an array of tables, else its own if that matches."""
+    below = [path for name, inner in _inner(node, prefix) for path in _matching(inner, name, is_match)]
+    return below or ([prefix] if prefix and node != {} and is_match(prefix) else [])
+
+
+def _inner(node: Any, prefix: str) -> Iterator[tuple[str, Any]]:
+    """Yield path and content of what a table or an array of tables holds; nothing of a value."""
     if isinstance(node, Mapping):
         for key, value in node.items():
-            yield from _leaves(value, f"{prefix}.{key}" if prefix else key)
+            yield f"{prefix}.{key}" if prefix else key, value
     elif isinstance(node, (list, tuple)) and node and isinstance(node[0], Mapping):
         for index, row in enumerate(node):
-            label = row["name"] if prefix in _NAMED else str(index)
-            yield from _leaves(row, f"{prefix}.{label}")
-    else:
-        yield prefix
+            yield f"{prefix}.{row['name'] if prefix in _NAMED else index}", row
 
 
 def _thawed(value: Any) -> Any:

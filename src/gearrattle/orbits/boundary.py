@@ -53,6 +53,7 @@ from gearrattle.engine.periodic.special import (
 )
 from gearrattle.engine.periodic.unit_circle import nearest_pair
 from gearrattle.errors import ConvergenceError, ModelError, Problem
+from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, checked
 from gearrattle.orbits.family import alike, family_of, watched_names
@@ -116,7 +117,7 @@ def boundary_of(
     branch: Followed,
     event: tuple[Event, Continuation],
     second: str,
-    range: Sequence[float | str],
+    range: Sequence[Written],
     progress: Progress | None,
 ) -> xr.Dataset:
     """Follow an event from the model's own second value to both ends of its range; see ``Branch.boundary``.

@@ -19,6 +19,7 @@ from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.model import Model
+from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label
 from gearrattle.orbits.boundary import boundary_of
 from gearrattle.orbits.curve import Curve
@@ -182,7 +183,7 @@ class Branch(Result):
         self,
         event: int,
         second: str,
-        range: tuple[float | str, float | str],
+        range: tuple[Written, Written],
         *,
         progress: Callable[[float], None] | None = None,
     ) -> xr.Dataset:
@@ -229,7 +230,7 @@ class Branch(Result):
     def map(
         self,
         second: str,
-        range: tuple[float | str, float | str],
+        range: tuple[Written, Written],
         *,
         across: int = 32,
         up: int = 20,
@@ -312,7 +313,7 @@ class Branch(Result):
         chosen, own = [(one, curve) for curve, events in located for one in events][event]
         return chosen, self.follower(own)
 
-    def scatter(self, event: int, tolerances: Mapping[str, float | str]) -> float:
+    def scatter(self, event: int, tolerances: Mapping[str, Written]) -> float:
         """Return the standard deviation of an event under tolerances: independent numbers, to first order [SI].
 
         Parameters
@@ -320,7 +321,8 @@ class Branch(Result):
         event
             its row in ``events``.
         tolerances
-            standard deviations by path, numbers in SI or strings with a unit.
+            standard deviations by path: numbers in SI, strings with a unit, or factors of what the model says; at a
+            pattern all that match scatter, each by itself.
 
         Raises
         ------

@@ -13,6 +13,7 @@ import numpy as np
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.balance import BALANCE
+from gearrattle.model.factors import Written, factor_in, is_factor
 from gearrattle.model.path_values import in_si
 from gearrattle.model.paths import path_names, value_at
 from gearrattle.model.table import shown
@@ -21,7 +22,7 @@ _WIDTHS = 1e3  # of a range: the unit of its value is no larger
 _LEAST = 1e-9  # of the larger end: the ends must differ by more
 
 
-def ends_of(model: Model, path: str, ends: Sequence[float | str], argument: str = "path") -> tuple[float, float]:
+def ends_of(model: Model, path: str, ends: Sequence[Written], argument: str = "path") -> tuple[float, float]:
     """Read the two ends of a range [SI]; ``argument`` is what names the path, for messages.
 
     Raises
@@ -44,6 +45,9 @@ def ends_of(model: Model, path: str, ends: Sequence[float | str], argument: str 
     if isinstance(own, str | bool) and own != BALANCE:
         raise ModelError(Problem(argument, path, "leads to no number", "follow a number of the driveline"))
     values = [in_si(path, end, model) for end in ends]
+    if len({is_factor(end) for end in ends}) > 1:
+        rule, remedy = "one end is a factor, the other none", "give both, such as (gr.factor(0.5), gr.factor(2))"
+        raise ModelError(Problem("range", f"{_shown(ends[0])} to {_shown(ends[1])}", rule, remedy))
     has_unit = [isinstance(end, str) for end in ends if end != 0]
     if model.units == "SI" and len(set(has_unit)) > 1:
         rule, remedy = "one end has a unit, the other none", 'give both, such as ("1 deg", "2 deg")'
@@ -59,6 +63,11 @@ def ends_of(model: Model, path: str, ends: Sequence[float | str], argument: str 
         rule = f"must be two different values, by more than {_LEAST:g} of the larger one"
         raise ModelError(Problem("range", shown(ends), rule))
     return first, last
+
+
+def _shown(end: Written) -> str:
+    """Return an end as a command line has it."""
+    return f"x{factor_in(end).times:g}" if is_factor(end) else shown(end)
 
 
 def unit_of(ends: Sequence[float]) -> float:

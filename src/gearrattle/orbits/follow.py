@@ -12,6 +12,7 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ModelError
 from gearrattle.model import Model, check_model
+from gearrattle.model.factors import Written
 from gearrattle.model.path_values import change_in_si
 from gearrattle.model.quantity import CALLBACK, FLAG, Reader, argument_problems
 from gearrattle.orbits.branch import Branch
@@ -30,7 +31,7 @@ from gearrattle.wording import counted
 def continuation(
     model: Model,
     path: str,
-    range: tuple[float | str, float | str],
+    range: tuple[Written, Written],
     *,
     start: Start | Orbit | None = None,
     cycles: int = 1,

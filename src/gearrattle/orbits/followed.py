@@ -14,6 +14,7 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import Event
 from gearrattle.engine.periodic.point import Point
 from gearrattle.model import Model
+from gearrattle.model.factors import Written
 from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.orbit import Orbit
 
@@ -71,7 +72,7 @@ class Followed(Protocol):
     def event_levels(self) -> Array:
         """(E, 3, K) lowest, highest and mean deflection at the events."""
 
-    def boundary(self, event: int, second: str, range: tuple[float | str, float | str]) -> xr.Dataset:
+    def boundary(self, event: int, second: str, range: tuple[Written, Written]) -> xr.Dataset:
         """Return an event over a second value."""
 
     def follower(self, curve: Curve) -> Continuation:

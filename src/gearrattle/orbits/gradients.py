@@ -18,9 +18,10 @@ from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.grazing import JUMP, RELEASE
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import shown_value
 from gearrattle.model.path_values import change_in_si
-from gearrattle.model.paths import path_names, value_at
+from gearrattle.model.paths import expanded, path_names, value_at
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.orbits.ends import ends_of
 from gearrattle.orbits.family import alike, check_alike, family_of
@@ -56,13 +57,13 @@ def numbers_of(model: Model, path: str) -> Iterator[str]:
             yield other
 
 
-def paths_of(paths: Iterable[str]) -> list[str]:
-    """Return paths of numbers as a list.
+def paths_of(paths: Iterable[str], model: Model) -> list[str]:
+    """Return paths of numbers as a list, patterns replaced by what they match.
 
     Raises
     ------
     ModelError
-        one text, or what is no text.
+        one text, what is no text, or a pattern that matches nothing.
     """
     remedy = 'such as ["torque.0.mean"]; None: all of them'
     if isinstance(paths, str) or not isinstance(paths, Iterable):
@@ -70,7 +71,7 @@ def paths_of(paths: Iterable[str]) -> list[str]:
     chosen = list(paths)
     if problems := [Problem("paths", shown(one), "must be text", remedy) for one in chosen if not isinstance(one, str)]:
         raise ModelError(problems)
-    return chosen
+    return expanded(model.to_tables(), chosen)
 
 
 def number_at(model: Model, path: str, other: str, argument: str = "paths") -> float:
@@ -106,7 +107,7 @@ def number_at(model: Model, path: str, other: str, argument: str = "paths") -> f
     return float(value)
 
 
-def second_of(model: Model, path: str, second: str, ends: Sequence[float | str]) -> tuple[float, tuple[float, float]]:
+def second_of(model: Model, path: str, second: str, ends: Sequence[Written]) -> tuple[float, tuple[float, float]]:
     """Return the model's own value at the path of a second value, and the ascending ends of its range [SI].
 
     Raises
@@ -190,7 +191,7 @@ def gradients_of(
 
     event, curve = moved_as(event, curve)
     rows, gradient = [], _gradient_by(model, path, curve, event)
-    for other in numbers_of(model, path) if paths is None else paths_of(paths):
+    for other in numbers_of(model, path) if paths is None else paths_of(paths, model):
         value = number_at(model, path, other)
         try:
             slope = gradient(other, value)
@@ -234,8 +235,8 @@ def _families(model: Model, path: str, curve: Continuation, event: Event, number
     return families_of
 
 
-def tolerances_of(model: Model, path: str, tolerances: Mapping[str, float | str]) -> dict[str, float]:
-    """Return standard deviations by path [SI].
+def tolerances_of(model: Model, path: str, tolerances: Mapping[str, Written]) -> dict[str, float]:
+    """Return standard deviations by path [SI]: of a pattern all that match have one each, independent of the others.
 
     Raises
     ------
@@ -245,11 +246,12 @@ def tolerances_of(model: Model, path: str, tolerances: Mapping[str, float | str]
     if not isinstance(tolerances, Mapping):
         rule, remedy = "must be standard deviations by path", 'such as {"torque.0.mean": 0.1}'
         raise ModelError(Problem("tolerances", shown(tolerances), rule, remedy))
-    for other in paths_of(tolerances):
+    deviations = {other: tolerances[named] for named in tolerances for other in paths_of([named], model)}
+    for other in deviations:
         number_at(model, path, other, "tolerances")
     return {
         other: change_in_si(other, deviation, model, "non-negative", f"tolerances: {other}")
-        for other, deviation in tolerances.items()
+        for other, deviation in deviations.items()
     }
 
 

@@ -22,6 +22,7 @@ from gearrattle.engine.periodic.period_map import Pass
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, FLAG, Count, Reader, argument_problems
 from gearrattle.orbits.borders import Border, SpecialPoint, borders_of
@@ -191,7 +192,7 @@ class MotionMap(Result):
 def map_of(
     branch: Followed,
     second: str,
-    range: Sequence[float | str],
+    range: Sequence[Written],
     counts: tuple[int, int],
     *,
     isolated: bool,

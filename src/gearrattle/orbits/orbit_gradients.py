@@ -75,7 +75,7 @@ def orbit_gradients(model: Model, period_map: PeriodMap, motion: Pass, paths: Se
     multipliers = shooting.multipliers_of(motion.gradient)
     subjects = [(response, name) for response in (SWING, FORCE) for name in names]
     subjects += [(MULTIPLIER, str(i + 1)) for i in range(len(multipliers))]
-    chosen = list(numbers_of(model, "")) if paths is None else paths_of(paths)
+    chosen = list(numbers_of(model, "")) if paths is None else paths_of(paths, model)
     values = [number_at(model, "", path) for path in chosen]
     slopes = [_slopes(model, path, value, period_map, motion) for path, value in zip(chosen, values, strict=True)]
     sizes = np.concatenate([responses_of(period_map, motion), np.abs(multipliers)]).tolist()

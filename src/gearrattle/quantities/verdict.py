@@ -7,15 +7,20 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import Json, json_value
+from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.quantities.parts import Headline, Part, headline_of
 from gearrattle.quantities.quantity import Row
 from gearrattle.quantities.wording import sentence
 from gearrattle.result import Result
 from gearrattle.signals import Regime, Severity, Spectrum, Window
 from gearrattle.trajectory import NegligibleImpacts
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -45,8 +50,9 @@ class Verdict(Result):
 
     Examples
     --------
-    >>> [part.name for part in gr.criteria(gr.simulate(gr.example("case3"), cycles=20, discard=10)).parts]
-    ['gear', 'spline', 'clutch']
+    >>> verdict = gr.criteria(gr.simulate(gr.example("case3"), cycles=20, discard=10))
+    >>> [part.name for part in verdict.parts], verdict["gear"].regime
+    (['gear', 'spline', 'clutch'], 'double-sided')
     """
 
     verdict: Regime
@@ -74,6 +80,46 @@ class Verdict(Result):
     def __str__(self) -> str:
         """Return the headline and the sentence."""
         return f"{self.headline}: {self.sentence}"
+
+    def __getitem__(self, name: str) -> Part:
+        """Return a part by the name of its mesh or coupling.
+
+        Raises
+        ------
+        ModelError
+            no part has this name.
+
+        Examples
+        --------
+        >>> gr.criteria(gr.simulate(gr.example("case3"), cycles=20, discard=10))["spline"].kind
+        'coupling'
+        """
+        parts = {part.name: part for part in self.parts}
+        if name not in parts:
+            rule = f"no mesh and no clearance has this name; there are {listed(parts)}"
+            raise ModelError(Problem("part", shown(name), rule, did_you_mean(name, parts)))
+        return parts[name]
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return the parts as a table: a row a part, worst first, by name; a column an attribute of ``Part``.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A new table [SI]; NaN where a number does not exist.
+
+        Examples
+        --------
+        >>> table = gr.criteria(gr.simulate(gr.example("case3"), cycles=20, discard=10)).to_dataframe()
+        >>> table["regime"].to_dict()
+        {'gear': 'double-sided', 'spline': 'single-sided', 'clutch': 'single-sided'}
+        """
+        import pandas as pd
+
+        rows = [{**dataclasses.asdict(part), "rattles": part.rattles} for part in self.parts]
+        numbers = [field.name for field in dataclasses.fields(Part) if "float" in str(field.type)]
+        columns = [*(field.name for field in dataclasses.fields(Part)), "rattles"]
+        return pd.DataFrame(rows, columns=columns).set_index("name").astype(dict.fromkeys(numbers, float))
 
     def of(self, criterion: str, subject: str | None = None) -> tuple[Row, ...]:
         """Return the entries of one criterion, of one inertia, mesh or coupling if it is named."""

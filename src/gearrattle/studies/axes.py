@@ -4,6 +4,10 @@ An axis takes one path through its values, or several paths together, value by v
 range: from, to, count, spacing "linear" or "log". Each is read as the model file reads it, units and all; what the
 model refuses an axis refuses, before anything runs.
 
+A path may be a pattern, ``inertia.*.drag_torque``, and values may be factors of what the model says, a list or a range
+under the key ``factor``. An axis keeps both: what was asked for, which names its coordinate, and plain values by plain
+paths, which is all that cases are made of.
+
 Values may be an array of NumPy, a Series of pandas or a DataArray of xarray; the attribute ``units`` of the latter two
 counts.
 
@@ -22,7 +26,8 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.path_values import in_si
+from gearrattle.model.factors import FACTOR, factor_in, is_factor
+from gearrattle.model.path_values import Varied
 from gearrattle.model.quantity import AnyTable, Choice, Count, checked
 from gearrattle.model.table import did_you_mean, shown
 
@@ -67,23 +72,43 @@ class Axis:
     name
         of its coordinate: its path, or what the user calls several paths together.
     values
-        by path, equally many: what the model is given; numbers are SI.
+        by plain path, equally many: what the model is given; numbers are SI.
+    asked
+        by path as it was asked for, such as a pattern, equally many: values in SI, or factors; None: ``values``.
+    by_factor
+        which of these are factors.
     """
 
     name: str
     values: Mapping[str, tuple[Any, ...]]
+    asked: Mapping[str, tuple[Any, ...]] | None = None
+    by_factor: frozenset[str] = frozenset()
 
     def __len__(self) -> int:
         return len(next(iter(self.values.values())))
 
     @property
+    def coordinates(self) -> Mapping[str, tuple[Any, ...]]:
+        """What its paths are called in a Dataset, with their values or factors."""
+        return self.values if self.asked is None else self.asked
+
+    @property
     def coordinate(self) -> tuple[Any, ...]:
-        """Its values; 0, 1, 2, ... if it takes several paths."""
-        return next(iter(self.values.values())) if len(self.values) == 1 else tuple(range(len(self)))
+        """Its values, or the factors of all its paths; 0, 1, 2, ... if several paths take different ones."""
+        first, *others = self.coordinates.values()
+        by_one_factor = self.by_factor == self.coordinates.keys() and all(other == first for other in others)
+        return first if not others or by_one_factor else tuple(range(len(self)))
 
     def at(self, index: int) -> dict[str, Any]:
         """Return what it changes at one of its values."""
         return {path: values[index] for path, values in self.values.items()}
+
+    def requested(self) -> dict[str, list[Any]]:
+        """Return its values as ``axes_of`` takes them: by path as it was asked for."""
+        return {
+            path: [Varied(path, path in self.by_factor).change(value) for value in values]
+            for path, values in self.coordinates.items()
+        }
 
 
 def axes_of(requested: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
@@ -104,21 +129,25 @@ def axes_of(requested: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
     problems: list[Problem] = []
     axes = []
     for name, values in checked(AnyTable(), requested, "axes").items():
-        several = isinstance(values, Mapping) and not set(values) & set(_RANGE)
+        several = isinstance(values, Mapping) and not set(values) & {*_RANGE, FACTOR}
         problems += _wrong_name(name) if several else []
         by_path = dict(values) if several else {name: values}
-        read: dict[str, tuple[Any, ...]] = {}
+        read: dict[Varied, tuple[Any, ...]] = {}
         for path, entry in by_path.items():
             try:
-                read[path] = values_of(path, entry, partial(_read, path, model))
+                inner, by_factor = without_factor(path, entry)
+                varied = Varied(path, by_factor)
+                read[varied] = values_of(path, inner, partial(varied.read, model=model))
             except ModelError as error:
                 problems += [Problem(f"axis {name}: {p.place}", p.value, p.rule, p.remedy) for p in error.problems]
         lengths = {len(entries) for entries in read.values()}
         if len(lengths) > 1:
             rule = "paths that vary together must have equally many values"
             problems.append(Problem(f"axis {name}", ", ".join(map(str, sorted(lengths))), rule))
-        if read:
-            axes.append(Axis(name, read))
+        try:
+            axes += [_axis(name, read, model)] if read else []
+        except ModelError as error:
+            problems += [Problem(f"axis {name}: {p.place}", p.value, p.rule, p.remedy) for p in error.problems]
     if problems:
         raise ModelError(problems)
     return tuple(axes)
@@ -134,8 +163,60 @@ def _wrong_name(name: object) -> list[Problem]:
     return []
 
 
-def _read(path: str, model: Model, value: Any) -> Any:
-    return in_si(path, value, model)
+def _axis(name: str, read: Mapping[Varied, tuple[Any, ...]], model: Model) -> Axis:
+    """Make an axis of values that were read.
+
+    Raises
+    ------
+    ModelError
+        two of its paths mean the same value.
+    """
+    by_path = [varied.spread(values, model) for varied, values in read.items()]
+    check_once([path for spread in by_path for path in spread])
+    values = {path: column for spread in by_path for path, column in spread.items()}
+    asked = {varied.path: column for varied, column in read.items()}
+    by_factor = frozenset(varied.path for varied in read if varied.by_factor)
+    return Axis(name, values, None if asked == values else asked, by_factor)
+
+
+def check_once(paths: Sequence[str]) -> None:
+    """Refuse values that are varied twice.
+
+    Raises
+    ------
+    ModelError
+        such values, all of them.
+    """
+    twice = sorted({path for path in paths if paths.count(path) > 1})
+    if twice:
+        raise ModelError([Problem(path, "", "is varied twice", "name it in one axis alone") for path in twice])
+
+
+def without_factor(path: str, entry: Any) -> tuple[Any, bool]:
+    """Return what stands in ``{ factor = ... }``, or the numbers of factors in a list or a range; and whether it does.
+
+    Raises
+    ------
+    ModelError
+        factors among other values, or keys beside ``factor``.
+    """
+    if isinstance(entry, Mapping) and FACTOR in entry and "distribution" not in entry:
+        if len(entry) > 1:
+            others = ", ".join(str(key) for key in entry if key != FACTOR)
+            rule, remedy = f"has keys beside {FACTOR}", f"{FACTOR} = {{ from = 1, to = 10, count = 5 }}"
+            raise ModelError(Problem(path, others, rule, remedy))
+        return entry[FACTOR], True
+    ends = ("from", "to")
+    is_range = isinstance(entry, Mapping)
+    values = [entry[key] for key in ends if key in entry] if is_range else listed_values(entry)
+    factors = [is_factor(value) for value in values]
+    if not any(factors):
+        return entry, False
+    if not all(factors):
+        raise ModelError(Problem(path, "", "has factors and other values", "give factors alone, or values alone"))
+    if is_range:
+        return {key: factor_in(value).times if key in ends else value for key, value in entry.items()}, True
+    return [factor_in(value).times for value in values], True
 
 
 def values_of(path: str, entry: Any, read: Callable[[Any], Any]) -> tuple[Any, ...]:

@@ -34,7 +34,7 @@ from gearrattle.model.quantity import CALLBACK, FLAG, Choice, argument_problems,
 from gearrattle.model.table import shown
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.axes import Axis, axes_of
+from gearrattle.studies.axes import Axis, axes_of, check_once
 from gearrattle.studies.branches import hysteresis
 from gearrattle.studies.cases import DONE, Computed, code_of, empty
 from gearrattle.studies.conduct import conduct
@@ -46,7 +46,7 @@ from gearrattle.studies.sections import NEARNESS, Sections, own_units, section_o
 from gearrattle.studies.storage import File
 from gearrattle.studies.store import ProgressCallback, Store
 from gearrattle.studies.structures import structures_of
-from gearrattle.studies.study import check_paths, first_run
+from gearrattle.studies.study import first_run
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ def prepare(
     grid = {"cycles": cycles, "discard": discard, "samples_per_cycle": chosen.phase.denominator}
     base = settled(base, grid)
     others, swept = axes_of(axes or {}, base), axes_of({path: values}, base)
-    check_paths([value for axis in (*others, *swept) for value in axis.values])
+    check_once([value for axis in (*others, *swept) for value in axis.values])
     _check_order(swept[0])
     kept = int(base.simulation.cycles or 0) - int(base.simulation.discard or 0)
     points = min(kept, MOST_POINTS)

@@ -5,6 +5,9 @@
     log-normal   median, factor: the logarithm is normal, with the deviation log(factor); cut likewise
     triangular   from, to, likely
 
+``{ factor = { distribution = ... } }`` scatters the factor of what the model says. At a pattern all that match have one
+value, or one factor.
+
 Points of the unit cube (``designs``), scrambled by the seed, are carried over by the inverse distribution functions.
 
 Takes mappings; gives frozen distributions and samples.
@@ -21,9 +24,10 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.path_values import change_in_si, in_si
+from gearrattle.model.path_values import Varied
 from gearrattle.model.quantity import AnyTable, Plain, checked
 from gearrattle.model.table import did_you_mean, shown
+from gearrattle.studies.axes import without_factor
 from gearrattle.studies.designs import DESIGNS
 
 Array = NDArray[np.float64]
@@ -49,11 +53,19 @@ class Distribution:
         a key of ``KINDS``.
     parameters
         by name, SI; ``factor`` and ``cut`` are plain.
+    by_factor
+        whether it is of a factor of what the model says; then all are plain.
     """
 
     path: str
     kind: str
     parameters: Mapping[str, float]
+    by_factor: bool = False
+
+    @property
+    def varied(self) -> Varied:
+        """What scatters."""
+        return Varied(self.path, self.by_factor)
 
     def quantile(self, share: Array) -> Array:
         """Return (n,) the values below which these shares (n,) of all lie."""
@@ -77,7 +89,7 @@ def distributions_of(tables: Mapping[str, Any], model: Model) -> tuple[Distribut
     Parameters
     ----------
     tables
-        by path a mapping with ``distribution`` and its parameters.
+        by path or pattern a mapping with ``distribution`` and its parameters, or ``{"factor": ...}`` about it.
     model
         whose values they are; both ends of every range must be values it takes.
 
@@ -98,7 +110,9 @@ def distributions_of(tables: Mapping[str, Any], model: Model) -> tuple[Distribut
     return tuple(distributions)
 
 
-def _distribution(path: str, table: Any, model: Model) -> Distribution:
+def _distribution(path: str, entry: Any, model: Model) -> Distribution:
+    table, by_factor = without_factor(path, entry)
+    varied = Varied(path, by_factor)
     kind = table.get("distribution") if isinstance(table, Mapping) else table
     if not isinstance(table, Mapping) or not isinstance(kind, str) or kind not in KINDS:
         rule = f"distribution must be one of {', '.join(KINDS)}"
@@ -114,20 +128,20 @@ def _distribution(path: str, table: Any, model: Model) -> Distribution:
     ]
     if problems:
         raise ModelError(problems)
-    p = {key: table[key] if key == "factor" else _si(path, key, table[key], model) for key in KINDS[kind]}
+    p = {key: table[key] if key == "factor" else _read(varied, key, table[key], model) for key in KINDS[kind]}
     if kind in ("normal", "log-normal"):
         p["cut"] = table.get("cut", CUT)
     numbers = {key: checked(Plain(), value, key) for key, value in p.items()}
     _check(kind, numbers)
-    distribution = Distribution(path, kind, numbers)
+    distribution = Distribution(path, kind, numbers, by_factor)
     for end in distribution.quantile(np.array([0.0, 1.0])).tolist():
-        in_si(path, end, model)
+        varied.read(end, model)
     return distribution
 
 
-def _si(path: str, key: str, value: Any, model: Model) -> Any:
+def _read(varied: Varied, key: str, value: Any, model: Model) -> Any:
     """A deviation is a difference: it has the unit of the value, but need not be one."""
-    return change_in_si(path, value, model, "positive", key) if key == "deviation" else in_si(path, value, model)
+    return varied.read_change(value, model, key) if key == "deviation" else varied.read(value, model)
 
 
 def _check(kind: str, p: Mapping[str, float]) -> None:

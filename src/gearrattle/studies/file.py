@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -52,6 +53,23 @@ class StudyFile:
     spec: StudySpec
     arguments: dict[str, Any]
     positions: Positions = field(default_factory=Positions)
+
+    def changed(self, changes: Mapping[str, Any]) -> StudyFile:
+        """Return the study of a model with values changed, over what the file says is fixed.
+
+        Raises
+        ------
+        ModelError
+            what ``Model.with_`` refuses.
+        """
+        if not changes:
+            return self
+        model = self.arguments["model"]
+        try:
+            base = model.with_(self.arguments["fixed"]) if self.arguments.get("fixed") else model
+        except ModelError as error:
+            raise ModelError(placed(problem, self.positions) for problem in error.problems) from None
+        return replace(self, arguments={**self.arguments, "model": base.with_(changes), "fixed": {}})
 
     def prepare(self, **options: Any) -> Study:
         """Prepare the study; what is refused is told with file and line. Errors as of ``spec.prepare``.

@@ -11,7 +11,7 @@ Takes the generations' Datasets; gives one Dataset, and model files.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from gearrattle.errors import GearRattleError
 from gearrattle.formats import format_name
 from gearrattle.model import Model
-from gearrattle.model.paths import value_at
 from gearrattle.result import KIND
 from gearrattle.results import Run
 from gearrattle.simulation.simulate import simulate
@@ -102,7 +101,7 @@ def finished(
     at = np.column_stack([joined[path].values for path in paths])
 
     def designed(i: int) -> Model:
-        return model.with_(dict(zip(paths, at[i].tolist(), strict=True)))
+        return model.with_(_changes(ranges, at[i].tolist()))
 
     values, violation = valued(joined, goals, designed)
     feasible = (violation == 0.0) & np.isfinite(values).all(axis=1)
@@ -143,7 +142,7 @@ def finished(
         "reference": (reference * signs).tolist(),
         **settings,
     }
-    own = [value_at(model.to_tables(), path) for path in paths]
+    own = [variable.varied.own(model) for variable in ranges]
     attributes["own"] = int(own == at[0].tolist())
     kept = {name: joined.attrs[name] for name in ("source", "model") if name in joined.attrs}
     data.attrs = {**kept, **attributes}
@@ -219,7 +218,12 @@ def _alone(like: xr.Dataset, outputs: Outputs, run: Run) -> xr.Dataset:
     return dataset
 
 
-def written(data: xr.Dataset, model: Model, storage: Storage) -> None:
+def _changes(ranges: tuple[Range, ...], values: Sequence[float]) -> dict[str, Any]:
+    """Return a design as the model takes it."""
+    return {variable.path: variable.varied.change(value) for variable, value in zip(ranges, values, strict=True)}
+
+
+def written(data: xr.Dataset, model: Model, ranges: tuple[Range, ...], storage: Storage) -> None:
     """Replace what an optimisation has come to, all or nothing on a folder.
 
     All designs go to results.zarr, as ``open_study`` reads it, the best to best.toml, and the front, by its first
@@ -234,10 +238,10 @@ def written(data: xr.Dataset, model: Model, storage: Storage) -> None:
         .assign_coords(texts)
         .assign_attrs(format=format_name("optimization"), other_coordinates=names, order=order)
     )
-    paths = [str(path) for path in data.attrs["variables"]]
 
     def text(i: int) -> bytes:
-        return model.with_({path: float(data[path][i]) for path in paths}).to_toml().encode()
+        values = [float(data[variable.path][i]) for variable in ranges]
+        return model.with_(_changes(ranges, values)).to_toml().encode()
 
     members = in_order(data)
     with staged(storage.local, partial(_sent, storage, len(members))) as folder:

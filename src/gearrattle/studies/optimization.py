@@ -162,7 +162,7 @@ class Optimization:
             data = finished(parts, self.goals, self.ranges, (self.model, self.outputs), settings)
             data.attrs["failures"] = failures_of(messages)
             claim.check()
-            written(data, self.model, storage)
+            written(data, self.model, self.ranges, storage)
         finally:
             claim.release()
         cost = f"A design takes about {1e3 * self.seconds:.3g} ms; this run took {time.perf_counter() - begun:.3g} s."
@@ -188,8 +188,7 @@ class Optimization:
             )
             if g == 0:
                 points[0] = own_values(self.ranges, self.model, points[0])
-            samples = Samples(tuple(variable.path for variable in self.ranges), points, "optimization")
-            plan = Plan(self.model, (), samples, fit_size(self.seconds, population))
+            plan = Plan(self.model, (), _designs(self.ranges, points, self.model), fit_size(self.seconds, population))
             store = Store.open(_generation(storage, g), plan, self.outputs, resume=True)
             shifted = None if progress is None else _Shifted(progress, g, generations, time.perf_counter() - begun)
             pace = (workers, self._generation_seconds(1) / store.plan.chunks)
@@ -222,10 +221,11 @@ class Optimization:
         """Everything that decides what is computed; the number of generations does not: more of them go on."""
         function = self.outputs.function
         objectives, constraints = self.goals
+        factors = [variable.path for variable in self.ranges if variable.varied.by_factor]
         return {
             "format": format_name("optimization"),
             "model": self.model.to_toml(),
-            "variables": repr(self.ranges),
+            "variables": repr(self.ranges) + (f", factors {factors}" if factors else ""),
             "objectives": repr([(objective.quantity.label, objective.sense) for objective in objectives]),
             "constraints": repr(
                 [(constraint.quantity.label, constraint.below, constraint.above) for constraint in constraints]
@@ -276,8 +276,8 @@ def prepare(
     extra = set(function(run)) if function is not None else set()
     wanted = [name for name in dict.fromkeys(wanted) if name not in extra]
     kept_outputs = outputs_of(wanted, run, function, structures) if wanted or function is not None else Outputs(())
-    samples = Samples(tuple(variable.path for variable in ranges), np.zeros((1, len(ranges))))
-    check_array_names(Plan(base, (), samples, 1), kept_outputs, VARIABLES)
+    lowest = np.array([[variable.low for variable in ranges]])
+    check_array_names(Plan(base, (), _designs(ranges, lowest, base), 1), kept_outputs, VARIABLES)
     seconds = _design_seconds(base, ranges, kept_outputs, (run, population, seed))
     goals = objectives_of(objectives, kept_outputs), constraints_of(limits, kept_outputs, base)
     Evolution(np.zeros((2, len(ranges))), len(goals[0]), seed)
@@ -309,7 +309,8 @@ def optimize(
     model
         the driveline; its own values are the first design, where they lie within the ranges.
     variables
-        by path a pair (low, high), or ``{"from": ..., "to": ..., "spacing": "linear" | "log"}``.
+        by path or pattern a pair (low, high), or ``{"from": ..., "to": ..., "spacing": "linear" | "log"}``; with
+        ``{"factor": ...}`` about it factors of what the model says.
     objectives
         by output "min" or "max"; an output with a value for every part is named with its part, such as
         "gear: largest impact energy".
@@ -401,7 +402,7 @@ def _design_seconds(model: Model, ranges: tuple[Range, ...], outputs: Outputs, o
     run, population, seed = of
     shares = first_points(ranges, model, population, seed)
     points = np.column_stack([variable.at(share) for variable, share in zip(ranges, shares.T, strict=True)])
-    plan = Plan(model, (), Samples(tuple(variable.path for variable in ranges), points, "optimization"), population)
+    plan = Plan(model, (), _designs(ranges, points, model), population)
     begun = time.perf_counter()
     simulate(model, audit=False)
     alone = time.perf_counter() - begun
@@ -415,9 +416,12 @@ def _corners(model: Model, ranges: tuple[Range, ...]) -> Plan:
     low = np.array([variable.low for variable in ranges])
     own = own_values(ranges, model, low)
     ends = [np.where(np.arange(len(ranges)) == i, end, own) for i, r in enumerate(ranges) for end in (r.low, r.high)]
-    return Plan(
-        model, (), Samples(tuple(variable.path for variable in ranges), np.array([own, *ends]), "optimization"), 1
-    )
+    return Plan(model, (), _designs(ranges, np.array([own, *ends]), model), 1)
+
+
+def _designs(ranges: tuple[Range, ...], points: NDArray[np.float64], model: Model) -> Samples:
+    """Designs (n, d) as samples of the model."""
+    return Samples.of([variable.varied for variable in ranges], points, "optimization", model)
 
 
 def _check_sizes(population: int, generations: int, seed: int) -> None:

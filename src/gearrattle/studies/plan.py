@@ -10,7 +10,7 @@ Takes a model, axes and samples; gives cases.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.model import Model
-from gearrattle.studies.axes import Axis
+from gearrattle.model.path_values import Varied
+from gearrattle.studies.axes import Axis, check_once
 
 SAMPLE = "sample"
 
@@ -33,16 +34,48 @@ class Samples:
     Attributes
     ----------
     paths
-        (d,) of the values.
+        (d,) of the values, as they were asked for.
     points
-        (count, d) SI.
+        (count, d) SI, or factors.
     method
         by which they were chosen.
+    by_factor
+        of which paths the points are factors.
+    spread
+        by plain path (count,) what the model is given; None: the points.
     """
 
     paths: tuple[str, ...]
     points: NDArray[np.float64]
     method: str = ""
+    by_factor: frozenset[str] = frozenset()
+    spread: Mapping[str, NDArray[np.float64]] | None = None
+
+    @classmethod
+    def of(cls, varied: Sequence[Varied], points: NDArray[np.float64], method: str, model: Model) -> Samples:
+        """Make points of what is varied; patterns and factors become values of the model.
+
+        Raises
+        ------
+        ModelError
+            a pattern that matches nothing, a factor of what is no number, a value that is varied twice.
+        """
+        paths = tuple(one.path for one in varied)
+        by_factor = frozenset(one.path for one in varied if one.by_factor)
+        own = [one.targets(model) for one in varied]
+        check_once([path for targets in own for path in targets])
+        spread = {
+            path: column if times is None else times * column
+            for targets, column in zip(own, points.T, strict=True)
+            for path, times in targets.items()
+        }
+        is_plain = not by_factor and tuple(spread) == paths
+        return cls(paths, points, method, by_factor, None if is_plain else spread)
+
+    @property
+    def values(self) -> Mapping[str, NDArray[np.float64]]:
+        """By plain path (count,) what the model is given."""
+        return dict(zip(self.paths, self.points.T, strict=True)) if self.spread is None else self.spread
 
 
 @dataclass(frozen=True)
@@ -135,7 +168,7 @@ class Plan:
                 is_plain = all(type(value) is float for value in chosen)
                 columns[path] = np.array(chosen) if is_plain else _objects(chosen)
         if self.samples is not None:
-            columns |= dict(zip(self.samples.paths, self.samples.points[grid[-1]].T, strict=True))
+            columns |= {path: column[grid[-1]] for path, column in self.samples.values.items()}
         return columns
 
     def cases(self, chunk: int) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
@@ -150,7 +183,7 @@ class Plan:
         for axis, i in zip(self.axes, at, strict=False):
             changes |= axis.at(i)
         if self.samples is not None:
-            changes |= dict(zip(self.samples.paths, self.samples.points[at[-1]].tolist(), strict=True))
+            changes |= {path: float(column[at[-1]]) for path, column in self.samples.values.items()}
         return changes
 
     @cached_property
@@ -160,6 +193,10 @@ class Plan:
         digest.update(json.dumps([[axis.name, dict(axis.values)] for axis in self.axes], sort_keys=True).encode())
         if self.samples is not None:
             digest.update(json.dumps(self.samples.paths).encode() + self.samples.points.tobytes())
+        asked: list[Any] = [[axis.asked, sorted(axis.by_factor)] for axis in self.axes if axis.asked is not None]
+        asked += [sorted(self.samples.by_factor)] if self.samples is not None and self.samples.by_factor else []
+        if asked:  # a pattern, or factors: coordinates of their own
+            digest.update(json.dumps(asked, sort_keys=True).encode())
         if self.attributes:
             digest.update(json.dumps([self.kind, self.attributes], sort_keys=True).encode())
         return digest.hexdigest()

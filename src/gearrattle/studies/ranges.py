@@ -1,6 +1,7 @@
 """Ranges of values that an optimisation may choose from, and the designs it starts with.
 
-A range is a pair of ends, or a mapping with from, to and spacing; the model must accept both ends as values. The first
+A range is a pair of ends, or a mapping with from, to and spacing; the model must accept both ends as values. It may be
+of factors of what the model says, ``{ factor = ... }`` about it or ends that are factors, and at a pattern. The first
 design is the model itself, if its values are within the ranges; the others are Latin hypercube samples of the ranges.
 
 Takes mappings; gives frozen ranges and points of the unit cube.
@@ -9,7 +10,7 @@ Takes mappings; gives frozen ranges and points of the unit cube.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,11 +18,10 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.path_values import in_si
-from gearrattle.model.paths import value_at
+from gearrattle.model.path_values import Varied
 from gearrattle.model.quantity import AnyTable, checked
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.studies.axes import SPACING, listed_values
+from gearrattle.studies.axes import SPACING, listed_values, without_factor
 
 Array = NDArray[np.float64]
 _KEYS = ("from", "to", "spacing")
@@ -39,12 +39,15 @@ class Range:
         its ends, SI.
     log
         whether the range is divided on a logarithmic scale.
+    varied
+        what it is of: the path, and whether the ends are factors.
     """
 
     path: str
     low: float
     high: float
     log: bool
+    varied: Varied = field(repr=False)  # not in what tells stored optimisations apart: factors are, by themselves
 
     def at(self, share: Array) -> Array:
         """Return (n,) values at shares (n,) of the range, 0 to 1."""
@@ -65,7 +68,8 @@ def ranges_of(requested: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
     Parameters
     ----------
     requested
-        a pair for each path, or a mapping with ``from``, ``to`` and ``spacing``.
+        a pair for each path or pattern, or a mapping with ``from``, ``to`` and ``spacing``; ``{"factor": ...}`` about
+        it, or ends that are factors, for factors of what the model says.
     model
         whose values they are.
 
@@ -88,6 +92,8 @@ def ranges_of(requested: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
 
 
 def _range(path: str, entry: Any, model: Model) -> Range:
+    entry, by_factor = without_factor(path, entry)
+    varied = Varied(path, by_factor)
     if not isinstance(entry, Mapping) and len(pair := listed_values(entry)) == 2:
         entry = {"from": pair[0], "to": pair[1]}
     if not isinstance(entry, Mapping) or not {"from", "to"} <= set(entry):
@@ -96,7 +102,7 @@ def _range(path: str, entry: Any, model: Model) -> Range:
     if unknown:
         raise ModelError(Problem(unknown[0], "", f"a range has {', '.join(_KEYS)}", did_you_mean(unknown[0], _KEYS)))
     spacing = checked(SPACING, entry.get("spacing", "linear"), "spacing")
-    low, high = (in_si(path, entry[key], model) for key in ("from", "to"))
+    low, high = (varied.read(entry[key], model) for key in ("from", "to"))
     if any(isinstance(end, bool) or not isinstance(end, int | float) for end in (low, high)):
         raise ModelError(Problem("range", f"{shown(low)} to {shown(high)}", "the ends of a range must be numbers"))
     if not low < high:
@@ -106,7 +112,7 @@ def _range(path: str, entry: Any, model: Model) -> Range:
     if not np.isfinite(float(high) - float(low)):
         rule = "the ends of a range lie too far apart for floating-point numbers"
         raise ModelError(Problem("range", f"{low:g} to {high:g}", rule))
-    return Range(path, float(low), float(high), spacing == "log")
+    return Range(path, float(low), float(high), spacing == "log", varied)
 
 
 def first_points(ranges: tuple[Range, ...], model: Model, count: int, seed: int) -> Array:
@@ -123,8 +129,7 @@ def first_points(ranges: tuple[Range, ...], model: Model, count: int, seed: int)
 
 def own_values(ranges: tuple[Range, ...], model: Model, otherwise: Array) -> Array:
     """Return (d,) the unrounded values of the model, if all are within the ranges; else ``otherwise``."""
-    tables = model.to_tables()
-    own = [value_at(tables, variable.path) for variable in ranges]
+    own = [variable.varied.own(model) for variable in ranges]
     numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in own)
     if not numbers or not all(
         variable.low <= value <= variable.high for variable, value in zip(ranges, own, strict=True)

@@ -36,7 +36,9 @@ from gearrattle.analysis.statics import named_equilibrium
 from gearrattle.assembly import assemble, left_out, motion_amplitudes, refuse_recorded_motions, refuse_unsteady, whole
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
+from gearrattle.model.factors import FACTOR
 from gearrattle.model.path_labels import path_label
+from gearrattle.model.paths import value_at
 from gearrattle.model.quantity import CALLBACK, FLAG, Count, check_arguments
 from gearrattle.quantities.chunks import orders_of
 from gearrattle.result import KIND
@@ -55,6 +57,7 @@ SPEED = "speed"
 LOAD = "load"
 GEAR = "gear"
 _PATH = "excitation.speed"
+_AMPLITUDES = "torque.*.harmonics.*.amplitude"
 _FLAGS = {
     "flag_values": list(range(len(FORECASTS))),
     "flag_meanings": " ".join(word.replace(" ", "_") for word in FORECASTS),
@@ -63,7 +66,7 @@ _SHARE = 0.02  # of the work, that thresholds are where cases are simulated
 BY_FACTOR, BY_PATH = "factor on the amplitudes of the torques", "number of the load"
 """What the coordinate "load" holds, as its ``long_name`` says."""
 Progress = Callable[[float], None]
-Loads = Sequence[float] | Mapping[str, Sequence[float | str]]
+Loads = Sequence[float] | Mapping[str, object]
 
 
 def screen(
@@ -88,8 +91,8 @@ def screen(
     speeds
         of the reference shaft, as in a model file or as a range ``{"from": ..., "to": ..., "count": ...}``.
     loads
-        factors on the amplitudes of all torque harmonics; or by path of the model file equally many values,
-        which vary together; None: the model's own.
+        factors on the amplitudes of all torque harmonics; or by path or pattern of the model file equally many values
+        or factors, as in ``study``, which vary together; None: the model's own.
     simulate
         also run every case, by the model's settings, and keep severity and regime of every loose gear's mesh.
     check
@@ -215,28 +218,30 @@ def _axes(model: Model, speeds: Any, loads: Loads | None) -> tuple[Axis, Axis | 
             raise ModelError(
                 Problem("loads", listed_factors, "must be factors of zero or more", "for example [0.5, 1.0, 1.5]")
             )
-        axis_values[LOAD] = {path: [value * factor for factor in factors] for path, value in _amplitudes(model).items()}
+        _check_amplitudes(model)
+        axis_values[LOAD] = {_AMPLITUDES: {FACTOR: factors}}
     axes = axes_of(axis_values, model)
     load = axes[1] if len(axes) > 1 else None
     numbered = isinstance(loads, Mapping) and load is not None
     return axes[0], load, tuple(float(i) for i in range(len(load))) if numbered and load else factors
 
 
-def _amplitudes(model: Model) -> dict[str, float]:
-    """Every amplitude of a torque's harmonics, by path [N m]."""
-    amplitudes: dict[str, float] = {}
-    for i, table in enumerate(model.to_tables().get("torque", ())):
-        plain = [h.get("amplitude") for h in table.get("harmonics", ())]
-        if "engine" in table or any(not isinstance(amplitude, int | float) for amplitude in plain):
-            rule = "factors scale amplitudes that are plain numbers"
-            what = "an engine, or amplitudes over speed"
-            remedy = 'give loads by path, for example {"torque.0.mean": [5.0, 10.0]}'
-            raise ModelError(Problem(f"torque.{i}", what, rule, remedy))
-        amplitudes |= {f"torque.{i}.harmonics.{j}.amplitude": float(amplitude) for j, amplitude in enumerate(plain)}
+def _check_amplitudes(model: Model) -> None:
+    """Refuse torques whose amplitudes are no numbers that factors scale, and a model without any."""
+    amplitudes = model.paths(_AMPLITUDES)
+    unscaled = [*model.paths("torque.*.engine.*"), *(path for path in amplitudes if not _is_number(model, path))]
+    if unscaled:
+        torque = ".".join(unscaled[0].split(".")[:2])
+        rule = "factors scale amplitudes that are plain numbers"
+        remedy = 'give loads by path, for example {"torque.0.mean": [5.0, 10.0]}'
+        raise ModelError(Problem(torque, "an engine, or amplitudes over speed", rule, remedy))
     if not amplitudes:
         rule = "factors need torque harmonics to scale"
         raise ModelError(Problem("loads", "given", rule, "leave them out, or give loads by path"))
-    return amplitudes
+
+
+def _is_number(model: Model, path: str) -> bool:
+    return isinstance(value_at(model.to_tables(), path), int | float)
 
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
@@ -323,8 +328,8 @@ def _positions(model: Model, speed: Axis, load: Axis | None, factors: tuple[floa
         SPEED: (SPEED, np.array(speed.values[_PATH], dtype=np.float64), {"units": unit}),
         LOAD: (LOAD, np.array(factors), {"units": "1", "long_name": words}),
     }
-    for path, values in (load.values if load else {}).items():
-        label = path_label(path, model)
+    for path, values in (load.coordinates if load else {}).items():
+        label = path_label(path, model, by_factor=load is not None and path in load.by_factor)
         positions[path] = (LOAD, list(values), {"long_name": label.words, "units": label.unit})
     return positions
 

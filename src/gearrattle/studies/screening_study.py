@@ -56,5 +56,5 @@ def screening_of(asked: StudyFile, location: str) -> tuple[Model, list[float], d
         rule = "a screening has one axis of loads beside the speed"
         remedy = f"name their paths in one axis, [axis.{LOAD}]"
         raise ModelError(Problem(f"{location}: axis", listed([axis.name for axis in others]), rule, remedy))
-    loads = {path: list(values) for path, values in others[0].values.items()} if others else None
+    loads = others[0].requested() if others else None
     return model, list(speeds[0].values[_SPEED]), loads

@@ -26,6 +26,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused
 from gearrattle.formats import format_name, version_of
 from gearrattle.model.path_labels import path_label
+from gearrattle.model.path_values import Varied
 from gearrattle.model.table import shown
 from gearrattle.result import KIND
 from gearrattle.studies.cases import DONE, MISSING, OUTCOMES, Computed, compute
@@ -217,14 +218,16 @@ class Store:
         """Make every array, empty, with its names; and the coordinates."""
         group, plan = _zarr().open_group(self.storage.zarr(RESULTS), mode="w"), self.plan
         for axis in plan.axes:
-            for path, values in axis.values.items():
-                single = len(axis.values) == 1
-                _coordinate(group, axis.name if single else path, axis.name, values, self._described(path))
-            if len(axis.values) > 1:
+            for path, values in axis.coordinates.items():
+                single = len(axis.coordinates) == 1
+                described = self._described(Varied(path, path in axis.by_factor))
+                _coordinate(group, axis.name if single else path, axis.name, values, described)
+            if len(axis.coordinates) > 1:
                 _coordinate(group, axis.name, axis.name, axis.coordinate)
         if plan.samples is not None:
             for path, column in zip(plan.samples.paths, plan.samples.points.T, strict=True):
-                _coordinate(group, path, SAMPLE, column.tolist(), self._described(path))
+                described = self._described(Varied(path, path in plan.samples.by_factor))
+                _coordinate(group, path, SAMPLE, column.tolist(), described)
         for output in self.outputs.all:
             self._lay_out_output(group, output)
         grid = list(plan.dimensions), list(plan.shape), list(plan.chunk_shape)
@@ -265,13 +268,13 @@ class Store:
             array.attrs["flag_meanings"] = " ".join(output.words)
             array.attrs["can_rattle"] = " ".join(output.gaps)
 
-    def _described(self, path: str) -> dict[str, str]:
-        """What a path is called, and its unit, as attributes of its coordinate."""
-        label = path_label(path, self.plan.model)
+    def _described(self, varied: Varied) -> dict[str, str]:
+        """What that which is varied is called, and its unit, as attributes of its coordinate."""
+        label = varied.label(self.plan.model)
         return {"long_name": label.words, "units": label.unit}
 
     def _extra_coordinates(self) -> list[str]:
-        paths = [path for axis in self.plan.axes if len(axis.values) > 1 for path in axis.values]
+        paths = [path for axis in self.plan.axes if len(axis.coordinates) > 1 for path in axis.coordinates]
         return [*paths, *(self.plan.samples.paths if self.plan.samples is not None else ())]
 
     def begin(self, chunk: int, attempt: str = "") -> None:
@@ -407,7 +410,7 @@ def check_array_names(plan: Plan, outputs: Outputs, taken: Collection[str] = ())
     ModelError
         names that no file can have, and names of two arrays; all of them.
     """
-    axes = {name for axis in plan.axes for name in (axis.name, *axis.values)} | {*plan.dimensions}
+    axes = {name for axis in plan.axes for name in (axis.name, *axis.coordinates)} | {*plan.dimensions}
     names = [("axis", name) for name in sorted(axes | set(plan.samples.paths if plan.samples else ()))]
     names += [("dimension", name) for name in {output.dimension for output in outputs.all} - {""}]
     names += [("output", output.name) for output in outputs.all]

@@ -73,7 +73,7 @@ def _places(plan: Plan) -> Iterator[tuple[int, ...]]:
     """Yield the places of the grid that are tried: all combinations of those along every dimension, if not too many."""
     along = [_tried(plan.model, axis.values) for axis in plan.axes]
     if plan.samples is not None:
-        columns = zip(plan.samples.paths, plan.samples.points.T, strict=True)
+        columns = plan.samples.values.items()
         along.append(_tried(plan.model, {path: column.tolist() for path, column in columns}))
     if prod(map(len, along)) <= MOST_TRIED:
         yield from product(*along)

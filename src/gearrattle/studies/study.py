@@ -18,13 +18,13 @@ import numpy as np
 
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model, check_model
-from gearrattle.model.paths import value_at
+from gearrattle.model.path_values import Varied
 from gearrattle.model.quantity import CALLBACK, FLAG, SEED, Count, argument_problems, check_arguments
 from gearrattle.model.table import shown
 from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.axes import Axis, axes_of
+from gearrattle.studies.axes import Axis, axes_of, check_once
 from gearrattle.studies.batch import can_follow
 from gearrattle.studies.conduct import conduct
 from gearrattle.studies.designs import design_of
@@ -86,7 +86,7 @@ def prepare(
     if refused.problems:
         raise ModelError(refused.problems)
     points = _points(vary or {}, samples, method, seed, base)
-    check_paths([*(path for axis in swept_axes for path in axis.values), *(points.paths if points else ())])
+    check_once([*(path for axis in swept_axes for path in axis.values), *(points.values if points else ())])
     plan = Plan(base, swept_axes, points, 1)
     if not plan.dimensions:
         raise ModelError(Problem("axes", "none", "a study needs an axis, or something that scatters"))
@@ -131,11 +131,13 @@ def study(
     axes
         what is varied in order, all combinations: by path of the model file a list of values or a range
         ``{"from": ..., "to": ..., "count": ..., "spacing": "linear" | "log"}``; by another name a mapping from
-        paths to lists, which then vary together.
+        paths to lists, which then vary together. ``*`` in a path stands for any text: all values that are set there
+        vary together. ``{"factor": ...}`` about a list or a range has factors of what the model says.
     outputs
         names of what is kept: quantities of criteria, "verdict", "crossings per cycle", ...
     vary
-        what scatters: by path a mapping with ``distribution`` and its parameters (``studies.distributions``).
+        what scatters: by path a mapping with ``distribution`` and its parameters (``studies.distributions``), or
+        ``{"factor": ...}`` about it; what matches a pattern has one value, or one factor, in a sample.
     samples
         points drawn of all that scatters, for every combination of the axes.
     method
@@ -210,25 +212,18 @@ def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model
         return None
     if design.cases(len(vary), samples) > MOST * 100:
         raise ModelError(Problem("samples", shown(samples), f"more than {MOST * 100} cases cannot be held"))
-    paths = tuple(distribution.path for distribution in distributions)
-    base = None if design.counted else np.array([_own_value(path, model) for path in paths])
-    return Samples(paths, sampled(distributions, samples, method, seed, base), method)
+    varied = [distribution.varied for distribution in distributions]
+    base = None if design.counted else np.array([_own_value(one, model) for one in varied])
+    return Samples.of(varied, sampled(distributions, samples, method, seed, base), method, model)
 
 
-def _own_value(path: str, model: Model) -> float:
-    """The model's value at a path, to go out from."""
-    value = value_at(model.to_tables(), path)
+def _own_value(varied: Varied, model: Model) -> float:
+    """The model's value, to go out from."""
+    value = varied.own(model)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        rule = "one-at-a-time goes out from the model's own value, and it has no number there"
-        raise ModelError(Problem(path, shown(value), rule, "give it in the model, or in fixed"))
+        rule = "one-at-a-time goes out from the model's own value, and it has no number there, or several"
+        raise ModelError(Problem(varied.path, shown(value), rule, "give it in the model, or in fixed"))
     return float(value)
-
-
-def check_paths(paths: list[str]) -> None:
-    """Refuse values that are varied twice."""
-    twice = sorted({path for path in paths if paths.count(path) > 1})
-    if twice:
-        raise ModelError([Problem(path, "", "is varied twice", "name it in one axis alone") for path in twice])
 
 
 def _wrong_count(plan: Plan, model: Model, most: int) -> Problem:

@@ -86,7 +86,7 @@ def test_states_are_of_modes() -> None:
 
 def test_a_speed_that_changes_is_refused() -> None:
     swept = gr.example("run_up")
-    free = [path for path in swept.path_names() if path.endswith(".stiffness")][:1]
+    free = [path for path in swept.paths() if path.endswith(".stiffness")][:1]
     assert "a sweep" in problems(made.recording(), free, swept)
 
 

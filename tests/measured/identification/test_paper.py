@@ -16,7 +16,7 @@ from tests.measured.identification.made import off
 EXAMPLES = Path(__file__).parents[3] / "examples"
 PRINTED = EXAMPLES / "measured" / "eight_dof_printed.toml"
 MODEL = gr.load(EXAMPLES / "paper" / "eight_dof.toml")
-FREE = [p for p in MODEL.path_names() if p.endswith((".J", ".stiffness")) and p != "inertia.flywheel.J"]
+FREE = [p for p in MODEL.paths() if p.endswith((".J", ".stiffness")) and p != "inertia.flywheel.J"]
 KEEP = ["clutch", "spline", "mesh_34"]
 SHAPES = {2: [-0.01, 0.99, 1, 1, 1, 1, 1, 1], 3: [0, 1, -0.02, -0.02, -0.29, -0.31, -0.50, -0.50]}
 

@@ -111,7 +111,7 @@ def test_other_units_of_the_same_driveline() -> None:
     data = {"mode": [*made.mode_rows(truth, [2, 3, 4]), *shapes(truth)[:2]]}
     data["mode"][0]["omega"] *= 1.01  # not exact: the best fit is a compromise
     start = made.off(truth, CHAIN, 7, 1.3)
-    paths = [p for p in start.path_names() if p.split(".")[-1] in power and p.count(".") == 2]
+    paths = [p for p in start.paths() if p.split(".")[-1] in power and p.count(".") == 2]
     scaled = start.with_({p: made.value(start, p) * power[p.split(".")[-1]] for p in paths})
     rows = [{**row, "omega": row["omega"] / b} if "omega" in row else row for row in data["mode"]]
     one, other = (gr.identification.fit(m, d, CHAIN, starts=3) for m, d in ((start, data), (scaled, {"mode": rows})))

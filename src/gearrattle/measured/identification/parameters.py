@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,7 @@ from gearrattle.assembly import assemble
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.measured import State
 from gearrattle.model import Model
-from gearrattle.model.paths import value_at
+from gearrattle.model.paths import expanded, value_at
 from gearrattle.model.table import did_you_mean, listed, shown
 
 Array = NDArray[np.float64]
@@ -140,7 +139,10 @@ def free_parameters(
     if isinstance(free, str):
         free = [free]
     tables = model.to_tables()
-    paths = _expanded(free, model.path_names())
+    if not free:
+        rule = "no parameter is free: at least one path is needed"
+        raise ModelError(Problem("free", "", rule, 'such as "coupling.clutch.stiffness"; "inertia.*.J" frees all J'))
+    paths = expanded(tables, free)
     problems = [
         Problem(f"free: {path}", shown(value), rule, remedy)
         for path in paths
@@ -209,23 +211,6 @@ def unused(parameters: Parameters, states: Sequence[Coefficients]) -> list[str]:
         for exponents in (c.of_inertia, c.of_drag, c.of_stiffness, c.of_damping):
             used |= np.any(exponents != 0.0, axis=0)
     return [path for path, enters in zip(parameters.paths, used.tolist(), strict=True) if not enters]
-
-
-def _expanded(free: Sequence[str], names: Sequence[str]) -> list[str]:
-    """Replace patterns by the paths they match; every path once."""
-    paths: dict[str, None] = {}
-    for path in free:
-        if "*" not in path:
-            paths[path] = None
-            continue
-        matching = [name for name in names if fnmatchcase(name, path)]
-        if not matching:
-            raise ModelError(Problem(f"free: {path}", "", "matches no value of the model"))
-        paths.update(dict.fromkeys(matching))
-    if not paths:
-        rule = "no parameter is free: at least one path is needed"
-        raise ModelError(Problem("free", "", rule, 'such as "coupling.clutch.stiffness"; "inertia.*.J" frees all J'))
-    return list(paths)
 
 
 def _not_positive(value: object) -> tuple[str, str]:

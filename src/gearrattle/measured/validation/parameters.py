@@ -20,7 +20,7 @@ import numpy as np
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.fitted import Fit
 from gearrattle.model import Model
-from gearrattle.model.paths import value_at
+from gearrattle.model.paths import paths_at, value_at
 from gearrattle.model.table import did_you_mean
 from gearrattle.results import Run
 from gearrattle.simulation.simulate import simulate
@@ -30,16 +30,17 @@ Errors = Mapping[str, float]
 
 
 def standard_errors(model: Model, source: Errors | Fit) -> dict[str, tuple[float, float]]:
-    """Return values and standard errors of parameters by path, SI.
+    """Return values and standard errors of parameters by path, SI; of a pattern all that match have the same error.
 
     Raises
     ------
     ModelError
         a path that does not exist, a value that is not a positive number, an error that is not between 0 and the value.
     """
-    errors = {p.path: p.standard_error for p in source.parameters} if isinstance(source, Fit) else dict(source)
+    stated = {p.path: p.standard_error for p in source.parameters} if isinstance(source, Fit) else dict(source)
     tables = model.to_tables()
-    names = model.path_names()
+    errors = {path: error for named, error in stated.items() for path in paths_at(tables, named)}
+    names = model.paths()
     problems = []
     values = {}
     for path, error in errors.items():
