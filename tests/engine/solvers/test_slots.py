@@ -50,3 +50,14 @@ def test_a_run_under_way_keeps_the_slots_it_holds(monkeypatch):
     same_bits(want, finished(one))
     same_bits(want, other)
     assert np.isfinite(want.angle).all()
+
+
+def test_the_regions_of_all_systems_share_a_bound(monkeypatch):
+    monkeypatch.setattr(slots, "_KEPT", type(slots._KEPT)())
+    systems = [case(family, 1).task().system for family in ("chain", "everything")]
+    for system in systems:
+        slots_of(system)
+    assert len(slots._KEPT) == 2
+    monkeypatch.setattr(slots, "MOST_BYTES", slots._bytes_kept() - 1)
+    kept = slots_of(systems[0])
+    assert [shelf.slots for shelf in slots._KEPT.values()] == [kept]

@@ -195,9 +195,14 @@ def slots_of(system: PiecewiseSystem) -> Slots:
             flow = flow_of(system)
             _KEPT[key] = _interruptible(flow, partial(Shelf, flow))
         _KEPT.move_to_end(key)
-        while len(_KEPT) > _MOST_KEPT:
+        while len(_KEPT) > _MOST_KEPT or (len(_KEPT) > 1 and _bytes_kept() > MOST_BYTES):
             _KEPT.popitem(last=False)
         return _KEPT[key].slots
+
+
+def _bytes_kept() -> int:
+    """Memory that the kept regions of all systems take."""
+    return sum(shelf.slots.store.bytes for shelf in _KEPT.values())
 
 
 def fresh_slots(system: PiecewiseSystem, capacity: Capacity | None = None) -> Slots:

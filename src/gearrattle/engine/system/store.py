@@ -172,11 +172,16 @@ class Store:
         other |= {"series": watched, "forced_series": watched}
         return {name: other.get(name, capacity.slots) for name in self.size.shapes(0)}
 
+    @property
+    def bytes(self) -> int:
+        """Memory that the arrays take."""
+        return sum(array.nbytes for array in self._arrays.values())
+
     def is_full(self, most: int) -> bool:
         """Whether one more region like the last would make the arrays larger than so many bytes."""
         fits = len(self.pieces) < len(self._arrays["drift"])
         fits &= self._tables_used + self._last <= len(self._arrays["tables"])
-        return not fits and 2 * sum(array.nbytes for array in self._arrays.values()) > most
+        return not fits and 2 * self.bytes > most
 
     def join(self, slot: int, clearance: int, upward: int, target: int) -> None:
         """Remember which slot lies beyond a corner, and which on this side of it, where the way back leads there."""
