@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gearrattle.report.plots.axes import Axis, limits
+from gearrattle.report.plots.axes import Axis, limits, log_ticks
 from gearrattle.report.plots.chart import Bars, Line, Panel
 
 
@@ -50,3 +50,16 @@ def test_limits_fit_what_a_panel_holds() -> None:
     assert limits(Panel("p", x_range=(3.0, 4.0), y_range=(5.0, 6.0))) == ((3.0, 4.0), (5.0, 6.0))
     constant = Line(np.array([1.0]), np.array([0.0]), "c")
     assert limits(Panel("p", lines=(constant,)))[1][0] < 0.0 < limits(Panel("p", lines=(constant,)))[1][1]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "ticks"),
+    [
+        (1.0, 8.0, [1.0, 2.0, 5.0]),
+        (0.3, 4.0, [0.5, 1.0, 2.0]),
+        (1.0, 100.0, [1.0, 10.0, 100.0]),
+        (1e-9, 1e-1, [1e-9, 1e-7, 1e-5, 1e-3, 1e-1]),
+    ],
+)
+def test_a_logarithmic_axis_has_round_ticks(low, high, ticks):
+    assert log_ticks(low, high) == pytest.approx(ticks)

@@ -187,3 +187,16 @@ def test_hatching_stays_within_its_rectangle_and_goes_on_in_its_neighbour() -> N
         assert 3.0 <= x0 <= x1 <= 50.0
         assert 7.0 <= y1 <= y0 <= 20.0
         assert (x0 + y0) % 6.0 == (x1 + y1) % 6.0 == 0.0
+
+
+def test_labels_stand_at_their_rules_on_logarithmic_axes() -> None:
+    line = Line(np.array([1.0, 50.0]), np.array([1e-3, 1.0]), "curve")
+    rules = (Rule(20.0, "x", label="here"), Rule(0.1, "y", label="there"))
+    panel = Panel("title", lines=(line,), rules=rules, x_range=(1.0, 50.0), y_range=(1e-3, 1.0), x_log=True, y_log=True)
+    figure = plotly_figure(Chart("key", "title", "caption", (panel,)))
+    labels = {label["text"]: label for label in figure["layout"]["annotations"]}
+    lines = [shape for shape in figure["layout"]["shapes"] if shape["type"] == "line"]
+    # plotly takes logarithms of annotations, and the values themselves of shapes
+    assert labels["here"]["x"] == pytest.approx(np.log10(20.0))
+    assert labels["there"]["y"] == pytest.approx(-1.0)
+    assert [shape["x0"] for shape in lines if shape["xref"] == "x"] == [20.0]

@@ -54,8 +54,7 @@ class Axis:
     def ticks(self) -> list[float]:
         """Return at least three round values within the limits, ascending, as few as that allows."""
         if self.log:
-            powers = range(math.ceil(math.log10(self.low) - 1e-9), math.floor(math.log10(self.high) + 1e-9) + 1)
-            return [10.0**power for power in powers[:: max(1, -(-len(powers) // 5))]]
+            return log_ticks(self.low, self.high)
         power = math.floor(math.log10(self.high - self.low))
         steps = (mantissa * 10.0**p for p in count(power, -1) for mantissa in (5.0, 2.0, 1.0))
         return next(multiples for step in steps if len(multiples := self._multiples(step)) >= _FEWEST)
@@ -63,6 +62,17 @@ class Axis:
     def _multiples(self, step: float) -> list[float]:
         first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
         return [float(f"{k * step:.12g}") for k in range(first, last + 1)]
+
+
+def log_ticks(low: float, high: float) -> list[float]:
+    """Return whole powers of ten within limits, five at most; within two decades 1, 2 and 5 times such powers."""
+    first = math.ceil(math.log10(low) - 1e-9)
+    last = math.floor(math.log10(high) + 1e-9)
+    powers = range(first, last + 1)
+    if len(powers) >= _FEWEST:
+        return [10.0**power for power in powers[:: max(1, -(-len(powers) // 5))]]
+    multiples = [mantissa * 10.0**power for power in range(first - 1, last + 1) for mantissa in (1.0, 2.0, 5.0)]
+    return [value for value in multiples if low * (1.0 - 1e-9) <= value <= high * (1.0 + 1e-9)]
 
 
 def limits(panel: Panel) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from gearrattle.report.plots.axes import log_ticks
 from gearrattle.report.plots.chart import Bars, Cells, Chart, Heat, Label, Line, Panel, Rule
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.palette import ACCENT, CENTRE, FAINT, INK, MUTED, NO_VALUE, PAPER, SHADES, tint
@@ -33,6 +34,7 @@ _LEFT = 62
 _RIGHT = 40
 _TITLE_GAP, _AXIS_GAP = 32, 40
 _COLUMN_GAP = 0.085
+_FEW_DECADES = 2
 _GL_FROM = 20_000
 
 
@@ -133,11 +135,15 @@ def _lay_out(layout: dict[str, Any], chart: Chart, index: int, inner: int, gap: 
 
 
 def _decades(low: float, high: float) -> dict[str, Any]:
-    """Return range and ticks of a logarithmic axis, some four labels on whole powers of ten."""
+    """Return range and ticks of a logarithmic axis: whole powers of ten, within two decades 1, 2 and 5 times such."""
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    powers = range(last, first - 1, -max(1, round((last - first) / 4)))
-    ticks = {"tickmode": "array", "tickvals": [10.0**power for power in powers]}
-    return {"range": [first, last], **ticks, "ticktext": [numeral(10.0**power) for power in powers]}
+    if last - first <= _FEW_DECADES:
+        shown = log_ticks(low, high)
+        ends = [math.log10(low), math.log10(high)]
+    else:
+        shown = [10.0**power for power in range(last, first - 1, -max(1, round((last - first) / 4)))]
+        ends = [float(first), float(last)]
+    return {"range": ends, "tickmode": "array", "tickvals": shown, "ticktext": [numeral(value) for value in shown]}
 
 
 def _decorate(layout: dict[str, Any], panel: Panel, x_name: str, y_name: str) -> None:
@@ -159,9 +165,17 @@ def _decorate(layout: dict[str, Any], panel: Panel, x_name: str, y_name: str) ->
         look = {"line": {"color": rule.colour, "width": 1, "dash": dash}, "layer": "below"}
         layout["shapes"].append({"type": "line", **_span(rule.along, x_name, y_name, rule.at, rule.at), **look})
         if rule.label:
-            layout["annotations"].append(_rule_label(rule, x_name, y_name))
+            layout["annotations"].append(_on_axes(_rule_label(rule, x_name, y_name), panel))
     background = {} if panel.heat is None else {"bgcolor": tint(PAPER, 0.75), "borderpad": 1}
-    layout["annotations"] += [_label(label, x_name, y_name) | background for label in panel.labels]
+    layout["annotations"] += [_on_axes(_label(label, x_name, y_name), panel) | background for label in panel.labels]
+
+
+def _on_axes(annotation: dict[str, Any], panel: Panel) -> dict[str, Any]:
+    """Return an annotation where plotly puts it: on a logarithmic axis it takes logarithms, unlike lines and shapes."""
+    for along, is_log in (("x", panel.x_log), ("y", panel.y_log)):
+        if is_log and not annotation[f"{along}ref"].endswith("domain"):
+            annotation[along] = math.log10(annotation[along])
+    return annotation
 
 
 def _span(along: str, x_name: str, y_name: str, low: float | None, high: float | None) -> dict[str, Any]:
