@@ -15,7 +15,7 @@ import numpy as np
 
 from gearrattle.report.plots.axis_names import edges_of, measure_of, positions, title_of, words_of_axis
 from gearrattle.report.plots.chart import Band, Cells, Chart, Key, Line, Panel, Rule
-from gearrattle.report.plots.palette import CENTRE, COAST, DRIVE, REGIMES
+from gearrattle.report.plots.palette import CENTRE, COAST, DRIVE, STATES
 from gearrattle.studies.branches import swept
 from gearrattle.studies.layout import headlines_in
 from gearrattle.studies.sections import EXPONENT
@@ -61,7 +61,7 @@ def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart
     strip, words = _strip(data, frame, x, log)
     panels += strip
     there = [str(way) for way in data["direction"].values]
-    legend = (*(WAYS[way] for way in there), *([TWO] if bands else []), *(Key(word, REGIMES[word]) for word in words))
+    legend = (*(WAYS[way] for way in there), *([TWO] if bands else []), *(Key(word, STATES[word]) for word in words))
     over = f"{words_of_axis(data, axis)}{f'; {held}' if held else ''}"
     caption = (
         f"The motion seen once a period, over {over}. An n-periodic motion is n points, a chaotic one a cloud; chaos "
@@ -125,7 +125,7 @@ def _strip(data: xr.Dataset, frame: Panel, x: Array, log: bool) -> tuple[list[Pa
     headlines, edges = headlines_in(data), edges_of(x, log)
     cells, used = [], []
     rows = len(data["direction"])
-    for word, colour in REGIMES.items():
+    for word, colour in STATES.items():
         parts = [(i, rows - 1.0 - row) for row in range(rows) for i in np.flatnonzero(headlines[row] == word).tolist()]
         if parts:
             at, height = np.array([i for i, _ in parts]), np.array([y for _, y in parts])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gearrattle.report.plots.axis_names import measure_of
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
-from gearrattle.report.plots.palette import REGIMES
+from gearrattle.report.plots.palette import STATES
 from gearrattle.report.plots.rows import Series, row_chart
 from gearrattle.studies.boundary import CROSSING
 from gearrattle.trajectory import IntArray
@@ -41,7 +41,7 @@ def boundary_chart(crossings: xr.Dataset, axes: Sequence[str], subject: str) -> 
     if len(axes) not in (1, 2) or not count or any(crossings[axis].dtype.kind not in "iuf" for axis in axes):
         return None
     parts = [str(name) for name in crossings[subject].values] if subject else [""] * count
-    order = {word: rank for rank, word in enumerate(REGIMES)}
+    order = {word: rank for rank, word in enumerate(STATES)}
     ranks = [[order.get(str(word), 0) for word in crossings[end].values] for end in ("from", "to")]
     changes = _Changes(_by_part(parts), np.maximum(*map(np.array, ranks)), str(crossings.attrs["output"]))
     return _rows(changes, crossings, axes[0]) if len(axes) == 1 else _plane(changes, crossings, axes)
@@ -73,7 +73,7 @@ class _Changes:
 
     def kinds(self) -> Iterator[tuple[str, str, NDArray[np.bool_]]]:
         """Words, colour and which changes, by the higher of the two words."""
-        for rank, (word, colour) in enumerate(REGIMES.items()):
+        for rank, (word, colour) in enumerate(STATES.items()):
             if (chosen := self.higher == rank).any():
                 yield f"to or from {word}", colour, chosen
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gearrattle.report.plots.axis_names import cell_ticks, labels_of, title_of, words_of_axis
 from gearrattle.report.plots.chart import Cells, Chart, Key, Line, Panel
 from gearrattle.report.plots.numerals import numeral
-from gearrattle.report.plots.palette import INK, NO_VALUE, REGIMES
+from gearrattle.report.plots.palette import INK, NO_VALUE, STATES
 from gearrattle.studies.layout import (
     axes_in,
     chosen_codes,
@@ -94,7 +94,7 @@ def code_map(data: xr.Dataset, output: str, key: str = "map") -> Chart | None:
     if not output or SAMPLE in data.dims or not axes_in(data):
         return None
     words = words_of(data[output])
-    legend = (*(Key(word, REGIMES[word]) for word in words), NOTHING)
+    legend = (*(Key(word, STATES[word]) for word in words), NOTHING)
     if len(axes_in(data)) == 1:
         return _strip(data, output, legend, key)
     x, y = two_axes(data)

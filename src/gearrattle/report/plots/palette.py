@@ -29,14 +29,16 @@ CENTRE = "#9aa5b1"
 NO_VALUE = "#6f7a86"
 """Cells of a map without a value: hatching of this colour on the background, never an area of it."""
 
-REGIMES = {
+REGIMES = {"quiet": MUTED, "single-sided": "#a35f00", "double-sided": "#a8123e"}
+"""Colour of each regime: slate, amber, crimson; ever darker, always beside its word."""
+STATES = {
     "quiet": MUTED,
-    "touches": "#7f7300",
+    "touches": "#a35f00",
     "single-sided": "#a35f00",
     "double-sided": "#a8123e",
     "rattles": "#a8123e",
 }
-"""Colour of each regime and severity, the mildest first: slate, olive, amber, crimson; always beside its word."""
+"""The same of each regime and severity, which never stand side by side: the mildest first."""
 
 COLOURS = (
     "#0072b2",

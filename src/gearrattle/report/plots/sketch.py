@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from gearrattle.assembly import own_mean
 from gearrattle.report.plots import driveline
 from gearrattle.report.plots.numerals import numeral, quantity
-from gearrattle.report.plots.palette import MUTED, REGIMES
+from gearrattle.report.plots.palette import MUTED, STATES
 
 if TYPE_CHECKING:
     from gearrattle.model import Torque
@@ -40,7 +40,7 @@ def sketch(findings: Findings) -> str:
     drawn = []
     for element, name in enumerate(layout.element_names):
         part = parts.get(name)
-        colour = REGIMES[_state(part)] if part else MUTED
+        colour = STATES[_state(part)] if part else MUTED
         drawn.append(driveline.element(scene, element, colour, _label(name, part)))
     drawn += driveline.frames(scene)
     drawn += [driveline.body(scene, body, _words(findings, body)) for body in scene.placement.bodies]
@@ -108,7 +108,7 @@ def _state(part: Part) -> str:
 def _label(name: str, part: Part | None) -> list[str]:
     lines = [f'<tspan class="name">{escape(name)}</tspan>']
     if part is not None:
-        colour = REGIMES[_state(part)]
+        colour = STATES[_state(part)]
         is_staged = part.regime != "quiet" and not part.separates
         words = [
             "changes stage" if is_staged else _state(part),
