@@ -13,7 +13,7 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.cli import main
-from gearrattle.cli.continuation import _ends
+from gearrattle.cli.options import ends_in
 from tests.architecture.places import EXAMPLES
 
 AMPLITUDE = "torque.0.harmonics.0.amplitude"
@@ -151,7 +151,7 @@ def test_events_scatter_under_tolerances(capsys: pytest.CaptureFixture[str]) -> 
     ],
 )
 def test_ranges_are_read(text: str, ends: tuple[float | str, float | str]) -> None:
-    assert _ends(text) == ends
+    assert ends_in(text) == ends
 
 
 @pytest.mark.parametrize(

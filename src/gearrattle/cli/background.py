@@ -28,7 +28,7 @@ _COMPILING = " (compiling, once after an installation)"
 _LOADING = 0.5  # seconds; a kernel that was kept is loaded sooner
 _TICK = 0.05
 _PATIENCE = 2.0
-_GRACE = 0.25
+_GRACE, _GRACE_FOR_KNOWN = 0.25, 10.0
 _LINE_EVERY = 5.0
 
 
@@ -103,7 +103,7 @@ class Watch:
         self._stop.set()
 
 
-def watched(work: Callable[[Watch], T], grace: float = _GRACE) -> T:
+def watched(work: Callable[[Watch], T], grace: float = _GRACE, known: Callable[[T], None] | None = None) -> T:
     """Do some work in the background, show its progress, and stop it on Ctrl-C.
 
     Parameters
@@ -112,6 +112,8 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE) -> T:
         what to do; it should call its watch every few milliseconds.
     grace
         how long it may take to stop [s].
+    known
+        called after Ctrl-C with what the work returned nevertheless; it may then take ``_GRACE_FOR_KNOWN``.
 
     Raises
     ------
@@ -127,19 +129,25 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE) -> T:
             result.append(work(watch))
         except BaseException as error:
             failure.append(error)
+        finally:
+            ended.set()
 
+    ended = threading.Event()
     context = contextvars.copy_context()  # which files may be read
     thread = threading.Thread(target=context.run, args=(body,), name=WORKER, daemon=True)
     display = _Display(watch)
     try:
         thread.start()
-        while thread.is_alive():
-            thread.join(_TICK)
+        while not ended.wait(_TICK):  # a join that is interrupted takes the thread for ended (CPython 3.11)
             display.update()
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as interruption:
         watch.stop()
-        if thread.is_alive():  # else interrupted before it began
-            thread.join(grace)
+        if thread.ident is not None:  # else interrupted before it began
+            ended.wait(grace if known is None else _GRACE_FOR_KNOWN)
+        if known is not None and result:
+            display.close()
+            known(result[0])
+            raise Cancelled(kept="interrupted: what was known by then is shown") from interruption
         raise
     finally:
         display.close()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -13,7 +12,7 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.assignments import value_in, words
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Changes, Json, Whole, named_as, number_or_text, refuse_beside, refuse_unless
+from gearrattle.cli.options import Changes, Json, Whole, ends_in, named_as, number_or_text, refuse_beside, refuse_unless
 from gearrattle.cli.sources import changed_model
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.quantity import Count, argument_problems
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
 
     Ends = tuple[Written, Written]
 
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _ACROSS, _UP = 32, 20
 _OF_BRANCH = {name: f"--{name}" for name in ("path", "range", "cycles", "rate")}
 _OF_SECOND = {"event": "--boundary", "second": "--second", "range": "--second-range"}
@@ -100,11 +98,11 @@ def continue_(
         Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the tables on the terminal only.
     """
     driveline = changed_model(model, changes)
-    ends = _ends(over)
+    ends = ends_in(over)
     _check_combination(
         second=(second, second_range), cells=(across, up), boundary=boundary, scatter=scatter or None, rate=rate
     )
-    second_ends = None if second_range is None else _ends(second_range, "--second-range")
+    second_ends = None if second_range is None else ends_in(second_range, "--second-range")
     deviations = {name: value_in(text) for name, text in words("--scatter", scatter).items()}
     speed_rate = None if rate is None else number_or_text(rate) or 0.0
     _check_values(driveline, (path, ends), (second, second_ends), deviations, speed_rate)
@@ -213,17 +211,6 @@ def _scattered(branch: Branch, deviations: Mapping[str, Written], watch: Watch) 
         except ModelError:  # of a kind that no number moves smoothly
             of_events.append(math.nan)
     return BranchesPage(branch, of_events)
-
-
-def _ends(text: str, option: str = "--range") -> Ends:
-    """Return the two ends of a range; a unit behind the second is that of the first, too."""
-    first, colon, second = (part.strip() for part in text.partition(":"))
-    if not (first and colon and second) or ":" in second:
-        raise ModelError(Problem(option, f'"{text}"', 'must be two values, such as "300:2000 rpm"'))
-    low, high = value_in(first), value_in(second)
-    if isinstance(low, float) and isinstance(high, str) and (number := _NUMBER.match(high)):
-        return f"{first} {high[number.end() :].strip()}", high
-    return low, high
 
 
 def _limit(text: str, path: str, ends: Ends, model: Model) -> float:

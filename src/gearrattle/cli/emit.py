@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any
@@ -24,7 +25,13 @@ if TYPE_CHECKING:
 
 
 def emit(
-    kind: str, work: Callable[[Watch], Any], output: Path | None = None, *, json: bool, inputs: Sequence[Path] = ()
+    kind: str,
+    work: Callable[[Watch], Any],
+    output: Path | None = None,
+    *,
+    json: bool,
+    inputs: Sequence[Path] = (),
+    keeps_known: bool = False,
 ) -> None:
     """Compute a result, save it where that is asked for, and print it.
 
@@ -40,6 +47,8 @@ def emit(
         whether it is printed as JSON.
     inputs
         files that are read, which ``output`` must not replace.
+    keeps_known
+        whether the work returns what it knows when it is stopped: it is printed and saved then, too.
 
     Raises
     ------
@@ -50,20 +59,23 @@ def emit(
     from gearrattle.report.saved import check_target, destination, put_into
 
     if output is None:
-        print_result(watched(lambda watch: presentation_of(work(watch))), json=json)
+        print_now = partial(print_result, json=json)
+        print_now(watched(lambda watch: presentation_of(work(watch)), known=print_now if keeps_known else None))
         return
     endings = presentation_class(kind).endings
     check_target(output, endings, "-o", inputs)
 
     def work_and_save(watch: Watch) -> tuple[Presentation[Any], Path]:
         presentation = presentation_of(work(watch))
-        watch.enter("writing the result")
+        watch.phase = "writing the result"
         return presentation, put_into(presentation, output, staging)
 
-    with destination(output, endings) as staging:
-        presentation, written = watched(work_and_save)
+    def commit(saved: tuple[Presentation[Any], Path]) -> None:
         staging.commit()
-    print_result(presentation, written, json=json)
+        print_result(*saved, json=json)
+
+    with destination(output, endings) as staging:
+        commit(watched(work_and_save, known=commit if keeps_known else None))
 
 
 def print_result(presentation: Presentation[Any], written: Path | File | None = None, *, json: bool) -> None:

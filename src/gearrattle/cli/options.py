@@ -10,12 +10,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter, Token
 
-from gearrattle.cli.assignments import words
+from gearrattle.cli.assignments import value_in, words
 from gearrattle.errors import ModelError, Problem
+
+if TYPE_CHECKING:
+    from gearrattle.model import Model
+    from gearrattle.model.factors import Written
 
 
 def _whole(_type: Any, tokens: Sequence[Token]) -> int:
@@ -99,6 +103,11 @@ class Settings:
         """Return the settings as keyword arguments of ``simulate``."""
         return {**asdict(self), "step": number_or_text(self.step)}
 
+    def on(self, model: Model) -> Model:
+        """Return a model with these settings."""
+        chosen = {name: value for name, value in self.arguments().items() if value is not None}
+        return model.with_simulation(chosen) if chosen else model
+
 
 def refuse_unless(option: str, others: Mapping[str, object]) -> None:
     """Refuse options that play no part without another one; those that are not None were typed.
@@ -150,3 +159,20 @@ def number_or_text(text: str | None) -> float | str | None:
         return float(text)
     except ValueError:
         return text
+
+
+def ends_in(text: str, option: str = "--range") -> tuple[Written, Written]:
+    """Return the two ends of a range LOW:HIGH; a unit behind the second is that of the first, too; "x1:x8" are factors.
+
+    Raises
+    ------
+    ModelError
+        no two values.
+    """
+    from gearrattle.model.units import with_last_unit
+
+    first, colon, second = text.partition(":")
+    if not (first.strip() and colon and second.strip()) or ":" in second:
+        raise ModelError(Problem(option, f'"{text}"', 'must be two values, such as "300:2000 rpm"'))
+    low, high = with_last_unit([first, second])
+    return value_in(low), value_in(high)

@@ -12,8 +12,9 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.assignments import words
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Json, Output, Whole, named_as, number_or_text
-from gearrattle.errors import Cancelled, ModelError, Problem
+from gearrattle.cli.options import Changes, Json, Output, Whole, ends_in, named_as, number_or_text
+from gearrattle.cli.sources import changed_model
+from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -29,6 +30,7 @@ def prove_quiet(
     within: str | None = None,
     boxes: Whole | None = None,
     resolution: float | None = None,
+    changes: Changes = (),
     output: Output = None,
     json: Json = False,
 ) -> None:
@@ -53,10 +55,10 @@ def prove_quiet(
     """
     from gearrattle.studies.quiet.file import read_ranges
 
-    driveline = gearrattle.load(model)
+    driveline = changed_model(model, changes)
     file = None if ranges is None else read_ranges(ranges)
     box: dict[str, Any] = {} if file is None else dict(file.ranges)
-    typed = {path: _ends(path, text) for path, text in words("--range", range_).items()}
+    typed = {path: list(ends_in(text, f"--range {path}")) for path, text in words("--range", range_).items()}
     if twice := [path for path in typed if path in box]:
         raise ModelError(Problem("--range", twice[0], "has a range in the file already", "leave one of them out"))
     if not box and not typed:
@@ -66,29 +68,11 @@ def prove_quiet(
     named = {"within": number_or_text(within), "boxes": boxes, "resolution": resolution}
     options = {key: value for key, value in named.items() if value is not None}
     arguments = {**(file.options if file else {}), **options}
-    done: list[QuietProof] = []
 
     def work(watch: Watch) -> QuietProof:
         watch.enter("dividing the box")
         with file.located() if file else nullcontext(), named_as({key: f"--{key}" for key in options}):
-            done.append(gearrattle.prove_quiet(driveline, box, progress=watch, **arguments))
-        return done[0]
+            return gearrattle.prove_quiet(driveline, box, progress=watch, **arguments)
 
     inputs = [model, *([ranges] if ranges else [])]
-    try:
-        emit("proof of quiet", work, output, json=json, inputs=inputs)
-    except KeyboardInterrupt as error:
-        if not done:
-            raise
-        emit("proof of quiet", lambda _: done[0], output, json=json, inputs=inputs)
-        raise Cancelled(kept="interrupted: what was known by then is shown") from error
-
-
-def _ends(path: str, text: str) -> list[Any]:
-    """Read LOW:HIGH."""
-    from gearrattle.model.units import with_last_unit
-
-    ends = [number_or_text(end) for end in with_last_unit(text.split(":"))]
-    if len(ends) != 2:
-        raise ModelError(Problem("--range", f'"{path}={text}"', 'must be PATH=LOW:HIGH, such as "50:80 um"'))
-    return ends
+    emit("proof of quiet", work, output, json=json, inputs=inputs, keeps_known=True)
