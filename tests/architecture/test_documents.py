@@ -56,7 +56,7 @@ def test_gearrattle_commands_named_in_pages_exist_and_all_are_described() -> Non
     consoles = [
         block for path in document_files() for block in re.findall(r"```console\n(.*?)```", _read(path), re.DOTALL)
     ]
-    assert set(re.findall(r"^gearrattle ([a-z]+)", "\n".join(consoles), flags=re.MULTILINE)) == set(COMMANDS)
+    assert set(re.findall(r"^gearrattle ([a-z-]+)", "\n".join(consoles), flags=re.MULTILINE)) == set(COMMANDS)
     described = _read(DOCS / "howto" / "command_line.md")
     assert [name for name in COMMANDS if f"## `gearrattle {name}`" not in described] == []
 

@@ -143,6 +143,18 @@ def test_drag_brings_a_train_to_a_steady_rate() -> None:
     assert any(f"{rate * 0.0372 / 0.0305:.3g} rad/s" in note for note in actual.notes)
 
 
+def test_factors_at_a_pattern_are_the_values_they_make() -> None:
+    model = gr.example("manual_transmission")
+    paths = model.paths("inertia.*.drag_torque")
+    plain = {"all": {path: (0.8 * model[path], 3.0 * model[path]) for path in paths}}
+    one = gr.prove_quiet(model, plain)
+    other = gr.prove_quiet(model, {"inertia.*.drag_torque": (gr.factor(0.8), gr.factor(3.0))})
+    assert (one.proven, one.refuted, one.open) == (other.proven, other.refuted, other.open)
+    shares = one.boxes["all low"].to_numpy()
+    factors = other.boxes["inertia.*.drag_torque low"].to_numpy()
+    assert factors == pytest.approx(0.8 + 2.2 * shares)
+
+
 def test_a_driveline_in_which_not_all_decays_is_not_proven() -> None:
     """Without damping in its mesh the oscillator keeps swinging; where it loses contact is shown all the same."""
     model = gr.example("backlash_oscillator").with_({"coupling.mesh.damping": 0.0})

@@ -110,8 +110,7 @@ class Bounds:
     def influence(self) -> Array:
         """(d,) share of every parameter in what the bound nearest to its end changes by in the box; last: the rest."""
         worst = np.argmax(self.excess + self.span, axis=1)
-        each = np.arange(self.kind.size)
-        slopes = np.abs(self.slopes[:, each, worst])
+        slopes = np.abs(self.slopes[:, np.arange(self.kind.size), worst])
         parts = np.vstack([slopes, self.above])
         return np.asarray((parts / (parts.sum(axis=0) + 1e-300)).max(axis=1))
 

@@ -1,5 +1,7 @@
 """The edges of a box of parameters: a range of one value of the model, or of several that vary together.
 
+A path may be a pattern, and ends may be factors of what the model says, as in studies.
+
 Takes mappings; gives frozen edges.
 """
 
@@ -11,10 +13,11 @@ from typing import Any
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.path_values import in_si
+from gearrattle.model.factors import FACTOR
+from gearrattle.model.path_values import Varied
 from gearrattle.model.quantity import AnyTable, checked
 from gearrattle.model.table import shown
-from gearrattle.studies.axes import listed_values
+from gearrattle.studies.axes import listed_values, without_factor
 
 SPEEDS = ("excitation.speed", "excitation.frequency")
 """Paths of the reference speed."""
@@ -47,12 +50,15 @@ class Edge:
     name
         its path, or what the user calls several paths together.
     low, high
-        by path its ends [SI].
+        by plain path its ends [SI].
+    factors
+        its ends as factors, where all values that vary together have the same; None elsewhere.
     """
 
     name: str
     low: Mapping[str, float]
     high: Mapping[str, float]
+    factors: tuple[float, float] | None = None
 
     @property
     def path(self) -> str | None:
@@ -60,7 +66,10 @@ class Edge:
         return next(iter(self.low)) if len(self.low) == 1 else None
 
     def coordinate(self, share: float) -> float:
-        """Return the value at a share of the edge, 0 to 1; the share itself if several paths vary."""
+        """Return the value or the factor at a share of the edge, 0 to 1; the share itself if several paths vary."""
+        if self.factors is not None:
+            low, high = self.factors
+            return low + share * (high - low)
         return self.at(share)[self.path] if self.path else share
 
     def at(self, share: float) -> dict[str, float]:
@@ -89,16 +98,21 @@ def edges_of(requested: Mapping[str, Any], model: Model) -> tuple[Edge, ...]:
     edges = []
     varied: set[str] = set()
     for name, entry in checked(AnyTable(), requested, "ranges").items():
-        by_path = dict(entry) if isinstance(entry, Mapping) else {name: entry}
+        by_path = dict(entry) if isinstance(entry, Mapping) and FACTOR not in entry else {name: entry}
         ends: dict[str, tuple[float, float]] = {}
+        factors: set[tuple[float, float] | None] = set()
         for path, pair in by_path.items():
             try:
-                ends[path] = _ends(str(path), pair, model)
+                plain, factor = _ends(str(path), pair, model)
             except ModelError as error:
                 problems += [Problem(f"range {path}: {p.place}", p.value, p.rule, p.remedy) for p in error.problems]
-        problems += _twice(varied, by_path)
-        varied |= set(by_path)
-        edges.append(Edge(str(name), *({path: pair[i] for path, pair in ends.items()} for i in (0, 1))))
+                continue
+            problems += _twice(varied, plain)
+            varied |= set(plain)
+            ends |= plain
+            factors.add(factor)
+        low, high = ({path: pair[i] for path, pair in ends.items()} for i in (0, 1))
+        edges.append(Edge(str(name), low, high, factors.pop() if len(factors) == 1 else None))
     if not problems and not edges:
         rule = "a box needs one range at least"
         problems.append(Problem("ranges", "none", rule, 'such as {"inertia.gear.drag_torque": (0.1, 0.2)}'))
@@ -116,9 +130,10 @@ def _twice(varied: set[str], by_path: Mapping[str, Any]) -> Iterator[Problem]:
             yield Problem(f"range {path}", "", "has a range already", "leave one of them out")
 
 
-def _ends(path: str, entry: Any, model: Model) -> tuple[float, float]:
-    """Read the ends of one range."""
-    pair = listed_values(entry)
+def _ends(path: str, entry: Any, model: Model) -> tuple[dict[str, tuple[float, float]], tuple[float, float] | None]:
+    """Read the ends of one range: by plain path, and as factors where they are some."""
+    inner, by_factor = without_factor(path, entry)
+    pair = listed_values(inner)
     if len(pair) != 2:
         raise ModelError(Problem("ends", shown(entry), "must be a pair", "give (low, high)"))
     keys = path.split(".")
@@ -126,9 +141,11 @@ def _ends(path: str, entry: Any, model: Model) -> tuple[float, float]:
         varied = ", ".join(_VARIED)
         rule = f"a proof varies numbers that the driveline is linear in: {varied}, and the speed"
         raise ModelError(Problem("path", path, rule, "leave the model's own value, or split it with study"))
-    low, high = (in_si(path, end, model) for end in pair)
+    asked = Varied(path, by_factor)
+    low, high = (asked.read(end, model) for end in pair)
     if any(isinstance(end, bool) or not isinstance(end, int | float) for end in (low, high)):
         raise ModelError(Problem("ends", f"{shown(low)} to {shown(high)}", "must be numbers"))
     if not low < high:
         raise ModelError(Problem("ends", f"{low:g} to {high:g}", "the lower end must lie below the upper one"))
-    return float(low), float(high)
+    plain = {one: (float(min(values)), float(max(values))) for one, values in asked.spread((low, high), model).items()}
+    return plain, (float(low), float(high)) if by_factor else None

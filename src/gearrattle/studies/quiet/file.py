@@ -87,13 +87,13 @@ def read_ranges(path: str | os.PathLike[str]) -> QuietFile:
             rule = f"a file of ranges has {', '.join(_KEYS)}"
             problems.append(Problem(place((key,), {}, positions), "", rule, did_you_mean(key, _KEYS)))
     if tables.get("schema") != SCHEMA_VERSION:
-        rule = f"must be {SCHEMA_VERSION}: the version of the format"
-        problems.append(Problem(place(("schema",), {}, positions), shown(tables.get("schema", "missing")), rule))
+        rule = f"is missing: schema = {SCHEMA_VERSION} names the version of the format"
+        problems.append(Problem(place(("schema",), {}, positions), "", rule))
     ranges = tables.get("range")
     if not isinstance(ranges, Mapping) or not ranges:
         rule = "must be a table of pairs by path of the model"
         remedy = '[range] with "mesh.m1.backlash" = ["50 um", "80 um"]'
-        problems.append(Problem(place(("range",), {}, positions), shown(ranges or "missing"), rule, remedy))
+        problems.append(Problem(place(("range",), {}, positions), shown(ranges) if ranges else "", rule, remedy))
     if problems:
         raise ModelError(problems)
     options = {key: tables[key] for key in _OPTIONS if key in tables}

@@ -10,7 +10,7 @@ Takes a Model and ranges; gives a ``QuietProof``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import inf
 from time import monotonic
 from typing import Any
@@ -21,13 +21,14 @@ from gearrattle.assembly import refuse_unsteady
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.model import Model, check_model, units
-from gearrattle.model.quantity import CALLBACK, Count, Plain, Quantity, check_arguments, checked
+from gearrattle.model.quantity import CALLBACK, Count, Plain, Quantity, Reader, argument_problems, checked
 from gearrattle.studies.quiet.coefficients import Family, family_of
 from gearrattle.studies.quiet.edges import SPEEDS, Edge, edges_of
 from gearrattle.studies.quiet.proof import QuietProof, proof_of
 from gearrattle.studies.quiet.search import ENDURES, SLIPS, Search, steady_rate
 
 Progress = Callable[[float], None]
+Ends = Sequence[float | str]
 
 RESOLUTION = Plain("non-negative")
 BOXES = Count(1)
@@ -40,7 +41,7 @@ _COEXIST = (
 
 def prove_quiet(
     model: Model,
-    ranges: Mapping[str, Any],
+    ranges: Mapping[str, Ends | Mapping[str, Ends]],
     *,
     within: float | str | None = None,
     boxes: int = 20_000,
@@ -91,7 +92,14 @@ def prove_quiet(
     """
     begin = monotonic()
     check_model(model)
-    check_arguments(resolution=(RESOLUTION, resolution), boxes=(BOXES, boxes), progress=(CALLBACK, progress))
+    arguments: dict[str, tuple[Reader, Any]] = {
+        "resolution": (RESOLUTION, resolution),
+        "boxes": (BOXES, boxes),
+        "progress": (CALLBACK, progress),
+    }
+    limits = {} if within is None else {"within": (WITHIN, within)}
+    if problems := argument_problems({**arguments, **limits}, dimensionless=False):
+        raise ModelError(problems)
     seconds = inf if within is None else float(checked(WITHIN, within, "within", dimensionless=False))
     edges = edges_of(ranges, model)
     refuse_unsteady(model, "a proof of quiet")
