@@ -230,6 +230,7 @@ def test_matrices_name_their_format(ending: str, tmp_path: Path) -> None:
 
 
 WRITERS = {
+    "design/keep.py": "a motion, read by the search that wrote it alone",
     "simulation/store.py": "stream",
     "report/reductions.py": "matrices",
     "report/plots/stored.py": "charts",

@@ -15,6 +15,8 @@ from .analysis.stiffness import stiffness as stiffness
 from .analysis.torque_angle import torque_angle as torque_angle
 from .causes import cause as cause
 from .comparison.compare import compare as compare
+from .design.remedies import remedies as remedies
+from .design.threshold import threshold as threshold
 from .errors import Cancelled as Cancelled
 from .errors import ConvergenceError as ConvergenceError
 from .errors import GearRattleError as GearRattleError

@@ -38,7 +38,9 @@ def test_run_writes_everything_and_prints_the_verdict(model: Path, capsys: pytes
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     lines = out.splitlines()
     assert lines[0] == f"{summary['verdict']}: {summary['sentence']}"
-    assert [line.split()[0] for line in lines[2:-1]] == ["part", *(part["name"] for part in summary["parts"])]
+    head = next(i for i, line in enumerate(lines) if line.startswith("part "))
+    assert lines[1:head] == ["", summary["cause"]["sentence"], ""]
+    assert [line.split()[0] for line in lines[head:-1]] == ["part", *(part["name"] for part in summary["parts"])]
     assert lines[-1] == f"page: {Path('train-results') / 'report.html'}"
     assert names(folder) == ["figures", "report.html", "results.nc", "summary.json"]
     assert names(model.parent) == ["train-results", "train.toml"]
@@ -230,7 +232,7 @@ def test_an_option_that_counts_takes_whole_numbers_alone(
     command: str, option: str, text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     needed = {"fit": ["data.toml"], "validate": ["record.csv"], "orders": ["n"], "spectra": ["--channel", "n"]}
-    needed["continue"] = ["--path", "excitation.speed", "--range", "1:2"]
+    needed["continue"] = needed["threshold"] = ["--path", "excitation.speed", "--range", "1:2"]
     assert main([command, "absent.toml", *needed.get(command, []), option, text]) == 2
     assert f'{option}: "{text}" must be a whole number' in capsys.readouterr().err
 

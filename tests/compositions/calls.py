@@ -167,6 +167,10 @@ CALLS: Mapping[str, Call] = {
     "figures: run": lambda kit: list(gr.figures(kit.run)),
     "figures: study": lambda kit: list(gr.figures(kit.study)),
     "screen": lambda kit: gr.screen(kit.model, [80.0, 90.0]),
+    "threshold": lambda kit: gr.threshold(kit.model, "inertia.engine.J", kit.span, count=3, workers=1),
+    "remedies": lambda kit: gr.remedies(
+        kit.model, {"inertia.engine.J": {"factor": (0.99, 1.01)}}, speeds=[], pairs=False, workers=1
+    ),
     "prove_quiet": lambda kit: gr.prove_quiet(kit.model, {"inertia.engine.J": kit.span}, boxes=50),
     "study: 2 cases": lambda kit: gr.study(kit.model, kit.axis(2), workers=1),
     "study: 9 cases": lambda kit: kit.study,
@@ -191,7 +195,7 @@ CALLS: Mapping[str, Call] = {
 }
 """By public name, with a word where one name is called in several ways."""
 
-WITHOUT_MODEL = frozenset({"example", "identification.fit_loop", "gas_torque", "studies.samples_needed"})
+WITHOUT_MODEL = frozenset({"example", "factor", "identification.fit_loop", "gas_torque", "studies.samples_needed"})
 """Public functions that take neither a model nor anything made of one."""
 
 

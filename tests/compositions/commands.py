@@ -76,6 +76,19 @@ COMMAND_LINES: Mapping[str, Words] = {
         "-o",
         str(out),
     ],
+    "threshold": lambda kit, _: [
+        "threshold",
+        str(kit.model_file),
+        "--path",
+        "inertia.engine.J",
+        "--range",
+        "x1:x1.002",
+        "--count",
+        "3",
+        "--workers",
+        "1",
+    ],
+    "remedy": lambda kit, _: ["remedy", str(kit.model_file), str(_remedies(kit)), "--singles", "--workers", "1"],
     "prove-quiet -o": lambda kit, out: [
         "prove-quiet",
         str(kit.model_file),
@@ -118,6 +131,13 @@ COMMAND_LINES: Mapping[str, Words] = {
 
 WITHOUT_MODEL = frozenset({"examples", "loop", "reproduce", "schema", "serve"})
 """Commands that take neither a model nor anything made of one."""
+
+
+def _remedies(kit: Kit) -> Path:
+    """A remedy file with one candidate."""
+    path = kit.folder / "remedies.toml"
+    path.write_text('speeds = []\n[candidates]\n"inertia.engine.J" = { factor = [0.99, 1.01] }\n', encoding="utf-8")
+    return path
 
 
 def _data(kit: Kit) -> str:

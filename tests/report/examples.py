@@ -71,6 +71,12 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "rattle probability": lambda: gr.studies.rattle_probability(samples("sobol")),
     "regime boundary": lambda: gr.studies.regime_boundary(result("study")),
     "screening": lambda: gr.screen(model(), [100.0, 150.0, 200.0]),
+    "threshold": lambda: gr.threshold(
+        gr.example("backlash_oscillator"), "coupling.mesh.kinematic_error.0.amplitude", (0.02, 0.06), workers=1
+    ),
+    "remedies": lambda: gr.remedies(
+        gr.example("backlash_oscillator"), {"torque.0.mean": {"factor": (0.5, 4.0)}}, speeds=[], workers=1
+    ),
     "proof of quiet": lambda: gr.prove_quiet(gr.example("backlash_oscillator"), {"torque.0.mean": (0.02, 0.2)}),
     "spectra": lambda: gr.spectra(motion(), CHANNEL, "velocity.flywheel"),
     "density": lambda: gr.spectral.psd(motion(), CHANNEL),

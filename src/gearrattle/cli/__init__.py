@@ -50,6 +50,8 @@ COMMANDS = {
         "gearrattle.cli.prove_quiet:prove_quiet",
         "Where in a box of tolerances quiet is proven.",
     ),
+    "threshold": ("gearrattle.cli.threshold:threshold", "The smallest change at which a driveline is quiet."),
+    "remedy": ("gearrattle.cli.remedy:remedy", "Which change, or pair of changes, makes a driveline quiet."),
     "reproduce": ("gearrattle.cli.reproduce:reproduce", "The 1995 paper's numbers beside ours, and why they differ."),
     "look": ("gearrattle.cli.look:look", "Channels, units and rates of a measured file."),
     "orders": ("gearrattle.cli.orders:orders", "Orders and spectra along a run-up, simulated or measured."),

@@ -22,7 +22,7 @@ from gearrattle.model.quantity import Quantity
 from gearrattle.model.signal import OverTime
 from gearrattle.model.table import Table
 from gearrattle.model.units import ANGULAR_VELOCITY, Dimension
-from gearrattle.wording import prefixed
+from gearrattle.wording import counted, prefixed
 
 INITIAL = "initial."
 """Before the name of a quantity: its value at the start, not that of the settled motion."""
@@ -202,7 +202,7 @@ def _group_words(pattern: str, paths: Sequence[str], tables: Mapping[str, Any]) 
     # one key of the harmonics of torques or motions
     if len(sections) == 1 and all(len(part) == _HARMONIC and part[2] == "harmonics" for part in parts):
         count = sum(len(row.get("harmonics", ())) for row in tables[parts[0][0]])
-        owner = "all harmonics" if len(paths) == count else f"{len(paths)} harmonics"
+        owner = "all harmonics" if len(paths) == count else counted(len(paths), "harmonic")
         if len({part[-1] for part in parts}) == 1:
             return f"{parts[0][0]} {_key(parts[0][-1])} of {owner}"
     # paths of one length: a star where they differ

@@ -102,13 +102,13 @@ class CausePage(ModelPresentation[Cause]):
         variables["mode"] = ("contribution", np.array([_mode(item) for item in items], np.str_))
         for name in ("stiffness", "damping"):
             variables[name] = ("element", np.array(list(getattr(cause, name).values())))
-        elements = np.array(list(cause.stiffness), np.str_)
+        elements = np.array(list(cause.slopes), np.str_)
         return xr.Dataset(variables, {"element": elements}, {"body": cause.body, "error": cause.error})
 
     def _slopes(self) -> Table:
         rows = tuple(
-            (name, numeral(slope, 4), numeral(self.result.damping[name], 4))
-            for name, slope in self.result.stiffness.items()
+            (name, numeral(slope, 4), numeral(self.result.dampings[name], 4))
+            for name, slope in self.result.slopes.items()
         )
         note = "Slope and damping of every element in its piece, or fitted to its force along the motion; SI units."
         return Table(("element", "stiffness", "damping"), rows, note=note)
@@ -141,6 +141,6 @@ def cause_content(cause: Cause) -> dict[str, Any]:
         "parts": list(cause.parts),
         "error": json_value(cause.error),
         "contributions": contributions,
-        "stiffness": dict(cause.stiffness),
-        "damping": dict(cause.damping),
+        "stiffness": dict(cause.slopes),
+        "damping": dict(cause.dampings),
     }

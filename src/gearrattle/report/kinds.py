@@ -59,6 +59,8 @@ PRESENTATIONS: Mapping[str, str] = {
     "jumps of run-ups": "gearrattle.report.run_up_jumps:RunUpJumpsPage",
     "cause": "gearrattle.report.cause:CausePage",
     "proof of quiet": "gearrattle.report.quiet_proof:QuietProofPage",
+    "threshold": "gearrattle.report.threshold:ThresholdPage",
+    "remedies": "gearrattle.report.remedies:RemediesPage",
     "contact ratio": "gearrattle.report.contact_ratio:ContactRatioPage",
 }
 """Kind of result -> module and class."""

@@ -45,18 +45,18 @@ _COUNTED = ("crossings per cycle", "function calls")
 
 def can_batch(outputs: Outputs, plan: Plan) -> bool:
     """Whether compiled code alone gives these outputs: what comes from the crossings, of cases that can follow."""
-    return all(_is_of_crossings(output) for output in outputs.chosen) and can_follow(outputs, plan)
+    return all(is_of_crossings(output) for output in outputs.chosen) and can_follow(outputs, plan)
 
 
 def can_follow(outputs: Outputs, plan: Plan) -> bool:
     """Whether the loop gives these outputs of such cases: of a plain grid, whose paths tell all of a case."""
-    are_known = all(_is_of_crossings(output) or is_followed(output) for output in outputs.chosen)
+    are_known = all(is_of_crossings(output) or is_followed(output) for output in outputs.chosen)
     is_exact = plan.model.simulation.algorithm == "exact"
     is_grid = outputs.function is None and type(plan) is Plan
     return are_known and is_grid and is_exact and has_loop(assemble(plan.model).system)
 
 
-def _is_of_crossings(output: Output) -> bool:
+def is_of_crossings(output: Output) -> bool:
     """Whether an output comes from the crossings alone."""
     return (output.criterion in CROSSING_CRITERIA or output.name in _COUNTED) and not output.over_all
 
@@ -87,7 +87,7 @@ def batched(
         shape = (count, len(output.subjects)) if output.dimension else (count,)
         values[output.name] = np.full(shape, output.nothing, output.dtype)
     done, waiting = np.zeros(count, dtype=np.bool_), np.arange(count)
-    of_each = [output for output in outputs.chosen if not _is_of_crossings(output)]
+    of_each = [output for output in outputs.chosen if not is_of_crossings(output)]
 
     def report_share(share: float) -> None:
         if progress is not None:
@@ -244,7 +244,7 @@ def _keep(
     mass = reduced_inertias(alike.layout, alike.layout.clearance.tolist(), inertia)
     sums, gaps = {**tally._asdict(), "mass": mass}, gap_names(alike.layout)
     by_criterion: dict[str, Mapping[tuple[str, str], Array]] = {}
-    for output in filter(_is_of_crossings, outputs.chosen):
+    for output in filter(is_of_crossings, outputs.chosen):
         if output.name in _COUNTED:
             counted = tally.crossings / alike.cycles if output.name == _COUNTED[0] else tally.calls
             values[output.name][at] = counted[:, 0]

@@ -1,0 +1,139 @@
+"""The motions of one variant of a driveline that a decision looks at: from rest, from the motion before, and pushed.
+
+Motions coexist: where a driveline is quiet from rest it may still rattle after a tip-in. So a variant is simulated from
+three starts, all by the model's own settings:
+
+- *rest*: the start of the model file,
+- *before*: the end of the motion of the neighbouring variant, on the side of the model's own value,
+- *pushed*: the model's own start with all clearances set going, each at a speed that takes it across its gap in a
+  sixteenth of a period, neighbours in opposite directions.
+
+Takes Models; gives Motions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble, moved, whole
+from gearrattle.model import Model
+from gearrattle.results import Run
+from gearrattle.signals import is_gap
+from gearrattle.simulation.simulate import prepare, simulate
+from gearrattle.studies.output import Output
+from gearrattle.studies.outputs import values_of
+
+REST, BEFORE, PUSHED = "rest", "before", "pushed"
+STARTS = (REST, BEFORE, PUSHED)
+_CROSSING = 1.0 / 16.0  # of a period, in which a push takes a clearance across its gap
+State = Mapping[str, Sequence[float]]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One motion.
+
+    Attributes
+    ----------
+    start
+        one of ``STARTS``.
+    values
+        its outputs by name.
+    end
+        the state in which it ends, as ``simulation.initial`` takes it.
+    """
+
+    start: str
+    values: Mapping[str, NDArray[Any]]
+    end: State
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A motion that is asked for.
+
+    Attributes
+    ----------
+    model
+        the variant.
+    start
+        one of ``STARTS``.
+    initial
+        the state in which it begins; None for that of the model, or, pushed, for its pushed one.
+    outputs
+        that are kept.
+    samples
+        a cycle; None for those of the model.
+    """
+
+    model: Model
+    start: str
+    initial: State | None
+    outputs: Sequence[Output]
+    samples: int | None
+
+
+class Counter(Protocol):
+    """Counts the parts of a motion that are done."""
+
+    def add(self, part: float) -> None:
+        """Count a part; what it raises ends the run."""
+
+
+def moved_on(asked: Asked, counter: Counter | None = None) -> Motion:
+    """Simulate a motion, and keep its outputs and its end."""
+    last = 0.0
+
+    def report(share: float) -> None:
+        nonlocal last
+        if counter is not None and share > last:
+            counter.add(share - last)
+            last = share
+
+    initial = asked.initial
+    if initial is None and asked.start == PUSHED:
+        initial = pushed(asked.model)
+    run = simulate(asked.model, initial=initial, samples_per_cycle=asked.samples, audit=False, progress=report)
+    motion = Motion(asked.start, values_of(asked.outputs, run), _end_of(run))
+    report(1.0)
+    return motion
+
+
+def _end_of(run: Run) -> State:
+    end = run.trajectory
+    return {"angle": end.angle[-1].tolist(), "velocity": end.velocity[-1].tolist()}
+
+
+def pushed(model: Model) -> State:
+    """Return the pushed start of a model: its own one, and speeds that take every gap across in a short time.
+
+    Of all velocities with these rates it is the one that changes the model's own by the least kinetic energy.
+    """
+    driveline = assemble(model)
+    layout = driveline.layout
+    system = driveline.system
+    task = prepare(model, {}, audit=False).task
+    # rates of the gaps, neighbours in opposite directions
+    gaps = [k for k in range(len(layout.clearance_names)) if is_gap(layout, k)]
+    rows = system.rows[[int(layout.clearance[k]) for k in gaps]]
+    widths = np.array([_gap(layout.corners[k]) for k in gaps])
+    signs = (-1.0) ** np.arange(len(gaps))
+    rates = signs * widths / (_CROSSING * layout.period)
+    # the least change of the velocities that makes them
+    weight = 1.0 / np.sqrt(system.inertia)
+    velocity = task.velocity + weight * (np.linalg.pinv(rows * weight) @ rates)
+    now = np.zeros(1)
+    angle = whole(model, task.angle, moved(model, now, 0)[0])
+    return {"angle": angle.tolist(), "velocity": whole(model, velocity, moved(model, now, 1)[0]).tolist()}
+
+
+def _gap(corners: NDArray[np.float64]) -> float:
+    """The width of the piece around zero."""
+    above = corners[corners > 0.0]
+    below = corners[corners < 0.0]
+    return float(above.min() - below.max()) if above.size and below.size else 0.0

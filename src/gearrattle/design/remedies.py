@@ -1,0 +1,381 @@
+"""``remedies``: which single change, and which pair of changes, makes a driveline quiet, at which cost.
+
+Every candidate is searched as a threshold is, with exact runs: its range is scanned, and where the target holds, the
+change from the model's own value is made as small as it may be. A value counts only if the target holds at the model's
+speed and at its neighbours, from rest, from the motion of the value before, and after a push. Of changes that do not
+reach the target alone the best ones are made in pairs, both on the way to their best ends together.
+
+Takes a Model, candidates and a target; gives Remedies.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from gearrattle.assembly import refuse_unsteady
+from gearrattle.design.candidates import Candidate, candidates_of
+from gearrattle.design.inline import Inline
+from gearrattle.design.keep import Keep
+from gearrattle.design.motions import REST, Asked, Motion, moved_on
+from gearrattle.design.search import Report, Search, Tried, Work, finish
+from gearrattle.design.target import ENERGY, Target, half_of, target_of
+from gearrattle.design.threshold import STOPPED
+from gearrattle.design.variable import Variable, together
+from gearrattle.errors import Cancelled
+from gearrattle.model import Model, check_model
+from gearrattle.model.path_labels import in_shown_unit, path_label
+from gearrattle.model.path_values import in_si
+from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
+from gearrattle.result import Result
+from gearrattle.simulation.settings import settled
+from gearrattle.studies.batch import is_of_crossings
+from gearrattle.studies.output import REGIME
+from gearrattle.studies.ranges import Range
+from gearrattle.studies.schedulers import check_scheduler
+from gearrattle.wording import engineering, listed
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+COUNT = 5
+WIDTH = 0.02
+HALF = "half"
+NEIGHBOURS = (0.97, 1.03)
+"""Speeds, as factors on the model's own, at which a remedy must hold as well."""
+_PAIRED = 4  # candidates that are tried in pairs
+_RUNS = 9.0  # motions of a candidate, about
+_WORSE = 1.1  # times its energy, from which on a part that hits harder is a side effect
+_SPEEDS = ("excitation.speed", "excitation.frequency")
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """One change, or a pair.
+
+    Attributes
+    ----------
+    change
+        in words, with the value before and after.
+    changes
+        by path what ``Model.with_`` takes.
+    cost
+        of it.
+    holds
+        whether the target holds, at all speeds and from all starts.
+    verdict
+        the severity of the worst part.
+    hardest_impact
+        energy of the hardest impact of all motions that were tried with it [J].
+    part
+        that it is of.
+    side_effects
+        what else changes, in words.
+    """
+
+    change: str
+    changes: Mapping[str, Any]
+    cost: float
+    holds: bool
+    verdict: str
+    hardest_impact: float
+    part: str
+    side_effects: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Remedies(Result):
+    """Changes of a driveline, the best first.
+
+    Attributes
+    ----------
+    model
+        the driveline.
+    target
+        what was asked for.
+    own
+        the driveline as it is, as a remedy that changes nothing.
+    remedies
+        those that reach the target by rising cost, then the others by falling effect.
+    speeds
+        at which the target must hold [rad/s, or the model's unit].
+    notes
+        what the user must know.
+    """
+
+    model: Model = field(repr=False)
+    target: Target = field(repr=False)
+    own: Remedy
+    remedies: tuple[Remedy, ...]
+    speeds: tuple[float, ...]
+    notes: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "remedies"
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The remedies as a table: change, cost, verdict, hardest_impact [J], side_effects, certified."""
+        import pandas as pd
+
+        columns = {
+            "change": [remedy.change for remedy in self.remedies],
+            "cost": [remedy.cost for remedy in self.remedies],
+            "verdict": [remedy.verdict for remedy in self.remedies],
+            "hardest_impact": [remedy.hardest_impact for remedy in self.remedies],
+            "side_effects": ["; ".join(remedy.side_effects) for remedy in self.remedies],
+            "certified": [remedy.holds for remedy in self.remedies],
+        }
+        return pd.DataFrame(columns)
+
+
+def remedies(
+    model: Model,
+    candidates: Mapping[str, object] | None = None,
+    target: str = "quiet",
+    *,
+    speeds: Sequence[float | str] | None = None,
+    pairs: bool = True,
+    keep: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Remedies:
+    """Find which single change, and which pair, makes a driveline quiet, by exact runs.
+
+    Parameters
+    ----------
+    model
+        the driveline; its settings hold for every run.
+    candidates
+        by path or pattern what may be changed: two ends around the model's own value, or a mapping with ``from``,
+        ``to`` (or ``factor`` with them) and ``cost``, that of the whole way to an end (default 1). None: drag torques,
+        backlashes, gaps, stages and inertias, each from 0.7 to 1.3 times its value.
+    target
+        "quiet"; "half": half the energy of the hardest impact; or a comparison as for ``threshold``.
+    speeds
+        at which it must hold beside the model's own; None: 3 % below and above.
+    pairs
+        whether pairs are tried of the best changes that do not reach the target alone.
+    keep
+        a folder that remembers every motion, so that a second call goes on where the first one stopped.
+    workers
+        threads; None: as many as cores.
+    progress
+        called with the finished share. Where it raises ``Cancelled``, what is known by then is returned.
+
+    Raises
+    ------
+    ModelError
+        anything wrong with the arguments; nothing has been simulated then.
+    ConvergenceError
+        the model itself cannot be simulated.
+
+    Examples
+    --------
+    >>> model = gr.example("backlash_oscillator")
+    >>> answer = gr.remedies(model, {"torque.0.mean": {"factor": (0.5, 4.0)}}, speeds=[], workers=1)
+    >>> answer.table["change"].tolist()
+    ['mean torque on gear: 0.1 to 0.1255']
+    """
+    check_model(model)
+    check_arguments(pairs=(FLAG, pairs), progress=(CALLBACK, progress))
+    check_scheduler(None, workers)
+    refuse_unsteady(model, "a search for remedies")
+    base = settled(model, {})
+    options = candidates_of(base, candidates)
+    conditions, shown_speeds = _speeds(base, speeds)
+    wanted = target_of(base, "quiet" if target == HALF else target)
+    study = _Study(base, conditions, Report(progress, _RUNS * len(options)), None if keep is None else Keep(keep))
+    own = study.own(wanted)
+    if target == HALF:
+        wanted = half_of(wanted, own.motions[0].values)
+        own = Tried(0.0, wanted, own.motions)
+    answers = study.all_of(options, wanted, own, workers, pairs=pairs)
+    return Remedies(base, wanted, study.remedy_of_own(own), tuple(_ranked(answers)), shown_speeds, tuple(study.notes))
+
+
+def _speeds(model: Model, speeds: Sequence[float | str] | None) -> tuple[tuple[dict[str, Any], ...], tuple[float, ...]]:
+    """Return the changes that set every other speed, and all speeds ascending."""
+    path = next(path for path in _SPEEDS if model.paths(path))
+    own = float(model[path])
+    others = [own * factor for factor in NEIGHBOURS] if speeds is None else [in_si(path, v, model) for v in speeds]
+    changes = tuple({path: other} for other in others if other != own)
+    return changes, tuple(sorted({own, *others}))
+
+
+class _Study:
+    """The searches of all candidates."""
+
+    def __init__(
+        self, model: Model, conditions: Sequence[Mapping[str, Any]], report: Report, keep: Keep | None
+    ) -> None:
+        self.model = model
+        self.notes: list[str] = []
+        self.is_stopped = False
+        self._report = report
+        self._work = Work(COUNT, WIDTH, tuple(conditions), is_lean=True, keep=keep)
+
+    def own(self, target: Target) -> Tried:
+        """Simulate the model itself, from rest."""
+        return Tried(0.0, target, [self._moved(self.model, target)])
+
+    def all_of(
+        self, options: Sequence[Candidate], target: Target, own: Tried, workers: int | None, *, pairs: bool
+    ) -> list[Remedy]:
+        """Search every candidate, then pairs of the best that do not reach the target alone."""
+        if own.holds:
+            self.notes.append(f"the driveline is {target.words} as it is: from rest, at its own speed.")
+        answers: list[tuple[Search, Candidate]] = []
+        with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+            try:
+                answers += [(self._search(option.variable, target), option) for option in options]
+                finish([pool.submit(self._run, search, own) for search, _ in answers])
+                if pairs:
+                    paired = self._pairs(answers, target)
+                    answers += paired
+                    finish([pool.submit(self._run, search, own) for search, _ in paired])
+            except Cancelled:
+                self.is_stopped = True
+        if self.is_stopped or any(search.is_stopped for search, _ in answers):
+            self.notes.append(STOPPED)
+        singles = [self._remedy(search, option, own) for search, option in answers[: len(options)] if search.is_begun]
+        both = [self._remedy(search, option, own) for search, option in answers[len(options) :] if search.is_begun]
+        return [*singles, *(pair for pair in both if pair.holds or _is_better(pair, singles))]
+
+    def remedy_of_own(self, own: Tried) -> Remedy:
+        """The driveline as it is."""
+        word, energy, part = _worst(own.motions, own.target)
+        return Remedy("as it is", {}, 0.0, own.holds, word, energy, part, ())
+
+    def _search(self, variable: Variable, target: Target) -> Search:
+        return Search(self.model, variable, target, self._work, self._report)
+
+    def _run(self, search: Search, own: Tried) -> None:
+        """Search one candidate in the thread of the caller."""
+        begun = Tried(search.variable.own or 0.0, own.target, own.motions)
+        search.run(Inline(), begun)
+
+    def _pairs(self, answers: Sequence[tuple[Search, Candidate]], target: Target) -> list[tuple[Search, Candidate]]:
+        """Pairs of the changes that go some of the way, each to its best end."""
+        helpful = []
+        for search, option in answers:
+            if _reached(search) is None and search.is_begun:
+                best = min(search.tried, key=_distance)
+                if best.value != option.variable.own:
+                    helpful.append((_distance(best), option, best.value))
+        helpful.sort(key=lambda entry: entry[0])
+        pairs = []
+        for one, other in combinations(helpful[:_PAIRED], 2):
+            moves = [(option.variable.ends[0][0], value) for _, option, value in (one, other)]
+            cost = one[1].cost_of(one[2]) + other[1].cost_of(other[2])
+            variable = together(self.model, moves)
+            pairs.append((self._search(variable, target), Candidate(variable, cost)))
+        return pairs
+
+    def _remedy(self, search: Search, option: Candidate, own: Tried) -> Remedy:
+        """What came of one search: the smallest change with the target, else the best value."""
+        variable = option.variable
+        best = _reached(search) or min(search.tried, key=_distance)
+        word, energy, part = _worst(best.motions, search.target)
+        changes = variable.changes(best.value)
+        effects = () if best.value == variable.own else self._side_effects(own, best)
+        words = _change_words(self.model, variable, best.value)
+        return Remedy(words, changes, option.cost_of(best.value), best.holds, word, energy, part, effects)
+
+    def _side_effects(self, own: Tried, best: Tried) -> tuple[str, ...]:
+        """Which parts hit harder than before, and which springs now change stage."""
+        target = own.target
+        before = own.motions[0].values
+        after = next((motion.values for motion in best.motions if motion.start == REST), best.motions[0].values)
+        effects = []
+        unit = "J" if self.model.units == "SI" else ""
+        energy = target.output_named(ENERGY)
+        regime = target.output_named(REGIME)
+        for i, part in enumerate(energy.subjects):
+            old = float(np.nan_to_num(before[ENERGY][i]))
+            new = float(np.nan_to_num(after[ENERGY][i]))
+            if part in regime.gaps and new > _WORSE * old and new > 0.0:
+                effects.append(f"{part} hits harder: {engineering(old, unit)} to {engineering(new, unit)}")
+        for i, part in enumerate(regime.subjects):
+            if part not in regime.gaps and int(before[REGIME][i]) != int(after[REGIME][i]):
+                state = "changes stage" if int(after[REGIME][i]) > 0 else "stays in its stage"
+                effects.append(f"{part} {state}")
+        return tuple(effects)
+
+    def _moved(self, model: Model, target: Target) -> Motion:
+        samples = 1 if all(is_of_crossings(output) for output in target.outputs) else None
+        asked = Asked(model, REST, None, target.outputs, samples)
+        keep = self._work.keep
+        return moved_on(asked, self._report) if keep is None else keep.motion(asked, self._report)
+
+
+def _reached(search: Search) -> Tried | None:
+    """The value nearest to the model's own with the target; None where there is none."""
+    own = search.variable.own or 0.0
+    holding = [variant for variant in search.tried if variant.holds and variant.value != own]
+    return min(holding, key=lambda variant: abs(variant.value - own)) if holding else None
+
+
+def _is_better(pair: Remedy, singles: Sequence[Remedy]) -> bool:
+    """Whether a pair of changes does more than either of the two alone."""
+    alone = [single.hardest_impact for single in singles if single.changes.keys() <= pair.changes.keys()]
+    return pair.hardest_impact < min(alone, default=np.inf)
+
+
+def _distance(variant: Tried) -> float:
+    """How far the hardest motion of a value is from the target."""
+    if not variant.motions:
+        return np.inf
+    energies = [float(np.nanmax(np.nan_to_num(motion.values[ENERGY]))) for motion in variant.motions]
+    return max(energies)
+
+
+def _worst(motions: Sequence[Motion], target: Target) -> tuple[str, float, str]:
+    """The severity of the worst part, and the hardest impact of a gap with its part."""
+    output = target.severity
+    energy = target.output_named(ENERGY)
+    gaps = np.isin(output.subjects, output.gaps)
+    code = max(int(np.asarray(motion.values[output.name])[gaps].max(initial=0)) for motion in motions)
+    is_gap = np.isin(energy.subjects, output.gaps)
+    energies = np.array([np.nan_to_num(motion.values[ENERGY]) for motion in motions]).max(axis=0)
+    energies = np.where(is_gap, energies, 0.0)
+    hardest = int(np.argmax(energies))
+    largest = float(energies[hardest])
+    return output.words[code], largest, str(energy.subjects[hardest]) if largest > 0.0 else ""
+
+
+def _change_words(model: Model, variable: Variable, value: float) -> str:
+    """A change in words: what goes from which value to which."""
+    if len(variable.ends) == 1:
+        ((one, _, _),) = variable.ends
+        own = variable.own if variable.own is not None else variable.low
+        return _from_to(model, one, own, value)
+    return listed([_from_to(model, one, own, own + value * (end - own)) for one, own, end in variable.ends])
+
+
+def _from_to(model: Model, one: Range, before: float, after: float) -> str:
+    """What goes from which value to which: of a factor on one value alone, the values."""
+    targets = one.varied.targets(model)
+    own = next(iter(targets.values()))
+    path = next(iter(targets))
+    if not one.varied.by_factor or len(targets) > 1 or own is None:
+        words, unit = one.varied.label(model)
+        path = one.path
+    else:
+        words, unit = path_label(path, model)
+        before = before * own
+        after = after * own
+    factor, shown_unit = in_shown_unit(path, unit, max(abs(before), abs(after)))
+    return f"{words}: {before * factor:.4g} to {after * factor:.4g} {shown_unit}".rstrip()
+
+
+def _ranked(answers: Sequence[Remedy]) -> list[Remedy]:
+    """Those that reach the target by cost, then the others by the hardest impact."""
+    return sorted(
+        answers, key=lambda remedy: (not remedy.holds, remedy.cost if remedy.holds else remedy.hardest_impact)
+    )

@@ -1,0 +1,264 @@
+"""The search for the change at which a target begins to hold: a scan of the range, then halving.
+
+Every value has its own runs, and those of different values do not wait for each other: they run in threads, as the
+engine leaves the interpreter lock. Only the motions that begin where a neighbour's ended follow one another, from the
+model's own value outward.
+
+Takes a Model, a Variable and a Target; gives the values at which the answer changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass, field
+from itertools import pairwise
+from threading import Lock
+from typing import Any
+
+from gearrattle.design.keep import Keep
+from gearrattle.design.motions import BEFORE, PUSHED, REST, Asked, Motion, State, moved_on
+from gearrattle.design.target import Target
+from gearrattle.design.variable import Variable
+from gearrattle.errors import Cancelled, ConvergenceError, ModelError
+from gearrattle.model import Model
+from gearrattle.studies.batch import is_of_crossings
+
+_MOST_HALVINGS = 40
+_NONE: Mapping[str, Any] = {}
+
+
+@dataclass
+class Tried:
+    """One value, and the motions that were simulated there.
+
+    Attributes
+    ----------
+    value
+        of the variable.
+    target
+        what shall hold.
+    motions
+        of the driveline with it.
+    failure
+        why it could not be simulated; empty where it could.
+    """
+
+    value: float
+    target: Target
+    motions: list[Motion] = field(default_factory=list)
+    failure: str = ""
+
+    @property
+    def holds(self) -> bool:
+        """Whether the target holds of every motion that was tried."""
+        return bool(self.motions) and not self.failure and not self.failing
+
+    @property
+    def failing(self) -> list[Motion]:
+        """The motions of which it does not hold."""
+        return [motion for motion in self.motions if not self.target.holds(motion.values)]
+
+    @property
+    def hardest(self) -> Motion:
+        """The motion that is farthest from the target."""
+        return max(self.motions, key=lambda motion: self.target.distance(motion.values))
+
+
+@dataclass(frozen=True)
+class Work:
+    """How a search is carried out.
+
+    Attributes
+    ----------
+    count
+        values of the scan.
+    width
+        of a bracket, as a share of the value.
+    conditions
+        further changes of the model under each of which the target shall hold, too, such as other speeds.
+    is_lean
+        whether a value is left at the first motion of which the target does not hold.
+    keep
+        of motions that are known already; None for none.
+    """
+
+    count: int
+    width: float
+    conditions: tuple[Mapping[str, Any], ...] = ()
+    is_lean: bool = False
+    keep: Keep | None = None
+
+
+class Search:
+    """All that is tried of one variable.
+
+    Attributes
+    ----------
+    tried
+        values in ascending order.
+    notes
+        why values could not be simulated.
+    is_stopped
+        whether it ended before its end.
+    """
+
+    def __init__(self, model: Model, variable: Variable, target: Target, work: Work, report: Report) -> None:
+        self.model = model
+        self.variable = variable
+        self.target = target
+        self.tried: list[Tried] = []
+        self.notes: list[str] = []
+        self.is_stopped = False
+        self._work = work
+        self._report = report
+        self._samples = 1 if all(is_of_crossings(output) for output in target.outputs) else None
+
+    @property
+    def is_begun(self) -> bool:
+        """Whether a value other than the model's own was simulated."""
+        return any(variant.motions and variant.value != self.variable.own for variant in self.tried)
+
+    def run(self, pool: Executor, own: Tried | None = None) -> list[tuple[Tried, Tried]]:
+        """Scan the range, halve the nearest changes on either side of the model's own value; every change.
+
+        ``Cancelled`` ends the search with what is known, if anything is. ``own`` is the model's own value, if that was
+        tried before.
+        """
+        try:
+            self._scan(pool, own)
+            for below, above in self._nearest():
+                self._halve(pool, below, above)
+        except Cancelled:
+            if not any(variant.motions for variant in self.tried):
+                raise
+            self.is_stopped = True
+        self.tried = [variant for variant in self.tried if variant.motions or variant.failure]
+        failures = [variant for variant in self.tried if variant.failure]
+        self.notes += [f"{self.variable.shown(variant.value)}: {variant.failure}" for variant in failures[:3]]
+        return self._changes()
+
+    def _scan(self, pool: Executor, own: Tried | None) -> None:
+        """Try values from end to end: all from rest, then from neighbour to neighbour outward, then pushed."""
+        values = self.variable.spread(self._work.count).tolist()
+        first = values.index(self.variable.own) if self.variable.own in values else 0
+        self.tried = [Tried(value, self.target) for value in values]
+        # from rest, the model's own value first: what fails there fails everywhere
+        if own is None:
+            self._move(self.tried[first], REST, None, must=True)
+        else:
+            self.tried[first] = own
+        others = [variant for variant in self.tried if variant is not self.tried[first]]
+        finish([pool.submit(self._move, variant, REST, None) for variant in others])
+
+        def follow(chain: list[Tried]) -> None:
+            for before, variant in pairwise(chain):
+                if before.motions and (variant.holds or not self._work.is_lean):
+                    self._move(variant, BEFORE, before.hardest.end)
+
+        finish([pool.submit(follow, chain) for chain in (self.tried[first:], self.tried[first::-1])])
+        # a push, and other conditions, where all is well so far
+        finish([pool.submit(self._challenge, variant) for variant in self.tried if variant.holds])
+
+    def _halve(self, pool: Executor, below: Tried, above: Tried) -> None:
+        """Halve a change of the answer until it is as narrow as asked for."""
+        for _ in range(_MOST_HALVINGS):
+            if above.value - below.value <= self._work.width * max(abs(below.value), abs(above.value)):
+                break
+            middle = Tried(self.variable.between(below.value, above.value), self.target)
+            failing = below if above.holds else above
+            self.tried.insert(self.tried.index(above), middle)
+            # where the motion of the failing side goes on, no other start is needed
+            self._move(middle, BEFORE, failing.hardest.end)
+            if middle.holds:
+                finish([pool.submit(self._move, middle, REST, None), pool.submit(self._challenge, middle)])
+            if middle.holds == above.holds:
+                above = middle
+            else:
+                below = middle
+
+    def _nearest(self) -> list[tuple[Tried, Tried]]:
+        """The nearest change on either side of the model's own value."""
+        own = self.variable.own if self.variable.own is not None else self.variable.low
+        changes = self._changes()
+        above = [pair for pair in changes if pair[1].value > own]
+        below = [pair for pair in changes if pair[1].value <= own]
+        return above[:1] + below[-1:]
+
+    def _changes(self) -> list[tuple[Tried, Tried]]:
+        """Neighbours of different answers."""
+        known = [variant for variant in self.tried if variant.motions]
+        return [(one, other) for one, other in pairwise(known) if one.holds != other.holds]
+
+    def _challenge(self, variant: Tried) -> None:
+        """Simulate the motion after a push, and the motions under other conditions until the target fails."""
+        self._move(variant, PUSHED, None)
+        for condition in self._work.conditions:
+            for start in (REST, PUSHED):
+                if variant.holds:
+                    self._move(variant, start, None, condition)
+
+    def _move(
+        self,
+        variant: Tried,
+        start: str,
+        initial: State | None,
+        condition: Mapping[str, Any] = _NONE,
+        *,
+        must: bool = False,
+    ) -> None:
+        """Simulate one motion; a failure is kept unless it must not be."""
+        self._report.add(0.0)
+        try:
+            model = self.model.with_({**self.variable.changes(variant.value), **condition})
+            asked = Asked(model, start, initial, self.target.outputs, self._samples)
+            keep = self._work.keep
+            motion = moved_on(asked, self._report) if keep is None else keep.motion(asked, self._report)
+            variant.motions.append(motion)
+        except (ConvergenceError, ModelError) as error:
+            if must:
+                raise
+            variant.failure = " ".join(f"{error}".split())
+
+
+def finish(futures: list[Future[Any]]) -> None:
+    """Wait for all; what one raised is raised when all have ended."""
+    errors = [future.exception() for future in futures]
+    for error in errors:
+        if error is not None:
+            raise error
+
+
+class Report:
+    """The share of the work that is done, told by many threads: motions that are done of those expected.
+
+    More motions are expected when as many as were are done, so the share never falls and never reaches one early.
+    """
+
+    def __init__(self, progress: Callable[[float], None] | None, expected: float) -> None:
+        self._progress = progress
+        self._expected = expected
+        self._lock = Lock()
+        self._done = 0.0
+        self._share = 0.0
+        self._stopped = False
+
+    def add(self, part: float) -> None:
+        """Count a part of a motion.
+
+        Raises
+        ------
+        Cancelled
+            the work shall stop.
+        """
+        with self._lock:
+            self._done += part
+            self._share = max(self._share, self._done / (self._done + max(self._expected - self._done, 1.0)))
+            if self._stopped:
+                raise Cancelled("stopped")
+            if self._progress is not None:
+                try:
+                    self._progress(self._share)
+                except Cancelled:
+                    self._stopped = True
+                    raise

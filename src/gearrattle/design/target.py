@@ -1,0 +1,143 @@
+"""What a driveline shall be: quiet, or with an output of a study below or above a value.
+
+``"quiet"`` holds where no gap rattles. ``"largest impact energy < 1e-4"`` holds where the output of every part is below
+the value, ``"m5: largest impact energy < 1e-4"`` where that of one part is; values are in SI.
+
+Takes a text and a Model; gives a Target.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.model.table import did_you_mean, shown
+from gearrattle.studies.goals import labels_of
+from gearrattle.studies.output import REGIME, SEVERITY, Output
+from gearrattle.studies.outputs import Outputs, outputs_of, short_runs
+
+QUIET = "quiet"
+ENERGY = "largest impact energy"
+_COMPARED = re.compile(r"(?P<label>[^<>]+)(?P<sign>[<>])\s*(?P<value>[^<>]+)")
+Values = Mapping[str, NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Target:
+    """What shall hold of a motion.
+
+    Attributes
+    ----------
+    words
+        what it is, as a sentence says it.
+    outputs
+        what is kept of every motion.
+    output, subject
+        what is compared; the subject is empty for the worst of all.
+    limit
+        that it is compared with [SI].
+    above
+        whether it shall lie above the limit.
+    """
+
+    words: str
+    outputs: tuple[Output, ...]
+    output: Output
+    subject: str
+    limit: float
+    above: bool
+
+    def output_named(self, name: str) -> Output:
+        """Return one of the outputs."""
+        return next(output for output in self.outputs if output.name == name)
+
+    @property
+    def severity(self) -> Output:
+        """The output that says how bad every part is."""
+        return self.output_named(SEVERITY)
+
+    def number(self, values: Values) -> float:
+        """Return the number that is compared: of the worst part, if no part is named."""
+        numbers = np.atleast_1d(values[self.output.name]).astype(float)
+        if self.subject:
+            numbers = numbers[list(self.output.subjects).index(self.subject)][None]
+        elif self.output.dimension == "part":  # springs that change stage do not rattle
+            numbers = numbers[np.isin(self.output.subjects, self.severity.gaps)]
+        numbers = numbers[np.isfinite(numbers)]
+        if not numbers.size:
+            return np.inf if self.above else 0.0
+        return float(numbers.min() if self.above else numbers.max())
+
+    def distance(self, values: Values) -> float:
+        """Return the number so that the larger one is the worse."""
+        return -self.number(values) if self.above else self.number(values)
+
+    def holds(self, values: Values) -> bool:
+        """Whether it holds of a motion with these outputs."""
+        number = self.number(values)
+        return number > self.limit if self.above else number < self.limit
+
+
+def target_of(model: Model, until: object) -> Target:
+    """Read what a driveline shall be.
+
+    Raises
+    ------
+    ModelError
+        it is neither "quiet" nor a comparison of an output with a number.
+    """
+    if until == QUIET:
+        outputs = _outputs(model, [SEVERITY])
+        severity = outputs[0]
+        return Target(QUIET, outputs, severity, "", float(severity.words.index("rattles")), above=False)
+    match = _COMPARED.fullmatch(until.strip()) if isinstance(until, str) else None
+    if match is None:
+        remedy = f'"{QUIET}", or such as "{ENERGY} < 1e-4"'
+        raise ModelError(Problem("until", shown(until), "must be a target", remedy))
+    label = match["label"].strip()
+    name = label.rpartition(": ")[2]
+    outputs = _outputs(model, [name])
+    known = labels_of(Outputs(outputs))
+    if label not in known and label != name:
+        raise ModelError(Problem("until", shown(label), "there is no such part", did_you_mean(label, tuple(known))))
+    output, subject = known.get(label, (outputs[0], ""))
+    limit = _limit(match["value"].strip(), output)
+    word = "above" if match["sign"] == ">" else "below"
+    return Target(f"{label} {word} {match['value'].strip()}", outputs, output, subject, limit, above=word == "above")
+
+
+def half_of(target: Target, values: Values) -> Target:
+    """Return the target that the hardest impact has half the energy that it has in a motion.
+
+    Parameters
+    ----------
+    target
+        any, with the outputs.
+    values
+        of the motion.
+    """
+    energy = target.output_named(ENERGY)
+    whole = Target("", target.outputs, energy, "", 0.0, above=False).number(values)
+    return Target("half as hard", target.outputs, energy, "", 0.5 * whole, above=False)
+
+
+def _outputs(model: Model, names: list[str]) -> tuple[Output, ...]:
+    """Return outputs by name, and those that every answer shows."""
+    run = short_runs([model])[0]
+    return outputs_of(list(dict.fromkeys([*names, SEVERITY, REGIME, ENERGY])), run).chosen
+
+
+def _limit(text: str, output: Output) -> float:
+    """Read a number in the output's unit."""
+    try:
+        return float(text)
+    except ValueError:
+        unit = next((unit for unit in output.unit if unit), "1")
+        raise ModelError(Problem("until", shown(text), f"must be a number [{unit}]", "such as 1e-4")) from None
