@@ -37,6 +37,8 @@ KINDS = {
     "continuation": "branches",
     "validate": "validation",
     "fit": "fit",
+    "threshold": "threshold",
+    "remedies": "remedies",
 }
 """Task -> an example of what it answers."""
 AXES = {"mesh.gear.backlash": ["0.05 mm", "0.1 mm"], "coupling.clutch.stiffness": [1400.0, 1500.0]}

@@ -400,6 +400,8 @@ def test_an_option_is_of_a_kind_that_its_function_takes(task: str) -> None:
         ("screen", {"speeds": [100, "2000 rpm"], "loads": None, "check": 3}),
         ("validate", {"measurement": {"file": "a.csv"}, "band": [0, None], "clock": "clutch"}),
         ("fit", {"data": {"mode": [{"omega": 300.0}]}, "free": ["a.b"], "bounds": {"a.b": [1, "2 mm"]}}),
+        ("threshold", {"path": "mesh.*.backlash", "range": [{"factor": 0.5}, {"factor": 2}], "until": "quiet"}),
+        ("remedies", {"candidates": {"mesh.*.backlash": {"factor": [0.5, 2]}}, "pairs": False, "target": "half"}),
         ("reduce", {"up_to": "75 Hz", "check": "simulate"}),
     ],
 )

@@ -16,7 +16,7 @@ from gearrattle.workbench.drawing import law_of
 from gearrattle.workbench.editing import edited
 from gearrattle.workbench.shelf import TABLES, shelf
 
-SINGLE = ("excitation", "simulation")
+SINGLE = ("excitation", "simulation", "criteria")
 BODIES = "".join(f'[[inertia]]\nname = "{name}"\nJ = 0.01\ndrag = 0.01\n' for name in "abcdef")
 START = f'schema = 1\nunits = "SI"\n{BODIES}[excitation]\nspeed = 100.0\n'
 FORMS = {

@@ -220,7 +220,7 @@ def test_the_text_changes_the_drawing_and_the_form(tab: Any) -> None:
     playwright.expect(tab.locator(".gr-node")).to_have_count(4)
 
 
-@pytest.mark.parametrize("table", [table for table in TABLES if table not in ("excitation", "simulation")])
+@pytest.mark.parametrize("table", [table for table in TABLES if table not in ("excitation", "simulation", "criteria")])
 def test_everything_on_the_shelf_can_be_added_and_has_a_form(tab: Any, table: str) -> None:
     entry = next(entry for entry in shelf() if entry["table"] == table)
     button = tab.get_by_role("toolbar", name="Add").get_by_role("button", name=entry["title"], exact=True)

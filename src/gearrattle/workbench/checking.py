@@ -22,6 +22,7 @@ from gearrattle.model.positions import headers
 from gearrattle.workbench.drawing import drawing
 from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.inputs import NAME
+from gearrattle.workbench.together import groups_of
 
 
 def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str, Any]:
@@ -46,7 +47,8 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
     dict
         ``problems`` with ``path`` and ``line``, ``notes``, ``drawing`` and ``tables`` (None where the text is no TOML),
         ``headers`` with ``path`` and ``line``, ``title``, ``units`` of plain numbers and ``labels`` of all values by
-        path (none where something is wrong).
+        path (none where something is wrong), and ``groups``, patterns of values that a factor changes
+        together, with their words.
     """
     name = file or NAME
     path = name if folder is None else str(folder.path(name))
@@ -57,8 +59,10 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
             return _answer(error.problems, path, name)
         problems: Sequence[Problem] = ()
         notes: Sequence[str] = ()
+        groups: Mapping[str, str] = {}
         try:
             model = Model.from_tables(tables, positions)
+            groups = groups_of(model)
             notes = (*plausibility_notes(model), *decay_notes(model), *record_notes(model), *equilibrium(model).notes)
         except ModelError as error:
             problems = error.problems
@@ -72,6 +76,7 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
         "title": tables["name"] if isinstance(tables.get("name"), str) else "",
         "units": {} if problems else units_of(tables),
         "labels": {} if problems else {path: path_words(path, tables) for path in path_names(tables)},
+        "groups": {} if problems else groups,
     }
 
 
@@ -93,7 +98,7 @@ def units_of(tables: Mapping[str, Any]) -> dict[str, str]:
 def _answer(problems: Sequence[Problem], path: str, name: str) -> dict[str, Any]:
     entries = [_problem(problem, path, name) for problem in shown_problems(problems)]
     nothing: dict[str, Any] = {"notes": [], "drawing": None, "tables": None, "headers": [], "title": ""}
-    return {"problems": entries, **nothing, "units": {}, "labels": {}}
+    return {"problems": entries, **nothing, "units": {}, "labels": {}, "groups": {}}
 
 
 def _problem(problem: Problem, path: str, name: str) -> dict[str, Any]:

@@ -28,7 +28,19 @@ print(result)
 gr.save(result, "result")
 """
 _FIGURES = 'gr.figures(result).save("print", "pdf")  # every figure, 175 mm wide\n'
-_OWN = ("run", "simulate", "advise", "periodic", "continuation", "modes", "reduce", "stiffness", "equilibrium")
+_OWN = (
+    "run",
+    "simulate",
+    "advise",
+    "periodic",
+    "continuation",
+    "modes",
+    "reduce",
+    "stiffness",
+    "equilibrium",
+    "threshold",
+    "remedies",
+)
 """Tasks whose function gives a result that saves itself; others give labelled data."""
 
 
@@ -37,6 +49,7 @@ _CALLS = {"fit": "identification.fit"}
 _FIRST = {
     "continuation": ("path", "range"),
     "compare": ("algorithms",),
+    "threshold": ("path", "range"),
     "fit": ("data", "free"),
     "validate": ("measurement",),
 }

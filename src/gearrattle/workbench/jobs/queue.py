@@ -16,17 +16,20 @@ from pathlib import Path
 from typing import Any
 
 from gearrattle.errors import ModelError, Problem, shown_problems
+from gearrattle.model import Model
 from gearrattle.workbench.folder import Folder, NotThereError
 from gearrattle.workbench.inputs import INPUTS, NAME, copy_inputs, files_of, model_of
 from gearrattle.workbench.jobs.options import check_options
 from gearrattle.workbench.jobs.record import ENDED, Job, State, now, read_job, read_jobs
 from gearrattle.workbench.jobs.tasks import TASKS
 from gearrattle.workbench.jobs.worker import EndedError, FailedError, Reserve, WarmProcess
-from gearrattle.workbench.stored import problem_of
+from gearrattle.workbench.stored import problem_of, stored_text
+from gearrattle.workbench.together import change_words
 from gearrattle.writing import put
 
 Listener = Callable[[dict[str, Any]], None]
 MOST_WAITING = 200
+STOPPING = "stopping; what is known is kept"
 _LONGEST_NAME = 120
 
 
@@ -86,7 +89,7 @@ class Jobs:
         Parameters
         ----------
         job
-            a new one; without a name it has that of the model.
+            a new one; without a name it has that of the model, or says what its model has that its parent's has not.
         text
             of its model.
 
@@ -99,7 +102,7 @@ class Jobs:
         """
         check_options(job.task, job.options)
         model = model_of(text, self._folder, job.file)
-        job.name = (job.name.strip() or model.name or job.task)[:_LONGEST_NAME]
+        job.name = (job.name.strip() or self._change(job, model) or model.name or job.task)[:_LONGEST_NAME]
         with self._changed:
             if sum(other.state == "waiting" for other in self._jobs.values()) >= MOST_WAITING:
                 raise ModelError(Problem("job", "", f"{MOST_WAITING} jobs wait already", "cancel some, or wait"))
@@ -117,6 +120,18 @@ class Jobs:
             self._tell(job)
             self._changed.notify()
             return job
+
+    def _change(self, job: Job, model: Model) -> str:
+        """Return in words how a model differs from that of the job's parent; nothing where it has a name of its own."""
+        with self._changed:
+            parent = self._jobs.get(job.parent or "")
+        if parent is None:
+            return ""
+        try:
+            before = model_of(stored_text(self.path(parent.id) / NAME), self._folder, parent.file)
+        except (ModelError, OSError):
+            return ""
+        return change_words(before, model) if before.name == model.name else ""
 
     def path(self, job: str) -> Path:
         """Return the folder of a job."""
@@ -142,14 +157,23 @@ class Jobs:
             return known
 
     def cancel(self, job: str) -> Job:
-        """Take a job from the queue, or end its process; one that has ended stays as it is."""
+        """Take a job from the queue, or stop it; one that has ended stays as it is.
+
+        A task that keeps what is known is asked to end with that; a second call ends its process, as the first one does
+        of other tasks.
+        """
         with self._changed:
             cancelled = self.get(job)
             if cancelled.state == "waiting":
                 self._end(cancelled, "cancelled", [])
             elif cancelled.state == "running":
+                if TASKS[cancelled.task].keeps_known and job not in self._cancelled:
+                    self._running[job].stop()
+                    cancelled.progress = {**cancelled.progress, "text": STOPPING}
+                    self._tell(cancelled)
+                else:
+                    self._running[job].end()
                 self._cancelled.add(job)
-                self._running[job].end()
             return cancelled
 
     def delete(self, job: str) -> None:
@@ -238,7 +262,8 @@ class Jobs:
 
     def _progress(self, job: Job, fraction: float) -> None:
         with self._changed:
-            job.progress = {"fraction": min(1.0, max(0.0, fraction)), "text": "computing"}
+            text = STOPPING if job.id in self._cancelled else "computing"
+            job.progress = {"fraction": min(1.0, max(0.0, fraction)), "text": text}
             self._tell(job)
 
     def _finish(self, job: Job, state: State, problems: Sequence[Problem]) -> None:

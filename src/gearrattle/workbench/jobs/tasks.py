@@ -38,6 +38,8 @@ class Task:
         whether what is computed can be opened, by ``open_study``, before all of it is there.
     grows
         whether the function tells what it has so far, a result of the same kind.
+    keeps_known
+        whether the function returns what is known where its progress raises ``Cancelled``.
     """
 
     function: str
@@ -45,6 +47,7 @@ class Task:
     fixed: Mapping[str, Any] | None = None
     fills: bool = False
     grows: bool = False
+    keeps_known: bool = False
 
     def callable(self) -> Callable[..., Any]:
         """Return the function; it is imported now."""
@@ -84,6 +87,8 @@ TASKS: dict[str, Task] = {
     "bifurcation": Task("gearrattle.studies:bifurcation", fixed=_HERE),
     "basins": Task("gearrattle.studies:basins", fixed=_HERE),
     "screen": Task("gearrattle.studies:screen", fixed=_HERE),
+    "threshold": Task("gearrattle.design.threshold:threshold", fixed=_HERE, keeps_known=True),
+    "remedies": Task("gearrattle.design.remedies:remedies", fixed={**_HERE, "keep": None}, keeps_known=True),
     "periodic": Task("gearrattle.orbits:periodic"),
     "continuation": Task("gearrattle.orbits:continuation", grows=True),
     "validate": Task("gearrattle.measured.validation:validate", files=("measurement",)),

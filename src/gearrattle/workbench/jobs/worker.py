@@ -23,7 +23,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from gearrattle.errors import GearRattleError, ModelError, Problem
+from gearrattle.errors import Cancelled, GearRattleError, ModelError, Problem
 from gearrattle.files import allowed_root
 from gearrattle.processes import warm_processes
 from gearrattle.threads import one_thread
@@ -31,6 +31,8 @@ from gearrattle.workbench.stored import problem_of
 
 _LOOKED = 0.1  # seconds between two looks at memory
 _TOLD = 0.1  # seconds between two reports of progress
+_STOP = "stop"
+"""The message that ends work under way; what is known is its answer, where the work returns that."""
 
 
 class EndedError(GearRattleError):
@@ -129,6 +131,8 @@ class WarmProcess:
     def __init__(self, memory: float, reserve: Reserve) -> None:
         self._memory, self._reserve = memory, reserve
         self._started: Future[Started] | None = None
+        self._sending = threading.Lock()
+        self._is_asked = False
 
     def start(self) -> Future[Started]:
         """Have it started, unless it runs; its end cancels that. To be called before each request."""
@@ -155,7 +159,9 @@ class WarmProcess:
         except CancelledError:
             raise EndedError("its process was ended before it was warm") from None
         try:
-            connection.send((what, content))
+            with self._sending:
+                connection.send((what, content))
+                self._is_asked = True
             while True:
                 while not connection.poll(_LOOKED):
                     self._check(process)
@@ -172,6 +178,18 @@ class WarmProcess:
         except (EOFError, OSError):
             process.join(5.0)
             raise EndedError(_how(process.exitcode)) from None
+        finally:
+            with self._sending:
+                self._is_asked = False
+
+    def stop(self) -> None:
+        """Have its work stop and answer with what is known; a process that was not asked yet ends."""
+        with self._sending:
+            if self._is_asked and self._started is not None:
+                with contextlib.suppress(OSError):  # it has ended by itself
+                    self._started.result()[1].send((_STOP, None))
+                return
+        self.end()
 
     def _check(self, process: BaseProcess) -> None:
         resident = resident_bytes(process.pid)
@@ -211,6 +229,8 @@ def _work(connection: Connection) -> None:
             what, content = connection.recv()
         except (EOFError, OSError):
             return
+        if what == _STOP:  # of work that has ended before it heard of it
+            continue
         connection.send(_answer(connection, what, content))
 
 
@@ -219,6 +239,9 @@ def _answer(connection: Connection, what: str, content: dict[str, Any]) -> tuple
 
     def progress(fraction: float) -> None:
         nonlocal last_report
+        if connection.poll():  # nothing else is sent while work is under way
+            connection.recv()
+            raise Cancelled("it was stopped")
         if time.monotonic() - last_report >= _TOLD:
             last_report = time.monotonic()
             connection.send(("progress", fraction))

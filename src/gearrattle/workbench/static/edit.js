@@ -15,7 +15,7 @@ export function Edit({ from, motion, onStarted, onError }) {
   const slot = useRef(null);
   useEffect(() => {
     let editor = null, isGone = false;
-    const onRun = (text, { name, file, parent }) => api.post("/api/jobs", { task: "run", text, file, options: {}, name, parent }).then(onStarted).catch(onError);
+    const onRun = (text, { file, parent }) => api.post("/api/jobs", { task: "run", text, file, options: {}, parent }).then(onStarted).catch(onError);
     const open = async () => {
       const opened = from ? await runModel(from, motion) : null;
       if (isGone) return;

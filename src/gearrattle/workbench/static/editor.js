@@ -363,7 +363,7 @@ function Editor({ api, schema, shelf, initial, onRun, onError, handle }) {
   };
   const run = async () => {
     setBusy(true);
-    try { await doc.ready(); if (!doc.now.current.answer.problems.length && doc.now.current.answer.isParsed) await onRun(doc.now.current.text, { name: doc.now.current.answer.title, file: fileOf(doc.now.current), parent: doc.now.current.parent }); else setListed(true); } finally { setBusy(false); }
+    try { await doc.ready(); if (!doc.now.current.answer.problems.length && doc.now.current.answer.isParsed) await onRun(doc.now.current.text, { file: fileOf(doc.now.current), parent: doc.now.current.parent }); else setListed(true); } finally { setBusy(false); }
   };
 
   const pressed = (event) => {

@@ -5,6 +5,6 @@ import { api } from "/static/api.js";
 export async function modelOf(id) {
   const path = `/api/jobs/${encodeURIComponent(id)}`;
   const [{ file }, text] = await Promise.all([api.get(path), api.get(`${path}/model.toml`)]);
-  const { tables, title, units, labels } = await api.post("/api/check", { text, file });
-  return { text, file, tables, title, units, labels };
+  const { tables, title, units, labels, groups } = await api.post("/api/check", { text, file });
+  return { text, file, tables, title, units, labels: { ...labels, ...groups }, groups: Object.keys(groups) };
 }

@@ -3,7 +3,6 @@
 import { html, useEffect, useMemo, useRef, useState } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
 import { modelOf } from "/static/job_model.js";
-import { named } from "/static/labels.js";
 import { standIn } from "/static/model_stand_in.js";
 import { Widget } from "/static/widget_host.js";
 
@@ -89,7 +88,7 @@ export function Live({ id, onStarted, onError }) {
     const values = sliders.map(textOf), edits = values.map(([path, value]) => ({ op: "set", path, value }));
     try {
       const edited = edits.length ? await api.post("/api/edit", { text: model.text, file: model.file, edits }) : model;
-      onStarted(await api.post("/api/jobs", { task: "run", text: edited.text, file: model.file, options: {}, name: named(values, model.labels) || model.title, parent: id }));
+      onStarted(await api.post("/api/jobs", { task: "run", text: edited.text, file: model.file, options: {}, parent: id }));
     } catch (error) { onError(error); }
   };
   if (!model) return html`<div class="page card loading">Reading the model …</div>`;

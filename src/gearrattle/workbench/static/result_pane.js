@@ -4,30 +4,35 @@ import { html, useEffect, useMemo, useRef, useState } from "/static/vendor/htm-p
 import { api } from "/static/api.js";
 import { about, named } from "/static/labels.js";
 import { jobAnswers, standIn } from "/static/model_stand_in.js";
+import { Decide, QUESTIONS } from "/static/decide.js";
 import { Widget } from "/static/widget_host.js";
 
 const ACTIVE = ["waiting", "running"], FILLING = ["study", "continuation"], PAUSE = 700; // ms between two looks at what is computed
+const KEEPING = ["threshold", "remedies"]; // tasks that end with what is known
 const WITH_MODEL = ["run", "simulate", "advise", "periodic", "modes"];
 
 export function ResultPane({ job, tab, onStarted, onError, drop }) {
   const [view, setView] = useState(null);
+  const [question, setQuestion] = useState("");
+  const [part, setPart] = useState("");
   const path = `/api/jobs/${encodeURIComponent(job.id)}`;
   useEffect(() => {
     if (job.state !== "done") return;
     api.get(`${path}/view`).then(setView).catch(onError);
   }, [job.id, job.state]);
   return html`<article class="card" aria-label=${job.label}>
-    <${Head} job=${job} view=${view} path=${path} onStarted=${onStarted} onError=${onError} drop=${drop} />
+    <${Head} job=${job} view=${view} path=${path} question=${question} setQuestion=${setQuestion} onStarted=${onStarted} onError=${onError} drop=${drop} />
+    ${view?.verdict && question ? html`<${Decide} key=${question} job=${job} question=${question} parts=${view.verdict.parts} selected=${part} onStarted=${onStarted} onError=${onError} />` : null}
     ${ACTIVE.includes(job.state) ? html`<${Running} job=${job} />` : null}
     ${!["waiting", "done"].includes(job.state) && FILLING.includes(job.task) ? html`<${Filling} job=${job} path=${path} onError=${onError} />` : null}
     ${job.problems?.length ? html`<${Problems} problems=${job.problems} />` : null}
     ${job.state === "cancelled" ? html`<p class="muted">Cancelled before it ended.</p>` : null}
     ${job.state === "done" && !view ? html`<p class="loading">Reading the result …</p>` : null}
-    ${view ? html`<${Result} key=${job.id} id=${job.id} file=${job.file} view=${view} tab=${tab} path=${path} onStarted=${onStarted} onError=${onError} />` : null}
+    ${view ? html`<${Result} key=${job.id} id=${job.id} file=${job.file} view=${view} tab=${tab} path=${path} onSelected=${setPart} onStarted=${onStarted} onError=${onError} />` : null}
   </article>`;
 }
 
-function Head({ job, view, path, onStarted, onError, drop }) {
+function Head({ job, view, path, question, setQuestion, onStarted, onError, drop }) {
   const [isNaming, setNaming] = useState(false);
   const rename = (event) => {
     event.preventDefault();
@@ -54,7 +59,8 @@ function Head({ job, view, path, onStarted, onError, drop }) {
       <p class="muted small">${job.task}, ${when(job)}${parent}</p>
     </div>
     <div class="tools">
-      ${ACTIVE.includes(job.state) ? html`<button type="button" class="danger" onClick=${cancel}>Cancel</button>` : null}
+      ${ACTIVE.includes(job.state) ? html`<button type="button" class="danger" onClick=${cancel}>${!KEEPING.includes(job.task) || job.state === "waiting" ? "Cancel" : job.progress?.text.startsWith("stopping") ? "End at once" : "Stop"}</button>` : null}
+      ${view?.verdict ? QUESTIONS.map(([key, words]) => html`<button type="button" aria-expanded=${question === key} onClick=${() => setQuestion(question === key ? "" : key)}>${words}</button>`) : null}
       <a class="button" href=${`#/edit?job=${job.id}`}>Edit</a>
       ${WITH_MODEL.includes(job.task) ? html`<a class="button" href=${`#/runs/${job.id}/vary`}>Vary values</a>` : null}
       <a class="button" href=${`#/compare?jobs=${[job.parent, job.id].filter(Boolean).join(",")}`}>Compare</a>
@@ -121,7 +127,7 @@ function Filling({ job, path, onError }) {
 
 const ACTIONS = [["run", "Run this motion"], ["edit", "Edit its model"]];
 
-function Result({ id, file, view, tab, path, onStarted, onError }) {
+function Result({ id, file, view, tab, path, onSelected, onStarted, onError }) {
   const runMotion = async ({ point, path: of, value }) => {
     try {
       const text = await api.get(`${path}/motions/${point}/model.toml`), { labels } = await api.post("/api/check", { text, file });
@@ -136,6 +142,7 @@ function Result({ id, file, view, tab, path, onStarted, onError }) {
     const isMotion = view.kind === "run" || view.kind === "motion";
     const made = standIn({ view, tab, links: path, has_histories: isMotion, has_sound: isMotion, has_cases: view.kind === "study", actions: ACTIONS }, jobAnswers(id));
     made.on("change:tab", (key) => history.replaceState(null, "", `#/runs/${id}/${key}`));
+    made.on("change:selected", () => onSelected(String(made.get("selected")?.[0] ?? "").replace(/^[^.]*\./, "")));
     made.on("change:chosen", view.kind === "branches" ? openMotion : openCase(id));
     return made;
   }, [id, view]);

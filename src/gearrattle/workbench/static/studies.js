@@ -3,10 +3,14 @@
 import { html, useEffect, useState } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
 import { modelOf } from "/static/job_model.js";
-import { about, named } from "/static/labels.js";
+import { about } from "/static/labels.js";
+import { rangeOf, written } from "/static/decide.js";
 import { PATTERN, valuesOf } from "/static/live.js";
 
 const MOST = 400;
+const SPACINGS = ["linear", "log"];
+const OUTPUTS = ["verdict severity", "severity", "regime", "impacts per cycle", "contact share", "largest impact energy", "largest approach speed"];
+const USUAL = ["verdict severity", "severity", "regime", "impacts per cycle", "contact share"];
 const LISTED = ["study", "continuation"];
 
 export function Studies({ jobs, onStarted, onError }) {
@@ -15,6 +19,7 @@ export function Studies({ jobs, onStarted, onError }) {
   const [base, setBase] = useState("");
   const [model, setModel] = useState(null);
   const [axes, setAxes] = useState([]);
+  const [outputs, setOutputs] = useState(USUAL);
   useEffect(() => { if (!base && done.length) setBase(done[0].id); }, [done.length]);
   useEffect(() => {
     if (!base) return;
@@ -24,21 +29,16 @@ export function Studies({ jobs, onStarted, onError }) {
   const studies = (jobs ?? []).filter((job) => LISTED.includes(job.task));
   const values = model ? valuesOf(model).filter(({ path }) => !path.startsWith("simulation")) : [];
   const add = (path) => {
-    const { text, si } = values.find((entry) => entry.path === path);
-    const [, head, unit] = text.match(PATTERN), value = Number(head) || 1;
-    setAxes((before) => [...before, { path, unit, si, low: Number((value / 2).toPrecision(3)), high: Number((value * 2).toPrecision(3)), count: 9 }]);
+    setAxes((before) => [...before, { path, ...rangeOf(model, path, 2), count: 9, spacing: "linear" }]);
   };
   const change = (path, changes) => setAxes((before) => before.map((axis) => (axis.path === path ? { ...axis, ...changes } : axis)));
   const cases = axes.reduce((product, axis) => product * axis.count, axes.length ? 1 : 0);
   const start = () => {
-    const grid = Object.fromEntries(axes.map(({ path, unit, low, high, count }) => [path, Array.from({ length: count }, (_, k) => {
-      const value = Number((low + ((high - low) * k) / Math.max(1, count - 1)).toPrecision(6));
-      return unit ? `${value} ${unit}` : value;
-    })]));
-    api.post("/api/jobs", { task: "study", text: model.text, file: model.file, options: { axes: grid }, name: about("study over", axes.map((axis) => axis.path), model.labels), parent: base }).then(onStarted).catch(onError);
+    const grid = Object.fromEntries(axes.map((axis) => [axis.path, axis.isFactor ? { factor: spread(axis) } : spread(axis).map((value) => written(axis, value))]));
+    api.post("/api/jobs", { task: "study", text: model.text, file: model.file, options: { axes: grid, outputs }, name: about("study over", axes.map((axis) => axis.path), model.labels), parent: base }).then(onStarted).catch(onError);
   };
   const follow = () => {
-    const [{ path, unit, low, high }] = axes, range = [low, high].map((value) => (unit ? `${value} ${unit}` : value));
+    const [axis] = axes, { path } = axis, range = [axis.low, axis.high].map((value) => written(axis, value));
     api.post("/api/jobs", { task: "continuation", text: model.text, file: model.file, options: { path, range }, name: about("motions over", [path], model.labels), parent: base }).then(onStarted).catch(onError);
   };
   return html`<div class="page split">
@@ -50,17 +50,27 @@ export function Studies({ jobs, onStarted, onError }) {
       <h1>New study</h1><p class="muted">Choose one or two values; every combination is run, and the map shows where it rattles. A click in the map opens that case. Over one value, periodic motions can be followed as well, stable or not.</p>
       <div class="form"><label>Model of<select value=${base} onChange=${(event) => setBase(event.target.value)}>${done.length ? null : html`<option value="">no finished run</option>`}${done.map((job) => html`<option value=${job.id}>${job.label}</option>`)}</select></label>
         ${model && axes.length < 2 ? html`<label>Vary<select value="" onChange=${(event) => { add(event.target.value); event.target.value = ""; }}><option value="">Choose a value …</option>
+          <optgroup label="several together">${model.groups.filter((path) => !axes.some((axis) => axis.path === path)).map((path) => html`<option value=${path}>${model.labels[path]}</option>`)}</optgroup>
           ${values.filter(({ path }) => !axes.some((axis) => axis.path === path)).map(({ path, words }) => html`<option value=${path}>${path} = ${words}</option>`)}</select></label>` : null}</div>
-      ${axes.map((axis) => html`<${Axis} key=${axis.path} axis=${axis} change=${change} drop=${() => setAxes((before) => before.filter((other) => other.path !== axis.path))} />`)}
-      ${axes.length ? html`<p><button type="button" class="primary" disabled=${cases > MOST} onClick=${start}>Run ${cases} ${cases === 1 ? "case" : "cases"}</button>${cases > MOST ? html` <span class="failed">at most ${MOST} cases here; gearrattle study does more</span>` : null}
-        ${axes.length === 1 ? html` <button type="button" onClick=${follow}>Follow periodic motions</button>` : null}</p>` : null}
+      ${axes.map((axis) => html`<${Axis} key=${axis.path} axis=${axis} words=${model.labels[axis.path]} change=${change} drop=${() => setAxes((before) => before.filter((other) => other.path !== axis.path))} />`)}
+      ${axes.length ? html`<fieldset class="form checks"><legend>Outputs</legend>${OUTPUTS.map((name) => html`<label><input type="checkbox" checked=${outputs.includes(name)} onChange=${(event) => setOutputs((old) => OUTPUTS.filter((one) => (one === name ? event.target.checked : old.includes(one))))} />${name}</label>`)}</fieldset>` : null}
+      ${axes.length ? html`<p><button type="button" class="primary" disabled=${cases > MOST || !outputs.length || !axes.every(isSound)} onClick=${start}>Run ${cases} ${cases === 1 ? "case" : "cases"}</button>${cases > MOST ? html` <span class="failed">at most ${MOST} cases here; gearrattle study does more</span>` : null}
+        ${axes.length === 1 && !axes[0].isFactor ? html` <button type="button" onClick=${follow}>Follow periodic motions</button>` : null}</p>` : null}
     </article></div>`;
 }
 
-function Axis({ axis, change, drop }) {
-  const unit = axis.unit || axis.si, inUnit = unit ? ` [${unit}]` : "";
+// The values of an axis from end to end.
+function spread({ low, high, count, spacing }) {
+  const at = (share) => (spacing === "log" ? low * (high / low) ** share : low + (high - low) * share);
+  return Array.from({ length: count }, (_, k) => Number(at(k / Math.max(1, count - 1)).toPrecision(6)));
+}
+
+const isSound = ({ low, high, spacing }) => spacing === "linear" || low * high > 0;
+
+function Axis({ axis, words, change, drop }) {
+  const inUnit = axis.shown ? ` [${axis.shown}]` : "";
   const field = (key, words) => html`<${Numeral} words=${words} value=${axis[key]} commit=${(value) => change(axis.path, { [key]: key === "count" ? Math.max(1, Math.round(value)) : value })} />`;
-  return html`<fieldset class="form"><legend class="path">${axis.path}</legend>${field("low", `from${inUnit}`)}${field("high", `to${inUnit}`)}${field("count", "values")}<button type="button" class="plain" onClick=${drop}>Remove</button></fieldset>`;
+  return html`<fieldset class="form"><legend title=${axis.path}>${words ?? axis.path}</legend>${field("low", `from${inUnit}`)}${field("high", `to${inUnit}`)}${field("count", "values")}<label>spacing<select value=${axis.spacing} onChange=${(event) => change(axis.path, { spacing: event.target.value })}>${SPACINGS.map((name) => html`<option value=${name}>${name}</option>`)}</select></label>${isSound(axis) ? null : html`<span class="failed">log needs ends of one sign, none of them 0</span>`}<button type="button" class="plain" onClick=${drop}>Remove</button></fieldset>`;
 }
 
 // A number that is changed when its text is left; while it is typed it stays as it is, whatever else changes on the page.
@@ -74,21 +84,30 @@ function Numeral({ words, value, commit }) {
   return html`<label>${words}<input type="text" inputmode="decimal" size="8" value=${typed ?? value} onInput=${(event) => setTyped(event.target.value)} onChange=${leave} /></label>`;
 }
 
+// Edits that multiply all values of a pattern, each in its unit.
+function multiplied(model, pattern, factor) {
+  const match = new RegExp(`^${pattern.split("*").map((part) => part.replace(/[.]/g, "\\.")).join(".*")}$`);
+  return valuesOf(model).filter(({ path }) => match.test(path)).map(({ path, text }) => {
+    const [, head, unit] = text.match(PATTERN), value = Number((Number(head) * factor).toPrecision(12));
+    return { op: "set", path, value: unit ? `${value} ${unit}` : value };
+  });
+}
+
 // The case that was chosen in a map, whose axes count the values: its values in the model, ready to be run.
 function Case({ query, jobs, onStarted, onError }) {
   const id = query.get("job"), job = (jobs ?? []).find((entry) => entry.id === id);
-  const axes = Object.entries(job?.options?.axes ?? {});
+  const axes = Object.entries(job?.options?.axes ?? {}).map(([path, entry]) => (Array.isArray(entry) ? [path, entry] : [path, (entry.factor ?? []).map((factor) => ({ factor }))]));
   if (!axes.length) return null;
   const index = (k, position) => Math.min(axes[k][1].length - 1, Math.max(0, Math.round(Number(query.get(position)))));
   const values = Object.fromEntries(axes.slice(0, 2).map(([path, all], k) => [path, all[index(k, k ? "y" : "x")]]));
   const open = async () => {
     try {
-      const { text, file } = await modelOf(id);
-      const edits = Object.entries(values).map(([path, value]) => ({ op: "set", path, value }));
+      const model = await modelOf(id), { text, file } = model;
+      const edits = Object.entries(values).flatMap(([path, value]) => (typeof value === "object" ? multiplied(model, path, value.factor) : [{ op: "set", path, value }]));
       const edited = await api.post("/api/edit", { text, file, edits });
-      onStarted(await api.post("/api/jobs", { task: "run", text: edited.text, file, options: {}, name: named(Object.entries(values), edited.labels), parent: id }));
+      onStarted(await api.post("/api/jobs", { task: "run", text: edited.text, file, options: {}, parent: id }));
     } catch (error) { onError(error); }
   };
-  return html`<section class="slider"><h2>The case of the map</h2><p>${Object.entries(values).map(([path, value]) => html`<span class="path">${path} = ${String(value)}</span> `)}</p>
+  return html`<section class="slider"><h2>The case of the map</h2><p>${Object.entries(values).map(([path, value]) => html`<span class="path">${path} ${typeof value === "object" ? `x${value.factor}` : `= ${value}`}</span> `)}</p>
     <button type="button" class="primary" onClick=${open}>Run this case</button> <a class="button" href=${`#/runs/${id}`}>Back to the map</a></section>`;
 }
