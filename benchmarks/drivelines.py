@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import gearrattle as gr
+from gearrattle.model.balance import BALANCE
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 FILES = (
@@ -50,7 +51,7 @@ def changes(model: gr.Model, rng: np.random.Generator) -> dict[str, float]:
     key = "speed" if "speed" in speed else "frequency"
     changed[f"excitation.{key}"] = _number(speed[key]) * factor(2.0)
     for i, torque in enumerate(tables.get("torque", [])):
-        if torque.get("mean"):
+        if torque.get("mean") and torque["mean"] != BALANCE:  # it follows from the drags
             changed[f"torque.{i}.mean"] = _number(torque["mean"]) * mean
         for j, harmonic in enumerate(torque.get("harmonics", [])):
             changed[f"torque.{i}.harmonics.{j}.amplitude"] = _number(harmonic["amplitude"]) * amplitude

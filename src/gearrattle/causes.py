@@ -122,7 +122,7 @@ class Cause(Result):
     error
         of the estimate: by how much its amplitudes at the orders named miss the motion's own, over the latter, root
         mean square; NaN where the samples cannot show them.
-    stiffness, damping
+    slopes, dampings
         by element, of the linear driveline [N m/rad or N/m, N m s/rad or N s/m].
 
     Examples
@@ -139,8 +139,8 @@ class Cause(Result):
     parts: tuple[str, ...]
     contributions: tuple[Contribution, ...]
     error: float
-    stiffness: dict[str, float]
-    damping: dict[str, float]
+    slopes: dict[str, float]
+    dampings: dict[str, float]
 
     @property
     def orders(self) -> dict[float, float]:

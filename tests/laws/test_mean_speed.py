@@ -17,7 +17,7 @@ from gearrattle.engine.system.trains import trains
 from gearrattle.model import Model
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("**/*.toml"))
-MODELS = [path for path in EXAMPLES if path.parent.name not in ("studies", "measured")]
+MODELS = [path for path in EXAMPLES if path.parent.name not in ("studies", "measured", "remedies")]
 SMALL = 1e-3  # of the amplitude of a body's fluctuation
 
 

@@ -13,7 +13,7 @@ from gearrattle.assembly import own_mean
 from gearrattle.model import Model, load, loads
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-FILES = sorted(path for path in EXAMPLES.rglob("*.toml") if path.parent.name not in ("measured", "studies"))
+FILES = sorted(path for path in EXAMPLES.rglob("*.toml") if path.parent.name not in ("measured", "studies", "remedies"))
 CASES = [f"case{n}{kind}" for n in (1, 2, 3) for kind in ("", "_loaded")]
 
 

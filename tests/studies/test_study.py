@@ -238,7 +238,7 @@ def test_examples_can_be_computed(path: Path) -> None:
     asked = read_study(path)
     words = asked.prepare().estimate(1).words
     if asked.spec.kind == "grid":
-        count = {"what_decides": 80, "one_at_a_time": 9, "gearbox_screening": 50}.get(path.stem, 64)
+        count = {"what_decides": 80, "one_at_a_time": 9, "gearbox_screening": 50, "cold_oil": 18}.get(path.stem, 64)
         assert words.startswith(f"{count} cases, about ")
     assert "on 1 worker" in words
 
