@@ -100,8 +100,8 @@ class CausePage(ModelPresentation[Cause]):
         variables["order"] = ("contribution", np.array([item.order for item in items]), {"units": "1"})
         variables["source"] = ("contribution", np.array([item.source for item in items], np.str_))
         variables["mode"] = ("contribution", np.array([_mode(item) for item in items], np.str_))
-        for name in ("stiffness", "damping"):
-            variables[name] = ("element", np.array(list(getattr(cause, name).values())))
+        for name, values_of in (("stiffness", cause.slopes), ("damping", cause.dampings)):
+            variables[name] = ("element", np.array(list(values_of.values())))
         elements = np.array(list(cause.slopes), np.str_)
         return xr.Dataset(variables, {"element": elements}, {"body": cause.body, "error": cause.error})
 
