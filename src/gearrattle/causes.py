@@ -172,7 +172,8 @@ class Cause(Result):
         share = self.orders[order]
         largest = acting[0]
         sources = [largest, *(item for item in acting[1:2] if largest.share < ENOUGH * share)]
-        hertz, own = numeral(largest.frequency / (2.0 * np.pi), 3), numeral(largest.frequency, 3)
+        hertz = numeral(largest.frequency / (2.0 * np.pi), 3)
+        own = numeral(largest.frequency, 3)
         at = f"{hertz} Hz" if si else f"frequency {own}"
         words = f"order {order:g} of {listed([f'the {item.source}' for item in sources])} at {at}"
         words += ", partly cancelled by other sources," if largest.share > _CANCELLED * share else ""
@@ -316,7 +317,8 @@ def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
     slopes
         of its equivalent driveline.
     """
-    model, layout = run.model, run.trajectory.layout
+    model = run.model
+    layout = run.trajectory.layout
     element = layout.element_names.index(part)
     for gear in loose_gears(layout):
         if gear.mesh == element:
@@ -411,9 +413,12 @@ def equivalent_slopes(run: Run) -> tuple[Array, Array]:
 
     They are those of its piece where it stays in one and has no friction; else they are fitted to its force.
     """
-    model, trajectory = run.model, run.trajectory
-    layout, laws = trajectory.layout, assemble(model).system.laws
-    window, log = steady(trajectory), trajectory.events
+    model = run.model
+    trajectory = run.trajectory
+    layout = trajectory.layout
+    laws = assemble(model).system.laws
+    window = steady(trajectory)
+    log = trajectory.events
     crossing = set(layout.clearance[log.clearance[window.contains(log.time)]].tolist())
     fitted = crossing | {auxiliary.element for auxiliary in assemble(model).system.auxiliaries}
     position = {k: i for i, k in enumerate(layout.clearance.tolist())}
@@ -431,7 +436,8 @@ def equivalent_slopes(run: Run) -> tuple[Array, Array]:
 
 def _line(run: Run, element: int, clearance: int | None) -> tuple[float, float] | None:
     """Slope and damping fitted to the force of an element; None where it does not move."""
-    model, trajectory = run.model, run.trajectory
+    model = run.model
+    trajectory = run.trajectory
     moved = deflection(model, trajectory, element) if clearance is None else trajectory.deflection[:, clearance]
     rate = deflection_rate(model, trajectory, element)
     force = trajectory.element_torque[:, element] / trajectory.layout.radii[element, 0]
@@ -441,7 +447,8 @@ def _line(run: Run, element: int, clearance: int | None) -> tuple[float, float] 
 def _responses(model: Model, body: int, stiffness: Array, damping: Array) -> list[Contribution]:
     """What every order of every source alone does to a free body, by its index among these."""
     driveline = assemble(model)
-    system, names = driveline.system, driveline.layout.element_names
+    system = driveline.system
+    names = driveline.layout.element_names
     modes = damped_modes(system, stiffness, damping)
     responses = []
     for source in _sources(model):
@@ -464,7 +471,8 @@ def _responses(model: Model, body: int, stiffness: Array, damping: Array) -> lis
 def _prescribed(model: Model, body: int) -> list[Contribution]:
     """What every order of its own motion is to a body whose motion is prescribed."""
     amplitudes = motion_amplitudes(model)[places(model).tolist().index(body)]
-    name, speed = model.inertias[body].name, model.excitation.omega
+    name = model.inertias[body].name
+    speed = model.excitation.omega
     return [
         Contribution(f"motion of {name}", order, order * speed, -((order * speed) ** 2) * amplitude, 0.0, None)
         for order, amplitude in zip(period_of(model).orders.tolist(), amplitudes.tolist(), strict=True)

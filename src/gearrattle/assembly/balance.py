@@ -133,13 +133,15 @@ def check_freedoms(model: Model, balance: Balance, loads: Sequence[float]) -> No
     ModelError
         saying what is left over, and where.
     """
-    unit, names = "N m" if model.units == "SI" else "", [inertia.name for inertia in model.inertias]
+    unit = "N m" if model.units == "SI" else ""
+    names = [inertia.name for inertia in model.inertias]
     left = [
         f"{measured(abs(torque), unit, 6)} are {'left over' if torque > 0.0 else 'lacking'} at {names[i]}"
         for torque, i in balance.left_over(loads)
     ]
     if left:
-        own, ways = names[balance.body], counted(1 + len(balance.others), "way")
+        own = names[balance.body]
+        ways = counted(1 + len(balance.others), "way")
         rule = f"the train of {own} turns in {ways}, and one torque balances one of them: with {own} at rest, "
         remedy = "balance that by other torques, or hold one more body of the train"
         raise ModelError(_problem(balance.torque, rule + " and ".join(left), remedy))

@@ -18,7 +18,8 @@ from gearrattle.remember import kept
 @kept
 def unloaded(model: Model) -> PiecewiseSystem:
     """The driveline without torques, drag torques, errors and friction; what has a prescribed motion is held."""
-    free, rows = free_of(model), rows_of(model)
+    free = free_of(model)
+    rows = rows_of(model)
     none = np.zeros((len(free), 0)), np.zeros((len(free), 0)), np.zeros((len(rows), 0)), np.zeros((len(rows), 0))
     return PiecewiseSystem(
         inertia=inertia_of(model)[free],

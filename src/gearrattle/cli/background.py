@@ -28,7 +28,8 @@ _COMPILING = " (compiling, once after an installation)"
 _LOADING = 0.5  # seconds; a kernel that was kept is loaded sooner
 _TICK = 0.05
 _PATIENCE = 2.0
-_GRACE, _GRACE_FOR_KNOWN = 0.25, 10.0
+_GRACE = 0.25
+_GRACE_FOR_KNOWN = 10.0
 _LINE_EVERY = 5.0
 
 

@@ -66,7 +66,8 @@ def compare(
     from gearrattle.comparison.precision import work_precision as measured
     from gearrattle.report.comparison import ComparisonPage
 
-    driveline, names = changed_model(model, changes), _names(algorithms)
+    driveline = changed_model(model, changes)
+    names = _names(algorithms)
 
     def work(watch: Watch) -> ComparisonPage:
         comparison, precision = side_by_side(driveline, names, **contest.arguments(), progress=watch), None

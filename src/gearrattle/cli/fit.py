@@ -108,7 +108,9 @@ def fit(
         File for the fitted model, ending in .toml; or a folder for report.html, summary.json, results.nc and figures/;
         or a file for the numbers, ending in .nc or .csv. Default: the answer on the terminal only.
     """
-    start, arguments, measured = changed_model(model, changes), search.arguments(), recorded.data(data)
+    start = changed_model(model, changes)
+    arguments = search.arguments()
+    measured = recorded.data(data)
 
     def work(watch: Watch) -> Fit:
         watch.enter("fitting")

@@ -44,7 +44,8 @@ def scale(
     """
     from gearrattle.report.scaling import ScalingPage
 
-    driveline, ratios = changed_model(model, changes), numbers("--contact-ratio", contact_ratio)
+    driveline = changed_model(model, changes)
+    ratios = numbers("--contact-ratio", contact_ratio)
 
     def work(_watch: Watch) -> ScalingPage:
         scaled = gearrattle.nondimensionalize(driveline)

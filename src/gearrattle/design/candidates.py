@@ -93,7 +93,8 @@ def _candidate(model: Model, path: str, entry: Any) -> Candidate:
             entry = _factors()
     variable = variable_of(model, path, entry)
     if variable.own is None:
-        low, high = variable.shown(variable.low), variable.shown(variable.high)
+        low = variable.shown(variable.low)
+        high = variable.shown(variable.high)
         rule = f"must lie around the model's own value, so that the change has a size; it is {low} to {high}"
         raise ModelError(Problem("range", shown(entry), rule))
     return Candidate(variable, cost)

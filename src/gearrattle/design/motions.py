@@ -28,7 +28,9 @@ from gearrattle.simulation.simulate import prepare, simulate
 from gearrattle.studies.output import Output
 from gearrattle.studies.outputs import values_of
 
-REST, BEFORE, PUSHED = "rest", "before", "pushed"
+REST = "rest"
+BEFORE = "before"
+PUSHED = "pushed"
 STARTS = (REST, BEFORE, PUSHED)
 _CROSSING = 1.0 / 16.0  # of a period, in which a push takes a clearance across its gap
 State = Mapping[str, Sequence[float]]

@@ -147,7 +147,8 @@ def paths_at(tables: Mapping[str, Any], path: str) -> tuple[str, ...]:
 def _no_match(tables: Mapping[str, Any], pattern: str) -> Problem:
     """Say that a pattern matches nothing, and what there is: values of its key, else keys of its section, sections."""
     names = path_names(tables)
-    section, key = pattern.partition(".")[0], pattern.rpartition(".")[2]
+    section = pattern.partition(".")[0]
+    key = pattern.rpartition(".")[2]
     alike = [name for name in names if name.endswith(f".{key}")]
     keys = list(dict.fromkeys(name.rpartition(".")[2] for name in names if name.startswith(f"{section}.")))
     options = alike or keys or list(dict.fromkeys(name.partition(".")[0] for name in names))

@@ -46,7 +46,8 @@ def ends_of(model: Model, path: str, ends: Sequence[Written], argument: str = "p
         raise ModelError(Problem(argument, path, "leads to no number", "follow a number of the driveline"))
     values = [in_si(path, end, model) for end in ends]
     if len({is_factor(end) for end in ends}) > 1:
-        rule, remedy = "one end is a factor, the other none", "give both, such as (gr.factor(0.5), gr.factor(2))"
+        rule = "one end is a factor, the other none"
+        remedy = "give both, such as (gr.factor(0.5), gr.factor(2))"
         raise ModelError(Problem("range", f"{_shown(ends[0])} to {_shown(ends[1])}", rule, remedy))
     has_unit = [isinstance(end, str) for end in ends if end != 0]
     if model.units == "SI" and len(set(has_unit)) > 1:

@@ -100,7 +100,8 @@ class ImpactStatistics(CrossingQuantity):
                 continue
             else:
                 word = "mean" if statistic == "mean" else "max"
-                unit, formula = _unit(layout, int(layout.clearance[clearance]), what), f"{word} {_HARDNESS[what][1]}"
+                unit = _unit(layout, int(layout.clearance[clearance]), what)
+                formula = f"{word} {_HARDNESS[what][1]}"
                 note = _note(state, scope, clearance, what)
             formula += centre_words(layout, clearance)
             rows.append(self.row(name, quantity, float(value), unit=unit, formula=formula, note=note))

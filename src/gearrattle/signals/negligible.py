@@ -25,7 +25,8 @@ RANKS: Mapping[Severity, int] = {word: rank for rank, word in enumerate(SEVERITI
 
 def are_negligible(state: Sums, layout: Layout, clearance: int) -> Array:
     """Return whether all impacts of a clearance are touches, of one motion or of many along leading axes."""
-    limits, hardness = layout.negligible, measure_impacts(state, layout, clearance)
+    limits = layout.negligible
+    hardness = measure_impacts(state, layout, clearance)
     is_hit = state["count"][..., clearance] > 0.0
     speed = np.where(is_hit, hardness.largest_speed, 0.0)
     energy = np.where(is_hit, hardness.largest_energy, 0.0)  # NaN without a free body: no threshold applies

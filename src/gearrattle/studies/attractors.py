@@ -178,7 +178,8 @@ def _described(data: xr.Dataset, motions: Sequence[Motion]) -> dict[str, tuple[s
     flags, severity_flags = (
         {key: data[name].attrs[key] for key in ("flag_values", "flag_meanings")} for name in (VERDICT, VERDICT_SEVERITY)
     )
-    kinds, families = [(_headline(m), m.cycles) for m in motions], [m.is_family for m in motions]
+    kinds = [(_headline(m), m.cycles) for m in motions]
+    families = [m.is_family for m in motions]
     multiplier = np.array([m.multiplier for m in motions], dtype=np.float64)
     return {
         "attractor name": (ATTRACTOR, np.array(motion_names(kinds, families), dtype=np.str_), {}),

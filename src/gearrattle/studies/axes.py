@@ -203,7 +203,8 @@ def without_factor(path: str, entry: Any) -> tuple[Any, bool]:
     if isinstance(entry, Mapping) and FACTOR in entry and "distribution" not in entry:
         if len(entry) > 1:
             others = ", ".join(str(key) for key in entry if key != FACTOR)
-            rule, remedy = f"has keys beside {FACTOR}", f"{FACTOR} = {{ from = 1, to = 10, count = 5 }}"
+            rule = f"has keys beside {FACTOR}"
+            remedy = f"{FACTOR} = {{ from = 1, to = 10, count = 5 }}"
             raise ModelError(Problem(path, others, rule, remedy))
         return entry[FACTOR], True
     ends = ("from", "to")

@@ -140,7 +140,8 @@ def stretches(data: xr.Dataset) -> list[Stretch]:
         of one sweep alone.
     """
     values = swept_values(data)
-    motions, verdicts = words_of(data["motion"]), headlines_in(data)
+    motions = words_of(data["motion"])
+    verdicts = headlines_in(data)
     outcomes = words_of(data["outcome"])
     collected: list[Stretch] = []
     for i, value in enumerate(values.tolist()):

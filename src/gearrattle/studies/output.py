@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from gearrattle.signals import SEVERITIES
 
 VERDICT, REGIME = "verdict", "regime"
-VERDICT_SEVERITY, SEVERITY = "verdict severity", "severity"
+VERDICT_SEVERITY = "verdict severity"
+SEVERITY = "severity"
 WORST = {VERDICT: REGIME, VERDICT_SEVERITY: SEVERITY}
 """Codes of the whole driveline: the worst code of the parts that can separate, of this quantity."""
 REGIMES = ("quiet", "single-sided", "double-sided")

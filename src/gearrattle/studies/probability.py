@@ -105,7 +105,8 @@ def running(codes: NDArray[np.int_], lowest: int = 1, level: float = 0.95) -> tu
         Samples counted, share, lower and upper limit: (m,) each, m <= n.
     """
     there = codes[codes >= 0]
-    among, count = np.arange(1, there.size + 1), np.cumsum(there >= lowest)
+    among = np.arange(1, there.size + 1)
+    count = np.cumsum(there >= lowest)
     return (among.astype(np.float64), count / among, *wilson(count, among, level))
 
 
@@ -151,7 +152,8 @@ def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: fl
         raise ModelError(Problem("data", "", rule, 'for example method = "sobol"'))
     if not 0.0 < level < 1.0:
         raise ModelError(Problem("level", f"{level:g}", "must lie between 0 and 1", "for example 0.95"))
-    among, count = (codes >= 0).sum(SAMPLE), (codes >= rattling_from(codes)).sum(SAMPLE)
+    among = (codes >= 0).sum(SAMPLE)
+    count = (codes >= rattling_from(codes)).sum(SAMPLE)
     low, high = wilson(count.values, among.values, level)
     subject = subject_of(data, str(codes.name))
     return xr.Dataset(

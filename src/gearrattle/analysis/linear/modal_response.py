@@ -82,7 +82,8 @@ class DampedModes:
         list[ModalPart]
             They add up to the response. Close to critical damping, where two eigenvectors are one, large parts cancel.
         """
-        form, values = self.form, self.values
+        form = self.form
+        values = self.values
         force = np.concatenate([np.zeros(form.count), torque / self.root])
         amount = np.linalg.lstsq(self.vectors, force, rcond=None)[0] / (1j * omega - values)
         accelerations = 1j * omega * (self.vectors[form.count :] / self.root[:, None]) * amount

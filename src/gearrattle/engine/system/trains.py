@@ -45,7 +45,8 @@ def trains(system: PiecewiseSystem) -> tuple[Train, ...]:
     moves = motions != 0.0
     left = list(range(motions.shape[1]))
     while left:
-        columns, left = [left[0]], left[1:]
+        columns = [left[0]]
+        left = left[1:]
         bodies = moves[:, columns[0]].copy()
         while joined := [p for p in left if np.any(bodies & moves[:, p])]:
             columns += joined

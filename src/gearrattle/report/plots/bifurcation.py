@@ -122,7 +122,8 @@ def _strip(data: xr.Dataset, frame: Panel, x: Array, log: bool) -> tuple[list[Pa
     """One row of verdicts per direction, and the words that occur; no panel without verdicts."""
     if "verdict" not in data:
         return [], ()
-    headlines, edges = headlines_in(data), edges_of(x, log)
+    headlines = headlines_in(data)
+    edges = edges_of(x, log)
     cells, used = [], []
     rows = len(data["direction"])
     for word, colour in STATES.items():

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 STATUS = ("proven", "refuted", "open")
 """Words of PROVEN, REFUTED and OPEN."""
-LOW, HIGH = " low", " high"
+LOW = " low"
+HIGH = " high"
 """What the ends of a range are called in the table of boxes, after its name."""
 
 

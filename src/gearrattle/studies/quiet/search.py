@@ -29,7 +29,12 @@ from gearrattle.studies.quiet.forms import Array
 from gearrattle.studies.quiet.state import CLIP, GAP, SLIP, STAGE, State
 
 PROVEN, REFUTED, OPEN = range(3)
-UNDECIDED, STAGES, SLIPS, CLIPS, FLOATS, ENDURES = "undecided", "stage", "friction", "damping", "gap", "undamped"
+UNDECIDED = "undecided"
+STAGES = "stage"
+SLIPS = "friction"
+CLIPS = "damping"
+FLOATS = "gap"
+ENDURES = "undamped"
 """Why a part is open: it would have to be divided further; the linear motion leaves a stage, makes friction slip, has
 its damping clipped; a body floats in a gap; not all that moves is shown to decay."""
 _REASONS = {STAGE: STAGES, SLIP: SLIPS, CLIP: CLIPS}

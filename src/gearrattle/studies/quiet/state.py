@@ -156,7 +156,8 @@ class State:
 
     def _means(self, numbers: dict[str, Form]) -> tuple[Form, Form, Form]:
         """Factors, drive and shift of the mean state, (1, M) each."""
-        drag, inertia = numbers["drag"], numbers["inertia"]
+        drag = numbers["drag"]
+        inertia = numbers["inertia"]
         pairs = zip(drag, inertia, strict=True)
         bodies = Form(*(np.where(self._dragged, one, other) for one, other in pairs))
         shift = numbers["lasting_error"].plus(numbers["inner"].at(self.chosen))
