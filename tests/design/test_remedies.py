@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 import gearrattle as gr
 from gearrattle.design import motions
+from gearrattle.design.motions import PUSHED, REST, Asked, moved_on
+from gearrattle.design.search import Tried
+from gearrattle.design.target import ENERGY, target_of
 from gearrattle.errors import Cancelled, ModelError
 from tests.design.oscillator import LIMIT, loaded_gear
 
@@ -39,6 +44,38 @@ def test_every_certified_remedy_is_quiet_at_every_speed():
         for speed in answer.speeds:
             run = gr.simulate(model.with_({**remedy.changes, "excitation.speed": speed}), audit=False)
             assert gr.criteria(run).verdict == "quiet"
+
+
+def test_a_driveline_that_is_quiet_at_its_own_speed_alone_needs_a_remedy():
+    model = loaded_gear(0.998 * LIMIT)
+    one = gr.remedies(model, {AMPLITUDE: {"factor": (0.9, 1.1)}}, pairs=False)
+    (remedy,) = one.remedies
+    assert one.own.verdict == "quiet"
+    assert remedy.holds
+    for speed in one.speeds:
+        run = gr.simulate(model.with_({**remedy.changes, "excitation.speed": speed}), audit=False)
+        assert gr.criteria(run).verdict == "quiet"
+    # what is tried of one candidate is no motion of the driveline as it is
+    assert gr.remedies(model, CANDIDATES, pairs=False).own == one.own
+
+
+def test_what_a_spring_does_is_no_impact_of_a_gap():
+    model = gr.example("manual_transmission").with_({"torque.0.harmonics.0.amplitude": gr.factor(3)})
+    target = target_of(model, "quiet")
+    values = moved_on(Asked(model, REST, None, target.outputs, 1)).values
+    energies = dict(zip(target.output_named(ENERGY).subjects, target.energies(values), strict=True))
+    largest = dict(zip(target.output_named(ENERGY).subjects, values[ENERGY], strict=True))
+    assert largest["damper"] > 0.0
+    assert energies["damper"] == 0.0
+    assert all(energies[gap] == largest[gap] for gap in target.severity.gaps if largest[gap] > 0.0)
+
+
+def test_the_hardest_motion_does_not_depend_on_the_order_they_ran_in():
+    model = loaded_gear(1.5 * LIMIT)
+    target = target_of(model, "quiet")
+    rest = moved_on(Asked(model, REST, None, target.outputs, 1))
+    pushed = replace(rest, start=PUSHED)
+    assert Tried(1.0, target, [rest, pushed]).hardest is Tried(1.0, target, [pushed, rest]).hardest
 
 
 def test_two_changes_together_where_none_alone_is_enough():

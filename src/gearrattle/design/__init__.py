@@ -1,4 +1,5 @@
 """Decisions of design: how far a value must change until the driveline is quiet, and which change is the best.
 
-Every answer is one of exact runs: ``threshold`` looks for the place where a driveline becomes quiet.
+Every answer is one of exact runs: ``threshold`` looks for the value at which a driveline becomes quiet, ``remedies``
+for the cheapest change that makes it so.
 """

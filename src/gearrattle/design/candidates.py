@@ -24,7 +24,6 @@ from gearrattle.signals import loose_gears
 BOUNDS = (0.7, 1.3)
 """Factors between which a value may be changed where nothing is said."""
 _COST = Plain("non-negative")
-_KEYS = ("range", "factor", "from", "to", "cost")
 
 
 @dataclass(frozen=True)
@@ -107,7 +106,8 @@ def _factors() -> dict[str, Any]:
 
 def _default(model: Model) -> tuple[Candidate, ...]:
     """Return what may be changed of any driveline, where the model has it."""
-    loose = {assemble(model).layout.inertia_names[gear.loose] for gear in loose_gears(assemble(model).layout)}
+    layout = assemble(model).layout
+    loose = {layout.inertia_names[gear.loose] for gear in loose_gears(layout)}
     together = ["inertia.*.drag_torque", "mesh.*.backlash"]
     patterns = ["coupling.*.clearance", "coupling.*.stages.*.stiffness", "coupling.*.stages.*.hysteresis"]
     paths = [pattern for pattern in together if _numbers(model, pattern)]

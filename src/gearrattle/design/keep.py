@@ -41,6 +41,11 @@ class Keep:
         return motion
 
 
+def kept_or_moved(asked: Asked, keep: Keep | None, counter: Counter | None = None) -> Motion:
+    """Return a motion, from what is remembered if anything is."""
+    return moved_on(asked, counter) if keep is None else keep.motion(asked, counter)
+
+
 def _name(asked: Asked) -> str:
     """A digest of everything that decides a motion."""
     outputs = [[output.name, list(map(str, output.subjects))] for output in asked.outputs]

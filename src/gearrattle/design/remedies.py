@@ -22,8 +22,8 @@ import numpy as np
 from gearrattle.assembly import refuse_unsteady
 from gearrattle.design.candidates import Candidate, candidates_of
 from gearrattle.design.inline import Inline
-from gearrattle.design.keep import Keep
-from gearrattle.design.motions import REST, Asked, Motion, moved_on
+from gearrattle.design.keep import Keep, kept_or_moved
+from gearrattle.design.motions import REST, Asked, Motion
 from gearrattle.design.search import Report, Search, Tried, Work, finish
 from gearrattle.design.target import ENERGY, Target, half_of, target_of
 from gearrattle.design.threshold import STOPPED
@@ -35,7 +35,6 @@ from gearrattle.model.path_values import in_si
 from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
 from gearrattle.result import Result
 from gearrattle.simulation.settings import settled
-from gearrattle.studies.batch import is_of_crossings
 from gearrattle.studies.output import REGIME
 from gearrattle.studies.ranges import Range
 from gearrattle.studies.schedulers import check_scheduler
@@ -222,7 +221,8 @@ class _Study:
 
     def own(self, target: Target) -> Tried:
         """Simulate the model itself, from rest."""
-        return Tried(0.0, target, [self._moved(self.model, target)])
+        asked = Asked(self.model, REST, None, target.outputs, target.samples)
+        return Tried(0.0, target, [kept_or_moved(asked, self._work.keep, self._report)])
 
     def all_of(
         self, options: Sequence[Candidate], target: Target, own: Tried, workers: int | None, *, pairs: bool
@@ -257,17 +257,16 @@ class _Study:
 
     def _run(self, search: Search, own: Tried) -> None:
         """Search one candidate in the thread of the caller."""
-        begun = Tried(search.variable.own or 0.0, own.target, own.motions)
-        search.run(Inline(), begun)
+        search.run(Inline(), Tried(search.variable.own or 0.0, own.target, [*own.motions]))
 
     def _pairs(self, answers: Sequence[tuple[Search, Candidate]], target: Target) -> list[tuple[Search, Candidate]]:
         """Pairs of the changes that go some of the way, each to its best end."""
         helpful = []
         for search, option in answers:
             if _reached(search) is None and search.is_begun:
-                best = min(search.tried, key=_distance)
+                best = min(search.tried, key=lambda variant: variant.distance)
                 if best.value != option.variable.own:
-                    helpful.append((_distance(best), option, best.value))
+                    helpful.append((best.distance, option, best.value))
         helpful.sort(key=lambda entry: entry[0])
         pairs = []
         for one, other in combinations(helpful[:_PAIRED], 2):
@@ -280,7 +279,7 @@ class _Study:
     def _remedy(self, search: Search, option: Candidate, own: Tried) -> Remedy:
         """What came of one search: the smallest change with the target, else the best value."""
         variable = option.variable
-        best = _reached(search) or min(search.tried, key=_distance)
+        best = _reached(search) or min(search.tried, key=lambda variant: variant.distance)
         word, energy, part = _worst(best.motions, search.target)
         changes = variable.changes(best.value)
         effects = () if best.value == variable.own else self._side_effects(own, best)
@@ -307,12 +306,6 @@ class _Study:
                 effects.append(f"{part} {state}")
         return tuple(effects)
 
-    def _moved(self, model: Model, target: Target) -> Motion:
-        samples = 1 if all(is_of_crossings(output) for output in target.outputs) else None
-        asked = Asked(model, REST, None, target.outputs, samples)
-        keep = self._work.keep
-        return moved_on(asked, self._report) if keep is None else keep.motion(asked, self._report)
-
 
 def _reached(search: Search) -> Tried | None:
     """The value nearest to the model's own with the target; None where there is none."""
@@ -327,23 +320,13 @@ def _is_better(pair: Remedy, singles: Sequence[Remedy]) -> bool:
     return pair.hardest_impact < min(alone, default=np.inf)
 
 
-def _distance(variant: Tried) -> float:
-    """How far the hardest motion of a value is from the target."""
-    if not variant.motions:
-        return np.inf
-    energies = [float(np.nanmax(np.nan_to_num(motion.values[ENERGY]))) for motion in variant.motions]
-    return max(energies)
-
-
 def _worst(motions: Sequence[Motion], target: Target) -> tuple[str, float, str]:
     """The severity of the worst part, and the hardest impact of a gap with its part."""
     output = target.severity
     energy = target.output_named(ENERGY)
     gaps = np.isin(output.subjects, output.gaps)
     code = max(int(np.asarray(motion.values[output.name])[gaps].max(initial=0)) for motion in motions)
-    is_gap = np.isin(energy.subjects, output.gaps)
-    energies = np.array([np.nan_to_num(motion.values[ENERGY]) for motion in motions]).max(axis=0)
-    energies = np.where(is_gap, energies, 0.0)
+    energies = np.array([target.energies(motion.values) for motion in motions]).max(axis=0)
     hardest = int(np.argmax(energies))
     largest = float(energies[hardest])
     return output.words[code], largest, str(energy.subjects[hardest]) if largest > 0.0 else ""
@@ -351,6 +334,8 @@ def _worst(motions: Sequence[Motion], target: Target) -> tuple[str, float, str]:
 
 def _change_words(model: Model, variable: Variable, value: float) -> str:
     """A change in words: what goes from which value to which."""
+    if value == variable.own:
+        return f"{variable.words}: no other value is better"
     if len(variable.ends) == 1:
         ((one, _, _),) = variable.ends
         own = variable.own if variable.own is not None else variable.low

@@ -13,16 +13,16 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field
 from itertools import pairwise
+from math import inf
 from threading import Lock
 from typing import Any
 
-from gearrattle.design.keep import Keep
-from gearrattle.design.motions import BEFORE, PUSHED, REST, Asked, Motion, State, moved_on
+from gearrattle.design.keep import Keep, kept_or_moved
+from gearrattle.design.motions import BEFORE, PUSHED, REST, STARTS, Asked, Motion, State
 from gearrattle.design.target import Target
 from gearrattle.design.variable import Variable
 from gearrattle.errors import Cancelled, ConvergenceError, ModelError
 from gearrattle.model import Model
-from gearrattle.studies.batch import is_of_crossings
 
 _MOST_HALVINGS = 40
 _NONE: Mapping[str, Any] = {}
@@ -61,8 +61,14 @@ class Tried:
 
     @property
     def hardest(self) -> Motion:
-        """The motion that is farthest from the target."""
-        return max(self.motions, key=lambda motion: self.target.distance(motion.values))
+        """The motion that is farthest from the target; of several the first by its start, however they ran."""
+        in_order = sorted(self.motions, key=lambda motion: STARTS.index(motion.start))
+        return max(in_order, key=lambda motion: self.target.distance(motion.values))
+
+    @property
+    def distance(self) -> tuple[float, float]:
+        """How far the hardest motion is from the target; infinite without one."""
+        return self.target.distance(self.hardest.values) if self.motions else (inf, inf)
 
 
 @dataclass(frozen=True)
@@ -112,7 +118,6 @@ class Search:
         self.is_stopped = False
         self._work = work
         self._report = report
-        self._samples = 1 if all(is_of_crossings(output) for output in target.outputs) else None
 
     @property
     def is_begun(self) -> bool:
@@ -211,10 +216,8 @@ class Search:
         self._report.add(0.0)
         try:
             model = self.model.with_({**self.variable.changes(variant.value), **condition})
-            asked = Asked(model, start, initial, self.target.outputs, self._samples)
-            keep = self._work.keep
-            motion = moved_on(asked, self._report) if keep is None else keep.motion(asked, self._report)
-            variant.motions.append(motion)
+            asked = Asked(model, start, initial, self.target.outputs, self.target.samples)
+            variant.motions.append(kept_or_moved(asked, self._work.keep, self._report))
         except (ConvergenceError, ModelError) as error:
             if must:
                 raise

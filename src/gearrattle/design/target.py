@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
+from gearrattle.studies.batch import is_of_crossings
 from gearrattle.studies.goals import labels_of
 from gearrattle.studies.output import REGIME, SEVERITY, Output
 from gearrattle.studies.outputs import Outputs, outputs_of, short_runs
@@ -75,9 +76,20 @@ class Target:
             return np.inf if self.above else 0.0
         return float(numbers.min() if self.above else numbers.max())
 
-    def distance(self, values: Values) -> float:
-        """Return the number so that the larger one is the worse."""
-        return -self.number(values) if self.above else self.number(values)
+    @property
+    def samples(self) -> int | None:
+        """Samples a cycle that the outputs need: one where crossings tell all, None for those of the model."""
+        return 1 if all(is_of_crossings(output) for output in self.outputs) else None
+
+    def energies(self, values: Values) -> NDArray[np.float64]:
+        """Return (parts,) the energy of the hardest impact of every gap; springs that change stage do not rattle."""
+        subjects = self.output_named(ENERGY).subjects
+        return np.where(np.isin(subjects, self.severity.gaps), np.nan_to_num(values[ENERGY]), 0.0)
+
+    def distance(self, values: Values) -> tuple[float, float]:
+        """Return how far a motion is from the target, the larger the worse: the number, then the hardest impact."""
+        number = self.number(values)
+        return -number if self.above else number, float(self.energies(values).max(initial=0.0))
 
     def holds(self, values: Values) -> bool:
         """Whether it holds of a motion with these outputs."""
