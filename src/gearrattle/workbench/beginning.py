@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
 from typing import Any
 
 from gearrattle.model import json_schema
@@ -50,8 +49,15 @@ _INSTEAD: Mapping[tuple[Any, Any], tuple[str, ...]] = {
 _OF_STAGES = ("hysteresis", "stick_stiffness")
 """Keys of the clearance form that every stage has as well."""
 
-Node = Mapping[str, Any]
+Node = dict[str, Any]
 Begun = list[dict[str, Any]]
+
+SCHEMA: Node = json_schema()
+"""The JSON Schema of a model file.
+
+It is made while this module is imported, before requests have threads of their own: Python 3.11 cannot make syntax
+trees in two threads at once (``SystemError: AST constructor recursion depth mismatch``).
+"""
 
 
 def begun(tables: Mapping[str, Any], location: Location, option: int = 0) -> Begun:
@@ -152,16 +158,11 @@ def _times(value: object, factor: float) -> object:
 # ---- what the schema says
 
 
-@cache
-def _schema() -> Node:
-    return json_schema()
-
-
 def _resolved(node: Node) -> Node:
     if "$ref" not in node:
         return node
     own = {key: value for key, value in node.items() if key != "$ref"}
-    return {**_schema()["$defs"][str(node["$ref"]).rpartition("/")[2]], **own}
+    return {**SCHEMA["$defs"][str(node["$ref"]).rpartition("/")[2]], **own}
 
 
 def _options(node: Node) -> list[Node]:
@@ -172,7 +173,7 @@ def _options(node: Node) -> list[Node]:
 
 def _node_at(location: Location) -> Node:
     """Return the node of a location."""
-    node: Node = _schema()
+    node: Node = SCHEMA
     for part in location:
         nodes = (
             choice.get("items") if isinstance(part, int) else choice.get("properties", {}).get(part)

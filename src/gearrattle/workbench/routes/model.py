@@ -10,7 +10,7 @@ from typing import Any
 from starlette.requests import Request
 from starlette.routing import BaseRoute, Route
 
-from gearrattle.model import json_schema
+from gearrattle.workbench.beginning import SCHEMA
 from gearrattle.workbench.checking import checked, plain
 from gearrattle.workbench.editing import edited
 from gearrattle.workbench.routes.answers import answering, json_object, text_of
@@ -36,7 +36,7 @@ def _checked(request: Request, text: str, body: dict[str, Any]) -> dict[str, Any
 
 def _schema(_request: Request) -> dict[str, Any]:
     """Return the JSON Schema of a model file."""
-    return json_schema()
+    return SCHEMA
 
 
 def _components(_request: Request) -> list[dict[str, Any]]:
