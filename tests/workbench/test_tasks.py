@@ -15,7 +15,7 @@ import pytest
 import gearrattle as gr
 from tests.browser import MARKS
 from tests.workbench.page import boxes_of, fill, name_it, opened_page, selected, text_of, waits
-from tests.workbench.server import Server
+from tests.workbench.server import Server, serving
 
 pytest.importorskip("uvicorn")
 playwright = pytest.importorskip("playwright.sync_api")
@@ -31,8 +31,9 @@ ROUGH = 1500.0
 
 
 @pytest.fixture
-def server(empty_server: Server) -> Server:
-    return empty_server
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with serving(tmp_path_factory.mktemp("workspace")) as running:  # of its own: files and runs keep their names
+        yield running
 
 
 @pytest.fixture
