@@ -54,6 +54,10 @@ class Server:
         record: dict[str, Any] = self.client.get(f"/api/jobs/{job}").json()
         return record
 
+    def model_text(self, job: str) -> str:
+        """Return the model file of a job."""
+        return self.client.get(f"/api/jobs/{job}/model.toml").text
+
     def ended(self, job: str) -> dict[str, Any]:
         """Wait until a job has ended."""
         return self.until(job, *ENDED)

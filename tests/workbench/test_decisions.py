@@ -140,6 +140,12 @@ class TestPage:
             assert job["name"].startswith("how much: ")
             assert job["options"] == {"path": PATH, "range": [0.02, 0.06], "until": "quiet"}
             expect(tab.locator(".gr-tabpanel")).to_contain_text(job["sentence"])
+            answer = job["id"]
+            tab.get_by_role("button", name="Run with ").click()
+            tab.wait_for_url(lambda url: answer not in url)
+            quiet = server.ended(tab.url.partition("#/runs/")[2].partition("/")[0])
+            assert quiet["parent"] == answer
+            assert gr.loads(server.model_text(quiet["id"]))[PATH] == pytest.approx(0.04, rel=0.02)
 
             tab.goto(f"{server.address}/#/runs/{run}")
             tab.get_by_role("button", name="What to change?").click()
@@ -153,6 +159,69 @@ class TestPage:
             assert (job["task"], job["options"]) == ("remedies", {"target": "half", "pairs": False})
             server.client.post(f"/api/jobs/{job['id']}/cancel")
             server.ended(job["id"])
+
+    def test_own_changes_are_searched_and_one_of_them_is_run(self, server: Server) -> None:
+        model = gr.example("backlash_oscillator").with_({"simulation.cycles": 40, "simulation.discard": 20})
+        run = server.ended(server.job(text=model.to_toml())["id"])["id"]
+        with opened_page(server) as tab:
+            tab.goto(f"{server.address}/#/runs/{run}")
+            tab.get_by_role("button", name="What to change?").click()
+            form = tab.get_by_role("form", name="What to change?")
+            for path, low, high, cost in (("torque.0.mean", "0.05", "0.4", "2"), (PATH, "0.02", "0.06", "1")):
+                form.get_by_label("Change to search").select_option(path)
+                own = form.get_by_role("group").last
+                own.get_by_label("from ").fill(low)
+                own.get_by_label("to ", exact=False).last.fill(high)
+                own.get_by_label("cost").fill(cost)
+            assert violations(tab) == []
+            form.get_by_role("button", name="Search").click()
+            tab.wait_for_url(lambda url: run not in url)
+            job = server.ended(tab.url.partition("#/runs/")[2].partition("/")[0])
+            expected = {
+                "torque.0.mean": {"from": 0.05, "to": 0.4, "cost": 2},
+                PATH: {"from": 0.02, "to": 0.06, "cost": 1},
+            }
+            assert job["options"]["candidates"] == expected
+            changes = server.client.get(f"/api/jobs/{job['id']}/view").json()["changes"]
+            assert {path for change in changes for path in change["values"]} == set(expected)
+            tab.get_by_role("combobox", name="Change").select_option(label=changes[-1]["words"])
+            tab.get_by_role("button", name="Run with it").click()
+            tab.wait_for_url(lambda url: job["id"] not in url)
+            child = server.ended(tab.url.partition("#/runs/")[2].partition("/")[0])
+            assert gr.loads(server.model_text(child["id"])) == model.with_(changes[-1]["values"])
+
+    def test_values_that_vary_together_are_one_axis_and_its_cost_is_estimated(self, server: Server) -> None:
+        model = gr.example("manual_transmission").with_({"simulation.cycles": 5, "simulation.discard": 1})
+        run = server.ended(server.job(text=model.to_toml())["id"])["id"]
+        backlashes = model.paths("mesh.*.backlash")
+        with opened_page(server) as tab:
+            tab.goto(f"{server.address}/#/studies")
+            tab.get_by_label("Model of").select_option(run)
+            tab.get_by_label("Vary").select_option(backlashes[0])
+            tab.get_by_label("together with").select_option("inertia.*.drag_torque")
+            tab.get_by_role("textbox", name="values").fill("3")
+            tab.keyboard.press("Tab")
+            assert cut_off(tab) == []
+            assert violations(tab) == []
+            tab.get_by_role("button", name="How long?").click()
+            status = tab.get_by_role("status").filter(has_text="3 cases, about")
+            status.wait_for()
+            tab.get_by_role("button", name="Run 3 cases").click()
+            tab.wait_for_url("**/#/runs/*")
+            job = server.ended(tab.url.partition("#/runs/")[2].partition("/")[0])
+            assert job["state"] == "done", job["problems"]
+            ((name, members),) = job["options"]["axes"].items()
+            assert " and " in name
+            assert members["inertia.*.drag_torque"] == {"factor": [0.5, 1.25, 2]}
+            assert len(members[backlashes[0]]) == 3
+            tab.goto(f"{server.address}/#/studies?job={job['id']}&x=2&y=0")
+            tab.get_by_role("button", name="Run this case").click()
+            tab.wait_for_url("**/#/runs/*")
+            case = server.ended(tab.url.partition("#/runs/")[2].partition("/")[0])
+            changed = gr.loads(server.model_text(case["id"]))
+            assert changed[backlashes[0]] == pytest.approx(2.0 * model[backlashes[0]])
+            drag = model.paths("inertia.*.drag_torque")[0]
+            assert changed[drag] == pytest.approx(2.0 * model[drag])
 
     def test_a_study_takes_factors_log_spacing_and_outputs_and_its_case_runs(self, server: Server) -> None:
         model = gr.example("manual_transmission").with_({"simulation.cycles": 5, "simulation.discard": 1})
@@ -179,6 +248,5 @@ class TestPage:
             tab.get_by_role("button", name="Run this case").click()
             tab.wait_for_url("**/#/runs/*")
             case = server.state(tab.url.partition("#/runs/")[2].partition("/")[0])
-            text = server.client.get(f"/api/jobs/{case['id']}/model.toml").text
             path = model.paths("inertia.*.drag_torque")[0]
-            assert gr.loads(text)[path] == pytest.approx(2.0 * model[path])
+            assert gr.loads(server.model_text(case["id"]))[path] == pytest.approx(2.0 * model[path])

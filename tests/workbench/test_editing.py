@@ -265,3 +265,39 @@ def test_an_edit_of_what_is_no_table_is_refused(text: str, edit: dict[str, Any])
 def test_an_empty_field_takes_the_key_out() -> None:
     text = after(TEXT, {"op": "set", "path": "inertia.b.J", "typed": "  "})
     assert "J" not in tomllib.loads(text)["inertia"][1]
+
+
+PATTERNS = ["inertia.*.J", "inertia.*.drag_torque", "mesh.*.backlash", "torque.*.harmonics.*.amplitude"]
+
+
+def numbers(name: str, pattern: str) -> dict[str, float]:
+    """Return the numbers of an example that a pattern matches."""
+    model = load(example_files()[name])
+    return {path: model[path] for path in model.paths(pattern)}
+
+
+PLAIN = [name for name, text in TEXTS.items() if "file = " not in text and "value = [" not in text]
+
+
+@pytest.mark.parametrize(
+    ("name", "pattern"), [(name, pattern) for name in PLAIN for pattern in PATTERNS if numbers(name, pattern)]
+)
+def test_a_factor_on_a_pattern_is_that_of_a_model(name: str, pattern: str) -> None:
+    own = numbers(name, pattern)
+    text = edited(TEXTS[name], [{"op": "set", "path": pattern, "value": {"factor": 3}}]).text
+    changed = gr.loads(text)
+    assert {path: changed[path] for path in own} == {path: pytest.approx(3 * own[path], rel=1e-11) for path in own}
+    assert changed.with_(own) == load(example_files()[name])
+    quotes = [line.count('"') for line in TEXTS[name].splitlines()]
+    assert [line.count('"') for line in text.splitlines()] == quotes  # every value keeps its unit
+
+
+def test_a_pattern_sets_all_that_it_matches() -> None:
+    text = edited(TEXT, [{"op": "set", "path": "inertia.*.J", "value": 3.0}]).text
+    assert [inertia.J for inertia in gr.loads(text).inertias] == [3.0, 3.0]
+
+
+@pytest.mark.parametrize("path", ["inertia.*.mass", "coupling.c.between", "inertia.a.name"])
+def test_a_factor_of_what_is_no_number_is_refused(path: str) -> None:
+    with pytest.raises(gr.ModelError, match=r"mass|a factor needs a number here"):
+        edited(TEXT, [{"op": "set", "path": path, "value": {"factor": 3}}])

@@ -147,11 +147,13 @@ def test_another_process_is_warm_when_one_is_lost(tmp_path: Path) -> None:
     reserve = Reserve()
     process = WarmProcess(8e9, reserve)
     question = {"text": MODEL, "values": {}, "folder": Folder(tmp_path), "file": "", "roots": ()}
+    process.start()
     first = process.ask("live", question)
     lost = process.start().result()[0].pid
     assert reserve._process is not None
     spare = reserve._process.result()[0].pid
     process.end()
+    process.start()
     assert process.ask("live", question) == first
     assert process.start().result()[0].pid == spare != lost
     reserve.close()
@@ -167,6 +169,7 @@ def test_where_nothing_is_forked_processes_are_spawned(tmp_path: Path, monkeypat
     for platform in (sys.platform, "darwin"):
         monkeypatch.setattr(processes.sys, "platform", platform)
         process = WarmProcess(8e9, reserve := Reserve())
+        process.start()
         answers.append(process.ask("live", question))
         is_forked = children(os.getpid()).count(process.start().result()[0].pid or 0) == 0
         assert is_forked == (platform == "linux")

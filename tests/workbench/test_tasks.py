@@ -171,8 +171,8 @@ def test_a_days_work_on_a_gearbox(tab: Any, server: Server, tmp_path: Path, gear
     answer = tab.locator(".gr-tabpanel")
     expect(answer).to_contain_text("the data determine every parameter")
     expect(answer).to_contain_text("hub: order 2")
-    fitted = server.client.get(f"/api/jobs/{fit}/view").json()["fitted"]
-    assert fitted == {FREE: pytest.approx(TRUE, rel=0.01)}
+    (change,) = server.client.get(f"/api/jobs/{fit}/view").json()["changes"]
+    assert change["values"] == {FREE: pytest.approx(TRUE, rel=0.01)}
 
     # The same value fitted to a measured natural frequency.
     tab.goto(measured)
@@ -184,13 +184,13 @@ def test_a_days_work_on_a_gearbox(tab: Any, server: Server, tmp_path: Path, gear
     form.get_by_role("button", name="Fit 1 value").click()
     fit = done(tab, server)
     expect(tab.locator(".gr-tabpanel")).to_contain_text("the data determine every parameter")
-    fitted = server.client.get(f"/api/jobs/{fit}/view").json()["fitted"]
-    assert fitted == {FREE: pytest.approx(TRUE, rel=1e-3)}
+    (change,) = server.client.get(f"/api/jobs/{fit}/view").json()["changes"]
+    assert change["values"] == {FREE: pytest.approx(TRUE, rel=1e-3)}
     tab.get_by_role("button", name="Run with the fitted values").click()
     tab.wait_for_url(lambda url: fit not in url)
     second = done(tab, server)
     expect(tab.locator(".gr-headline")).to_be_visible()
-    assert server.state(second)["name"] == "fitted stiffness of coupling damper"
+    assert server.state(second)["name"].startswith("stiffness of coupling damper ")
 
     # Variants side by side; the better one is kept under a name.
     tab.get_by_role("navigation", name="Workbench").get_by_role("link", name="Compare").click()

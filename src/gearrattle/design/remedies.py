@@ -63,7 +63,7 @@ class Remedy:
     change
         in words, with the value before and after.
     changes
-        by path what ``Model.with_`` takes.
+        by path what ``Model.with_`` takes; empty where no other value is better.
     cost
         of it.
     holds
@@ -281,7 +281,7 @@ class _Study:
         variable = option.variable
         best = _reached(search) or min(search.tried, key=lambda variant: variant.distance)
         word, energy, part = _worst(best.motions, search.target)
-        changes = variable.changes(best.value)
+        changes = {} if best.value == variable.own else variable.changes(best.value)
         effects = () if best.value == variable.own else self._side_effects(own, best)
         words = _change_words(self.model, variable, best.value)
         return Remedy(words, changes, option.cost_of(best.value), best.holds, word, energy, part, effects)

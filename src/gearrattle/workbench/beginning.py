@@ -129,7 +129,7 @@ def _staged(row: Any, location: Location) -> Iterator[dict[str, Any]]:
         return
     last = dict(own[-1]) if isinstance(own[-1], Mapping) else {}
     before = own[-2].get("until", _UNTIL) if len(own) > 1 and isinstance(own[-2], Mapping) else None
-    until = last.pop("until", None) or (_times(before, 2.0) if before is not None else _UNTIL)
+    until = last.pop("until", None) or (multiplied(before, 2.0) if before is not None else _UNTIL)
     yield {"op": "set", "path": [*path, key, len(own) - 1, "until"], "value": until}
     yield {"op": "add", "table": [*path, key], "value": last}
 
@@ -140,19 +140,19 @@ def _stages_of(row: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     stiffness = row.get("stiffness", Coupling.template["stiffness"])
     damping = row.get("damping", 0.0)
     clearance = row.get("clearance")
-    if clearance is not None and _times(clearance, 1.0) not in (0.0, "0"):
-        first = {"stiffness": _times(stiffness, row.get("stiffness_ratio", 0.0)), "until": clearance}
-        yield {**first, "damping": _times(damping, row.get("damping_ratio", 0.0)), **kept}
+    if clearance is not None and multiplied(clearance, 1.0) not in (0.0, "0"):
+        first = {"stiffness": multiplied(stiffness, row.get("stiffness_ratio", 0.0)), "until": clearance}
+        yield {**first, "damping": multiplied(damping, row.get("damping_ratio", 0.0)), **kept}
     yield {"stiffness": stiffness, "damping": damping, **kept}
 
 
-def _times(value: object, factor: float) -> object:
-    """Return a number, or a number with its unit, times a factor; 0 without its unit."""
+def multiplied(value: object, factor: float) -> object:
+    """Return a number, or a number with its unit, times a factor; 0 without its unit; what is no number as it is."""
     text = _NUMBER.fullmatch(str(value))
     if not text or isinstance(value, Mapping):
         return value
-    number = float(f"{float(text[1]) * factor:.9g}")
-    return f"{number:g} {text[2]}" if text[2] and number else number
+    number = float(f"{float(text[1]) * factor:.12g}")
+    return f"{number:.12g} {text[2]}" if text[2] and number else number
 
 
 # ---- what the schema says

@@ -4,8 +4,8 @@ Edits are ``{"op": "set", "path", "value" | "typed"}``, ``{"op": "add", "table",
 ``{"op": "delete", "path"}``, ``{"op": "rename", "table", "name", "to"}`` and ``{"op": "begin", "path", "option"}``,
 which begins a table or a list with values that are valid there (``beginning``), or adds a row. A path is a text as
 ``Model.with_`` takes it, "mesh.gear.backlash", or the keys and 0-based indices, ``["mesh", 0, "backlash"]``; the text
-need be no sound model, only TOML. ``typed`` is what a person types into a field: a number stays the number typed,
-anything else is text.
+need be no sound model, only TOML. What is set may be a factor, ``{"factor": 3}``, and its path a pattern: every value
+keeps its unit. ``typed`` is what a person types into a field: a number stays the number typed, anything else is text.
 
 Whatever the edit does to the text, the values in it are compared with those of the same edit of plain tables.
 
@@ -26,12 +26,13 @@ from tomlkit.items import InlineTable, Item
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.model.factors import factor_in, is_factor
 from gearrattle.model.file import read_tables
-from gearrattle.model.paths import SAME_THING, location_of
+from gearrattle.model.paths import ANY, SAME_THING, location_of, paths_at, value_at
 from gearrattle.model.writing import value_text
 from gearrattle.wording import listed
 from gearrattle.workbench import blocks as documents
-from gearrattle.workbench.beginning import begun
+from gearrattle.workbench.beginning import begun, multiplied
 from gearrattle.workbench.blocks import Block, Location
 from gearrattle.workbench.references import BODY, dependents, label, references, rows_of
 
@@ -95,10 +96,12 @@ def literal_of(typed: str) -> str:
 
 
 def _parts(text: str, edit: Edit) -> Sequence[Edit]:
-    """Return the edits that an edit stands for: those that begin what it asks for, or itself."""
-    if not isinstance(edit, Mapping) or edit.get("op") != "begin":
+    """Return the edits that an edit stands for: those that begin what it asks for, one for each value, or itself."""
+    if not isinstance(edit, Mapping) or edit.get("op") not in ("begin", "set"):
         return [edit]
     tables, _ = read_tables(text, "text")
+    if edit["op"] == "set":
+        return _single_settings(tables, edit)
     location = _location(tables, edit, "path")
     option = edit.get("option", 0)
     if type(option) is not int or option < 0:
@@ -108,6 +111,27 @@ def _parts(text: str, edit: Edit) -> Sequence[Edit]:
     except LookupError:
         words = ".".join(str(part) for part in location)
         raise _refused(f"path {words}", "", "no table or list may stand here") from None
+
+
+def _single_settings(tables: Mapping[str, Any], edit: Edit) -> Sequence[Edit]:
+    """Return the edits that set what a pattern matches, each to its own value times a factor where one is asked for."""
+    path, value = edit.get("path"), edit.get("value")
+    if not isinstance(path, str) or not (ANY in path or is_factor(value)):
+        return [edit]
+    paths = paths_at(tables, path)
+    if not is_factor(value):
+        return [{**edit, "path": one} for one in paths]
+    factor = factor_in(value).times
+    return [{"op": "set", "path": one, "value": _times(tables, one, factor)} for one in paths]
+
+
+def _times(tables: Mapping[str, Any], path: str, factor: float) -> Any:
+    """Return the number at a path, as it is written, times a factor."""
+    own = value_at(tables, path)
+    value = multiplied(own, factor)
+    if value is own:
+        raise _refused(f"path {path}", str(own), "a factor needs a number here")
+    return value
 
 
 def _steps(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,8 +19,11 @@ import numpy as np
 from markupsafe import Markup
 
 from gearrattle.analysis.statics import Modes
+from gearrattle.design.remedies import Remedies
+from gearrattle.design.threshold import Threshold
 from gearrattle.json_types import json_value
 from gearrattle.measured.identification.fitted import Fit
+from gearrattle.model.factors import FACTOR, Factor
 from gearrattle.orbits import Branch
 from gearrattle.pipeline import Findings
 from gearrattle.report.motion_at_point import chosen_points, point_data
@@ -45,7 +49,7 @@ def view_of(presentation: Presentation[Any]) -> dict[str, Any]:
     dict[str, Any]
         kind, title, sentence, notes; sections in reading order, each with key, title, lead, words, notes, figures
         (key, title, caption, tab, group, wide), tables (title, head, rows, words, note), in_columns, folds and text; of
-        a run also verdict, of a fit also fitted.
+        a run also verdict; of a result that proposes values also changes, each with words and values by path.
     """
     page = presentation.page()
     findings = page.values.get("findings")
@@ -57,7 +61,7 @@ def view_of(presentation: Presentation[Any]) -> dict[str, Any]:
         "sections": [section_json(section) for section in page.sections],
         **({"verdict": verdict_block(findings, page.values)} if isinstance(findings, Findings) else {}),
         **_moving(findings.modes if isinstance(findings, Findings) else presentation.result),
-        **_fitted(presentation.result),
+        **_changes(presentation.result),
     }
 
 
@@ -77,9 +81,34 @@ def _moving(result: object) -> dict[str, Any]:
     return {"modes": shown}
 
 
-def _fitted(result: object) -> dict[str, Any]:
-    """Return the values that a fit found, by path; nothing of what is none."""
-    return {"fitted": {p.path: p.value for p in result.parameters}} if isinstance(result, Fit) else {}
+def _changes(result: object) -> dict[str, Any]:
+    """Return the changes of the model that a result proposes, as edits take them; nothing of what proposes none."""
+    changes: list[tuple[str, Mapping[str, Any]]] = []
+    match result:
+        case Fit():
+            changes = [("the fitted values", {parameter.path: parameter.value for parameter in result.parameters})]
+        case Threshold(value=float(value), variable=variable):
+            changes = [(f"{variable.words} {variable.shown(value)}", variable.changes(value))]
+        case Remedies():
+            changes = [(remedy.change, remedy.changes) for remedy in result.remedies if remedy.changes]
+    shown = [{"words": words, "values": _written_values(values)} for words, values in changes]
+    return {"changes": shown} if shown else {}
+
+
+def _written_values(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by path as an edit takes them."""
+    return {path: _written_value(value) for path, value in values.items()}
+
+
+def _written_value(value: Any) -> Any:
+    """Return a value as an edit takes it, to seven digits."""
+    if isinstance(value, Factor):
+        return {FACTOR: _rounded(value.times)}
+    return _rounded(value) if isinstance(value, float) else value
+
+
+def _rounded(number: float) -> float:
+    return float(f"{number:.7g}")
 
 
 def motions_json(branch: Branch) -> dict[str, Any] | None:

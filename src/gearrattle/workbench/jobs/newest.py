@@ -1,4 +1,4 @@
-"""Answers that follow a slider: one at a time, and of those that wait only the newest.
+"""Answers at once, such as those that follow a slider: one at a time, and of those that wait only the newest.
 
 Takes requests as they come; gives an answer to each, or says that a newer one has taken its place.
 """
@@ -37,15 +37,17 @@ class Newest:
         self._latest, self._is_busy, self._is_open = 0, False, True
         self._process.start()
 
-    def ask(self, text: str, values: dict[str, Any], file: str = "") -> dict[str, Any]:
-        """Return what a model does with some values changed.
+    def ask(self, what: str, text: str, file: str, question: dict[str, Any]) -> dict[str, Any]:
+        """Return the answer to a question about a model.
 
         Parameters
         ----------
+        what
+            "live": what the model does with some values changed; "estimate": what a study of it costs.
         text, file
             of the model, and the name of its file in the workspace folder.
-        values
-            by path.
+        question
+            what else is asked.
 
         Raises
         ------
@@ -72,8 +74,8 @@ class Newest:
             self._is_busy = True
             self._process.start()
         try:
-            content = {"text": text, "values": values, "folder": self._folder, "file": file, "roots": allowed_roots()}
-            answer: dict[str, Any] = self._process.ask("live", content)
+            content = {"text": text, "folder": self._folder, "file": file, "roots": allowed_roots(), **question}
+            answer: dict[str, Any] = self._process.ask(what, content)
             return answer
         finally:
             with self._changed:

@@ -21,13 +21,16 @@ from functools import cache
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gearrattle.errors import Cancelled, GearRattleError, ModelError, Problem
 from gearrattle.files import allowed_root
 from gearrattle.processes import warm_processes
 from gearrattle.threads import one_thread
 from gearrattle.workbench.stored import problem_of
+
+if TYPE_CHECKING:
+    from gearrattle.model import Model
 
 _LOOKED = 0.1  # seconds between two looks at memory
 _TOLD = 0.1  # seconds between two reports of progress
@@ -306,14 +309,31 @@ def _as_named(error: ModelError, inputs: Path, file: str) -> ModelError:
 
 def _live(content: dict[str, Any], progress: Callable[[float], None]) -> dict[str, Any]:
     del progress
-    from gearrattle.workbench.inputs import model_of
     from gearrattle.workbench.live import live_view
+
+    return live_view(_model_asked(content), content["values"])
+
+
+def _estimate(content: dict[str, Any], progress: Callable[[float], None]) -> dict[str, Any]:
+    """Return what a study would cost as a job."""
+    del progress
+    from gearrattle.studies.study import prepare
+
+    return prepare(_model_asked(content), **content["options"]).estimate(workers=1).to_dict()
+
+
+def _model_asked(content: dict[str, Any]) -> Model:
+    """Return the model that a question is about."""
+    from gearrattle.workbench.inputs import model_of
 
     with contextlib.ExitStack() as stack:
         for root in content["roots"]:
             stack.enter_context(allowed_root(root))
-        model = model_of(content["text"], content["folder"], content["file"])
-    return live_view(model, content["values"])
+        return model_of(content["text"], content["folder"], content["file"])
 
 
-_REQUESTS: dict[str, Callable[[dict[str, Any], Callable[[float], None]], Any]] = {"job": _job, "live": _live}
+_REQUESTS: dict[str, Callable[[dict[str, Any], Callable[[float], None]], Any]] = {
+    "job": _job,
+    "live": _live,
+    "estimate": _estimate,
+}

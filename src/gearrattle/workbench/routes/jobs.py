@@ -1,6 +1,6 @@
 """Jobs over HTTP: started, listed, named, cancelled, removed, and told of over a socket; answers that follow a slider.
 
-Takes requests for ``/api/jobs`` and ``/api/live``, and the socket ``/api/events``; gives jobs in JSON.
+Takes requests for ``/api/jobs``, ``/api/live`` and ``/api/estimate``, and the socket ``/api/events``; gives JSON.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from starlette.requests import Request
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from gearrattle.workbench.jobs.options import check_options
 from gearrattle.workbench.jobs.queue import Jobs
 from gearrattle.workbench.jobs.record import Job
 from gearrattle.workbench.routes.answers import answering, compact_json, json_object, object_of, text_of
@@ -55,8 +56,21 @@ def _delete(request: Request) -> dict[str, Any]:
 
 
 def _live(request: Request, body: dict[str, Any]) -> dict[str, Any]:
-    answer = request.app.state.newest.ask(text_of(body, "text"), object_of(body, "values"), text_of(body, "file", ""))
-    return {"sequence": body.get("sequence"), **answer}
+    return {"sequence": body.get("sequence"), **_ask(request, "live", body, {"values": object_of(body, "values")})}
+
+
+def _estimate(request: Request, body: dict[str, Any]) -> dict[str, Any]:
+    options = object_of(body, "options")
+    check_options("study", options)
+    return _ask(request, "estimate", body, {"options": options})
+
+
+def _ask(request: Request, what: str, body: dict[str, Any], question: dict[str, Any]) -> dict[str, Any]:
+    """Ask the warm process about the model of a request."""
+    answer: dict[str, Any] = request.app.state.newest.ask(
+        what, text_of(body, "text"), text_of(body, "file", ""), question
+    )
+    return answer
 
 
 async def _events(socket: WebSocket) -> None:
@@ -95,5 +109,6 @@ ROUTES: list[BaseRoute] = [
     Route("/api/jobs/{job}", answering(_delete), methods=["DELETE"]),
     Route("/api/jobs/{job}/cancel", answering(_cancel), methods=["POST"]),
     Route("/api/live", answering(_live, json_object), methods=["POST"]),
+    Route("/api/estimate", answering(_estimate, json_object), methods=["POST"]),
     WebSocketRoute("/api/events", _events),
 ]

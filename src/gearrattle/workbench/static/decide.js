@@ -31,7 +31,7 @@ export function choicesFor(model, part) {
 
 // The range that is offered for a value: factors for a group, else around the value, in its unit.
 export function rangeOf(model, path, wide = WIDE) {
-  if (model.groups.includes(path)) return { isFactor: true, unit: "", shown: "times", low: 1 / wide, high: wide };
+  if (model.groups.includes(path)) return { isFactor: true, unit: "", shown: "times", low: Number((1 / wide).toPrecision(3)), high: wide };
   const { text, si } = valuesOf(model).find((value) => value.path === path);
   const [, head, unit] = text.match(PATTERN), value = Number(head) || 1, ends = [value / wide, value * wide].map((end) => Number(end.toPrecision(3)));
   return { isFactor: false, unit, shown: unit || si, low: Math.min(...ends), high: Math.max(...ends) };
@@ -45,7 +45,7 @@ export function Decide({ job, question, parts, selected, onStarted, onError }) {
   useEffect(() => { modelOf(job.id).then(setModel).catch(onError); }, [job.id]);
   const submit = (task, options, name) => api.post("/api/jobs", { task, text: model.text, file: model.file, options, name, parent: job.id }).then(onStarted).catch(onError);
   if (!model) return html`<p class="loading">Reading the model …</p>`;
-  if (question === "remedies") return html`<${WhatToChange} submit=${submit} />`;
+  if (question === "remedies") return html`<${WhatToChange} model=${model} submit=${submit} />`;
   return html`<${HowMuch} model=${model} parts=${parts} selected=${selected} submit=${submit} />`;
 }
 
@@ -74,18 +74,33 @@ function HowMuch({ model, parts, selected, submit }) {
       <button class="primary" disabled=${!isSound}>Find how much</button></div></form>`;
 }
 
-function WhatToChange({ submit }) {
+function WhatToChange({ model, submit }) {
   const [goal, setGoal] = useState({ key: "quiet", limit: "" });
   const [hasPairs, setPairs] = useState(true);
+  const [changes, setChanges] = useState([]);
+  const isTaken = ({ path }) => changes.some((change) => change.path === path);
+  const choices = [["several together", model.groups.map((path) => ({ path, words: model.labels[path] }))], ["values", valuesOf(model).filter(({ path }) => !/^(simulation|criteria|excitation)\./.test(path)).map(({ path, words }) => ({ path, words: `${model.labels[path] ?? path} = ${words}` }))]];
+  const set = (path, values) => setChanges((before) => before.map((change) => (change.path === path ? { ...change, ...values } : change)));
+  const isSound = changes.every((change) => [change.low, change.high, change.cost].every((value) => value !== "" && Number.isFinite(Number(value))) && Number(change.low) < Number(change.high));
   const start = (event) => {
     event.preventDefault();
-    submit("remedies", { target: targetOf(goal), pairs: hasPairs }, `what to change: ${targetOf(goal)}`.slice(0, 120));
+    const own = Object.fromEntries(changes.map((change) => [change.path, { ...ends(change), cost: Number(change.cost) }]));
+    submit("remedies", { target: targetOf(goal), pairs: hasPairs, ...(changes.length ? { candidates: own } : {}) }, `what to change: ${targetOf(goal)}`.slice(0, 120));
   };
+  const field = (change, key, words) => html`<label>${words}<input type="text" inputmode="decimal" size="8" value=${change[key]} onInput=${(event) => set(change.path, { [key]: event.target.value.trim() })} /></label>`;
   return html`<form class="slider" aria-label="What to change?" onSubmit=${start}><h2>Which change makes it quiet?</h2>
-    <p class="muted">Drag torques, backlashes, gaps, damper stages and inertias are changed to 0.7 to 1.3 times what the model says, each by as little as does it. A change counts only if it holds at the neighbouring speeds and from all starts. It may take minutes; what is known when it is stopped stays.</p>
-    <div class="form"><${Goal} goal=${goal} set=${setGoal} words="target" choices=${[["quiet", "quiet"], ["half", "half the energy of the hardest impact"]]} />
+    <p class="muted">${changes.length ? "The changes below are searched, each by as little as does it." : "Drag torques, backlashes, gaps, damper stages and inertias are changed to 0.7 to 1.3 times what the model says, each by as little as does it; or choose the changes yourself."} A change counts only if it holds at the neighbouring speeds and from all starts. It may take minutes; what is known when it is stopped stays.</p>
+    ${changes.map((change) => html`<fieldset class="form" key=${change.path}><legend title=${change.path}>${model.labels[change.path] ?? change.path}</legend>${field(change, "low", `from [${change.shown || "SI"}]`)}${field(change, "high", `to [${change.shown || "SI"}]`)}${field(change, "cost", "cost of the whole way")}<button type="button" class="plain" onClick=${() => setChanges((before) => before.filter((other) => other !== change))}>Remove</button></fieldset>`)}
+    <div class="form"><label>Change to search<select value="" onChange=${(event) => { const path = event.target.value; setChanges((before) => [...before, { path, ...rangeOf(model, path, 1.5), cost: 1 }]); event.target.value = ""; }}><option value="">Choose a value …</option>${choices.map(([title, list]) => html`<optgroup label=${title}>${list.filter((choice) => !isTaken(choice)).map((choice) => html`<option value=${choice.path}>${choice.words}</option>`)}</optgroup>`)}</select></label>
+      <${Goal} goal=${goal} set=${setGoal} words="target" choices=${[["quiet", "quiet"], ["half", "half the energy of the hardest impact"]]} />
       <label>pairs as well<input type="checkbox" checked=${hasPairs} onChange=${(event) => setPairs(event.target.checked)} /></label>
-      <button class="primary" disabled=${!isGoal(goal)}>Search</button></div></form>`;
+      <button class="primary" disabled=${!isGoal(goal) || !isSound}>Search</button></div></form>`;
+}
+
+// The ends of a range as a study of designs takes them.
+function ends(range) {
+  const [from, to] = [Number(range.low), Number(range.high)].map((value) => (range.isFactor || !range.unit ? value : `${value} ${range.unit}`));
+  return range.isFactor ? { factor: { from, to } } : { from, to };
 }
 
 // What shall come out: one of the choices, or an output below a number.

@@ -2,7 +2,7 @@
 
 import { html, useEffect, useMemo, useRef, useState } from "/static/vendor/htm-preact.js";
 import { api } from "/static/api.js";
-import { about, named } from "/static/labels.js";
+import { named } from "/static/labels.js";
 import { jobAnswers, standIn } from "/static/model_stand_in.js";
 import { Decide, QUESTIONS } from "/static/decide.js";
 import { Widget } from "/static/widget_host.js";
@@ -23,6 +23,7 @@ export function ResultPane({ job, tab, onStarted, onError, drop }) {
   return html`<article class="card" aria-label=${job.label}>
     <${Head} job=${job} view=${view} path=${path} question=${question} setQuestion=${setQuestion} onStarted=${onStarted} onError=${onError} drop=${drop} />
     ${view?.verdict && question ? html`<${Decide} key=${question} job=${job} question=${question} parts=${view.verdict.parts} selected=${part} onStarted=${onStarted} onError=${onError} />` : null}
+    ${view?.changes ? html`<${Proposed} job=${job} changes=${view.changes} path=${path} onStarted=${onStarted} onError=${onError} />` : null}
     ${ACTIVE.includes(job.state) ? html`<${Running} job=${job} />` : null}
     ${!["waiting", "done"].includes(job.state) && FILLING.includes(job.task) ? html`<${Filling} job=${job} path=${path} onError=${onError} />` : null}
     ${job.problems?.length ? html`<${Problems} problems=${job.problems} />` : null}
@@ -43,13 +44,6 @@ function Head({ job, view, path, question, setQuestion, onStarted, onError, drop
     if (!confirm(`Delete "${job.label}" and its files?`)) return;
     api.delete(path).then(() => { drop(job.id); location.hash = "#/runs"; }).catch(onError);
   };
-  const runFitted = async () => {
-    try {
-      const edits = Object.entries(view.fitted).map(([where, value]) => ({ op: "set", path: where, value: Number(value.toPrecision(7)) }));
-      const { text, labels } = await api.post("/api/edit", { text: await api.get(`${path}/model.toml`), file: job.file, edits });
-      onStarted(await api.post("/api/jobs", { task: "run", text, file: job.file, options: {}, name: about("fitted", Object.keys(view.fitted), labels), parent: job.id }));
-    } catch (error) { onError(error); }
-  };
   const parent = job.parent ? html` · from <a href=${`#/runs/${job.parent}`}>its parent</a>` : null;
   return html`<div class="head">
     <div class="title">
@@ -65,11 +59,25 @@ function Head({ job, view, path, question, setQuestion, onStarted, onError, drop
       ${WITH_MODEL.includes(job.task) ? html`<a class="button" href=${`#/runs/${job.id}/vary`}>Vary values</a>` : null}
       <a class="button" href=${`#/compare?jobs=${[job.parent, job.id].filter(Boolean).join(",")}`}>Compare</a>
       ${view?.verdict ? html`<a class="button" href=${`#/measured?job=${job.id}`}>Lay measured over</a>` : null}
-      ${view?.fitted ? html`<button type="button" class="primary" onClick=${runFitted}>Run with the fitted values</button>` : null}
       ${job.state === "done" ? html`<${HandOver} job=${job} path=${path} />` : null}
       ${ACTIVE.includes(job.state) ? null : html`<button type="button" class="danger" onClick=${remove}>Delete</button>`}
     </div>
   </div>`;
+}
+
+// Changes of the model that a result proposes: one is chosen, and run.
+function Proposed({ job, changes, path, onStarted, onError }) {
+  const [chosen, setChosen] = useState(0);
+  const run = async () => {
+    try {
+      const edits = Object.entries(changes[chosen].values).map(([where, value]) => ({ op: "set", path: where, value }));
+      const { text } = await api.post("/api/edit", { text: await api.get(`${path}/model.toml`), file: job.file, edits });
+      onStarted(await api.post("/api/jobs", { task: "run", text, file: job.file, options: {}, parent: job.id }));
+    } catch (error) { onError(error); }
+  };
+  return html`<div class="form">
+    ${changes.length > 1 ? html`<label>Change<select value=${chosen} onChange=${(event) => setChosen(Number(event.target.value))}>${changes.map(({ words }, k) => html`<option value=${k}>${words}</option>`)}</select></label>` : null}
+    <button type="button" class="primary" onClick=${run}>Run with ${changes.length > 1 ? "it" : changes[0].words}</button></div>`;
 }
 
 function when(job) {

@@ -5,7 +5,7 @@ import { api } from "/static/api.js";
 import { modelOf } from "/static/job_model.js";
 import { about } from "/static/labels.js";
 import { rangeOf, written } from "/static/decide.js";
-import { PATTERN, valuesOf } from "/static/live.js";
+import { valuesOf } from "/static/live.js";
 
 const MOST = 400;
 const SPACINGS = ["linear", "log"];
@@ -20,6 +20,8 @@ export function Studies({ jobs, onStarted, onError }) {
   const [model, setModel] = useState(null);
   const [axes, setAxes] = useState([]);
   const [outputs, setOutputs] = useState(USUAL);
+  const [cost, setCost] = useState("");
+  useEffect(() => setCost(""), [axes, outputs]);
   useEffect(() => { if (!base && done.length) setBase(done[0].id); }, [done.length]);
   useEffect(() => {
     if (!base) return;
@@ -28,14 +30,23 @@ export function Studies({ jobs, onStarted, onError }) {
   }, [base]);
   const studies = (jobs ?? []).filter((job) => LISTED.includes(job.task));
   const values = model ? valuesOf(model).filter(({ path }) => !path.startsWith("simulation")) : [];
-  const add = (path) => {
-    setAxes((before) => [...before, { path, ...rangeOf(model, path, 2), count: 9, spacing: "linear" }]);
-  };
+  const variable = (path) => ({ path, ...rangeOf(model, path, 2) });
+  const add = (path) => setAxes((before) => [...before, { ...variable(path), count: 9, spacing: "linear", ties: [] }]);
+  const taken = axes.flatMap((axis) => [axis, ...axis.ties]).map(({ path }) => path);
+  const options = model ? html`<optgroup label="several together">${model.groups.filter((path) => !taken.includes(path)).map((path) => html`<option value=${path}>${model.labels[path]}</option>`)}</optgroup>
+    ${values.filter(({ path }) => !taken.includes(path)).map(({ path, words }) => html`<option value=${path}>${path} = ${words}</option>`)}` : null;
   const change = (path, changes) => setAxes((before) => before.map((axis) => (axis.path === path ? { ...axis, ...changes } : axis)));
   const cases = axes.reduce((product, axis) => product * axis.count, axes.length ? 1 : 0);
+  const grid = () => Object.fromEntries(axes.map((axis) => {
+    const lists = [axis, ...axis.ties].map((one) => [one.path, listOf(one, axis)]);
+    return axis.ties.length ? [together(axis, model.labels), Object.fromEntries(lists)] : lists[0];
+  }));
+  const ask = () => {
+    setCost("computing some cases …");
+    api.post("/api/estimate", { text: model.text, file: model.file, options: { axes: grid(), outputs } }).then(({ estimate }) => setCost(estimate)).catch((error) => { setCost(""); onError(error); });
+  };
   const start = () => {
-    const grid = Object.fromEntries(axes.map((axis) => [axis.path, axis.isFactor ? { factor: spread(axis) } : spread(axis).map((value) => written(axis, value))]));
-    api.post("/api/jobs", { task: "study", text: model.text, file: model.file, options: { axes: grid, outputs }, name: about("study over", axes.map((axis) => axis.path), model.labels), parent: base }).then(onStarted).catch(onError);
+    api.post("/api/jobs", { task: "study", text: model.text, file: model.file, options: { axes: grid(), outputs }, name: about("study over", axes.flatMap((axis) => [axis, ...axis.ties]).map(({ path }) => path), model.labels), parent: base }).then(onStarted).catch(onError);
   };
   const follow = () => {
     const [axis] = axes, { path } = axis, range = [axis.low, axis.high].map((value) => written(axis, value));
@@ -50,27 +61,38 @@ export function Studies({ jobs, onStarted, onError }) {
       <h1>New study</h1><p class="muted">Choose one or two values; every combination is run, and the map shows where it rattles. A click in the map opens that case. Over one value, periodic motions can be followed as well, stable or not.</p>
       <div class="form"><label>Model of<select value=${base} onChange=${(event) => setBase(event.target.value)}>${done.length ? null : html`<option value="">no finished run</option>`}${done.map((job) => html`<option value=${job.id}>${job.label}</option>`)}</select></label>
         ${model && axes.length < 2 ? html`<label>Vary<select value="" onChange=${(event) => { add(event.target.value); event.target.value = ""; }}><option value="">Choose a value …</option>
-          <optgroup label="several together">${model.groups.filter((path) => !axes.some((axis) => axis.path === path)).map((path) => html`<option value=${path}>${model.labels[path]}</option>`)}</optgroup>
-          ${values.filter(({ path }) => !axes.some((axis) => axis.path === path)).map(({ path, words }) => html`<option value=${path}>${path} = ${words}</option>`)}</select></label>` : null}</div>
-      ${axes.map((axis) => html`<${Axis} key=${axis.path} axis=${axis} words=${model.labels[axis.path]} change=${change} drop=${() => setAxes((before) => before.filter((other) => other.path !== axis.path))} />`)}
+          ${options}</select></label>` : null}</div>
+      ${axes.map((axis) => html`<${Axis} key=${axis.path} axis=${axis} labels=${model.labels} options=${options} variable=${variable} change=${change} drop=${() => setAxes((before) => before.filter((other) => other.path !== axis.path))} />`)}
       ${axes.length ? html`<fieldset class="form checks"><legend>Outputs</legend>${OUTPUTS.map((name) => html`<label><input type="checkbox" checked=${outputs.includes(name)} onChange=${(event) => setOutputs((old) => OUTPUTS.filter((one) => (one === name ? event.target.checked : old.includes(one))))} />${name}</label>`)}</fieldset>` : null}
-      ${axes.length ? html`<p><button type="button" class="primary" disabled=${cases > MOST || !outputs.length || !axes.every(isSound)} onClick=${start}>Run ${cases} ${cases === 1 ? "case" : "cases"}</button>${cases > MOST ? html` <span class="failed">at most ${MOST} cases here; gearrattle study does more</span>` : null}
-        ${axes.length === 1 && !axes[0].isFactor ? html` <button type="button" onClick=${follow}>Follow periodic motions</button>` : null}</p>` : null}
+      ${axes.length ? html`<p><button type="button" class="primary" disabled=${cases > MOST || !outputs.length || !axes.every(isSound)} onClick=${start}>Run ${cases} ${cases === 1 ? "case" : "cases"}</button> <button type="button" disabled=${cases > MOST || !outputs.length || !axes.every(isSound)} onClick=${ask}>How long?</button> <span class="muted" role="status">${cost}</span>${cases > MOST ? html` <span class="failed">at most ${MOST} cases here; gearrattle study does more</span>` : null}
+        ${axes.length === 1 && !axes[0].isFactor && !axes[0].ties.length ? html` <button type="button" onClick=${follow}>Follow periodic motions</button>` : null}</p>` : null}
     </article></div>`;
 }
 
-// The values of an axis from end to end.
-function spread({ low, high, count, spacing }) {
+// The values of one that varies along an axis, from end to end.
+function listOf(one, { count, spacing }) {
+  const { low, high } = one;
   const at = (share) => (spacing === "log" ? low * (high / low) ** share : low + (high - low) * share);
-  return Array.from({ length: count }, (_, k) => Number(at(k / Math.max(1, count - 1)).toPrecision(6)));
+  const list = Array.from({ length: count }, (_, k) => Number(at(k / Math.max(1, count - 1)).toPrecision(6)));
+  return one.isFactor ? { factor: list } : list.map((value) => written(one, value));
 }
 
-const isSound = ({ low, high, spacing }) => spacing === "linear" || low * high > 0;
+// What several values that vary together are called.
+const together = (axis, labels) => [axis, ...axis.ties].map(({ path }) => labels[path] ?? path).join(" and ").replace(/[^\w-]+/g, " ").slice(0, 60).trim();
 
-function Axis({ axis, words, change, drop }) {
-  const inUnit = axis.shown ? ` [${axis.shown}]` : "";
-  const field = (key, words) => html`<${Numeral} words=${words} value=${axis[key]} commit=${(value) => change(axis.path, { [key]: key === "count" ? Math.max(1, Math.round(value)) : value })} />`;
-  return html`<fieldset class="form"><legend title=${axis.path}>${words ?? axis.path}</legend>${field("low", `from${inUnit}`)}${field("high", `to${inUnit}`)}${field("count", "values")}<label>spacing<select value=${axis.spacing} onChange=${(event) => change(axis.path, { spacing: event.target.value })}>${SPACINGS.map((name) => html`<option value=${name}>${name}</option>`)}</select></label>${isSound(axis) ? null : html`<span class="failed">log needs ends of one sign, none of them 0</span>`}<button type="button" class="plain" onClick=${drop}>Remove</button></fieldset>`;
+const isSound = ({ low, high, spacing, ties }) => spacing === "linear" || [{ low, high }, ...ties].every((one) => one.low * one.high > 0);
+
+// One axis of a study: a value, and what varies together with it, step by step.
+function Axis({ axis, labels, options, variable, change, drop }) {
+  const set = (changes) => change(axis.path, changes);
+  const untie = (path) => set({ ties: axis.ties.filter((tie) => tie.path !== path) });
+  const retie = (path, changes) => set({ ties: axis.ties.map((tie) => (tie.path === path ? { ...tie, ...changes } : tie)) });
+  const ends = (one, commit) => ["low", "high"].map((key) => html`<${Numeral} words=${`${key === "low" ? "from" : "to"}${one.shown ? ` [${one.shown}]` : ""}`} value=${one[key]} commit=${(value) => commit({ [key]: value })} />`);
+  return html`<fieldset class="form"><legend title=${axis.path}>${labels[axis.path] ?? axis.path}</legend>
+    ${ends(axis, set)}<${Numeral} words="values" value=${axis.count} commit=${(value) => set({ count: Math.max(1, Math.round(value)) })} /><label>spacing<select value=${axis.spacing} onChange=${(event) => set({ spacing: event.target.value })}>${SPACINGS.map((name) => html`<option value=${name}>${name}</option>`)}</select></label>${isSound(axis) ? null : html`<span class="failed">log needs ends of one sign, none of them 0</span>`}
+    <label>together with<select value="" onChange=${(event) => { set({ ties: [...axis.ties, variable(event.target.value)] }); event.target.value = ""; }}><option value="">Choose a value …</option>${options}</select></label>
+    <button type="button" class="plain" onClick=${drop}>Remove</button>
+    ${axis.ties.map((tie) => html`<fieldset class="form" key=${tie.path}><legend title=${tie.path}>with ${labels[tie.path] ?? tie.path}</legend>${ends(tie, (changes) => retie(tie.path, changes))}<button type="button" class="plain" onClick=${() => untie(tie.path)}>Remove</button></fieldset>`)}</fieldset>`;
 }
 
 // A number that is changed when its text is left; while it is typed it stays as it is, whatever else changes on the page.
@@ -84,26 +106,19 @@ function Numeral({ words, value, commit }) {
   return html`<label>${words}<input type="text" inputmode="decimal" size="8" value=${typed ?? value} onInput=${(event) => setTyped(event.target.value)} onChange=${leave} /></label>`;
 }
 
-// Edits that multiply all values of a pattern, each in its unit.
-function multiplied(model, pattern, factor) {
-  const match = new RegExp(`^${pattern.split("*").map((part) => part.replace(/[.]/g, "\\.")).join(".*")}$`);
-  return valuesOf(model).filter(({ path }) => match.test(path)).map(({ path, text }) => {
-    const [, head, unit] = text.match(PATTERN), value = Number((Number(head) * factor).toPrecision(12));
-    return { op: "set", path, value: unit ? `${value} ${unit}` : value };
-  });
-}
+const isList = (entry) => Array.isArray(entry) || "factor" in entry;
+const valueAt = (entry, index) => { const list = entry.factor ?? entry, value = list[Math.min(list.length - 1, Math.max(0, index))]; return entry.factor ? { factor: value } : value; };
 
 // The case that was chosen in a map, whose axes count the values: its values in the model, ready to be run.
 function Case({ query, jobs, onStarted, onError }) {
   const id = query.get("job"), job = (jobs ?? []).find((entry) => entry.id === id);
-  const axes = Object.entries(job?.options?.axes ?? {}).map(([path, entry]) => (Array.isArray(entry) ? [path, entry] : [path, (entry.factor ?? []).map((factor) => ({ factor }))]));
+  const axes = Object.entries(job?.options?.axes ?? {}).map(([name, entry]) => Object.entries(isList(entry) ? { [name]: entry } : entry));
   if (!axes.length) return null;
-  const index = (k, position) => Math.min(axes[k][1].length - 1, Math.max(0, Math.round(Number(query.get(position)))));
-  const values = Object.fromEntries(axes.slice(0, 2).map(([path, all], k) => [path, all[index(k, k ? "y" : "x")]]));
+  const values = Object.fromEntries(axes.slice(0, 2).flatMap((members, k) => members.map(([path, entry]) => [path, valueAt(entry, Math.round(Number(query.get(k ? "y" : "x"))))])));
   const open = async () => {
     try {
-      const model = await modelOf(id), { text, file } = model;
-      const edits = Object.entries(values).flatMap(([path, value]) => (typeof value === "object" ? multiplied(model, path, value.factor) : [{ op: "set", path, value }]));
+      const { text, file } = await modelOf(id);
+      const edits = Object.entries(values).map(([path, value]) => ({ op: "set", path, value }));
       const edited = await api.post("/api/edit", { text, file, edits });
       onStarted(await api.post("/api/jobs", { task: "run", text: edited.text, file, options: {}, parent: id }));
     } catch (error) { onError(error); }
