@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 import gearrattle as gr
 from gearrattle.design.search import Report
+from gearrattle.design.target import target_of
 from gearrattle.errors import Cancelled, ModelError
 from tests.design.oscillator import LIMIT, T, loaded_gear
 
@@ -84,6 +87,8 @@ def test_what_was_simulated_is_all_there():
         ("inertia.gear.name", ("a", "b"), "quiet", "inertia"),
         (AMPLITUDE, (1.0, 2.0), "silent", "until"),
         (AMPLITUDE, (1.0, 2.0), "largest impact energy < much", "until"),
+        (AMPLITUDE, (1.0, 2.0), "largest impact energy < 1 mm", "mm is not"),
+        (AMPLITUDE, (1.0, 2.0), "impacts per cycle < 1 J", "1/cycle"),
         (AMPLITUDE, (1.0, 2.0), "no such output < 1", "outputs"),
         (AMPLITUDE, (1.0, 2.0), "gear: largest impact energy < 1", "until"),
     ],
@@ -92,6 +97,25 @@ def test_what_is_wrong_is_said_before_anything_runs(path, ends, until, location)
     with pytest.raises(ModelError) as refused:
         gr.threshold(loaded_gear(), path, ends, until)
     assert location in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("until", "limit"),
+    [
+        ("largest impact energy < 0.1 mJ", 1e-4),
+        ("m5: largest impact energy < 1e-4", 1e-4),
+        ("m5: largest approach speed < 5 mm/s", 0.005),
+        ("spline: largest approach speed < 180 deg/s", math.pi),
+        ("contact share > 0.9", 0.9),
+    ],
+)
+def test_a_target_takes_units(until, limit):
+    assert target_of(gr.example("six_speed"), until).limit == pytest.approx(limit, rel=1e-15)
+
+
+def test_parts_of_different_units_are_not_compared_with_one_number():
+    with pytest.raises(ModelError, match="must name one part: that of all is in m/s and rad/s"):
+        target_of(gr.example("six_speed"), "largest approach speed < 0.005")
 
 
 def test_a_search_that_is_stopped_tells_what_it_knows():

@@ -48,7 +48,7 @@ def remedy(
         Remedy file (TOML): target, speeds, and under [candidates] by path or pattern from, to (or factor) and cost.
         Default: drag torques, backlashes, gaps, stages and inertias, from 0.7 to 1.3 times their values.
     target
-        quiet (default), half (half the energy of the hardest impact), or "largest impact energy < 1e-4" [SI].
+        quiet (default), half (half the energy of the hardest impact), or "largest impact energy < 0.1 mJ".
     speeds
         At which it must hold beside the model's own: "760,800 rpm". Default: 3 % below and above.
     singles

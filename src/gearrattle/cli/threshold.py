@@ -48,7 +48,7 @@ def threshold(
     range_
         LOW:HIGH, such as "0.05:0.2 mm"; numbers without a unit are in SI.
     until
-        What is looked for: quiet, or "largest impact energy < 1e-4" [SI], "m5: largest impact energy < 1e-4".
+        What is looked for: quiet, or "largest impact energy < 0.1 mJ", "m5: largest approach speed < 5 mm/s".
     count
         Values of the scan. Default: 7.
     width

@@ -1,15 +1,16 @@
 """What a driveline shall be: quiet, or with an output of a study below or above a value.
 
 ``"quiet"`` holds where no gap rattles. ``"largest impact energy < 1e-4"`` holds where the output of every part is below
-the value, ``"m5: largest impact energy < 1e-4"`` where that of one part is; values are in SI.
+the value, ``"m5: largest impact energy < 0.1 mJ"`` where that of one part is; a plain number is in SI.
 
 Takes a text and a Model; gives a Target.
 """
 
 from __future__ import annotations
 
+import contextlib
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,10 +20,12 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
+from gearrattle.model.units import DIMENSIONS, UnitError, convert
 from gearrattle.studies.batch import is_of_crossings
 from gearrattle.studies.goals import labels_of
 from gearrattle.studies.output import REGIME, SEVERITY, Output
 from gearrattle.studies.outputs import Outputs, outputs_of, short_runs
+from gearrattle.wording import listed
 
 QUIET = "quiet"
 ENERGY = "largest impact energy"
@@ -111,7 +114,7 @@ def target_of(model: Model, until: object) -> Target:
         return Target(QUIET, outputs, severity, "", float(severity.words.index("rattles")), above=False)
     match = _COMPARED.fullmatch(until.strip()) if isinstance(until, str) else None
     if match is None:
-        remedy = f'"{QUIET}", or such as "{ENERGY} < 1e-4"'
+        remedy = f'"{QUIET}", or such as "{ENERGY} < 0.1 mJ"'
         raise ModelError(Problem("until", shown(until), "must be a target", remedy))
     label = match["label"].strip()
     name = label.rpartition(": ")[2]
@@ -120,7 +123,9 @@ def target_of(model: Model, until: object) -> Target:
     if label not in known and label != name:
         raise ModelError(Problem("until", shown(label), "there is no such part", did_you_mean(label, tuple(known))))
     output, subject = known.get(label, (outputs[0], ""))
-    limit = _limit(match["value"].strip(), output)
+    gaps = next(chosen for chosen in outputs if chosen.name == SEVERITY).gaps
+    compared = [subject] if subject else list(gaps) if output.dimension == "part" else []
+    limit = _limit(match["value"].strip(), output, compared)
     word = "above" if match["sign"] == ">" else "below"
     return Target(f"{label} {word} {match['value'].strip()}", outputs, output, subject, limit, above=word == "above")
 
@@ -146,10 +151,26 @@ def _outputs(model: Model, names: list[str]) -> tuple[Output, ...]:
     return outputs_of(list(dict.fromkeys([*names, SEVERITY, REGIME, ENERGY])), run).chosen
 
 
-def _limit(text: str, output: Output) -> float:
-    """Read a number in the output's unit."""
-    try:
+def _limit(text: str, output: Output, subjects: Collection[str]) -> float:
+    """Read a number in the unit of an output of some parts, or with a unit."""
+    units = _units(output, subjects)
+    if len(units) > 1:
+        rule = f"must name one part: that of all is in {listed(units, 'and')}"
+        raise ModelError(Problem("until", output.name, rule, f'such as "{next(iter(subjects))}: {output.name} < 1e-4"'))
+    with contextlib.suppress(ValueError):
         return float(text)
-    except ValueError:
-        unit = next((unit for unit in output.unit if unit), "1")
-        raise ModelError(Problem("until", shown(text), f"must be a number [{unit}]", "such as 1e-4")) from None
+    unit = units[0]
+    if unit not in DIMENSIONS:
+        raise ModelError(Problem("until", shown(text), f"must be a number [{unit}]", "such as 1e-4"))
+    try:
+        return convert(text, DIMENSIONS[unit])
+    except UnitError as error:
+        raise ModelError(Problem("until", shown(text), error.rule, error.remedy)) from None
+
+
+def _units(output: Output, subjects: Collection[str]) -> list[str]:
+    """Return the units of an output of some parts; of all that it has where none is named."""
+    if not output.subjects:
+        return [output.unit[0]]
+    of_parts = zip(output.applies_to, output.unit, strict=False)
+    return sorted({unit for part, unit in of_parts if not subjects or part in subjects})

@@ -107,8 +107,8 @@ def threshold(
     range
         its two ends, as in a model file; the model's own value is the first that is tried, where it lies between them.
     until
-        "quiet", or an output of studies against a number in SI: "largest impact energy < 1e-4" (of the worst part),
-        "m5: largest impact energy < 1e-4".
+        "quiet", or an output of studies against a number in SI or with a unit: "largest impact energy < 0.1 mJ" (of
+        the worst part), "m5: largest approach speed < 5 mm/s".
     count
         values of the scan.
     width

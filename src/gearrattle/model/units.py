@@ -83,6 +83,22 @@ ENERGY = Dimension("energy", "J", (1, 2, -2, 0), "1 uJ")
 PRESSURE = Dimension("pressure", "Pa", (1, -1, -2, 0), "60 bar")
 TIME = Dimension("time", "s", (0, 0, 1, 0), "20 us")
 
+DIMENSIONS = {
+    dimension.si: dimension
+    for dimension in (
+        TORQUE,
+        TORSIONAL_STIFFNESS,
+        ANGLE,
+        ANGULAR_VELOCITY,
+        ANGULAR_ACCELERATION,
+        LENGTH,
+        LINE_SPEED,
+        ENERGY,
+        TIME,
+    )
+}
+"""What results measure, by their SI unit."""
+
 _BASE_UNITS = {"kilogram": 0, "meter": 1, "second": 2, "radian": 3}
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _TOKEN = re.compile(r"\s*(\*\*|[*/^()·⋅×]|[+-]?\d+|[^\W\d_]\w*|°|[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+)")

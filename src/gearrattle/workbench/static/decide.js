@@ -7,7 +7,7 @@ import { about } from "/static/labels.js";
 import { PATTERN, valuesOf } from "/static/live.js";
 
 export const QUESTIONS = [["threshold", "How much?"], ["remedies", "What to change?"]];
-const BELOW = [["largest impact energy", "J"], ["impacts per cycle", ""], ["largest approach speed", ""], ["contact share", ""]];
+const BELOW = [["largest impact energy", "J"], ["impacts per cycle", ""], ["contact share", ""]];
 const WIDE = 4; // times, either way, where nothing is said
 const FIRST = /\.(backlash|clearance|drag_torque)$/;
 
@@ -107,7 +107,7 @@ function ends(range) {
 function Goal({ goal, set, words, choices }) {
   const unit = BELOW.find(([name]) => name === goal.key)?.[1];
   return html`<label>${words}<select value=${goal.key} onChange=${(event) => set({ ...goal, key: event.target.value })}>${choices.map(([key, title]) => html`<option value=${key}>${title}</option>`)}${BELOW.map(([name]) => html`<option value=${name}>${name} below</option>`)}</select></label>
-    ${unit === undefined ? null : html`<label>below${unit ? ` [${unit}]` : " [SI]"}<input type="text" inputmode="decimal" size="8" value=${goal.limit} onInput=${(event) => set({ ...goal, limit: event.target.value.trim() })} /></label>`}`;
+    ${unit === undefined ? null : html`<label>below${unit ? ` [${unit}]` : ""}<input type="text" inputmode="decimal" size="8" value=${goal.limit} onInput=${(event) => set({ ...goal, limit: event.target.value.trim() })} /></label>`}`;
 }
 
 const isCompared = ({ key }) => BELOW.some(([name]) => name === key);
