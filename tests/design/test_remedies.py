@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import gearrattle as gr
@@ -44,6 +45,26 @@ def test_every_certified_remedy_is_quiet_at_every_speed():
         for speed in answer.speeds:
             run = gr.simulate(model.with_({**remedy.changes, "excitation.speed": speed}), audit=False)
             assert gr.criteria(run).verdict == "quiet"
+
+
+@pytest.mark.slow
+def test_a_remedy_says_which_body_gets_more_of_the_motion():
+    model = gr.example("six_speed").with_({"simulation.cycles": 30, "simulation.discard": 10})
+    candidate = {"coupling.spline.clearance": {"factor": (0.3, 1.0)}}
+    answer = gr.remedies(model, candidate, "half", speeds=[], pairs=False)
+    (remedy,) = answer.remedies
+    levels = [study_of(model.with_(changes)) for changes in ({}, remedy.changes)]
+    rises = levels[1] / levels[0]
+    assert float(rises.max()) > 1.1
+    body = str(rises.inertia[int(np.argmax(rises.values))].values)
+    before, after = (float(level.sel(inertia=body)) for level in levels)
+    words = f"transmissibility (rms) to {body} rises: {before:.3g} to {after:.3g}"
+    assert words in remedy.side_effects
+
+
+def study_of(model: gr.Model):
+    """The transmissibility of every inertia."""
+    return gr.study(model, {"simulation.cycles": [30]}, ["TR rms"], workers=1)["TR rms"].isel({"simulation.cycles": 0})
 
 
 def test_a_driveline_that_is_quiet_at_its_own_speed_alone_needs_a_remedy():

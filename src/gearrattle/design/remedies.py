@@ -18,6 +18,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.assembly import refuse_unsteady
 from gearrattle.design.candidates import Candidate, candidates_of
@@ -36,6 +37,7 @@ from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
 from gearrattle.result import Result
 from gearrattle.simulation.settings import settled
 from gearrattle.studies.output import REGIME
+from gearrattle.studies.outputs import outputs_of, short_runs
 from gearrattle.studies.ranges import Range
 from gearrattle.studies.schedulers import check_scheduler
 from gearrattle.wording import engineering, listed
@@ -46,6 +48,7 @@ if TYPE_CHECKING:
 COUNT = 5
 WIDTH = 0.02
 HALF = "half"
+TRANSMISSIBILITY = "TR rms"
 NEIGHBOURS = (0.97, 1.03)
 """Speeds, as factors on the model's own, at which a remedy must hold as well."""
 _PAIRED = 4  # candidates that are tried in pairs
@@ -217,6 +220,8 @@ class _Study:
         self.notes: list[str] = []
         self.is_stopped = False
         self._report = report
+        self._transmitted = outputs_of([TRANSMISSIBILITY], short_runs([model])[0]).chosen
+        self._levels: dict[int, NDArray[np.float64]] = {}
         self._work = Work(COUNT, WIDTH, tuple(conditions), is_lean=True, keep=keep)
 
     def own(self, target: Target) -> Tried:
@@ -239,6 +244,7 @@ class _Study:
                     paired = self._pairs(answers, target)
                     answers += paired
                     finish([pool.submit(self._run, search, own) for search, _ in paired])
+                finish([pool.submit(self._transmit, search) for search in (None, *(search for search, _ in answers))])
             except Cancelled:
                 self.is_stopped = True
         if self.is_stopped or any(search.is_stopped for search, _ in answers):
@@ -259,12 +265,22 @@ class _Study:
         """Search one candidate in the thread of the caller."""
         search.run(Inline(), Tried(search.variable.own or 0.0, own.target, [*own.motions]))
 
+    def _transmit(self, search: Search | None) -> None:
+        """Simulate with samples what came of a search, or the model itself: how much of the motion each body gets."""
+        model = self.model
+        best = None if search is None else _best(search)
+        if search is not None and best is not None:
+            model = model.with_(search.variable.changes(best.value))
+        asked = Asked(model, REST, None, self._transmitted, None)
+        motion = kept_or_moved(asked, self._work.keep, self._report)
+        self._levels[id(search)] = motion.values[TRANSMISSIBILITY]
+
     def _pairs(self, answers: Sequence[tuple[Search, Candidate]], target: Target) -> list[tuple[Search, Candidate]]:
         """Pairs of the changes that go some of the way, each to its best end."""
         helpful = []
         for search, option in answers:
             if _reached(search) is None and search.is_begun:
-                best = min(search.tried, key=lambda variant: variant.distance)
+                best = _best(search)
                 if best.value != option.variable.own:
                     helpful.append((best.distance, option, best.value))
         helpful.sort(key=lambda entry: entry[0])
@@ -279,10 +295,10 @@ class _Study:
     def _remedy(self, search: Search, option: Candidate, own: Tried) -> Remedy:
         """What came of one search: the smallest change with the target, else the best value."""
         variable = option.variable
-        best = _reached(search) or min(search.tried, key=lambda variant: variant.distance)
+        best = _best(search)
         word, energy, part = _worst(best.motions, search.target)
         changes = {} if best.value == variable.own else variable.changes(best.value)
-        effects = () if best.value == variable.own else self._side_effects(own, best)
+        effects = () if best.value == variable.own else self._side_effects(own, best) + self._transmission(search)
         words = _change_words(self.model, variable, best.value)
         return Remedy(words, changes, option.cost_of(best.value), best.holds, word, energy, part, effects)
 
@@ -305,6 +321,24 @@ class _Study:
                 state = "changes stage" if int(after[REGIME][i]) > 0 else "stays in its stage"
                 effects.append(f"{part} {state}")
         return tuple(effects)
+
+    def _transmission(self, search: Search) -> tuple[str, ...]:
+        """Which body gets more of the driver's acceleration than before: the one with the largest rise."""
+        old = self._levels.get(id(None))
+        new = self._levels.get(id(search))
+        if old is None or new is None:
+            return ()
+        rise = np.nan_to_num(new / np.where(old > 0.0, old, np.nan))
+        most = int(np.argmax(rise))
+        if rise[most] <= _WORSE:
+            return ()
+        body = self._transmitted[0].subjects[most]
+        return (f"transmissibility (rms) to {body} rises: {old[most]:.3g} to {new[most]:.3g}",)
+
+
+def _best(search: Search) -> Tried:
+    """The smallest change with the target, else the value that is nearest to it."""
+    return _reached(search) or min(search.tried, key=lambda variant: variant.distance)
 
 
 def _reached(search: Search) -> Tried | None:
