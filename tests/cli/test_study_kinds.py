@@ -99,7 +99,7 @@ def test_basins_from_their_file(folder: Path, capsys: pytest.CaptureFixture[str]
     assert actual.attrs["kind"] == "basins"
     assert actual["basin"].shape == (6, 6)
     page = Path("rest-study/report.html").read_text(encoding="utf-8")
-    assert "The quiet state is reached from" in page
+    assert "A motion that does not rattle is reached from" in page
     drawn = BASINS.replace(", count = 6", "") + '[sample]\ncount = 20\nmethod = "random"\nseed = 3\n'
     (folder / "drawn.toml").write_text(drawn, encoding="utf-8")
     assert main(["study", "drawn.toml", "--workers", "1"]) == 0

@@ -16,6 +16,7 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import Cancelled, ModelError
 from gearrattle.orbits.settled import Attractor, settled_orbit
+from gearrattle.signals import SEVERITIES
 from gearrattle.signals.shares import wilson
 from gearrattle.studies.attractors import attractors_of, orbit_of, quiet_share
 from gearrattle.studies.output import REGIMES
@@ -121,6 +122,16 @@ def test_shares_of_drawn_states_have_wilsons_interval_and_agree_with_the_grid(at
     coarse = quiet_share(attractors)
     assert np.isnan(coarse["low"])
     assert reported["low"] - 0.03 < coarse["share"] < reported["high"] + 0.03  # a grid of 13 x 13 is coarse
+
+
+def test_a_motion_that_touches_counts_as_one_that_does_not_rattle(attractors: xr.Dataset) -> None:
+    severities = attractors["attractor severity"]
+    rattling = severities.values == SEVERITIES.index("rattles")
+    first = int(np.flatnonzero(rattling)[0])
+    touching = attractors.copy(deep=True)
+    touching["attractor severity"][first] = SEVERITIES.index("touches")
+    assert quiet_share(attractors)["cases"] == attractors["cases"].values[~rattling].sum()
+    assert quiet_share(touching)["cases"] == quiet_share(attractors)["cases"] + attractors["cases"].values[first]
 
 
 def test_what_has_not_settled_is_told_as_such() -> None:

@@ -222,8 +222,8 @@ def basins(
         of the attractor each leads to, from 1; 0 chaotic, -1 undecided, -2 no result; along "attractor" its name, such
         as "single-sided rattle, 1 T", its ``share`` of the states with Wilson's interval ``low``, ``high`` (of drawn
         states), its period, verdict and largest multiplier. Attributes ``within`` and ``between``: how far orbits of
-        one attractor, and attractors, are apart; ``quiet_share``: how likely a quiet one is, ``quiet_low`` to
-        ``quiet_high``. Besides ``motion``, ``period``, the section, the outputs.
+        one attractor, and attractors, are apart; ``quiet_share``: how likely one that does not rattle is, ``quiet_low``
+        to ``quiet_high``. Besides ``motion``, ``period``, the section, the outputs.
 
     Raises
     ------

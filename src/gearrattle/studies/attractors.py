@@ -33,7 +33,7 @@ from gearrattle.signals import SEVERITIES
 from gearrattle.signals.shares import wilson
 from gearrattle.signals.strobe import Groups, grouped, room
 from gearrattle.studies.cases import DONE
-from gearrattle.studies.layout import words_of
+from gearrattle.studies.layout import rattling_from
 from gearrattle.studies.output import REGIMES, VERDICT, VERDICT_SEVERITY
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.sections import CHAOTIC, PERIODIC
@@ -109,7 +109,7 @@ def attractors_of(
         period`` [T], ``attractor verdict`` and ``attractor severity`` (codes), ``attractor multiplier``, the largest
         modulus, ``verified``, 1 where shooting led to the motion, and ``family``, 1 for one. Attributes ``within`` and
         ``between``: the largest distance inside an attractor, the smallest between two (``FAR`` for one alone);
-        ``quiet_share`` of all quiet ones, with ``quiet_low`` and ``quiet_high`` for drawn states.
+        ``quiet_share`` of all that do not rattle, with ``quiet_low`` and ``quiet_high`` for drawn states.
     """
     import xarray as xr
 
@@ -217,8 +217,15 @@ def orbit_of(data: xr.Dataset, number: int, name: str) -> Array:
     return np.asarray(one[-int(data["attractor period"].values[number - 1]) :])
 
 
+def attractors_that_rattle(data: xr.Dataset) -> NDArray[np.bool_]:
+    """Return (attractors,) whether each rattles: quiet ones and those that touch do not."""
+    codes = data["attractor severity"] if "attractor severity" in data else data["attractor verdict"]
+    rattles: NDArray[np.bool_] = codes.values >= rattling_from(codes)
+    return rattles
+
+
 def quiet_share(data: xr.Dataset) -> dict[str, float]:
-    """Return how likely a quiet attractor is.
+    """Return how likely an attractor is that does not rattle.
 
     Parameters
     ----------
@@ -231,8 +238,7 @@ def quiet_share(data: xr.Dataset) -> dict[str, float]:
         ``cases`` of ``among``; ``share``; Wilson's 95 % interval ``low`` to ``high``, NaN for a grid; ``open``: the
         share of cases that are undecided, which may yet become quiet.
     """
-    words = words_of(data["attractor verdict"])
-    quiet = [i + 1 for i, code in enumerate(data["attractor verdict"].values.tolist()) if words[code] == "quiet"]
+    quiet = 1 + np.flatnonzero(~attractors_that_rattle(data))
     basin = data["basin"].values
     count, among = int(np.isin(basin, quiet).sum()), int(np.count_nonzero(basin != NOTHING))
     low, high = wilson(count, among) if SAMPLE in data["basin"].dims else (np.nan, np.nan)

@@ -19,8 +19,7 @@ from gearrattle.model.path_labels import INITIAL
 from gearrattle.report.plots.axis_names import edges_of, measure_of
 from gearrattle.report.plots.chart import Cells, Chart, Key, Line, Panel
 from gearrattle.report.plots.palette import INK, NO_VALUE, PAPER
-from gearrattle.studies.attractors import ATTRACTOR, CHAOS, NOTHING, UNSETTLED, orbit_of
-from gearrattle.studies.layout import words_of
+from gearrattle.studies.attractors import ATTRACTOR, CHAOS, NOTHING, UNSETTLED, attractors_that_rattle, orbit_of
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.trajectory import Array
 
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 
 QUIET = ("#8497aa", "#5d6b7a", "#b3c0cc")
 RATTLING = ("#e69f00", "#a8123e", "#56b4e9", "#009e73", "#cc79a7", "#6a51a3", "#8c6d31")
-"""Colours of quiet attractors and of the others; those beyond share the last."""
+"""Colours of attractors that do not rattle, and of the others; those beyond share the last."""
 OTHERS = {CHAOS: Key("chaotic", "#1b2631"), UNSETTLED: Key("undecided", "#e8dcc0"), NOTHING: Key("no result", NO_VALUE)}
 _MARGIN = 0.03
 
@@ -41,10 +40,11 @@ def name_of(data: xr.Dataset, number: int) -> str:
 
 def keys_of(data: xr.Dataset) -> dict[int, Key]:
     """Colour and name of every code of ``basin`` that occurs."""
-    words, keys = words_of(data["attractor verdict"]), {}
-    left = {True: list(QUIET), False: list(RATTLING)}
-    for n, code in enumerate(data["attractor verdict"].values.tolist(), start=1):
-        colours = left[words[code] == "quiet"]
+    keys = {}
+    quiet = list(QUIET)
+    rattling = list(RATTLING)
+    for n, rattles in enumerate(attractors_that_rattle(data).tolist(), start=1):
+        colours = rattling if rattles else quiet
         keys[n] = Key(name_of(data, n), colours.pop(0) if len(colours) > 1 else colours[0])
     there = set(np.unique(data["basin"].values).tolist())
     return keys | {code: key for code, key in OTHERS.items() if code in there}

@@ -38,7 +38,7 @@ def charts(data: xr.Dataset) -> list[Chart]:
 
 
 def summary_of(data: xr.Dataset) -> str:
-    """How many attractors there are, how likely each is, and the quiet ones together."""
+    """How many attractors there are, how likely each is, and those that do not rattle together."""
     count = data.sizes[ATTRACTOR]
     shares = [
         f"{name_of(data, n).partition(': ')[2]} from {_percent(float(data['share'][n - 1]))}"
@@ -52,7 +52,7 @@ def summary_of(data: xr.Dataset) -> str:
     interval = ""
     if np.isfinite(quiet["low"]):
         interval = f" (95 % interval {_percent(quiet['low'])} to {_percent(quiet['high'])})"
-    sentences.append(f"The quiet state is reached from {_percent(quiet['share'])} of them{interval}.")
+    sentences.append(f"A motion that does not rattle is reached from {_percent(quiet['share'])} of them{interval}.")
     for code, words in ((CHAOS, "lead to chaos"), (UNSETTLED, "had not settled and are counted to no motion")):
         share = int(np.count_nonzero(data["basin"].values == code)) / max(1.0, quiet["among"])
         if share > 0.0:
