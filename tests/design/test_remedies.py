@@ -67,6 +67,14 @@ def study_of(model: gr.Model):
     return gr.study(model, {"simulation.cycles": [30]}, ["TR rms"], workers=1)["TR rms"].isel({"simulation.cycles": 0})
 
 
+def test_what_changes_nothing_is_no_change():
+    model = gr.example("six_speed").with_({"simulation.cycles": 6, "simulation.discard": 2})
+    candidate = {"coupling.damper.stages.2.stiffness": {"factor": (0.7, 1.3)}}  # a stage that the motion never reaches
+    (remedy,) = gr.remedies(model, candidate, speeds=[], pairs=False).remedies
+    assert remedy.changes == {}
+    assert "no other value is better" in remedy.change
+
+
 def test_a_driveline_that_is_quiet_at_its_own_speed_alone_needs_a_remedy():
     model = loaded_gear(0.998 * LIMIT)
     one = gr.remedies(model, {AMPLITUDE: {"factor": (0.9, 1.1)}}, pairs=False)

@@ -337,8 +337,9 @@ class _Study:
 
 
 def _best(search: Search) -> Tried:
-    """The smallest change with the target, else the value that is nearest to it."""
-    return _reached(search) or min(search.tried, key=lambda variant: variant.distance)
+    """The smallest change with the target, else that with which the hardest motion is nearest to it."""
+    own = search.variable.own or 0.0
+    return _reached(search) or min(search.tried, key=lambda variant: (variant.distance, abs(variant.value - own)))
 
 
 def _reached(search: Search) -> Tried | None:
