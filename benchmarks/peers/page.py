@@ -50,10 +50,11 @@ half gaps.
 GRAPHICS_PROCESSOR = """\
 ## On a graphics processor
 
-Not run here. The highest published figure for motions with impacts that we know is that of MPGOS: a pressure-relief valve of three
-variables at a tolerance of 1e-10, 4144 trajectories or 4.4e6 periods of the excitation a second on a GeForce Titan Black
-([arXiv:2011.01740](https://arxiv.org/abs/2011.01740)). One core marches case 3, eight variables and 65 crossings a period, at 1.3e4
-periods a second ({doc}`cost`). The problems differ; only the orders of magnitude compare.
+Not run here. The highest published figure for motions with impacts that we know is that of MPGOS: a pressure-relief
+valve of three variables at a tolerance of 1e-10, 4144 trajectories or 4.4e6 periods of the excitation a second on a
+GeForce Titan Black ([arXiv:2011.01740](https://arxiv.org/abs/2011.01740)). One core marches case 3, eight variables and
+65 crossings a period, at 1.3e4 periods a second ({doc}`cost`). The problems differ; only the orders of magnitude
+compare.
 
 """
 

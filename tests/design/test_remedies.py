@@ -34,6 +34,7 @@ def test_the_smallest_changes_that_make_it_quiet():
     assert first.cost < second.cost
     assert not answer.own.holds
     assert answer.table["certified"].tolist() == [True, True]
+    assert answer.table["value"].tolist() == [first.changes[AMPLITUDE].times, second.changes["torque.0.mean"].times]
 
 
 def test_every_certified_remedy_is_quiet_at_every_speed():

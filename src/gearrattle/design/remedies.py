@@ -31,6 +31,7 @@ from gearrattle.design.threshold import STOPPED
 from gearrattle.design.variable import Variable, together
 from gearrattle.errors import Cancelled
 from gearrattle.model import Model, check_model
+from gearrattle.model.factors import Factor
 from gearrattle.model.path_labels import in_shown_unit, path_label
 from gearrattle.model.path_values import in_si
 from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
@@ -122,11 +123,15 @@ class Remedies(Result):
 
     @property
     def table(self) -> pd.DataFrame:
-        """The remedies as a table: change, cost, verdict, hardest_impact [J], side_effects, certified."""
+        """The remedies as a table: change, value, cost, verdict, hardest_impact [J], side_effects, certified.
+
+        ``value`` is the number that is set, in SI, or the factor; of a pair both.
+        """
         import pandas as pd
 
         columns = {
             "change": [remedy.change for remedy in self.remedies],
+            "value": [_value_of(remedy.changes) for remedy in self.remedies],
             "cost": [remedy.cost for remedy in self.remedies],
             "verdict": [remedy.verdict for remedy in self.remedies],
             "hardest_impact": [remedy.hardest_impact for remedy in self.remedies],
@@ -334,6 +339,12 @@ class _Study:
             return ()
         body = self._transmitted[0].subjects[most]
         return (f"transmissibility (rms) to {body} rises: {old[most]:.3g} to {new[most]:.3g}",)
+
+
+def _value_of(changes: Mapping[str, Any]) -> Any:
+    """The number that a change sets, or its factor; of several changes all of them, of none None."""
+    numbers = tuple(value.times if isinstance(value, Factor) else value for value in changes.values())
+    return numbers if len(numbers) > 1 else next(iter(numbers), None)
 
 
 def _best(search: Search) -> Tried:

@@ -55,7 +55,7 @@ class Threshold(Result):
         the nearest value to the model's own at which the answer changes, on the side where the target holds [SI, or a
         factor]; None where it does not change within the range.
     bracket
-        the last value without the target and the first with it; None as above.
+        (low, high): the two values between which the answer changes there; ``value`` is one of them. None as above.
     brackets
         every change of the answer along the range, ascending, each as (lower value, upper value, whether the target
         holds above).
@@ -64,7 +64,7 @@ class Threshold(Result):
     target
         what was asked for.
     scan
-        all that was simulated: over "value" and "start" whether the target holds, the severity and the hardest impact
+        all that was simulated, also ``data``: over "value" and "start" whether the target holds, the severity and the hardest impact
         of every part; -1 and NaN where a start was not tried.
     proven
         the part of the range for which a quiet motion is proven to exist and to be stable (``prove_quiet``); None where
@@ -181,15 +181,14 @@ def _result(search: Search, changes: list[tuple[Tried, Tried]]) -> Threshold:
     notes = [*search.notes, *([STOPPED] if search.is_stopped else [])]
     own = variable.own if variable.own is not None else variable.low
     brackets = tuple((below.value, above.value, above.holds) for below, above in changes)
-    value = bracket = None
+    value = bracket = proven = None
     if changes:
         below, above = min(changes, key=lambda pair: min(abs(pair[0].value - own), abs(pair[1].value - own)))
         holding, failing = (above, below) if above.holds else (below, above)
         value = holding.value
-        bracket = (failing.value, holding.value)
-    proven = None
-    if bracket is not None and search.target.words == QUIET and not search.is_stopped:
-        proven = _proven(search, *bracket)
+        bracket = (below.value, above.value)
+        if search.target.words == QUIET and not search.is_stopped:
+            proven = _proven(search, failing.value, holding.value)
     return Threshold(value, bracket, brackets, variable, search.target, _dataset(search), proven, tuple(notes))
 
 

@@ -73,11 +73,10 @@ class ThresholdPage(Presentation[Threshold]):
             high = shown(result.variable.high)
             always = bool(self._holds().all()) if self._holds().size else False
             return f"{'' if always else 'not '}{target} at any value from {low} to {high}."
-        failing, holding = result.bracket
+        holding = result.value
+        (failing,) = {*result.bracket} - {holding}
         side = "from" if holding > failing else "up to"
-        more = [
-            (below, above, holds) for below, above, holds in result.brackets if {below, above} != {failing, holding}
-        ]
+        more = [(below, above, holds) for below, above, holds in result.brackets if (below, above) != result.bracket]
         words = f"{target} {side} {shown(holding)} on, not at {shown(failing)}."
         if side == "up to":
             words = f"{target} up to {shown(holding)}, not at {shown(failing)}."
