@@ -64,8 +64,8 @@ class Threshold(Result):
     target
         what was asked for.
     scan
-        all that was simulated, also ``data``: over "value" and "start" whether the target holds, the severity and the hardest impact
-        of every part; -1 and NaN where a start was not tried.
+        all that was simulated, as ``data``: over "value" and "start" whether the target holds, the severity and the
+        hardest impact of every part; -1 and NaN where a start was not tried.
     proven
         the part of the range for which a quiet motion is proven to exist and to be stable (``prove_quiet``); None where
         none is.
