@@ -302,7 +302,7 @@ def motion_source(name: str) -> str:
 def _excitation(driveline: Driveline, data: modal.ModalData, stiffness: Array) -> tuple[tuple[str, ...], Array]:
     """Sources in file order, and the share of each one's energy by mode; the slopes (m,) are those of the modes."""
     model = driveline.model
-    loaded = {t.on for t in model.torques if t.signal is not None or any(h.amplitude for h in t.harmonics)}
+    loaded = {t.on for t in model.torques if t.signal is not None or t.ramps or any(h.amplitude for h in t.harmonics)}
     shares = {torque_source(name): data.kinetic_energy[i] for i, name in enumerate(free_names(model)) if name in loaded}
     for motion, inertia in zip(model.motions, places(model).tolist(), strict=True):
         if any(h.amplitude for h in motion.harmonics):

@@ -4,6 +4,7 @@ from gearrattle.assembly.deflections import deflection, deflection_acceleration,
 from gearrattle.assembly.drive_torque import drive_torque
 from gearrattle.assembly.elements import component_notes, decay_notes, inertia_of, rows_of
 from gearrattle.assembly.friction import left_out
+from gearrattle.assembly.histories import record_notes, records_of
 from gearrattle.assembly.lumped import lumped_model, must_keep_bodies, must_stay_level
 from gearrattle.assembly.means import balancing_means, own_mean
 from gearrattle.assembly.negligible import negligible_of
@@ -18,10 +19,10 @@ from gearrattle.assembly.prescribed import (
     whole,
     whole_trajectory,
 )
-from gearrattle.assembly.records import record_notes, records_of
 from gearrattle.assembly.signals import check_length, default_cycles, lasts_as_the_run, signals_of
 from gearrattle.assembly.sines import ramp_of
 from gearrattle.assembly.steady import (
+    is_driven_over_time,
     refuse_motions,
     refuse_recorded_motions,
     refuse_unsteady,
@@ -49,6 +50,7 @@ __all__ = [
     "free_names",
     "free_of",
     "inertia_of",
+    "is_driven_over_time",
     "lasts_as_the_run",
     "left_out",
     "lumped_model",

@@ -10,7 +10,6 @@ Takes a ``Signal`` of a model; gives a channel that begins with the run.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -18,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.system.channels import Channel
-from gearrattle.model import Model, Signal
+from gearrattle.model import Signal
 from gearrattle.model.cycle import periodic_spline
 from gearrattle.remember import kept
 
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
 Array = NDArray[np.float64]
-_LINES = 'interpolation = "linear" stays between the points'
 _ALLOWED = 0.05
 """Part of a record's span by which its spline may leave the values beside it without a word."""
 
@@ -94,7 +92,12 @@ def curve_of(signal: Signal) -> PPoly:
         length = np.diff(time)
         proper = length > 0.0  # a jump has no length
         slope = np.diff(value)[proper] / length[proper]
-        return PPoly(np.stack([slope, value[:-1][proper]]), np.append(time[:-1][proper], time[-1]))
+        knots = np.append(time[:-1][proper], time[-1])
+        lines = np.stack([slope, value[:-1][proper]])
+        if signal.is_held:
+            lines = np.column_stack([lines, [0.0, value[-1]]])
+            knots = np.append(knots, np.inf)
+        return PPoly(lines, knots)
     return CubicSpline(time, value, bc_type="not-a-knot")
 
 
@@ -106,11 +109,11 @@ def channel_of(signal: Signal, end: float = 0.0) -> Channel:
     signal
         the record.
     end
-        of the run, up to which the last value of steps is held [s]; every other record ends with its last point.
+        of the run, up to which a last value that is held goes on [s]; every other record ends with its last point.
     """
     curve = curve_of(signal)
     last = float(signal.time[-1])
-    if signal.interpolation == "step":
+    if signal.is_held:
         last = max(last, signal.start + end)
     return Channel(curve.x, np.ascontiguousarray(curve.c[::-1].T) * signal.scale).between(signal.start, last)
 
@@ -168,64 +171,3 @@ def swings(signal: Signal) -> tuple[Swing, ...]:
         if beyond[i, j] > most:
             leaving.append(Swing(float(curve.x[j] + since[i, j]), float(value[i, j]), float(neighbour[j])))
     return tuple(leaving)
-
-
-class Record(NamedTuple):
-    """A record over time of a model.
-
-    Attributes
-    ----------
-    signal
-        the points.
-    path
-        of its table in the model file.
-    words
-        what it is of.
-    unit
-        of its values in an SI model.
-    instead
-        what may stand in place of a spline, in words.
-    """
-
-    signal: Signal
-    path: str
-    words: str
-    unit: str
-    instead: str
-
-
-def records_of(model: Model) -> Iterator[Record]:
-    """Yield the records over time of all torques and motions, in file order."""
-    for i, torque in enumerate(model.torques):
-        if torque.signal is not None:
-            instead = 'interpolation = "linear" and "step" stay between the points'
-            yield Record(torque.signal, f"torque.{i}.signal", f"torque on {torque.on}", "N m", instead)
-    for i, motion in enumerate(model.motions):
-        if motion.speed is not None:
-            yield Record(motion.speed, f"motion.{i}.speed", f"speed of {motion.on}", "rad/s", _LINES)
-        if motion.angle is not None:
-            instead = 'a speed in its place may have interpolation = "linear"'
-            yield Record(motion.angle, f"motion.{i}.angle", f"angle of {motion.on}", "rad", instead)
-
-
-def record_notes(model: Model) -> tuple[str, ...]:
-    """Say of which records the spline leaves the values beside it by more than 5 % of the record's span."""
-    records = [(record, "s") for record in records_of(model)]
-    for i, torque in enumerate(model.torques):
-        if torque.engine is not None:
-            path = f"torque.{i}.engine.pressure"
-            words = f"pressure of the engine on {torque.on}"
-            records.append((Record(torque.engine.pressure, path, words, "Pa", _LINES), "rad"))
-    return tuple(note for record, along in records if (note := _note(record, along, is_si=model.units == "SI")))
-
-
-def _note(record: Record, along: str, *, is_si: bool) -> str:
-    """Say how far a record's spline leaves the values beside it; empty if it does not."""
-    unit, of_time = (f" {record.unit}", f" {along}") if is_si else ("", "")
-    places = [
-        f"{swing.value:.4g}{unit} at {swing.time:.4g}{of_time}, beside a point of {swing.neighbour:.4g}{unit}"
-        for swing in swings(record.signal)
-    ]
-    if not places:
-        return ""
-    return f"{record.words}: the cubic spline through its points reaches {' and '.join(places)}; {record.instead}."

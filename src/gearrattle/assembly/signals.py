@@ -18,10 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly.elements import rows_of
+from gearrattle.assembly.histories import records_of, torque_histories
 from gearrattle.assembly.means import mean_torque, own_mean
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import angle_of, free_of, places, specified_angle
-from gearrattle.assembly.records import Recorded, channel_of, records_of
+from gearrattle.assembly.records import Recorded, channel_of
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.sines import ramp_of, speeds_of, tone, tones_of
 from gearrattle.engine.system.channels import Channel, joined
@@ -39,9 +40,12 @@ _MOST_NUMBERS = 200_000_000
 
 
 def default_cycles(model: Model) -> int:
-    """Length of a run in periods where it is not given: a sweep is followed to its end."""
+    """Length of a run in periods where it is not given as such: its duration; a sweep is followed to its end."""
     ramp = ramp_of(model)
-    return DEFAULTS.cycles if ramp is None else max(1, ceil(ramp.over / period_of(model).period * (1.0 - 1e-12)))
+    length = model.excitation.duration
+    if length is None and ramp is not None:
+        length = ramp.over
+    return DEFAULTS.cycles if length is None else max(1, ceil(length / period_of(model).period * (1.0 - 1e-12)))
 
 
 def end_of_run(model: Model) -> float:
@@ -51,8 +55,8 @@ def end_of_run(model: Model) -> float:
 
 
 def lasts_as_the_run(model: Model) -> bool:
-    """Whether there are inputs of any length, known up to the end of the run: along a sweep, or the last of steps."""
-    return ramp_of(model) is not None or any(record.signal.interpolation == "step" for record in records_of(model))
+    """Whether there are inputs of any length, known up to the end of the run: along a sweep, or held at the last."""
+    return ramp_of(model) is not None or any(record.signal.is_held for record in records_of(model))
 
 
 class _Part(NamedTuple):
@@ -106,13 +110,12 @@ def _too_long(value: str) -> ModelError:
 
 def _records(model: Model) -> Iterator[_Part]:
     names = [inertia.name for inertia in model.inertias]
-    for index, torque in enumerate(model.torques):
-        if torque.signal is not None:
-            beyond_mean = own_mean(model, index) - mean_torque(model, index)
-            on = _unit(len(names), names.index(torque.on))
-            channel = channel_of(torque.signal, end_of_run(model)).plus(beyond_mean)
-            specified = Recorded(torque.signal, offset=beyond_mean)
-            yield _Part(channel, specified, on, _unit(len(model.elements)))
+    for index, signal in torque_histories(model).items():
+        beyond_mean = own_mean(model, index) - mean_torque(model, index)
+        on = _unit(len(names), names.index(model.torques[index].on))
+        channel = channel_of(signal, end_of_run(model)).plus(beyond_mean)
+        specified = Recorded(signal, offset=beyond_mean)
+        yield _Part(channel, specified, on, _unit(len(model.elements)))
 
 
 def _motions(model: Model) -> Iterator[_Part]:
@@ -123,7 +126,7 @@ def _motions(model: Model) -> Iterator[_Part]:
 
 
 def check_length(model: Model, end: float) -> None:
-    """Refuse a run longer than a record, unless that is of steps: their last value is held.
+    """Refuse a run longer than a record, unless the last value of that is held.
 
     Parameters
     ----------
@@ -140,7 +143,7 @@ def check_length(model: Model, end: float) -> None:
     problems = []
     for signal, path, words, *_ in records_of(model):
         last = float(signal.time[-1]) - signal.start
-        if signal.interpolation != "step" and end > last * (1.0 + 1e-9):
+        if not signal.is_held and end > last * (1.0 + 1e-9):
             most = int(last / period_of(model).period * (1.0 + 1e-9))
             remedy = f"simulate {counted(most, 'cycle')} at most, or record longer" if most else "record longer"
             rule = f"the run takes {end:.6g} s, and nothing is known of the {words} after that"

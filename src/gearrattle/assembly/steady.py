@@ -1,6 +1,7 @@
 """A model without what is no harmonic of one speed: what linear tools and forecasts look at.
 
-A sweep is taken at its first speed, a torque's record as its mean; an inertia whose motion is a record is held fast.
+A sweep is taken at its first speed, a torque's record as its mean, a torque with ramps as it is before them; an inertia
+whose motion is a record is held fast.
 ``unsteady`` says so in words. Harmonics of a prescribed motion stay: they are errors of the elements at the inertia.
 
 Takes a Model; gives a Model, and words.
@@ -20,10 +21,16 @@ from gearrattle.remember import kept
 def unsteady(model: Model) -> tuple[str, ...]:
     """What ``steady`` takes out, one phrase each; empty for a model under harmonics of one speed."""
     notes = [f"the torque record on {torque.on} counts as its mean" for torque in model.torques if torque.signal]
+    notes += [f"the ramps of the torque on {torque.on} are left out" for torque in model.torques if torque.ramps]
     notes += [f"{motion.on} is held fast" for motion in model.motions if motion.signal is not None]
     if model.excitation.sweep is not None:
         notes.append("the sweep counts as its first speed")
     return tuple(notes)
+
+
+def is_driven_over_time(model: Model) -> bool:
+    """Whether a torque has ramps, or is a record: then the motion is an event, and averages say little."""
+    return any(torque.ramps or torque.signal is not None for torque in model.torques)
 
 
 @kept
@@ -33,6 +40,8 @@ def steady(model: Model) -> Model:
     if model.excitation.sweep is not None:
         changes["excitation.speed"] = model.excitation.omega
     for index, torque in enumerate(model.torques):
+        if torque.ramps:
+            changes[f"torque.{index}.ramps"] = None
         if torque.signal is not None:
             changes[f"torque.{index}.signal"] = None
             if torque.mean != BALANCE:  # that does so without the record as well
@@ -88,8 +97,10 @@ def refuse_unsteady(model: Model, what: str) -> None:
 def unsteady_problems(model: Model, rule: str, remedy: str) -> list[Problem]:
     """Return what a model has beside harmonics of one speed, as problems."""
     torques = [(f"torque.{i}", torque.on) for i, torque in enumerate(model.torques) if torque.signal is not None]
+    ramps = [(f"torque.{i}.ramps", torque.on) for i, torque in enumerate(model.torques) if torque.ramps]
     motions = [(f"motion.{i}", motion.on) for i, motion in enumerate(model.motions) if motion.signal is not None]
     problems = [Problem(f"{path}.signal", f"a record on {on}", rule, remedy) for path, on in (*torques, *motions)]
+    problems += [Problem(path, f"ramps of the torque on {on}", rule, remedy) for path, on in ramps]
     if model.excitation.sweep is not None:
         problems.append(Problem("excitation.sweep", "a sweep of the speed", rule, remedy))
     return problems

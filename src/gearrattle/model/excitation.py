@@ -20,6 +20,7 @@ from gearrattle.model.balance import BALANCE, Balancing, OrBalance
 from gearrattle.model.engine import Engine, SquareOfSpeed
 from gearrattle.model.over_speed import OMEGA, OverSpeed
 from gearrattle.model.quantity import Name, Plain, Quantity
+from gearrattle.model.ramps import Ramp, overlaps
 from gearrattle.model.signal import OverTime, Signal
 from gearrattle.model.symbol import Shown, Symbol
 from gearrattle.model.table import Breach, Table
@@ -72,6 +73,8 @@ class Torque(Shown):
     """Its sines."""
     signal: Annotated[Signal, OverTime(units.TORQUE, static=True)] | None = None
     """A torque over time, added to the mean and the sines."""
+    ramps: tuple[Ramp, ...] = ()
+    """Changes from the mean to other levels, such as a tip-in; the sines stay."""
     engine: Engine | None = None
     """An engine that gives the mean and the sines; with mean = "balance" the sines alone."""
 
@@ -97,8 +100,12 @@ class Torque(Shown):
         return self
 
     @classmethod
-    def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: an engine beside a mean or sines."""
+    def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
+        """Yield breaches: an engine beside a mean or sines, ramps beside a record, and ramps that overlap."""
+        yield from overlaps(table.get("ramps"), dimensionless)
+        if table.get("ramps") and table.get("signal") is not None:
+            rule = "a torque has a record or ramps"
+            yield Breach(("ramps",), table["ramps"], rule, "add another [[torque]] on the same inertia")
         if table.get("engine") is not None:
             for key in ("mean", "harmonics"):
                 if table.get(key) and table[key] != BALANCE:
@@ -172,6 +179,8 @@ class Excitation(Shown):
     """The same as a frequency [Hz]; in a dimensionless model Omega itself."""
     sweep: Sweep | None = None
     """A speed that changes; the period is that of the speed at the start."""
+    duration: Annotated[float, Quantity(units.TIME, "positive")] | None = None
+    """Length of the run [s], rounded up to whole periods, where simulation.cycles is not given."""
     _dimensionless: bool = PrivateAttr(default=False)
 
     @property

@@ -86,6 +86,8 @@ class Signal:
         "time", or "angle" for points over the crank angle: ``time`` is then an angle [rad].
     interpolation
         what stands between the points: "cubic", "linear" or "step".
+    is_held
+        whether the last value goes on; that of steps always does.
     """
 
     time: Array
@@ -96,6 +98,7 @@ class Signal:
     source: str = ""
     key: str = "time"
     interpolation: Interpolation = "cubic"
+    is_held: bool = False
 
     def __post_init__(self) -> None:
         """Keep the points from being changed."""
@@ -105,6 +108,8 @@ class Signal:
             array = np.array(getattr(self, name), dtype=float)
             array.flags.writeable = False
             object.__setattr__(self, name, array)
+        if self.interpolation == "step":
+            object.__setattr__(self, "is_held", True)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return what makes an equal one, for copies and pickles."""
@@ -117,7 +122,7 @@ class Signal:
 
     def _settings(self) -> tuple[Any, ...]:
         """Return all that is no point, in the order of the fields."""
-        return self.scale, self.start, self.static, self.source, self.key, self.interpolation
+        return self.scale, self.start, self.static, self.source, self.key, self.interpolation, self.is_held
 
     def _key(self) -> tuple[object, ...]:
         return self.digest, *self._settings()

@@ -14,8 +14,9 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
     """The model with every simulation setting filled in and checked.
 
     ``cycles`` given without ``discard`` at the same level (call or file) keeps at most half of it for settling:
-    discard = min(discard, cycles // 2). A sweep of the speed is followed to its end and judged from its start. Settings
-    as of the last call give the same model again, with all that was made of it.
+    discard = min(discard, cycles // 2). A sweep of the speed is followed to its end, and judged from its start, as a
+    run of a stated duration and one with ramps of a torque. Settings as of the last call give the same model again,
+    with all that was made of it.
 
     Parameters
     ----------
@@ -50,7 +51,7 @@ def _last(_: Model) -> dict[tuple[tuple[str, type, Any], ...], Model]:
 def _settled(model: Model, arguments: dict[str, Any]) -> Model:
     file, overrides = model.simulation, {key: value for key, value in arguments.items() if value is not None}
     cycles = overrides.get("cycles", file.cycles if file.cycles is not None else default_cycles(model))
-    usual = DEFAULTS.discard if model.excitation.sweep is None else 0
+    usual = 0 if _is_event(model) else DEFAULTS.discard
     discard = overrides.get("discard", file.discard if file.discard is not None else usual)
     explicit = "discard" in overrides or ("cycles" not in overrides and file.discard is not None)
     if not explicit and isinstance(cycles, Integral) and int(cycles) >= 1:
@@ -65,6 +66,13 @@ def _settled(model: Model, arguments: dict[str, Any]) -> Model:
             changes[key] = overrides[key]
     plain = {key: _plain(value) for key, value in changes.items()}
     return model.with_simulation(plain)
+
+
+def _is_event(model: Model) -> bool:
+    """Whether the run is judged from its start."""
+    excitation = model.excitation
+    has_ramps = any(torque.ramps for torque in model.torques)
+    return excitation.sweep is not None or excitation.duration is not None or has_ramps
 
 
 def _plain(value: Any) -> Any:

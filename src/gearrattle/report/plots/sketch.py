@@ -16,6 +16,7 @@ from gearrattle.assembly import own_mean
 from gearrattle.report.plots import driveline
 from gearrattle.report.plots.numerals import numeral, quantity
 from gearrattle.report.plots.palette import MUTED, STATES
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     from gearrattle.model import Torque
@@ -37,11 +38,12 @@ def sketch(findings: Findings) -> str:
     scene = driveline.scene(layout, _FRAME)
     width, height = scene.size
     parts = {part.name: part for part in findings.verdict.parts}
+    cycles = None if findings.verdict.event is None else findings.verdict.window.cycles
     drawn = []
     for element, name in enumerate(layout.element_names):
         part = parts.get(name)
         colour = STATES[_state(part)] if part else MUTED
-        drawn.append(driveline.element(scene, element, colour, _label(name, part)))
+        drawn.append(driveline.element(scene, element, colour, _label(name, part, cycles)))
     drawn += driveline.frames(scene)
     drawn += [driveline.body(scene, body, _words(findings, body)) for body in scene.placement.bodies]
     words = escape(f"{findings.model.name}: {findings.verdict.sentence}")
@@ -97,7 +99,12 @@ def torque_words(torque: Torque, *, is_si: bool, mean: float | None = None) -> s
     if orders:
         listed = ", ".join(orders) if len(orders) <= 4 else f"{orders[0]} … {orders[-1]}"
         pieces.append(f"order{'s' if len(orders) > 1 else ''} {listed}")
-    return ", ".join([*pieces, *(["a record"] if torque.signal is not None else [])])
+    if torque.signal is not None:
+        pieces.append("a record")
+    if torque.ramps:
+        levels = [quantity(ramp.to, "N m" if is_si else "") for ramp in torque.ramps]
+        pieces.append(f"then {', '.join(levels)}")
+    return ", ".join(pieces)
 
 
 def _state(part: Part) -> str:
@@ -105,14 +112,21 @@ def _state(part: Part) -> str:
     return part.regime if part.rattles else part.severity
 
 
-def _label(name: str, part: Part | None) -> list[str]:
+def _rate(part: Part, cycles: int | None) -> str:
+    """Say how often a part hits: each cycle, or in the cycles of a transient."""
+    if cycles is None:
+        return f"{numeral(part.impacts_per_cycle, 3)} per cycle"
+    return counted(round(part.impacts_per_cycle * cycles), "impact")
+
+
+def _label(name: str, part: Part | None, cycles: int | None) -> list[str]:
     lines = [f'<tspan class="name">{escape(name)}</tspan>']
     if part is not None:
         colour = STATES[_state(part)]
         is_staged = part.regime != "quiet" and not part.separates
         words = [
             "changes stage" if is_staged else _state(part),
-            *([f"{numeral(part.impacts_per_cycle, 3)} per cycle"] * (part.regime != "quiet")),
+            *([_rate(part, cycles)] * (part.regime != "quiet")),
         ]
         lines += [f'<tspan class="regime" fill="{colour}">{word}</tspan>' for word in words]
     return lines

@@ -1,0 +1,78 @@
+"""Ramps of a torque: from its mean to another level in a straight line, then to the next; a tip-in, or a step.
+
+    ramps = [{ at = "0.5 s", over = "0.2 s", to = "80 N*m" }]
+
+Between ramps the level stays, after the last one for ever.
+
+Takes value kinds from ``quantity``; gives ``Ramp`` to torques, and the level over time as a ``Signal``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated
+
+from gearrattle.model import units
+from gearrattle.model.quantity import Quantity, value_of
+from gearrattle.model.signal import Signal
+from gearrattle.model.table import Breach, Table
+
+
+class Ramp(Table):
+    """A change of a torque to another level."""
+
+    at: Annotated[float, Quantity(units.TIME, "non-negative")]
+    """When it begins [s]."""
+    over: Annotated[float, Quantity(units.TIME, "non-negative")] = 0.0
+    """How long it takes [s]; 0 is a step."""
+    to: Annotated[float, Quantity(units.TORQUE)]
+    """The level that it leads to [N m]."""
+
+
+def overlaps(rows: object, dimensionless: bool) -> Iterator[Breach]:
+    """Yield the breaches of ramps, as they are written, that begin before the one before has ended."""
+    if not isinstance(rows, Sequence) or isinstance(rows, str):
+        return
+    ends = 0.0
+    for index, row in enumerate(rows):
+        at, over = (value_of(Ramp, row, key, dimensionless) for key in ("at", "over"))
+        if at is None or over is None:  # what is wrong with it the field says
+            return
+        if at < ends:
+            rule = f"must begin when the ramp before has ended, at {ends:.6g} s, or later"
+            yield Breach(("ramps", index, "at"), row["at"] if isinstance(row, Mapping) else at, rule)
+        ends = at + over
+
+
+def level_over_time(ramps: Sequence[Ramp], level: float) -> Signal:
+    """Return what ramps add to a level over time [N m].
+
+    Parameters
+    ----------
+    ramps
+        in the order in which they come.
+    level
+        before the first one [N m].
+    """
+    import numpy as np
+
+    points = [(0.0, 0.0)]
+    for ramp in ramps:
+        before = points[-1][1]
+        points += [(ramp.at, before), (ramp.at + ramp.over, ramp.to - level)]
+    points = _proper(points)
+    time = np.array([at for at, _ in points])
+    value = np.array([at_level for _, at_level in points])
+    return Signal(time, value, static=0.0, source="ramps", interpolation="linear", is_held=True)
+
+
+def _proper(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return points of which at most two, the levels before and after a jump, stand at one time."""
+    kept: list[tuple[float, float]] = []
+    for point in points:
+        if kept and kept[-1] == point:
+            continue
+        if len(kept) > 1 and kept[-2][0] == point[0]:
+            kept.pop()
+        kept.append(point)
+    return kept
