@@ -50,6 +50,8 @@ class Result:
     """
 
     kind: ClassVar[str]
+    shown_as: ClassVar[str] = ""
+    """Name under which it is shown, where its kind says something else."""
 
     @property
     def title(self) -> str:

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
-from gearrattle.assembly import negligible_of
+from gearrattle.assembly import is_driven_over_time, negligible_of
 from gearrattle.model import Model
-from gearrattle.model.quantity import AnyTable, check_arguments
+from gearrattle.model.quantity import AnyTable, Choice, check_arguments
 from gearrattle.quantities import CRITERIA, Verdict, judge, verdict_of
 from gearrattle.quantities.chunks import add_chunks
+from gearrattle.quantities.event import event_of
+from gearrattle.quantities.verdict import KINDS, TRANSIENT
 from gearrattle.results import Run, check_run
 from gearrattle.trajectory import NegligibleImpacts
 
 
-def criteria(run: Run | Iterable[Run], *, negligible: Mapping[str, float | str] | None = None) -> Verdict:
+def criteria(
+    run: Run | Iterable[Run], *, negligible: Mapping[str, float | str] | None = None, kind: str | None = None
+) -> Verdict:
     """Judge a run by every criterion: does it rattle, where, how badly.
 
     Parameters
@@ -25,6 +30,9 @@ def criteria(run: Run | Iterable[Run], *, negligible: Mapping[str, float | str] 
     negligible
         below which sizes an impact is a touch, as ``[criteria] negligible`` of a model file; what is left out is as
         the model says.
+    kind
+        "steady", or "transient": when it hits first and hardest, and peak torques. None: transient where a torque has
+        ramps or is a record, which chunks of a long motion never are.
 
     Raises
     ------
@@ -42,8 +50,12 @@ def criteria(run: Run | Iterable[Run], *, negligible: Mapping[str, float | str] 
     'rattles'
     """
     check_negligible(negligible)
+    if kind is not None:
+        check_arguments(kind=(Choice(KINDS), kind))
     if isinstance(run, Run):
-        return judge(run.trajectory, units=run.model.units, negligible=_limits(run.model, negligible))
+        verdict = judge(run.trajectory, units=run.model.units, negligible=_limits(run.model, negligible))
+        is_transient = is_driven_over_time(run.model) if kind is None else kind == TRANSIENT
+        return replace(verdict, kind=TRANSIENT, event=event_of(run.trajectory)) if is_transient else verdict
     if isinstance(run, str | os.PathLike) or not isinstance(run, Iterable):
         check_run(run)
     sums, _, model = add_chunks(run, CRITERIA, "judged")

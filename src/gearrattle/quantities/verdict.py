@@ -6,12 +6,14 @@ Takes what the criteria measured; gives a Verdict to reports and users.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import Json, json_value
 from gearrattle.model.table import did_you_mean, listed, shown
+from gearrattle.quantities.event import Event, PeakTorque
 from gearrattle.quantities.parts import Headline, Part, headline_of
 from gearrattle.quantities.quantity import Row
 from gearrattle.quantities.wording import sentence
@@ -21,6 +23,11 @@ from gearrattle.trajectory import NegligibleImpacts
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+Kind = Literal["steady", "transient"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+TRANSIENT: Kind = "transient"
 
 
 @dataclass(frozen=True)
@@ -47,6 +54,10 @@ class Verdict(Result):
         which impacts are touches.
     spectra
         power spectral density of the accelerations, density (f, n inertias); None for too few samples.
+    kind
+        "steady", or "transient": of a motion that does not repeat.
+    event
+        what happens in a transient; None of a steady motion.
 
     Examples
     --------
@@ -65,7 +76,10 @@ class Verdict(Result):
     negligible: NegligibleImpacts
     spectra: Spectrum | None = dataclasses.field(repr=False, compare=False, default=None)
 
-    kind: ClassVar[str] = "verdict"
+    kind: Kind = "steady"  # type: ignore[misc]
+    event: Event | None = None
+
+    shown_as: ClassVar[str] = "verdict"
 
     @property
     def headline(self) -> Headline:
@@ -74,8 +88,18 @@ class Verdict(Result):
 
     @property
     def sentence(self) -> str:
-        """The verdict in words: what rattles, where, how badly."""
-        return sentence(self.parts, self.window.cycles)
+        """The verdict in words: what rattles, where, how badly; of a transient when it hits, and how hard."""
+        return sentence(self.parts, self.window.cycles) if self.event is None else self.event.sentence
+
+    @property
+    def first_impact(self) -> float | None:
+        """When a gap is first closed in a transient [s]; None where none is, and of a steady motion."""
+        return None if self.event is None else self.event.first_impact
+
+    @property
+    def peak_torque(self) -> Mapping[str, PeakTorque]:
+        """Of every element of a transient the largest torque [N m] and its time [s]; empty of a steady motion."""
+        return {} if self.event is None else self.event.peak_torque
 
     def __str__(self) -> str:
         """Return the headline and the sentence."""
@@ -131,5 +155,7 @@ class Verdict(Result):
         window = {"start": self.window.start, "end": self.window.end, "cycles": self.window.cycles}
         entries = [row.table_row("criterion") for row in self.entries]
         shown = {name: getattr(self, name) for name in names} | {"entries": entries, "window": window}
+        if self.event is not None:
+            shown |= {"kind": self.kind, "event": self.event.to_dict()}
         converted: dict[str, Any] = json_value(shown)
         return converted

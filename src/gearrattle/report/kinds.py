@@ -98,5 +98,7 @@ def presentation_class(kind: str) -> type[Presentation[Any]]:
 
 def kind_of(result: Any) -> str | None:
     """Return the kind of a result; None for what is none."""
-    kind = result.kind if isinstance(result, Result) else getattr(result, "attrs", {}).get(KIND)
+    if isinstance(result, Result):
+        return type(result).shown_as or result.kind
+    kind = getattr(result, "attrs", {}).get(KIND)
     return kind if kind in PRESENTATIONS else None

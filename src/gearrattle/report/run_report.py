@@ -19,6 +19,7 @@ from gearrattle.pipeline import Findings
 from gearrattle.quantities import Verdict
 from gearrattle.report.advice_tables import scores_sentence, scores_table
 from gearrattle.report.energy_table import energy_table
+from gearrattle.report.event_tables import EVENT_HEADLINES, peak_torques
 from gearrattle.report.linear_tables import modes_tables, rest_table
 from gearrattle.report.metric_tables import metric_tables
 from gearrattle.report.model_tables import cost_table, model_tables, versions_table
@@ -46,6 +47,12 @@ HEADLINES = {
     "single-sided": "Single-sided rattle",
     "double-sided": "Double-sided rattle",
 }
+
+
+def headline_words(verdict: Verdict) -> str:
+    """Return the headline of a verdict, as a page has it."""
+    words = HEADLINES if verdict.event is None else EVENT_HEADLINES
+    return words[verdict.headline]
 
 
 class RunReport(Presentation[Findings]):
@@ -77,7 +84,7 @@ class RunReport(Presentation[Findings]):
         return charts(self.result)
 
     def answer(self) -> tuple[Table, ...]:
-        return (verdict_table(self.result.verdict),)
+        return (verdict_table(self.result.verdict), *_peaks(self.result))
 
     def content(self) -> dict[str, Any]:
         return findings_content(self.result)
@@ -92,7 +99,7 @@ class RunReport(Presentation[Findings]):
         findings = self.result
         values = {
             "findings": findings,
-            "headline": HEADLINES[findings.verdict.headline],
+            "headline": headline_words(findings.verdict),
             "tiles": tiles(findings),
             "parts": parts_table(findings),
             "scores": replace(scores_table(findings), title=scores_sentence(findings)),
@@ -148,6 +155,12 @@ class VerdictReport(Presentation[Verdict]):
         return entries.assign(value=("entry", numbers), word=("entry", np.array(words, dtype=np.str_)))
 
 
+def _peaks(findings: Findings) -> tuple[Table, ...]:
+    """The peak torques of a transient."""
+    event = findings.verdict.event
+    return () if event is None else (peak_torques(event, is_si=findings.model.units == "SI"),)
+
+
 def _sections(findings: Findings) -> tuple[Section, ...]:
     groups = groupby(charts(findings), key=lambda chart: chart.group or chart.key)
     energy = energy_table(findings)
@@ -155,7 +168,9 @@ def _sections(findings: Findings) -> tuple[Section, ...]:
     modes = (rest_table(findings), *modes_tables(findings))
     model_file = ("The model file, with the settings of this run", _model_text(findings.motion.model))
     figures = [(key, tuple(group)) for key, group in groups]
+    peaks = _peaks(findings)
     return (
+        *([Section("event", "Peak torques", tables=peaks)] if peaks else []),
         *(Section(key, group[0].title, charts=group) for key, group in figures),
         Section("linear", "Modes", tables=modes, in_columns=True),
         Section("criteria", "Criteria", tables=tuple(criteria_tables(findings.verdict)), folds=True),

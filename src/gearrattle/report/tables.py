@@ -35,6 +35,15 @@ class Table:
     note: str = ""
 
 
+@dataclass(frozen=True)
+class Tile:
+    """One large number: what it is, its value, and what it refers to."""
+
+    label: str
+    value: str
+    detail: str
+
+
 def shortened(table: Table, most: int = 12) -> Table:
     """Return a table with its first rows, for a terminal or a notebook; a saved page has the others."""
     left = len(table.rows) - most

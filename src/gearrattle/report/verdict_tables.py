@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
 from itertools import groupby
 
@@ -15,25 +14,19 @@ from markupsafe import Markup
 
 from gearrattle.pipeline import Findings
 from gearrattle.quantities import CRITERIA, Part, Row, Verdict
+from gearrattle.report.event_tables import event_parts, event_tiles
 from gearrattle.report.plots.numerals import engineering, numeral, quantity
-from gearrattle.report.tables import Table
+from gearrattle.report.tables import Table, Tile
 from gearrattle.signals import RANKS, centre, region_shares, steady
 
 _MOST_COLUMNS = 9
 _SLIGHT = 1e-3  # of a value: smaller errors of sampling are not shown
 
 
-@dataclass(frozen=True)
-class Tile:
-    """One large number: what it is, its value, and what it refers to."""
-
-    label: str
-    value: str
-    detail: str
-
-
 def tiles(findings: Findings) -> list[Tile]:
-    """Return the numbers an engineer asks for first, about the worst part."""
+    """Return the numbers an engineer asks for first, about the worst part; of a transient about the event."""
+    if findings.verdict.event is not None:
+        return event_tiles(findings.verdict.event, is_si=findings.model.units == "SI")
     parts = findings.verdict.parts
     made: list[Tile] = []
     if parts:
@@ -63,6 +56,8 @@ def percent(share: float) -> str:
 
 def parts_table(findings: Findings) -> Table:
     """Return one row for every mesh and clearance, worst first: its hardest impact, and where it spends its time."""
+    if findings.verdict.event is not None:
+        return event_parts(findings.verdict)
     head = ["part", "severity", "regime", "impacts per cycle", "per second"]
     head += ["approach speed", "impact energy", "exchanged momentum"]
     if findings.model.units != "SI":
@@ -122,6 +117,8 @@ def _share_bar(findings: Findings, part: Part) -> str:
 
 def verdict_table(verdict: Verdict) -> Table:
     """Return one row for every mesh and clearance in plain text, worst first."""
+    if verdict.event is not None:
+        return event_parts(verdict)
     head = ("part", "severity", "regime", "impacts/cycle", "approach speed", "impact energy", "in contact")
     rows = tuple(
         (

@@ -33,7 +33,7 @@ from gearrattle.signals.impact_sums import Hardness, ImpactSummary, measure_impa
 from gearrattle.signals.impacts import Impacts, find_impacts
 from gearrattle.signals.levels import peak_to_peak, rms
 from gearrattle.signals.lines import Line, strongest, sub_harmonics, super_harmonics
-from gearrattle.signals.negligible import RANKS, SEVERITIES, Severity, are_negligible, limits_words
+from gearrattle.signals.negligible import RANKS, SEVERITIES, Severity, are_negligible, are_touches, limits_words
 from gearrattle.signals.orders import amplitudes_from, harmonics, order_sums, resolved
 from gearrattle.signals.regions import (
     Regime,
@@ -68,6 +68,7 @@ __all__ = [
     "align",
     "amplitudes_from",
     "are_negligible",
+    "are_touches",
     "band_rms",
     "by_chance",
     "centre",

@@ -88,18 +88,19 @@ class Impacts:
 
     def of(self, clearance: int) -> Impacts:
         """Return the impacts of one clearance (an index into ``Layout.clearance``)."""
-        return self._where(self.clearance == clearance)
+        return self.where(self.clearance == clearance)
 
     def within(self, window: Window) -> Impacts:
         """Return the impacts that begin in the window, its bounds included."""
-        return self._where(window.contains(self.time))
+        return self.where(window.contains(self.time))
 
     @property
     def drive(self) -> NDArray[np.bool_]:
         """Return (I,) which impacts are met with growing deflection: those on the drive side."""
         return np.asarray(self.region >= 0, dtype=np.bool_)
 
-    def _where(self, chosen: NDArray[np.bool_]) -> Impacts:
+    def where(self, chosen: NDArray[np.bool_]) -> Impacts:
+        """Return those of the impacts that are marked, (I,)."""
         return Impacts(
             self.time[chosen],
             self.clearance[chosen],

@@ -11,9 +11,11 @@ from collections.abc import Mapping
 from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.signals.crossing_sums import Sums
 from gearrattle.signals.impact_sums import measure_impacts
+from gearrattle.signals.impacts import Impacts
 from gearrattle.trajectory import Array, Layout, NegligibleImpacts
 from gearrattle.wording import engineering, listed
 
@@ -32,6 +34,15 @@ def are_negligible(state: Sums, layout: Layout, clearance: int) -> Array:
     energy = np.where(is_hit, hardness.largest_energy, 0.0)  # NaN without a free body: no threshold applies
     slowest = limits.speed if layout.is_mesh[layout.clearance[clearance]] else limits.angular_speed
     return np.asarray((speed < slowest) | (energy < limits.energy))
+
+
+def are_touches(impacts: Impacts, layout: Layout) -> NDArray[np.bool_]:
+    """Return (I,) which impacts are touches."""
+    limits = layout.negligible
+    is_mesh = layout.is_mesh[layout.clearance[impacts.clearance]]
+    slowest = np.where(is_mesh, limits.speed, limits.angular_speed)
+    touches: NDArray[np.bool_] = (np.abs(impacts.velocity) < slowest) | (impacts.energy < limits.energy)
+    return touches
 
 
 def limits_words(limits: NegligibleImpacts, *, is_si: bool = True) -> str:

@@ -29,7 +29,7 @@ from gearrattle.pipeline import Findings
 from gearrattle.report.motion_at_point import chosen_points, point_data
 from gearrattle.report.page import Section
 from gearrattle.report.presentation import Presentation
-from gearrattle.report.run_report import HEADLINES
+from gearrattle.report.run_report import headline_words
 from gearrattle.report.tables import Table
 from gearrattle.report.verdict_tables import side_shares
 from gearrattle.wording import counted
@@ -198,7 +198,7 @@ def verdict_numbers(findings: Findings) -> dict[str, Any]:
         "verdict": verdict.verdict,
         "severity": verdict.severity,
         "state": verdict.headline,
-        "headline": HEADLINES[verdict.headline],
+        "headline": headline_words(verdict),
         "sentence": verdict.sentence,
         "rule": verdict.rule,
         "parts": parts,

@@ -21,7 +21,7 @@ _MOST_IMPACTS = 3000
 
 def deflections(findings: Judged) -> Chart:
     """Draw the deflection of every clearance over the last cycles, with its impacts."""
-    window = detail(findings.motion.trajectory)
+    window = detail(findings)
     caption = (
         "Deflection of every element with a corner, in detail. Shaded: in contact, beyond the dotted corners. "
         f"Dots: impacts, at the exact time of the crossing.{chosen_clearances(findings)[1]}"
@@ -61,7 +61,7 @@ def overview(findings: Judged) -> Chart:
 def forces(findings: Judged) -> Chart:
     """Draw the force or torque of every element with a corner over the last cycles."""
     trajectory = findings.motion.trajectory
-    window = detail(trajectory)
+    window = detail(findings)
     chosen, left_out = chosen_clearances(findings)
     panels = []
     for k in chosen:

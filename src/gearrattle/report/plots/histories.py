@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from gearrattle.report.plots.chart import Chart, Line, Panel
 from gearrattle.report.plots.chosen import Judged, chosen_bodies
-from gearrattle.report.plots.view import coarse, detail, history, scale
+from gearrattle.report.plots.view import coarse, detail, detail_words, history, scale
 from gearrattle.trajectory import Array
 
 _CAPTION = (
-    "{what} of every body over the last {count} simulated, in cycles of the common period T. "
+    "{what} of every body over the {cycles}, in cycles of the common period T. "
     "All panels share the cycle axis: zoom one and the others follow."
 )
 
@@ -35,7 +35,7 @@ def angles(findings: Judged) -> Chart:
 
 def _chart(findings: Judged, key: str, what: str, unit: str, values: Array) -> Chart:
     trajectory = findings.motion.trajectory
-    window = detail(trajectory)
+    window = detail(findings)
     chosen, left_out = chosen_bodies(findings)
     panels = []
     for i in chosen:
@@ -45,11 +45,10 @@ def _chart(findings: Judged, key: str, what: str, unit: str, values: Array) -> C
         line = Line(x, y * in_unit.factor, name, mark="points" if coarse(trajectory) else "line")
         limits = (window.start / trajectory.layout.period, window.end / trajectory.layout.period)
         panels.append(Panel(name, in_unit.unit, "time / T  [cycles]", lines=(line,), x_range=limits))
-    count = f"{window.cycles} cycles" if window.cycles > 1 else "cycle"
     return Chart(
         key=key,
         title="Time histories",
-        caption=_CAPTION.format(what=what, count=count) + left_out,
+        caption=_CAPTION.format(what=what, cycles=detail_words(findings, window)) + left_out,
         panels=tuple(panels),
         panel_height=104,
         group="histories",

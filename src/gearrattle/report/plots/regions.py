@@ -23,7 +23,7 @@ _MOST = 3000
 def regions(findings: Judged) -> Chart:
     """Draw in which region every clearance is over the last cycles, with its impacts."""
     trajectory = findings.motion.trajectory
-    window = detail(trajectory)
+    window = detail(findings)
     chosen, left_out = chosen_clearances(findings)
     caption = (
         "Region of every element with a corner: 0 the centre, then the stages outward, drive side up, coast side down. "

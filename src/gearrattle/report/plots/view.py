@@ -9,15 +9,22 @@ Takes a Trajectory; gives windows, thinned curves and scale factors to the figur
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearrattle.quantities.event import times_of
 from gearrattle.report.plots.thinning import thin
-from gearrattle.signals import Window, last_cycles
+from gearrattle.signals import Window, last_cycles, steady
 from gearrattle.trajectory import Array, Trajectory
 from gearrattle.wording import prefixed
 
+if TYPE_CHECKING:
+    from gearrattle.report.plots.chosen import Judged
+
 DETAIL_CYCLES = 4
+EVENT_CYCLES = 24
+"""Cycles of a transient that are drawn in detail, at most."""
 DETAIL_POINTS = 4000
 OVERVIEW_POINTS = 3000
 COARSE_FROM = 12
@@ -47,9 +54,28 @@ def scale(values: Array, unit: str) -> Scale:
     return Scale(*prefixed(largest, unit))
 
 
-def detail(trajectory: Trajectory) -> Window:
-    """Return the last few cycles of the steady part."""
-    return last_cycles(trajectory, DETAIL_CYCLES)
+def detail(findings: Judged) -> Window:
+    """Return what is drawn in detail: the last few cycles, or those in which a transient hits."""
+    trajectory = findings.motion.trajectory
+    event = findings.verdict.event
+    times = np.zeros(0) if event is None else times_of(event)
+    if not times.size:
+        return last_cycles(trajectory, DETAIL_CYCLES)
+    # a cycle before the first impact, one after the last
+    judged = steady(trajectory)
+    period = trajectory.layout.period
+    before = max(0, int((times.min() - judged.start) / period) - 1)
+    after = min(judged.cycles, int((times.max() - judged.start) / period) + 2, before + EVENT_CYCLES)
+    first = judged.first + before * trajectory.samples_per_cycle
+    last = judged.first + after * trajectory.samples_per_cycle
+    start = judged.start + before * period
+    return Window(start, judged.start + after * period, first, last, after - before)
+
+
+def detail_words(findings: Judged, window: Window) -> str:
+    """Say which cycles are drawn in detail."""
+    several = f"{window.cycles} cycles" if window.cycles > 1 else "cycle"
+    return f"last {several} simulated" if findings.verdict.event is None else f"{several} in which it hits"
 
 
 def cycles(trajectory: Trajectory, time: Array) -> Array:

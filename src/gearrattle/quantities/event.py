@@ -1,0 +1,198 @@
+"""What a transient does: when it hits first and hardest, how long it goes on, and the peak torques.
+
+Averages over cycles say nothing of an event, such as a tip-in. What counts is the first impact, the hardest one, the
+number of impacts until the driveline is at rest again, and the largest torque of every element.
+
+Takes a Trajectory; gives an Event to the verdict.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.signals import Impacts, are_touches, find_impacts, is_gap, steady
+from gearrattle.trajectory import Array, Trajectory
+from gearrattle.wording import counted, engineering
+
+_BAND = 0.05
+"""Share of the largest change of a torque within which it has settled."""
+
+
+class PeakTorque(NamedTuple):
+    """The largest torque of an element, at its first end: value [N m] with its sign, and time [s]."""
+
+    value: float
+    time: float
+
+
+@dataclass(frozen=True)
+class HardestImpact:
+    """The impact of most energy.
+
+    Attributes
+    ----------
+    part
+        mesh or coupling.
+    time
+        [s].
+    approach_speed
+        of the gap [m/s, of a coupling rad/s].
+    energy
+        m v^2 / 2 [J].
+    momentum
+        m v [N s, of a coupling N m s].
+    """
+
+    part: str
+    time: float
+    approach_speed: float
+    energy: float
+    momentum: float
+
+
+@dataclass(frozen=True)
+class Event:
+    """What happens in a motion that does not repeat, over the cycles that are judged.
+
+    Attributes
+    ----------
+    first_impact
+        when a gap is first closed, however softly [s]; None: no gap is.
+    hardest
+        the impact of most energy; None without one.
+    impacts
+        number of impacts of all gaps that are not negligible.
+    last_impact
+        when the last of these begins [s]; None without one.
+    settled
+        time from which on every torque stays within 5 % of its largest change about its mean of the last cycle [s];
+        None: not before that.
+    peak_torque
+        by element.
+    """
+
+    first_impact: float | None
+    hardest: HardestImpact | None
+    impacts: int
+    last_impact: float | None
+    settled: float | None
+    peak_torque: Mapping[str, PeakTorque]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it in plain numbers."""
+        peaks = {name: {"value": peak.value, "time": peak.time} for name, peak in self.peak_torque.items()}
+        hardest = None if self.hardest is None else asdict(self.hardest)
+        times = {"first_impact": self.first_impact, "last_impact": self.last_impact, "settled": self.settled}
+        return {**times, "impacts": self.impacts, "hardest": hardest, "peak_torque": peaks}
+
+    @property
+    def sentence(self) -> str:
+        """What happens, in a sentence or two."""
+        words = "No gap is closed."
+        if self.hardest is not None:
+            hard = self.hardest
+            words = (
+                f"First impact at {engineering(self.first_impact or 0.0, 's')}; the hardest at "
+                f"{engineering(hard.time, 's')}, of {hard.part} with {engineering(hard.energy, 'J')}"
+            )
+            words += f"; {counted(self.impacts, 'impact')}"
+            words += "." if self.last_impact is None else f", the last at {engineering(self.last_impact, 's')}."
+        largest = max(self.peak_torque.items(), key=lambda item: abs(item[1].value), default=None)
+        if largest is not None:
+            name, peak = largest
+            words += f" Peak torque {engineering(peak.value, 'N m')} in {name} at {engineering(peak.time, 's')}."
+        return words
+
+
+def event_of(trajectory: Trajectory) -> Event:
+    """Return what happens in the judged part of a motion.
+
+    Parameters
+    ----------
+    trajectory
+        the motion.
+    """
+    impacts = _of_gaps(trajectory, find_impacts(trajectory).within(steady(trajectory)))
+    heard = impacts.time[~are_touches(impacts, trajectory.layout)]
+    return Event(
+        first_impact=float(impacts.time.min()) if len(impacts) else None,
+        hardest=_hardest(trajectory, impacts),
+        impacts=int(heard.size),
+        last_impact=float(heard.max()) if heard.size else None,
+        settled=_settled(trajectory),
+        peak_torque=MappingProxyType(_peak_torques(trajectory)),
+    )
+
+
+def _of_gaps(trajectory: Trajectory, impacts: Impacts) -> Impacts:
+    """Return the impacts of gaps: springs that change stage do not rattle."""
+    gaps = np.array([is_gap(trajectory.layout, k) for k in range(trajectory.layout.clearance.size)], dtype=np.bool_)
+    return impacts.where(gaps[impacts.clearance])
+
+
+def _hardest(trajectory: Trajectory, impacts: Impacts) -> HardestImpact | None:
+    """Return the impact of most energy."""
+    if not len(impacts):
+        return None
+    energy = np.where(np.isfinite(impacts.energy), impacts.energy, 0.0)
+    most = int(np.argmax(energy))
+    speed = float(abs(impacts.velocity[most]))
+    part = trajectory.layout.clearance_names[int(impacts.clearance[most])]
+    momentum = float(impacts.mass[most]) * speed
+    return HardestImpact(part, float(impacts.time[most]), speed, float(energy[most]), momentum)
+
+
+def _peak_torques(trajectory: Trajectory) -> dict[str, PeakTorque]:
+    """Return the largest torque of every element: of the exact motion where that is known, else of its samples."""
+    layout = trajectory.layout
+    judged = steady(trajectory)
+    time = judged.closed(trajectory.time)
+    torque = judged.closed(trajectory.element_torque)
+    exact = _exact_peaks(trajectory)
+    peaks = {}
+    for k, name in enumerate(layout.element_names):
+        largest = int(np.argmax(np.abs(torque[:, k])))
+        peaks[name] = PeakTorque(exact.get(name, float(torque[largest, k])), float(time[largest]))
+    return peaks
+
+
+def _exact_peaks(trajectory: Trajectory) -> dict[str, float]:
+    """Return the largest torque of every element whose force is known between samples [N m]."""
+    if trajectory.exact is None:
+        return {}
+    layout = trajectory.layout
+    known = trajectory.exact.signals(trajectory)
+    signals = [("force", name) for name in layout.element_names if ("force", name) in known]
+    statistics = trajectory.exact.statistics(trajectory, signals, with_moments=False) if signals else None
+    if statistics is None:
+        return {}
+    arms = {name: float(layout.radii[k, 0]) for k, name in enumerate(layout.element_names)}
+    sides = zip(signals, statistics.low.tolist(), statistics.high.tolist(), strict=True)
+    return {name: arms[name] * (high if high >= -low else low) for (_, name), low, high in sides}
+
+
+def _settled(trajectory: Trajectory) -> float | None:
+    """Return when the last torque comes to stay within its band; None within the last cycle."""
+    judged = steady(trajectory)
+    time = judged.closed(trajectory.time)
+    torque = judged.closed(trajectory.element_torque)
+    last = min(trajectory.samples_per_cycle, len(time) - 1)
+    away = np.abs(torque - torque[-last - 1 :].mean(axis=0))
+    beyond: NDArray[np.bool_] = (away > _BAND * away.max(axis=0, initial=0.0)).any(axis=1)
+    outside = np.flatnonzero(beyond)
+    if not outside.size:
+        return float(time[0])
+    return None if outside[-1] >= len(time) - 1 - last else float(time[outside[-1] + 1])
+
+
+def times_of(event: Event) -> Array:
+    """Return the instants that a figure marks: first, hardest and last impact [s]."""
+    hardest = None if event.hardest is None else event.hardest.time
+    marks = (event.first_impact, hardest, event.last_impact)
+    return np.array([mark for mark in marks if mark is not None])
