@@ -35,14 +35,15 @@ PARTS: dict[str, dict[str, Any]] = {
         "inertia": [{"name": "a", "J": 0.01, "drag": 0.1, "drag_torque": OVER_SPEED}, {"name": "b", "J": 0.02}],
         "coupling": [{**AB, "stiffness": 100.0}],
         "simulation": {"step": 1e-5, "initial": {"angle": [0.1, 0.2], "velocity": [1.0, 2.0]}},
-        "excitation": {"frequency": 20.0},
+        "excitation": {"frequency": 20.0, "duration": 1.0},
         "torque": [
+            {"on": "b", "ramps": [{"at": 0.1, "over": 0.2, "to": 3.0}]},
             {
                 "on": "a",
                 "mean": OVER_SPEED,
                 "harmonics": [{"order": 1, "amplitude": OVER_SPEED, "phase": 0.1}],
                 "signal": {**POINTS, "static": 1.0},
-            }
+            },
         ],
     },
     "clipped": {

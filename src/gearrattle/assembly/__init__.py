@@ -23,6 +23,7 @@ from gearrattle.assembly.signals import check_length, default_cycles, lasts_as_t
 from gearrattle.assembly.sines import ramp_of
 from gearrattle.assembly.steady import (
     is_driven_over_time,
+    refuse_but_events,
     refuse_motions,
     refuse_recorded_motions,
     refuse_unsteady,
@@ -65,6 +66,7 @@ __all__ = [
     "ramp_of",
     "record_notes",
     "records_of",
+    "refuse_but_events",
     "refuse_motions",
     "refuse_recorded_motions",
     "refuse_unsteady",

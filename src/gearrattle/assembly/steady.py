@@ -94,6 +94,19 @@ def refuse_unsteady(model: Model, what: str) -> None:
         raise ModelError(problems)
 
 
+def refuse_but_events(model: Model, what: str) -> None:
+    """Refuse a model under anything but harmonics of one speed, and torques over time.
+
+    Raises
+    ------
+    ModelError
+        naming what needs one speed.
+    """
+    events = {f"torque.{i}.ramps": None for i, torque in enumerate(model.torques) if torque.ramps}
+    events |= {f"torque.{i}.signal": None for i, torque in enumerate(model.torques) if torque.signal is not None}
+    refuse_unsteady(model.with_(events) if events else model, what)
+
+
 def unsteady_problems(model: Model, rule: str, remedy: str) -> list[Problem]:
     """Return what a model has beside harmonics of one speed, as problems."""
     torques = [(f"torque.{i}", torque.on) for i, torque in enumerate(model.torques) if torque.signal is not None]

@@ -20,7 +20,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, moved, whole
+from gearrattle.assembly import assemble, is_driven_over_time, moved, whole
 from gearrattle.model import Model
 from gearrattle.results import Run
 from gearrattle.signals import is_gap
@@ -32,6 +32,8 @@ REST = "rest"
 BEFORE = "before"
 PUSHED = "pushed"
 STARTS = (REST, BEFORE, PUSHED)
+EVENT = (REST,)
+"""Starts of a driveline under ramps or a record of a torque: an event begins as it begins."""
 _CROSSING = 1.0 / 16.0  # of a period, in which a push takes a clearance across its gap
 State = Mapping[str, Sequence[float]]
 
@@ -109,6 +111,11 @@ def moved_on(asked: Asked, counter: Counter | None = None) -> Motion:
 def _end_of(run: Run) -> State:
     end = run.trajectory
     return {"angle": end.angle[-1].tolist(), "velocity": end.velocity[-1].tolist()}
+
+
+def starts_of(model: Model) -> tuple[str, ...]:
+    """Return the starts from which a driveline is simulated."""
+    return EVENT if is_driven_over_time(model) else STARTS
 
 
 def pushed(model: Model) -> State:

@@ -20,11 +20,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import refuse_unsteady
+from gearrattle.assembly import is_driven_over_time, refuse_but_events
 from gearrattle.design.candidates import Candidate, candidates_of
 from gearrattle.design.inline import Inline
 from gearrattle.design.keep import Keep, kept_or_moved
-from gearrattle.design.motions import REST, Asked, Motion
+from gearrattle.design.motions import REST, Asked, Motion, starts_of
 from gearrattle.design.search import Report, Search, Tried, Work, finish
 from gearrattle.design.target import ENERGY, Target, half_of, target_of
 from gearrattle.design.threshold import STOPPED
@@ -165,7 +165,7 @@ def remedies(
     target
         "quiet"; "half": half the energy of the hardest impact; or a comparison as for ``threshold``.
     speeds
-        at which it must hold beside the model's own; None: 3 % below and above.
+        at which it must hold beside the model's own; None: 3 % below and above; none for an event.
     pairs
         whether pairs are tried of the best changes that do not reach the target alone.
     keep
@@ -192,7 +192,7 @@ def remedies(
     check_model(model)
     check_arguments(pairs=(FLAG, pairs), progress=(CALLBACK, progress))
     check_scheduler(None, workers)
-    refuse_unsteady(model, "a search for remedies")
+    refuse_but_events(model, "a search for remedies")
     base = settled(model, {})
     options = candidates_of(base, candidates)
     conditions, shown_speeds = _speeds(base, speeds)
@@ -210,7 +210,8 @@ def _speeds(model: Model, speeds: Sequence[float | str] | None) -> tuple[tuple[d
     """Return the changes that set every other speed, and all speeds ascending."""
     path = next(path for path in _SPEEDS if model.paths(path))
     own = float(model[path])
-    others = [own * factor for factor in NEIGHBOURS] if speeds is None else [in_si(path, v, model) for v in speeds]
+    neighbours = () if is_driven_over_time(model) else NEIGHBOURS
+    others = [own * factor for factor in neighbours] if speeds is None else [in_si(path, v, model) for v in speeds]
     changes = tuple({path: other} for other in others if other != own)
     return changes, tuple(sorted({own, *others}))
 
@@ -227,7 +228,7 @@ class _Study:
         self._report = report
         self._transmitted = outputs_of([TRANSMISSIBILITY], short_runs([model])[0]).chosen
         self._levels: dict[int, NDArray[np.float64]] = {}
-        self._work = Work(COUNT, WIDTH, tuple(conditions), is_lean=True, keep=keep)
+        self._work = Work(COUNT, WIDTH, tuple(conditions), is_lean=True, keep=keep, starts=starts_of(model))
 
     def own(self, target: Target) -> Tried:
         """Simulate the model itself, from rest."""

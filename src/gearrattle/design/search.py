@@ -87,6 +87,8 @@ class Work:
         whether a value is left at the first motion of which the target does not hold.
     keep
         of motions that are known already; None for none.
+    starts
+        from which every value is simulated; an event has its own start alone.
     """
 
     count: int
@@ -94,6 +96,7 @@ class Work:
     conditions: tuple[Mapping[str, Any], ...] = ()
     is_lean: bool = False
     keep: Keep | None = None
+    starts: tuple[str, ...] = STARTS
 
 
 class Search:
@@ -161,7 +164,8 @@ class Search:
                 if before.motions and (variant.holds or not self._work.is_lean):
                     self._move(variant, BEFORE, before.hardest.end)
 
-        finish([pool.submit(follow, chain) for chain in (self.tried[first:], self.tried[first::-1])])
+        if BEFORE in self._work.starts:
+            finish([pool.submit(follow, chain) for chain in (self.tried[first:], self.tried[first::-1])])
         # a push, and other conditions, where all is well so far
         finish([pool.submit(self._challenge, variant) for variant in self.tried if variant.holds])
 
@@ -173,10 +177,15 @@ class Search:
             middle = Tried(self.variable.between(below.value, above.value), self.target)
             failing = below if above.holds else above
             self.tried.insert(self.tried.index(above), middle)
-            # where the motion of the failing side goes on, no other start is needed
-            self._move(middle, BEFORE, failing.hardest.end)
-            if middle.holds:
-                finish([pool.submit(self._move, middle, REST, None), pool.submit(self._challenge, middle)])
+            if BEFORE in self._work.starts:
+                # where the motion of the failing side goes on, no other start is needed
+                self._move(middle, BEFORE, failing.hardest.end)
+                if middle.holds:
+                    finish([pool.submit(self._move, middle, REST, None), pool.submit(self._challenge, middle)])
+            else:
+                self._move(middle, REST, None)
+                if middle.holds:
+                    self._challenge(middle)
             if middle.holds == above.holds:
                 above = middle
             else:
@@ -197,9 +206,11 @@ class Search:
 
     def _challenge(self, variant: Tried) -> None:
         """Simulate the motion after a push, and the motions under other conditions until the target fails."""
-        self._move(variant, PUSHED, None)
+        starts = [start for start in (REST, PUSHED) if start in self._work.starts]
+        if PUSHED in starts:
+            self._move(variant, PUSHED, None)
         for condition in self._work.conditions:
-            for start in (REST, PUSHED):
+            for start in starts:
                 if variant.holds:
                     self._move(variant, start, None, condition)
 

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from gearrattle.assembly import refuse_unsteady
-from gearrattle.design.motions import STARTS
+from gearrattle.assembly import refuse_but_events
+from gearrattle.design.motions import STARTS, starts_of
 from gearrattle.design.search import Report, Search, Tried, Work
 from gearrattle.design.target import QUIET, Target, target_of
 from gearrattle.design.variable import Variable, variable_of
@@ -135,11 +135,12 @@ def threshold(
     check_model(model)
     check_arguments(count=(_VALUES, count), width=(_WIDTHS, width), progress=(CALLBACK, progress))
     check_scheduler(None, workers)
-    refuse_unsteady(model, "a threshold")
+    refuse_but_events(model, "a threshold")
     base = settled(model, {})
     variable = variable_of(base, path, range)
     target = target_of(base, until)
-    search = Search(base, variable, target, Work(count, width), Report(progress, 3.0 * count))
+    work = Work(count, width, starts=starts_of(base))
+    search = Search(base, variable, target, work, Report(progress, float(len(work.starts) * count)))
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
         changes = search.run(pool)
     return _result(search, changes)

@@ -59,6 +59,7 @@ _PLURALS = {
 _HARMONIC = 5
 """Parts of a path such as ``torque.0.harmonics.1.amplitude``."""
 _ALTERNATION = {"fewer": "stiffness ratio", "share": "share of all pairs"}
+_RAMP = {"at": "start", "over": "duration", "to": "end torque"}
 _SWEEP = {
     "from": "speed at the start of the run-up",
     "to": "speed at the end of the run-up",
@@ -277,6 +278,9 @@ def _of_drive(section: str, parts: Sequence[str], tables: Mapping[str, Any]) -> 
         return f"mean torque on {owner}"
     if key == "harmonics" and len(rest) > 1:
         return f"{section} {_sine(rest, table.get(key, ()), owner, 'on' if section == 'torque' else 'of')}"
+    if key == "ramps" and len(rest) > 1:
+        which_ramp = f"ramp {_number(rest[0])}" if len(table.get(key, ())) > 1 else "the ramp"
+        return f"{_RAMP.get(rest[1], _key(rest[1]))} of {which_ramp} of the torque on {owner}"
     if key == "engine" and rest:
         return _of_part(rest, f"the engine on {owner}", {})
     if key in _SIGNAL and rest:

@@ -23,6 +23,7 @@ from gearrattle.wording import counted, engineering, listed
 if TYPE_CHECKING:
     import xarray as xr
 
+_NOT_TRIED = "not tried"
 _WORDS = {"rest": "from rest", "before": "from the motion before", "pushed": "after a push"}
 _COLOURS = {"rest": ACCENT, "before": COAST, "pushed": COLOURS[2]}
 _HARDER = 1.5  # times the hardest impact of the model itself: then it is said
@@ -115,17 +116,21 @@ class ThresholdPage(Presentation[Threshold]):
 
     def answer(self) -> tuple[Table, ...]:
         variable = self.result.variable
-        head = ("value", *_WORDS.values(), "hardest impact", "part")
-        rows = tuple(
+        all_rows = self._rows()
+        # an event has one start
+        starts = [j for j in range(len(_WORDS)) if any(row.words[j] != _NOT_TRIED for row in all_rows)]
+        names = list(_WORDS.values())
+        rows = [
             (
                 variable.shown(row.value),
-                *row.words,
+                *(row.words[j] for j in starts),
                 engineering(row.energy, self._unit) if row.energy > 0.0 else "-",
                 row.part,
             )
-            for row in self._rows()
-        )
-        texts = frozenset({1, 2, 3, 5})
+            for row in all_rows
+        ]
+        head = ("value", *(names[j] for j in starts), "hardest impact", "part")
+        texts = frozenset({*range(1, len(starts) + 1), len(starts) + 2})
         return (Table(head, tuple(rows), texts, title="What was simulated"),)
 
     def content(self) -> dict[str, Any]:
@@ -179,7 +184,7 @@ class ThresholdPage(Presentation[Threshold]):
             tried = np.asarray(scan["holds"].values[i]) >= 0
             codes = np.asarray(scan[output.name].values[i])[:, gaps].max(axis=-1, initial=-1)
             words = tuple(
-                output.words[int(code)].replace("_", " ") if was_tried else "not tried"
+                output.words[int(code)].replace("_", " ") if was_tried else _NOT_TRIED
                 for code, was_tried in zip(codes, tried, strict=True)
             )
             of_parts = np.where(gaps, energies[i][tried].max(axis=0, initial=0.0), 0.0)
