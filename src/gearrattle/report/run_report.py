@@ -173,11 +173,18 @@ def _sections(findings: Findings) -> tuple[Section, ...]:
         *([Section("event", "Peak torques", tables=peaks)] if peaks else []),
         *(Section(key, group[0].title, charts=group) for key, group in figures),
         Section("linear", "Modes", tables=modes, in_columns=True),
-        Section("criteria", "Criteria", tables=tuple(criteria_tables(findings.verdict)), folds=True),
-        Section("metrics", "Metrics", tables=tuple(metric_tables(findings.metrics)), folds=True),
+        *([] if peaks else _averages(findings)),
         Section("model", "Model", tables=tuple(model_tables(findings)), text=model_file),
         Section("computation", "Computation", tables=computation, in_columns=True),
     )
+
+
+def _averages(findings: Findings) -> list[Section]:
+    """Criteria and metrics: averages over cycles, which say nothing of an event."""
+    return [
+        Section("criteria", "Criteria", tables=tuple(criteria_tables(findings.verdict)), folds=True),
+        Section("metrics", "Metrics", tables=tuple(metric_tables(findings.metrics)), folds=True),
+    ]
 
 
 def _model_text(model: Model) -> str:

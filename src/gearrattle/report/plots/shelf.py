@@ -39,9 +39,12 @@ FIGURES: tuple[Callable[[Findings], Chart | None], ...] = (
     run_up_orders,
 )
 """Every figure of the report, in reading order."""
+_OF_AVERAGES = (spectra, rattle_metrics)
+"""Figures of averages over cycles, which say nothing of an event."""
 
 
 def charts(findings: Findings) -> list[Chart]:
     """Return every figure that has something to show."""
-    made = (figure(findings) for figure in FIGURES)
+    left_out = () if findings.verdict.event is None else _OF_AVERAGES
+    made = (figure(findings) for figure in FIGURES if figure not in left_out)
     return [chart for chart in made if chart is not None and chart.panels]
