@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from gearrattle.model import Model
 
 
-_UNITS = {"speed": " rad/s", "sweep_to": " rad/s", "sweep_over": " s"}
+_UNITS = {"speed": " rad/s", "duration": " s", "sweep_to": " rad/s", "sweep_over": " s"}
 
 
 def check(model: Path, /, *, changes: Changes = (), json: Json = False) -> None:
@@ -71,17 +71,25 @@ def _content(model: Model, rest: Equilibrium) -> dict[str, Any]:
         "torques_on": [torque.on for torque in model.torques],
         **({"balance": rest.balance} if rest.balance else {}),
         **({"motions_of": [motion.on for motion in model.motions]} if model.motions else {}),
+        **({"ramps": ramps} if (ramps := _ramps(model)) else {}),
         **({"records": records} if (records := _records(model)) else {}),
         "speed": model.excitation.omega,
+        **({"duration": length} if (length := model.excitation.duration) else {}),
         **({"sweep_to": sweep.end, "sweep_over": sweep.over} if (sweep := model.excitation.sweep) else {}),
     }
+
+
+def _ramps(model: Model) -> list[str]:
+    """Say where the ramps of torques lead, and when."""
+    is_si = model.units == "SI"
+    return [f"{ramp.in_words(is_si=is_si)} on {torque.on}" for torque in model.torques for ramp in torque.ramps]
 
 
 def _records(model: Model) -> list[str]:
     """Say how many points the records have, what stands between them, and how long a run they last."""
     from gearrattle.assembly import records_of
 
-    signals = [record.signal for record in records_of(model)]
+    signals = [record.signal for record in records_of(model) if not record.path.endswith(".ramps")]
     return [f"{counted(s.time.size, 'point')} ({s.interpolation}), {s.time[-1] - s.start:.6g} s" for s in signals]
 
 

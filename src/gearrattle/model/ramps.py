@@ -16,6 +16,7 @@ from gearrattle.model import units
 from gearrattle.model.quantity import Quantity, value_of
 from gearrattle.model.signal import Signal
 from gearrattle.model.table import Breach, Table
+from gearrattle.wording import engineering, quantity
 
 
 class Ramp(Table):
@@ -27,6 +28,12 @@ class Ramp(Table):
     """How long it takes [s]; 0 is a step."""
     to: Annotated[float, Quantity(units.TORQUE)]
     """The level that it leads to [N m]."""
+
+    def in_words(self, *, is_si: bool) -> str:
+        """Say where the torque goes, and when."""
+        second, newton_metre = ("s", "N m") if is_si else ("", "")
+        how = f"over {engineering(self.over, second)}" if self.over else "at once"
+        return f"at {engineering(self.at, second)} to {quantity(self.to, newton_metre)} {how}"
 
 
 def overlaps(rows: object, dimensionless: bool) -> Iterator[Breach]:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from gearrattle.assembly import own_mean
 from gearrattle.model.balance import BALANCE
-from gearrattle.model.ramps import Ramp
 from gearrattle.pipeline import Findings
 from gearrattle.report.plots.numerals import engineering, grouped, numeral, quantity
 from gearrattle.report.provenance import versions
@@ -96,7 +95,7 @@ def _excitation(findings: Findings) -> Table:
             ("", f"order {numeral(term.order)}: {quantity(term.amplitude, unit('N m'))}", _phase(term.phase))
             for term in torque.harmonics
         ]
-        rows += [("", _ramp_words(ramp, unit), "") for ramp in torque.ramps]
+        rows += [("", ramp.in_words(is_si=model.units == "SI"), "") for ramp in torque.ramps]
         if (signal := torque.signal) is not None:
             length = engineering(float(signal.time[-1] - signal.time[0]), unit("s"))
             points = f"{counted(signal.time.size, 'point')}, {signal.interpolation}"
@@ -125,12 +124,6 @@ def _excitation(findings: Findings) -> Table:
             for term in element.errors
         ]
     return Table(("", "value", "phase"), tuple(rows), frozenset({0, 1}), "Excitation")
-
-
-def _ramp_words(ramp: Ramp, unit: Callable[[str], str]) -> str:
-    """Say where a torque goes, and when."""
-    how = f"over {engineering(ramp.over, unit('s'))}" if ramp.over else "at once"
-    return f"at {engineering(ramp.at, unit('s'))} to {quantity(ramp.to, unit('N m'))} {how}"
 
 
 def _phase(phase: float) -> str:
