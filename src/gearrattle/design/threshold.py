@@ -182,7 +182,9 @@ def _result(search: Search, changes: list[tuple[Tried, Tried]]) -> Threshold:
     notes = [*search.notes, *([STOPPED] if search.is_stopped else [])]
     own = variable.own if variable.own is not None else variable.low
     brackets = tuple((below.value, above.value, above.holds) for below, above in changes)
-    value = bracket = proven = None
+    value = None
+    bracket = None
+    proven = None
     if changes:
         below, above = min(changes, key=lambda pair: min(abs(pair[0].value - own), abs(pair[1].value - own)))
         holding, failing = (above, below) if above.holds else (below, above)

@@ -115,7 +115,8 @@ def _parts(text: str, edit: Edit) -> Sequence[Edit]:
 
 def _single_settings(tables: Mapping[str, Any], edit: Edit) -> Sequence[Edit]:
     """Return the edits that set what a pattern matches, each to its own value times a factor where one is asked for."""
-    path, value = edit.get("path"), edit.get("value")
+    path = edit.get("path")
+    value = edit.get("value")
     if not isinstance(path, str) or not (ANY in path or is_factor(value)):
         return [edit]
     paths = paths_at(tables, path)
