@@ -79,3 +79,13 @@ def test_a_constant_channel_has_no_sigma() -> None:
     assert np.isnan(actual["w"].level("rms").sigma)
     assert "nothing was measured" in " ".join(actual.findings)
     assert actual.to_dict()["pairs"][1]["levels"][1]["sigma"] is None
+
+
+def test_a_channel_called_as_a_body_is_of_that_body() -> None:
+    record = made.record()
+    named = record.with_(channels=(Channel("wheel", "acceleration", "", record["a"].unit, record["a"].values),))
+    by_name = gr.validate(made.run(), named)
+    by_subject = gr.validate(made.run(), record)
+    assert "wheel: taken for acceleration.wheel by its name" in by_name.notes
+    numbers = by_subject.to_dataframe().drop(columns="channel")
+    assert by_name.to_dataframe().drop(columns="channel").equals(numbers)

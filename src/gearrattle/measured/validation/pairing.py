@@ -1,5 +1,7 @@
 """Which measured channel is which simulated one: by quantity and subject, or by names handed in.
 
+A channel whose subject is not said is that of the body or element whose name it has.
+
 A speed of a body is its velocity with the mean rotation: it has the simulated velocity as partner, and is compared
 without its mean, unless the velocity itself was measured.
 
@@ -64,12 +66,14 @@ def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) 
     pairs: list[tuple[Channel, Channel]] = [(measured[one], simulated[other]) for one, other in match.items()]
     notes = []
     for channel in sorted(measured.channels, key=lambda channel: channel.quantity == "speed"):
-        if channel.name in match or not (channel.quantity and channel.subject):
+        if channel.name in match or not channel.quantity:
             continue
         quantity = "velocity" if channel.quantity == "speed" else channel.quantity
-        partner = simulated.find(quantity, channel.subject)
+        partner = simulated.find(quantity, channel.subject or channel.name)
         if partner is None:
             continue
+        if not channel.subject:
+            notes.append(f"{channel.name}: taken for {partner.name} by its name")
         taken = [one.name for one, other in pairs if other is partner]
         if taken:
             notes.append(f"{channel.name}: {partner.name} is compared with {taken[0]} already; left out")
