@@ -301,6 +301,12 @@ def test_a_look_at_a_model_is_no_longer_than_its_record() -> None:
     assert look["sentence"].partition(":")[0] == run.verdict.sentence.partition(":")[0]  # the cycles judged
 
 
+def test_a_look_at_an_event_sees_its_impacts() -> None:
+    view = live_view(gr.example("tip_in"), {})
+    assert view["verdict"]["headline"] == "Impacts on both sides"
+    assert view["verdict"]["sentence"] == gr.run(gr.example("tip_in")).verdict.sentence
+
+
 def test_what_follows_a_slider(client: TestClient) -> None:
     answer = client.post(
         "/api/live", json={"text": MODEL, "values": {"coupling.gap.clearance": "1 deg"}, "sequence": 7}

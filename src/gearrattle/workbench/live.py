@@ -14,6 +14,7 @@ from typing import Any
 from gearrattle.model import Model
 from gearrattle.pipeline import Findings, judged
 from gearrattle.report.plots.phase_plane import phase_plane
+from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
 from gearrattle.workbench.views import chart_json, verdict_numbers
 
@@ -32,8 +33,12 @@ def live_view(model: Model, values: Mapping[str, Any]) -> dict[str, Any]:
         by path, as they are written: ``{"mesh.gear.backlash": "0.1 mm"}``.
     """
     changed = model.with_(dict(values)) if values else model
-    own = changed.simulation.cycles
-    cycles, discard = (None, None) if own is not None and own <= CYCLES else (CYCLES, DISCARD)
+    own = settled(changed, {}).simulation
+    cycles = None
+    discard = None
+    if own.cycles is None or own.cycles > CYCLES:
+        cycles = CYCLES
+        discard = DISCARD if own.discard else 0  # an event is judged from its start
     motion = simulate(changed, cycles=cycles, discard=discard, samples_per_cycle=SAMPLES, audit=False)
     findings: Findings = judged(motion)
     return {"verdict": verdict_numbers(findings), "phase_plane": chart_json(phase_plane(findings, _DRAWN))}
