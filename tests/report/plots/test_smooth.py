@@ -62,7 +62,8 @@ def test_every_sample_stands_on_the_curve_of_the_exact_motion(name: str) -> None
         rate = deflection_rate(model, motion, int(motion.layout.clearance[k]))
         samples = np.column_stack([motion.deflection[part, k], rate[part]])
         frame = np.ptp(curve, axis=0)
-        scale = np.array(SCREEN) / np.where(frame > 0.0, frame, 1.0)
+        moves = frame > 1e-12 * np.abs(curve).max(axis=0)  # before an event a driveline stands still, but for rounding
+        scale = np.array(SCREEN) / np.where(moves, frame, 1.0)
         assert max(_distance(point, curve * scale) for point in samples * scale) < 0.35
 
 
