@@ -13,6 +13,7 @@ from gearrattle.assembly.scaled import KINDS, dimensional
 from gearrattle.assembly.written_out import written_out
 from gearrattle.model import ASSUMED_ENERGY, Model
 from gearrattle.model.quantity import Quantity
+from gearrattle.model.ramps import Ramp
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILES = sorted(path for path in EXAMPLES.rglob("*.toml") if path.parent.name not in ("measured", "studies", "remedies"))
@@ -42,7 +43,7 @@ def test_there_and_back_to_rounding(path: Path, scales: dict[str, float]) -> Non
     swept = model.excitation.sweep is not None
     there = {**written_out(model, at_speed=not swept), "units": "SI"}
     if not swept:
-        there["excitation"] = {"speed": model.excitation.omega}
+        there["excitation"] = {"speed": model.excitation.omega, **model.excitation.stated("duration")}
     # the threshold that is assumed in SI is written where there are no units
     there.setdefault("criteria", {"negligible": {"impact_energy": ASSUMED_ENERGY}})
     assert close(Model.from_tables(there).to_tables(), dimensional(scaled.model, scaled.scales).to_tables())
@@ -78,6 +79,7 @@ def test_every_dimensional_key_has_a_kind() -> None:
         ("mesh", "transmission_error"): Harmonic,
         ("torque",): Torque,
         ("torque", "harmonics"): Harmonic,
+        ("torque", "ramps"): Ramp,
         ("excitation",): Excitation,
         ("simulation",): Simulation,
         ("simulation", "initial"): Initial,
@@ -86,6 +88,13 @@ def test_every_dimensional_key_has_a_kind() -> None:
     assert wanted
     assert wanted <= set(leaves(KINDS))
     assert set(leaves(KINDS).values()) <= set(gr.nondimensionalize(gr.load(FILES[-1])).scales.units())
+
+
+def test_an_event_restored_is_that_of_the_original() -> None:
+    model = gr.example("tip_in")
+    scaled = gr.nondimensionalize(model)
+    back = scaled.restore(gr.simulate(scaled.model))
+    np.testing.assert_allclose(back.events["time"], gr.simulate(model).events["time"], rtol=1e-9)
 
 
 def test_a_run_restored_is_the_run_of_the_original() -> None:

@@ -90,7 +90,7 @@ def test_runs_of_one_name_have_two_entries_in_a_legend(tab: Any, server: Server)
             server.client.patch(f"/api/jobs/{job}", json={"name": "gearbox"})
         tab.goto(f"{server.address}/#/compare?jobs=first,second")
         legend = tab.locator("section[aria-label='Laid over each other'] .gr-legend li")
-        playwright.expect(legend).to_have_count(2)
+        playwright.expect(legend.filter(has_text="gearbox")).to_have_count(2)
         assert sorted(legend.all_inner_texts()) == ["gearbox", "gearbox (2)"]
     finally:
         for job, name in names.items():

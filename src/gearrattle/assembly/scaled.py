@@ -25,10 +25,11 @@ from gearrattle.trajectory import Layout, Trajectory
 KINDS: dict[str, Any] = {
     "inertia": {"J": "inertia", "drag": "torsional_damping", "drag_torque": "torque"},
     **{kind: component.scaling for kind, component in COMPONENTS.items()},
-    "excitation": {"speed": "speed", "sweep": {"from": "speed", "to": "speed", "over": "time"}},
+    "excitation": {"speed": "speed", "duration": "time", "sweep": {"from": "speed", "to": "speed", "over": "time"}},
     "torque": {
         "mean": "torque",
         "harmonics": {"amplitude": "torque"},
+        "ramps": {"at": "time", "over": "time", "to": "torque"},
         "signal": {"time": "time", "value": "torque", "start": "time", "static": "torque"},
     },
     "motion": {
@@ -65,7 +66,7 @@ def _converted(model: Model, factor: Mapping[str, float], units: Literal["SI", "
     swept = model.excitation.sweep is not None
     tables = {**written_out(model, at_speed=not swept), "units": units}
     if not swept:
-        tables["excitation"] = {"speed": model.excitation.omega}
+        tables["excitation"] = {"speed": model.excitation.omega, **model.excitation.stated("duration")}
     return Model.from_tables({key: _scaled(value, KINDS.get(key, {}), factor) for key, value in tables.items()})
 
 
