@@ -381,3 +381,7 @@ def test_a_record_goes_with_its_body_into_a_group() -> None:
     kept = smaller.torques[0].signal
     assert kept is not None
     assert (smaller.torques[0].on, kept.scale, kept.static) == ("wheel", 6.0, 2.0)
+    ramped = gr.loads(text).with_({"torque.0.mean": 1.5, "torque.0.ramps": [{"at": 0.5, "over": 0.2, "to": 4.0}]})
+    torque = gr.reduce(ramped, "20 Hz").model.torques[0]
+    assert (torque.on, torque.mean) == ("wheel", 3.0)
+    assert [(ramp.at, ramp.over, ramp.to) for ramp in torque.ramps] == [(0.5, 0.2, 8.0)]

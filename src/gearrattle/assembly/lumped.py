@@ -71,6 +71,8 @@ def lumped_model(
             multiply(row, {"mean": factor})
         for harmonic in row.get("harmonics", []):
             harmonic["amplitude"] *= factor
+        for ramp in row.get("ramps", []):
+            ramp["to"] *= factor
         if signal := row.get("signal"):
             signal["scale"] = factor * signal.get("scale", 1.0)
             multiply(signal, {"static": factor})
