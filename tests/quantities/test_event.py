@@ -99,3 +99,15 @@ def test_what_needs_inputs_that_repeat_refuses_ramps():
     with pytest.raises(gr.ModelError, match=r"torque\.0\.ramps"):
         gr.periodic(TIP_IN)
     assert gr.modes(TIP_IN).frequencies.size == len(TIP_IN.inertias)
+
+
+def test_thresholds_of_a_call_and_plain_numbers_hold_for_an_event():
+    run = gr.simulate(TIP_IN)
+    every = gr.criteria(run, negligible={"impact_energy": 0.0}).event
+    few = gr.criteria(run, negligible={"impact_energy": "9 mJ"}).event
+    assert every.impacts > few.impacts == 1
+    scaled = gr.nondimensionalize(TIP_IN).model
+    sentence = gr.criteria(gr.simulate(scaled)).sentence
+    assert not {"s", "ms", "J", "mJ", "N", "m"} & set(
+        sentence.replace(";", "").replace(",", "").replace(".", "").split()
+    )

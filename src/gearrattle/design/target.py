@@ -156,7 +156,14 @@ def _limit(text: str, output: Output, subjects: Collection[str]) -> float:
     units = _units(output, subjects)
     if len(units) > 1:
         rule = f"must name one part: that of all is in {listed(units, 'and')}"
-        raise ModelError(Problem("until", output.name, rule, f'such as "{next(iter(subjects))}: {output.name} < 1e-4"'))
+        raise ModelError(
+            Problem(
+                "until",
+                output.name,
+                rule,
+                f'such as "{next(iter(subjects), output.applies_to[0])}: {output.name} < 1e-4"',
+            )
+        )
     with contextlib.suppress(ValueError):
         return float(text)
     unit = units[0]

@@ -55,7 +55,10 @@ def criteria(
     if isinstance(run, Run):
         verdict = judge(run.trajectory, units=run.model.units, negligible=_limits(run.model, negligible))
         is_transient = is_driven_over_time(run.model) if kind is None else kind == TRANSIENT
-        return replace(verdict, kind=TRANSIENT, event=event_of(run.trajectory)) if is_transient else verdict
+        if not is_transient:
+            return verdict
+        event = event_of(run.trajectory, verdict.negligible, is_si=run.model.units == "SI")
+        return replace(verdict, kind=TRANSIENT, event=event)
     if isinstance(run, str | os.PathLike) or not isinstance(run, Iterable):
         check_run(run)
     sums, _, model = add_chunks(run, CRITERIA, "judged")

@@ -9,7 +9,7 @@ Takes a Trajectory; gives an Event to the verdict.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.signals import Impacts, are_touches, find_impacts, is_gap, steady
-from gearrattle.trajectory import Array, Trajectory
+from gearrattle.trajectory import Array, NegligibleImpacts, Trajectory
 from gearrattle.wording import counted, engineering
 
 _BAND = 0.05
@@ -75,6 +75,8 @@ class Event:
         None: not before that.
     peak_torque
         by element.
+    is_si
+        whether these numbers have units; else all are plain.
     """
 
     first_impact: float | None
@@ -83,6 +85,7 @@ class Event:
     last_impact: float | None
     settled: float | None
     peak_torque: Mapping[str, PeakTorque]
+    is_si: bool = True
 
     def to_dict(self) -> dict[str, Any]:
         """Return it in plain numbers."""
@@ -94,39 +97,46 @@ class Event:
     @property
     def sentence(self) -> str:
         """What happens, in a sentence or two."""
+        second, joule, torque = ("s", "J", "N m") if self.is_si else ("", "", "")
         words = "No gap is closed."
         if self.hardest is not None:
             hard = self.hardest
             words = (
-                f"First impact at {engineering(self.first_impact or 0.0, 's')}; the hardest at "
-                f"{engineering(hard.time, 's')}, of {hard.part} with {engineering(hard.energy, 'J')}"
+                f"First impact at {engineering(self.first_impact or 0.0, second)}; the hardest at "
+                f"{engineering(hard.time, second)}, of {hard.part} with {engineering(hard.energy, joule)}"
             )
             words += f"; {counted(self.impacts, 'impact')}"
-            words += "." if self.last_impact is None else f", the last at {engineering(self.last_impact, 's')}."
+            words += "." if self.last_impact is None else f", the last at {engineering(self.last_impact, second)}."
         largest = max(self.peak_torque.items(), key=lambda item: abs(item[1].value), default=None)
         if largest is not None:
             name, peak = largest
-            words += f" Peak torque {engineering(peak.value, 'N m')} in {name} at {engineering(peak.time, 's')}."
+            words += f" Peak torque {engineering(peak.value, torque)} in {name} at {engineering(peak.time, second)}."
         return words
 
 
-def event_of(trajectory: Trajectory) -> Event:
+def event_of(trajectory: Trajectory, negligible: NegligibleImpacts, *, is_si: bool = True) -> Event:
     """Return what happens in the judged part of a motion.
 
     Parameters
     ----------
     trajectory
         the motion.
+    negligible
+        which impacts do not count.
+    is_si
+        whether the model has units.
     """
+    layout = replace(trajectory.layout, negligible=negligible)
     impacts = _of_gaps(trajectory, find_impacts(trajectory).within(steady(trajectory)))
-    heard = impacts.time[~are_touches(impacts, trajectory.layout)]
+    counted_times = impacts.time[~are_touches(impacts, layout)]
     return Event(
         first_impact=float(impacts.time.min()) if len(impacts) else None,
         hardest=_hardest(trajectory, impacts),
-        impacts=int(heard.size),
-        last_impact=float(heard.max()) if heard.size else None,
+        impacts=int(counted_times.size),
+        last_impact=float(counted_times.max()) if counted_times.size else None,
         settled=_settled(trajectory),
         peak_torque=MappingProxyType(_peak_torques(trajectory)),
+        is_si=is_si,
     )
 
 
