@@ -18,9 +18,9 @@ EVENT_HEADLINES = {
 }
 
 
-def event_tiles(event: Event, *, is_si: bool) -> list[Tile]:
+def event_tiles(event: Event) -> list[Tile]:
     """Return the numbers that are asked for first of an event."""
-    second, joule, torque = ("s", "J", "N m") if is_si else ("", "", "")
+    second, joule, torque = ("s", "J", "N m") if event.is_si else ("", "", "")
     tiles = []
     if event.hardest is not None and event.first_impact is not None:
         hardest = event.hardest
@@ -55,9 +55,9 @@ def event_parts(verdict: Verdict) -> Table:
     return Table(head, rows, frozenset({0, 1, 2}))
 
 
-def peak_torques(event: Event, *, is_si: bool) -> Table:
+def peak_torques(event: Event) -> Table:
     """Return one row for every element: its largest torque, and when."""
-    second, torque = ("s", "N m") if is_si else ("", "")
+    second, torque = ("s", "N m") if event.is_si else ("", "")
     rows = tuple(
         (name, engineering(peak.value, torque), engineering(peak.time, second, 4))
         for name, peak in event.peak_torque.items()

@@ -158,7 +158,7 @@ class VerdictReport(Presentation[Verdict]):
 def _peaks(findings: Findings) -> tuple[Table, ...]:
     """The peak torques of a transient."""
     event = findings.verdict.event
-    return () if event is None else (peak_torques(event, is_si=findings.model.units == "SI"),)
+    return () if event is None else (peak_torques(event),)
 
 
 def _sections(findings: Findings) -> tuple[Section, ...]:

@@ -26,7 +26,7 @@ _SLIGHT = 1e-3  # of a value: smaller errors of sampling are not shown
 def tiles(findings: Findings) -> list[Tile]:
     """Return the numbers an engineer asks for first, about the worst part; of a transient about the event."""
     if findings.verdict.event is not None:
-        return event_tiles(findings.verdict.event, is_si=findings.model.units == "SI")
+        return event_tiles(findings.verdict.event)
     parts = findings.verdict.parts
     made: list[Tile] = []
     if parts:
