@@ -14,6 +14,7 @@ from gearrattle.cli.assignments import labels, numbers, words
 from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Changes, Json, Whole, number_or_text
 from gearrattle.cli.sources import changed_model
+from gearrattle.cli.validate_run_up import OverSpeed
 from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
@@ -62,21 +63,26 @@ class Recorded:
     cycles: Annotated[Whole | None, Parameter(help="Length of each simulation; default: the model's.")] = None
     discard: Annotated[Whole | None, Parameter(help="Cycles left out at its start; default: the model's.")] = None
 
-    def data(self, data: Path) -> Path | dict[str, Any]:
+    def data(self, data: Path, over_speed: OverSpeed) -> Path | dict[str, Any]:
         """Return a file as it is, or the tables that say how it is compared."""
         settings = {"cycles": self.cycles, "discard": self.discard}
         table = {
             "match": words("--match", self.match),
             "start": self.start,
             "end": self.end,
+            "orders": list(over_speed.order),
+            "turns": over_speed.turns,
+            "shaft": over_speed.shaft,
             "settings": {name: value for name, value in settings.items() if value is not None},
         }
-        table = {name: value for name, value in table.items() if value not in (None, {})}
-        return {"recording": {"file": str(data), **table}} if table else data
+        table = {name: value for name, value in table.items() if value not in (None, {}, [])}
+        files = [str(data), *over_speed.repeat]
+        return {"recording": {"file": files, **table}} if table or over_speed.repeat else data
 
 
 _DEFAULTS = Search()
 _RECORDED = Recorded()
+_OVER_SPEED = OverSpeed()
 
 
 def fit(
@@ -88,10 +94,13 @@ def fit(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     search: Search = _DEFAULTS,
     recorded: Recorded = _RECORDED,
+    over_speed: OverSpeed = _OVER_SPEED,
     changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Fit parameters to measured frequencies, shapes and responses or to a recorded motion; say what stays open.
+
+    A model with a speed sweep is fitted to a run-up, order by order over speed.
 
     With -o, writes the model, the numbers, or a folder with a page: all or nothing.
 
@@ -110,13 +119,13 @@ def fit(
     """
     start = changed_model(model, changes)
     arguments = search.arguments()
-    measured = recorded.data(data)
+    measured = recorded.data(data, over_speed)
 
     def work(watch: Watch) -> Fit:
         watch.enter("fitting")
         return gearrattle.identification.fit(start, measured, free, progress=watch, **arguments)
 
-    emit("fit", work, output, json=json, inputs=[model, data])
+    emit("fit", work, output, json=json, inputs=[model, data, *(Path(path) for path in over_speed.repeat)])
 
 
 def _bounds(entries: Sequence[str]) -> dict[str, tuple[Any, Any]]:

@@ -14,7 +14,9 @@ import numpy as np
 from gearrattle.measured.identification.fitted import Fit, FittedParameter
 from gearrattle.measured.identification.problem import Residual
 from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.rows import Series, row_chart
+from gearrattle.report.plots.run_up_validation import track_charts
 from gearrattle.report.presentation import ModelPresentation
 from gearrattle.report.records import records_dataset, texts
 from gearrattle.report.tables import Table
@@ -55,13 +57,17 @@ class FitPage(ModelPresentation[Fit]):
         return (
             self._parameters(),
             self._residuals(),
-            self._orders(),
+            self._tracks() if self.result.tracks else self._orders(),
             self._responses(),
             self._undetermined(),
             Table(("chi-square", "reached from starts"), minima, frozenset(), "Minima"),
         )
 
     def figures(self) -> list[Chart]:
+        if self.result.tracks:
+            blocks = "measured, with 95 % limits, and of the fitted model"
+            si = self.result.model.units == "SI"
+            return [chart for chart in track_charts(self.result.tracks, "fitted", blocks, si=si) if chart.panels]
         data = [r for r in self.result.residuals if not r.label.startswith(_RESPONSE)]
         charts = [_residual_chart("residuals", "Residuals", [(r.label, r.residual) for r in data])]
         rms = [(row[0], float(row[2])) for row in self._responses().rows]
@@ -147,6 +153,20 @@ class FitPage(ModelPresentation[Fit]):
             )
         head = ("order", "measured", "fitted", "standard error", "fitted ahead by", "residuals")
         return Table(head, tuple(rows), title="Orders of the motion")
+
+    def _tracks(self) -> Table:
+        rows = []
+        for track in self.result.tracks:
+            measured, fitted = track.levels
+            away = (track.simulated - track.measured) / track.error
+            rms = math.sqrt(np.mean(away**2))
+            largest = int(np.argmax(np.abs(away)))
+            factor, unit = (30.0 / math.pi, " rpm") if self.result.model.units == "SI" else (1.0, "")
+            levels = (f"{numeral(level)} {track.unit}" for level in (measured, fitted))
+            worst = f"{away[largest]:+.2f} at {numeral(factor * track.speed[largest])}{unit}"
+            rows.append((track.channel, f"{track.order:g}", *levels, f"{rms:.2f}", worst))
+        head = ("channel", "order", "measured, rms over speed", "fitted", "residuals, standard errors rms", "largest")
+        return Table(head, tuple(rows), frozenset({0}), "Orders over speed")
 
     def _responses(self) -> Table:
         responses: dict[str, list[Residual]] = {}

@@ -17,17 +17,17 @@ a exp(i phi). The bins are 1/R of an order apart, so orders p/R with an integer 
 
 *Orders by fitting*: over the samples of a block, in time, without resampling, least squares with Hann weights of
 
-    x = m + sum_o a_o sin(o theta(t) + phi_o)
+    x = m + n theta + sum_o a_o sin(o theta(t) + phi_o)
 
-for all requested orders at once. It separates orders that an order spectrum of the same block cannot separate. The two
-methods have only the angle in common.
+for all requested orders at once; n is the trend of a signal that changes with the speed. It separates orders that an
+order spectrum of the same block cannot separate. The two methods have only the angle in common.
 
 Takes plain arrays; gives frozen arrays.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -235,21 +235,54 @@ def fitted_orders(
     overlap
         fraction of a block that the next one shares, 0 <= overlap < 1.
     """
-    span, step = TURN * turns, TURN * turns * (1.0 - overlap)
+    span = TURN * turns
+    step = span * (1.0 - overlap)
     count = 1 + int(np.floor((angle[-1] - angle[0] - span) / step + 1e-9))
     starts = angle[0] + step * np.arange(count)
-    firsts, ends = np.searchsorted(angle, starts - 1e-9), np.searchsorted(angle, starts + span + 1e-9, side="right")
-    amplitude = np.empty((count, orders.size), np.complex128)
-    time, mean = np.empty(count), np.empty(count)
+    blocks = orders_of_blocks(values[:, None], interval, (angle, speed), orders=orders, turns=turns, starts=starts)
+    return replace(blocks, amplitude=blocks.amplitude[:, :, 0])
+
+
+def orders_of_blocks(
+    values: Array, interval: float, shaft: tuple[Array, Array], *, orders: Array, turns: float, starts: Array
+) -> Orders:
+    """Return the amplitudes (b, o, C) of orders of C signals in blocks that begin at shaft angles, as fitted_orders.
+
+    Parameters
+    ----------
+    values
+        (N, C) uniform samples.
+    interval
+        between them [s].
+    shaft
+        (N,) its angle, ascending [rad], and its speed [rad/s].
+    orders
+        (o,) positive and distinct.
+    turns
+        per block.
+    starts
+        (b,) angles at which blocks begin [rad].
+    """
+    angle, speed = shaft
+    span = TURN * turns
+    firsts = np.searchsorted(angle, starts - 1e-9)
+    ends = np.searchsorted(angle, starts + span + 1e-9, side="right")
+    amplitude = np.empty((starts.size, orders.size, values.shape[1]), np.complex128)
+    time = np.empty(starts.size)
+    mean = np.empty(starts.size)
     for k, (first, end) in enumerate(zip(firsts.tolist(), ends.tolist(), strict=True)):
+        # the Hann window over the angle, and the weight of a sample: the angle to the next one
         theta = angle[first:end]
-        root = np.sin(np.clip((theta - starts[k]) / span, 0.0, 1.0) * np.pi)  # its square is the Hann window
-        root = root * np.sqrt(speed[first:end])  # weight of a sample: the angle to the next
+        share = (theta - starts[k]) / span
+        root = np.sin(np.clip(share, 0.0, 1.0) * np.pi) * np.sqrt(speed[first:end])
+        # least squares for the mean, the trend and all orders at once
         phase = np.multiply.outer(theta, orders)
-        columns = np.concatenate([np.ones((theta.size, 1)), np.sin(phase), np.cos(phase)], axis=1) * root[:, None]
-        moments = columns.T @ (values[first:end] * root)
-        coefficients = np.linalg.lstsq(columns.T @ columns, moments, rcond=None)[0][1:]
+        level = np.column_stack([np.ones_like(share), share - 0.5])
+        columns = np.concatenate([level, np.sin(phase), np.cos(phase)], axis=1) * root[:, None]
+        moments = columns.T @ (values[first:end] * root[:, None])
+        coefficients = np.linalg.lstsq(columns.T @ columns, moments, rcond=None)[0][2:]
         amplitude[k] = coefficients[: orders.size] + 1j * coefficients[orders.size :]
+        # where the block lies in time and speed
         weight = root**2 / np.sum(root**2)
         time[k] = interval * (first + weight @ np.arange(theta.size))
         mean[k] = weight @ speed[first:end]

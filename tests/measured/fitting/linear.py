@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.measured.fitting.choice import Chosen, of_both
-from gearrattle.measured.fitting.problem import spread, widening
+from gearrattle.measured.fitting.covariance import spread
 from gearrattle.measured.fitting.recorded import Motion, Recorded, in_band
 from gearrattle.measured.fitting.simulated import Simulator
 from gearrattle.measured.validation import levels, orders
@@ -46,7 +46,7 @@ def linear(kind: Kind) -> Linear:
             simulator.motion(model.with_({path: value_of(model, path) * np.exp(way * _STEP)})).lines for way in (1, -1)
         )
         slopes.append((ahead - behind) / (2.0 * _STEP))
-    cycles = simulator.cycles(model)
+    cycles = simulator.samples(model)
     motion = simulator.motion_of(cycles)
     slopes.append(1j * np.arange(1, len(motion.lines) + 1)[:, None] * motion.lines)
     return Linear(cycles.values.mean(axis=0), motion, np.stack(slopes, axis=-1), cycles.period)
@@ -77,8 +77,7 @@ def solved(recorded: Recorded, known: Linear) -> tuple[np.ndarray, np.ndarray]:
     turned = known.slopes[at] * np.conj(recorded.direction)[:, None]
     jacobian = np.concatenate([turned.real, turned.imag]) / recorded.errors[:, None]
     rows = (recorded.values(known.motion, 0.0) - recorded.own_values) / recorded.errors
-    more = widening(recorded.draws.freedom) - 1.0
-    matrix = spread(jacobian, recorded.covariance + more * recorded.scattered)
+    matrix = spread(jacobian, recorded.covariance_for_values)
     return -np.linalg.pinv(jacobian) @ rows, np.sqrt(np.diag(matrix))
 
 
@@ -91,7 +90,7 @@ def deviations(kind: Kind, seeds: range, *, anew: bool = True) -> np.ndarray:
         x, errors = solved(recorded, known)
         if anew:
             fitted = Motion(known.motion.lines + known.slopes[:, :, :-1] @ x[:-1], known.motion.power)
-            x, errors = solved(recorded.chosen_by(fitted), known)
+            x, errors = solved(recorded.judged_by(fitted), known)
         rows.append((x / errors)[:-1])
     return np.array(rows)
 

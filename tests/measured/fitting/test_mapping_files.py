@@ -37,7 +37,7 @@ def test_a_mapping_is_a_recorded_motion(quantity: str, tmp_path: Path) -> None:
     for data in (path, str(path), tables):
         mapped = recording_of(data)
         assert mapped is not None
-        recording, _ = mapped
+        (recording,), _ = mapped
         np.testing.assert_array_equal(recording["n_gear"].values, 83.0 + SWING)
 
 
@@ -47,7 +47,7 @@ def test_a_mapping_of_a_mapping_is_still_named_by_recording(tmp_path: Path) -> N
     (tmp_path / "data.toml").write_text('[recording]\nfile = "measurement.toml"\nend = "0.5 s"\n')
     mapped = recording_of(tmp_path / "data.toml")
     assert mapped is not None
-    assert mapped[0].names == ("n_gear",)
+    assert mapped[0][0].names == ("n_gear",)
 
 
 def test_a_speed_has_the_velocity_of_its_body_as_partner() -> None:

@@ -84,12 +84,6 @@ def test_states_are_of_modes() -> None:
     assert "contact_ratio" in problems(made.recording(), contact_ratio={"gap": 0.5})
 
 
-def test_a_speed_that_changes_is_refused() -> None:
-    swept = gr.example("run_up")
-    free = [path for path in swept.paths() if path.endswith(".stiffness")][:1]
-    assert "a sweep" in problems(made.recording(), free, swept)
-
-
 def test_a_file_is_fitted_as_the_recording_it_holds(tmp_path: Path) -> None:
     record = made.recording(names=("gear",))
     gr.write(record, tmp_path / "rig.csv")

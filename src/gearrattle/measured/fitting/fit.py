@@ -31,7 +31,7 @@ KIND = "data file"
 
 def fit(
     model: Model,
-    data: Data | Recording,
+    data: Data | Recording | Sequence[Recording],
     free: Sequence[str],
     *,
     bounds: Mapping[str, tuple[float | str, float | str]] | None = None,
@@ -55,7 +55,8 @@ def fit(
     data
         path of a data file (TOML), or its tables: ``{"mode": [{"number": 2, "frequency": "55 Hz"}]}`` or
         ``{"recording": {"file": "rig.csv", "start": "2 s"}}``; or a recorded motion as ``validate`` takes it: a
-        Recording, a measured file, a mapping for one.
+        Recording, a measured file, a mapping for one. With a model whose speed changes it is a run-up, compared
+        order by order over speed; a list of Recordings is one run-up and its repeats.
     free
         paths of the parameters to find, as ``Model.with_`` takes them; ``"inertia.*.J"`` frees all that match.
     bounds
@@ -120,7 +121,7 @@ def fit(
     arguments: dict[str, Any] = {"bounds": bounds, "factor": factor, "starts": starts, "seed": seed, "prior": prior}
     arguments |= {"profile": profile, "progress": progress}
     if recorded is None:
-        assert not isinstance(data, Recording)
+        assert isinstance(data, str | os.PathLike | Mapping)
         return fit_modes(model, data, free, contact_ratio=contact_ratio, region=region, **arguments)
     states = {"contact_ratio": contact_ratio, "region": region}
     problems = [
@@ -130,12 +131,15 @@ def fit(
     ]
     if problems:
         raise ModelError(problems)
-    recording, table = recorded
-    return fit_motion(model, recording, table, free, **arguments)
+    recordings, table = recorded
+    return fit_motion(model, recordings, table, free, **arguments)
 
 
-def recording_of(data: Data | Recording) -> tuple[Recording, RecordingTable] | None:
-    """Return the recorded motion and how it is compared; None where data are modes and responses.
+Recorded = tuple[Sequence[Recording], RecordingTable]
+
+
+def recording_of(data: Data | Recording | Sequence[Recording]) -> Recorded | None:
+    """Return the recorded motion, with repeats, and how it is compared; None where data are modes and responses.
 
     Raises
     ------
@@ -144,27 +148,32 @@ def recording_of(data: Data | Recording) -> tuple[Recording, RecordingTable] | N
     """
     if isinstance(data, Mapping) and "recording" not in data and "channel" in data:
         data = read(data)
-    if isinstance(data, Recording):
-        return data, RecordingTable(file=data)
     if isinstance(data, Mapping):
         return _named(data, Positions(), Path()) if "recording" in data else None
+    if not isinstance(data, str | os.PathLike):
+        recordings = [data] if isinstance(data, Recording) else list(data)
+        return _named({"recording": {"file": recordings}}, Positions(), Path())
     name = os.fspath(data)
     if Path(name).suffix.lower() != ".toml" or kind_of(name) == "mapping file":
-        return read(name), RecordingTable(file=name)
+        return [read(name)], RecordingTable(file=name)
     tables, positions = read_tables(read_text(name, KIND), name, KIND)
     if "recording" in tables:
         return _named(tables, positions, Path(name).parent)
     return None
 
 
-def _named(tables: Mapping[str, Any], positions: Positions, folder: Path) -> tuple[Recording, RecordingTable]:
-    """Read the recording that a data file names."""
+def _named(tables: Mapping[str, Any], positions: Positions, folder: Path) -> Recorded:
+    """Read the recordings that a data file names."""
     try:
         table = RecordingTables.model_validate(tables).recording
     except ValidationError as error:
         raise model_error(error, tables, positions) from None
-    if isinstance(table.file, Recording):
-        return table.file, table
-    if positions.name:  # tables from Python name what their author may read
-        check_reachable(table.file, folder)
-    return read(folder / table.file), table
+    recordings = []
+    for file in table.file:
+        if isinstance(file, Recording):
+            recordings.append(file)
+            continue
+        if positions.name:  # tables from Python name what their author may read
+            check_reachable(file, folder)
+        recordings.append(read(folder / file))
+    return recordings, table

@@ -3,8 +3,6 @@
 One motion is simulated at every start; those that fit best and lie apart are followed by the search that modes and
 responses are fitted by. Where the simulated motion does not repeat itself, what the search ends with is settled on a
 response surface (``surface``).
-
-Takes a Model, a Recording and how they are compared; gives a ``Fit``.
 """
 
 from __future__ import annotations
@@ -15,17 +13,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.errors import ConvergenceError, ModelError, Problem
-from gearrattle.measured.fitting.choice import Chosen, of_both
-from gearrattle.measured.fitting.problem import ROUGH, MotionProblem
-from gearrattle.measured.fitting.recorded import Recorded, in_band
+from gearrattle.errors import ConvergenceError, ModelError
+from gearrattle.measured.fitting.problem import ROUGH, Judged, Measured, MotionProblem, Simulates
 from gearrattle.measured.fitting.recording_table import RecordingTable
-from gearrattle.measured.fitting.simulated import Simulator, cycles_of
+from gearrattle.measured.fitting.run_up import MeasuredRunUp
+from gearrattle.measured.fitting.run_up_motion import run_up_motion, run_up_problems
+from gearrattle.measured.fitting.steady_motion import steady_motion
 from gearrattle.measured.fitting.surface import Surface, settle
 from gearrattle.measured.identification.estimates import (
     FACTOR,
     STARTS,
-    DataProblem,
     Progress,
     Searched,
     check_settings,
@@ -34,18 +31,12 @@ from gearrattle.measured.identification.estimates import (
 from gearrattle.measured.identification.fitted import Fit
 from gearrattle.measured.identification.parameters import free_parameters
 from gearrattle.measured.identification.search import Effort, Minimum, search, spread_out
-from gearrattle.measured.validation import levels, orders
-from gearrattle.measured.validation.cycles import Setting, Source, samples_for, source_of
-from gearrattle.measured.validation.measured_cycles import check_names, check_period, measured_cycles
-from gearrattle.measured.validation.pairing import Pairing, paired
-from gearrattle.measured.validation.scatter import draws
+from gearrattle.measured.validation.measured_cycles import check_names
+from gearrattle.measured.validation.pairing import paired
 from gearrattle.measured.validation.simulated import to_be_recorded
-from gearrattle.measured.validation.wanted import Wanted, problems_of
+from gearrattle.measured.validation.wanted import problems_of
 from gearrattle.model import Model
-from gearrattle.model.table import listed
 from gearrattle.recording import Recording
-from gearrattle.results import Run
-from gearrattle.signals.conditioning import PASSED
 from gearrattle.simulation.simulate import simulate
 from gearrattle.wording import counted
 
@@ -63,7 +54,7 @@ _EXPECTED = 10  # evaluations of a local search, for the progress alone
 
 def fit_motion(
     model: Model,
-    recording: Recording,
+    recordings: Sequence[Recording],
     table: RecordingTable,
     free: Sequence[str],
     *,
@@ -81,8 +72,8 @@ def fit_motion(
     ----------
     model
         the rough start.
-    recording
-        the motion.
+    recordings
+        the motion; of a run-up also its repeats.
     table
         how it is compared.
 
@@ -95,18 +86,22 @@ def fit_motion(
     """
     check_settings(starts, seed, prior)
     wanted = table.wanted(seed)
-    problems = list(problems_of(wanted))
+    problems = [*problems_of(wanted), *run_up_problems(table, len(recordings), model.excitation.sweep is not None)]
     if problems:
         raise ModelError(problems)
-    check_period(model)
     parameters = free_parameters(model, free, bounds or {}, factor, sets_the_period)
-    pairing = paired(recording, to_be_recorded(model), wanted.match)
-    check_names(pairing, wanted)
+    pairings = [paired(recording, to_be_recorded(model), wanted.match) for recording in recordings]
+    for pairing in pairings:
+        check_names(pairing, wanted)
     steps = Steps(starts, len(parameters.paths), progress)
     run = simulate(model, **table.settings, audit=False, progress=steps.watch)
-    recorded, how, notes = _recorded(run, recording, (pairing, wanted), table)
-    simulator = Simulator(table.settings, *how, watched=steps.watch)
-    problem = MotionProblem(recorded, simulator, model, parameters, prior, steps.count)
+    measured: Measured
+    simulator: Simulates
+    if model.excitation.sweep is None:
+        measured, simulator, notes = steady_motion(run, recordings[0], (pairings[0], wanted), table, steps.watch)
+    else:
+        measured, simulator, notes = run_up_motion(run, recordings, (pairings, wanted), table, steps.watch)
+    problem = MotionProblem(measured, simulator, model, parameters, prior, steps.count)
     steps.count()
     searched, judged, said = _searched(problem, starts, seed)
     is_smooth = not isinstance(judged, Surface)
@@ -115,9 +110,13 @@ def fit_motion(
             *said,
             "no profiles: of a motion that does not repeat itself only slopes are known, over a small range.",
         ]
-    said = [*notes, *pairing.notes, *said, *recording.notes]
+    of_records = [note for pair in zip(pairings, recordings, strict=True) for one in pair for note in one.notes]
+    said = [*notes, *said, *dict.fromkeys(of_records)]
     has_profile = profile and is_smooth
     fitted = estimates(model, judged, parameters, searched, notes=said, profile=has_profile, progress=progress)
+    if isinstance(judged.of.recorded, MeasuredRunUp):
+        names = [channel.name for channel in pairings[0].simulated]
+        fitted = replace(fitted, tracks=judged.of.recorded.tracks(judged.of.motion(searched.minima[0].x), names))
     if progress is not None:
         progress(1.0)
     return fitted
@@ -161,75 +160,7 @@ class Steps:
             self._progress(self._done / self._all)
 
 
-def _recorded(
-    run: Run, recording: Recording, asked: tuple[Pairing, Wanted], table: RecordingTable
-) -> tuple[Recorded, tuple[tuple[str, ...], tuple[float, float], int, str], tuple[str, ...]]:
-    """Cut the measured record into cycles and choose what is compared; with the simulator's arguments and notes."""
-    pairing, wanted = asked
-    names = tuple(channel.name for channel in pairing.simulated)
-    source, notes = source_of(recording, pairing.measured)
-    period = run.trajectory.layout.period
-    own = cycles_of(run, names, wanted.trend)
-    grid = Source(np.zeros((2, len(names))), period / own.values.shape[1], 0.0, "the simulation")
-    setting = Setting(samples_for((source, grid), period, wanted.band[1]), 0.0, wanted.trend)
-    cycles = measured_cycles(source, period, setting, wanted)
-    lowest = wanted.band[0]
-    band = lowest, PASSED * setting.samples / period
-    how = draws(levels.mean_squares(cycles), np.random.default_rng(wanted.seed), lines=orders.strong(cycles))
-    simulator = names, band, int(PASSED * setting.samples), wanted.trend
-    start = Simulator({}, *simulator).motion_of(own)
-    by_rms = np.array([i for i, c in enumerate(pairing.measured) if c.name in wanted.noise], dtype=np.int64)
-    line, channel = of_both(orders.lines_of(cycles, how), start.lines, in_band(cycles, lowest))
-    delay = None if wanted.clock == "cycle" else 0.0 if wanted.clock == "none" else float(wanted.clock)
-    recorded = Recorded(
-        channels=pairing.measured,
-        cycles=cycles,
-        lowest=lowest,
-        period=period,
-        base=2.0 * np.pi / (period * run.trajectory.layout.omega),
-        chosen=Chosen(line, channel, by_rms, table.phases, delay),
-        draws=how,
-        noise=np.array([wanted.noise[pairing.measured[i].name] ** 2 for i in by_rms.tolist()]),
-        calibration=_calibration(wanted, pairing),
-    )
-    _check_levels(recorded)
-    said = [*notes, *_off(cycles.period, period)]
-    return recorded, simulator, tuple(said)
-
-
-def _check_levels(recorded: Recorded) -> None:
-    """Refuse a record in which nothing stands out, and noise that is louder than what was measured."""
-    by_rms = recorded.chosen.by_rms
-    power = recorded.motion.power[by_rms]
-    names = [channel.name for channel in recorded.channels]
-    if not recorded.chosen.line.size and not by_rms.size:
-        rule = "no order of the model's period stands out of the scatter of the cycles, neither measured nor simulated"
-        raise ModelError(Problem("recording", listed(names), rule, "check speed, band and channels"))
-    problems = [
-        Problem(f"recording.noise.{names[i]}", f"{level**0.5:.6g}", f"must be below the rms in the band, {rms:.6g}")
-        for i, level, rms in zip(by_rms.tolist(), recorded.noise.tolist(), np.sqrt(power).tolist(), strict=True)
-        if level >= rms**2
-    ]
-    if problems:
-        raise ModelError(problems)
-
-
-def _off(measured: float, period: float) -> list[str]:
-    """Say that the record has a period of its own."""
-    off = measured / period - 1.0
-    way = "longer" if off > 0.0 else "shorter"
-    return [f"the measured cycle is {100.0 * abs(off):.3g} % {way} than the model's."] if off else []
-
-
-def _calibration(wanted: Wanted, pairing: Pairing) -> Array:
-    """(C,) relative standard uncertainty of every channel."""
-    stated = wanted.calibration
-    if not isinstance(stated, Mapping):
-        return np.full(len(pairing.measured), 0.01 * (stated or 0.0))
-    return np.array([0.01 * stated.get(channel.name, 0.0) for channel in pairing.measured])
-
-
-def _searched(problem: MotionProblem, starts: int, seed: int) -> tuple[Searched, DataProblem, list[str]]:
+def _searched(problem: MotionProblem, starts: int, seed: int) -> tuple[Searched, Judged, list[str]]:
     """Return the minima, the problem by which the best of them is judged, and what must be said of the search."""
     origin = np.zeros(len(problem.parameters.paths))
     if problem.jitter(origin) > ROUGH:

@@ -5,7 +5,7 @@ second difference of the residuals over a step of 1e-7 is rounding where the mot
 simulated scatter where it is chaotic. With that jitter e and residuals that bend as much as they are large, S, the
 central difference is best at the step h = (3 e / S)^(1/3).
 
-Takes a recorded motion, a simulator and parameters; gives residuals to the search.
+What is compared of a motion is not known here: lines of a mean cycle (``recorded``), or orders over speed (``run_up``).
 """
 
 from __future__ import annotations
@@ -14,18 +14,16 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError, ModelError
-from gearrattle.measured.fitting.recorded import Motion, Recorded
-from gearrattle.measured.fitting.simulated import SETTLED, Simulator, unrest
-from gearrattle.measured.identification.identifiability import Combination, null_space
+from gearrattle.measured.fitting.covariance import Covariance, chance, spread
+from gearrattle.measured.identification.identifiability import Combination
 from gearrattle.measured.identification.parameters import Parameters
 from gearrattle.measured.identification.problem import Residual
-from gearrattle.measured.validation.cycles import Cycles
-from gearrattle.measured.validation.scatter import CONFIDENCE
 from gearrattle.model import Model
 
 Array = NDArray[np.float64]
@@ -41,6 +39,78 @@ _ROUNDING = 1e-10  # of a row
 _BENT = 0.5  # standard errors of the data
 _FAR = 0.5  # a standard error of a logarithm over which nobody expects a straight line
 _SURE = 1.6  # times what noise alone makes of it
+
+
+Samples = Any
+"""What is kept of one simulation: its cycles, or its blocks."""
+Compared = Any
+"""What of it is compared."""
+
+
+class Simulates(Protocol):
+    """How a model's motion is computed and read."""
+
+    def samples(self, model: Model) -> Samples:
+        """Return what is kept of a model's motion."""
+
+    def motion_of(self, samples: Samples, /) -> Compared:
+        """Return what of it is compared."""
+
+    def remarks(self, samples: Samples, /) -> list[str]:
+        """Say what must be known of the simulated motion."""
+
+
+class Measured(Protocol):
+    """A measured motion, its standard errors, and how a simulated one is set against it."""
+
+    @property
+    def delays(self) -> int:
+        """Number of delays between the clocks that are fitted as well."""
+
+    @property
+    def freedom(self) -> float:
+        """Degrees of freedom of the standard errors."""
+
+    @property
+    def errors(self) -> Array:
+        """(N,) standard error of every row."""
+
+    @property
+    def own_values(self) -> Array:
+        """(N,) values of the measured motion."""
+
+    @property
+    def covariance(self) -> Covariance:
+        """Of the rows in standard errors."""
+
+    @property
+    def covariance_for_values(self) -> Covariance:
+        """The same, from which intervals are made."""
+
+    @property
+    def remarks_on_scatter(self) -> list[str]:
+        """What must be said where the simulated motion scatters from run to run."""
+
+    def rows(self, motion: Compared, /) -> Array:
+        """(N,) residuals of a simulated motion in standard errors."""
+
+    def records(self, rows: Array, widened: Array | float = 1.0) -> tuple[Residual, ...]:
+        """Every datum beside its fitted value, from (N,) residuals and a factor on the standard errors."""
+
+    def judged_by(self, fitted: Compared, /) -> Measured:
+        """Return the same as a fitted motion has it judged."""
+
+    def with_scatter_of(self, samples: Samples, /, seed: int) -> Measured:
+        """Return the same with the scatter of a simulated motion in the standard errors."""
+
+    def without_scatter(self) -> Measured:
+        """Return the same without it."""
+
+    def compares_as(self, other: Any, /) -> bool:
+        """Whether the same is compared, with the same standard errors."""
+
+    def remarks(self, fitted: Compared, /) -> list[str]:
+        """Say what must be known of the comparison."""
 
 
 @dataclass(frozen=True)
@@ -63,16 +133,16 @@ class MotionProblem:
         called after every simulation.
     """
 
-    recorded: Recorded
-    simulator: Simulator
+    recorded: Measured
+    simulator: Simulates
     model: Model
     parameters: Parameters
     prior: float | None = None
     counted: Callable[[], None] = lambda: None
-    _kept: dict[bytes, Motion] = field(default_factory=dict, repr=False)
+    _kept: dict[bytes, Compared] = field(default_factory=dict, repr=False)
 
-    def cycles(self, x: Array) -> Cycles:
-        """Return the judged cycles of the motion at logarithms x.
+    def samples(self, x: Array) -> Samples:
+        """Return what is kept of the motion at logarithms x.
 
         Raises
         ------
@@ -80,17 +150,17 @@ class MotionProblem:
             there is no such model, or it has no motion.
         """
         try:
-            return self.simulator.cycles(self.parameters.fitted(self.model, x))
+            return self.simulator.samples(self.parameters.fitted(self.model, x))
         except ModelError as error:
             raise ConvergenceError(f"no motion with these values: {error}", remedy="narrower bounds") from None
         finally:
             self.counted()
 
-    def motion(self, x: Array) -> Motion:
+    def motion(self, x: Array) -> Compared:
         """Return what is compared of the motion at logarithms x."""
         key = x.tobytes()
         if key not in self._kept:
-            self._kept[key] = self.simulator.motion_of(self.cycles(x))
+            self._kept[key] = self.simulator.motion_of(self.samples(x))
         return self._kept[key]
 
     def rows(self, x: Array) -> Array:
@@ -98,12 +168,17 @@ class MotionProblem:
         return self.recorded.rows(self.motion(x))
 
     def judged_at(self, x: Array) -> MotionProblem:
-        """Return the problem with the lines that are strong in the motion at x."""
-        return replace(self, recorded=self.recorded.chosen_by(self.motion(x)))
+        """Return the problem as the motion at x has it judged."""
+        return replace(self, recorded=self.recorded.judged_by(self.motion(x)))
 
     def scattering(self, x: Array, seed: int) -> MotionProblem:
         """Return the problem with the scatter of the simulated motion at x in its standard errors."""
-        return replace(self, recorded=self.recorded.with_scatter_of(self.cycles(x), seed))
+        return replace(self, recorded=self.recorded.with_scatter_of(self.samples(x), seed))
+
+    def remarks(self, x: Array) -> list[str]:
+        """Say what must be known of the motion at x and of the comparison."""
+        samples = self.samples(x)
+        return [*self.simulator.remarks(samples), *self.recorded.remarks(self.simulator.motion_of(samples))]
 
     def chi_square(self, x: Array) -> float:
         """Sum of squares of the residuals, a prior's included."""
@@ -168,8 +243,8 @@ class Judged:
 
     @property
     def scales(self) -> int:
-        """One, where the delay of the clocks is fitted as well."""
-        return int(self.of.recorded.fits_delay)
+        """Number of delays between the clocks that are fitted as well."""
+        return self.of.recorded.delays
 
     @property
     def assumed(self) -> Sequence[str]:
@@ -180,14 +255,13 @@ class Judged:
         """(N,) residuals of the data and (N, P) Jacobian."""
         raise NotImplementedError
 
-    @property
-    def rows_scattered(self) -> Array:
-        """(N, N) covariance of the residuals from what the measured cycles scatter."""
-        return self.of.recorded.scattered
-
-    def covariance_of_rows(self, _x: Array) -> Array:
-        """(N, N) of the residuals."""
+    def covariance_of_rows(self, _x: Array) -> Covariance:
+        """Return that of the residuals."""
         return self.of.recorded.covariance
+
+    def covariance_for_values(self, _x: Array) -> Covariance:
+        """Return that of the residuals from which intervals are made: what scatters in few samples is widened."""
+        return self.of.recorded.covariance_for_values
 
     def residuals(self, x: Array) -> tuple[Array, Array]:
         """(N,) residuals and (N, P) Jacobian, the prior's rows last."""
@@ -201,13 +275,16 @@ class Judged:
         return self.of.recorded.records(self.data_residuals(x)[0])
 
     def covariance(self, x: Array, free: NDArray[np.bool_]) -> Array:
-        """(F, F) covariance of the free x, the others held; few cycles tell their own scatter badly, and widen it."""
-        more = widening(self.of.recorded.draws.freedom) - 1.0
-        return spread(self.residuals(x)[1][:, free], self.covariance_of_rows(x) + more * self.rows_scattered)
+        """(F, F) covariance of the free x, the others held."""
+        return spread(self.residuals(x)[1][:, free], self.covariance_for_values(x))
+
+    def remarks(self, x: Array, open_ones: Sequence[Combination], /) -> list[str]:
+        """What must be said of these data alone."""
+        raise NotImplementedError
 
     def chance(self, x: Array, freedom: int) -> float:
         """Probability of a chi-square of the data this large or larger."""
-        return chance(self.data_residuals(x), self.covariance_of_rows(x), (freedom, self.of.recorded.draws.freedom))
+        return chance(self.data_residuals(x), self.covariance_of_rows(x), (freedom, self.of.recorded.freedom))
 
 
 @dataclass(frozen=True)
@@ -248,13 +325,7 @@ class Differences(Judged):
 
     def remarks(self, x: Array, _open_ones: Sequence[Combination], /) -> list[str]:
         """Say where the motion has not settled, and where a straight line does not hold over a standard error."""
-        said = []
-        restless = 100.0 * float(np.max(unrest(self.of.cycles(x)), initial=0.0))
-        if restless > 100.0 * SETTLED:
-            said.append(
-                f"the simulated motion still changes from cycle to cycle, by {restless:.2g} % of a channel's rms: "
-                "raise discard if it has not settled."
-            )
+        said = self.of.remarks(x)
         bent = [
             f"{path} (by {off:.2g} of the data's)"
             for path, off in zip(self.of.parameters.paths, self._bent(x), strict=True)
@@ -300,59 +371,3 @@ def seen(jacobian: Array, noise: Array) -> Array:
     kept = jacobian @ right[there].T @ right[there]
     length = np.linalg.norm(kept, axis=1)
     return np.where((length > _NOTHING * length.max(initial=0.0))[:, None], kept, 0.0)
-
-
-def spread(jacobian: Array, covariance: Array) -> Array:
-    """(P, P) covariance of the least-squares estimate from residuals that are not independent.
-
-    With G = (J' J)^+ J' it is G C G' (H. White 1980, Econometrica 48, 817); rows beyond those of C, of a prior, are
-    independent.
-
-    Parameters
-    ----------
-    jacobian
-        (M, P).
-    covariance
-        (N, N) of the first N rows.
-    """
-    null = null_space(jacobian)
-    count = jacobian.shape[1]
-    kept = np.linalg.svd(null, full_matrices=True)[0][:, null.shape[1] :] if null.shape[1] else np.eye(count)
-    gain = kept @ np.linalg.pinv(jacobian @ kept)
-    n = len(covariance)
-    return np.asarray(gain[:, :n] @ covariance @ gain[:, :n].T + gain[:, n:] @ gain[:, n:].T)
-
-
-def widening(freedom: float) -> float:
-    """Return by what a variance from few cycles is multiplied: 1.96 roots then hold 95 %, as by Student's t."""
-    from scipy.stats import norm, t
-
-    within = 0.5 + 0.5 * CONFIDENCE
-    return float(t.ppf(within, freedom) / norm.ppf(within)) ** 2
-
-
-def chance(data: tuple[Array, Array], covariance: Array, freedom: tuple[int, float]) -> float:
-    """Return the probability of a sum of squares this large or larger, of residuals that are not independent.
-
-    The sum is taken for a multiple of chi-square with its mean and variance (F. E. Satterthwaite 1946), over one of
-    the freedom that the covariance was estimated with.
-
-    Parameters
-    ----------
-    data
-        (N,) residuals and (N, P) Jacobian.
-    covariance
-        (N, N).
-    freedom
-        rows less values fitted; of the covariance.
-    """
-    from scipy.stats import f
-
-    rows, jacobian = data
-    left, values, _ = np.linalg.svd(jacobian, full_matrices=False)
-    basis = left[:, values > 1e-12 * values.max(initial=0.0)]
-    off = np.eye(rows.size) - basis @ basis.T
-    matrix = off @ covariance @ off
-    mean = float(np.trace(matrix)) * freedom[0] / max(rows.size - basis.shape[1], 1)
-    equivalent = float(np.trace(matrix)) ** 2 / float(np.sum(matrix**2))
-    return float(f.sf(rows @ rows / mean, equivalent, freedom[1]))

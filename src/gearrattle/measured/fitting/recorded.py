@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.measured.fitting.choice import Chosen, of_fitted
+from gearrattle.measured.fitting.covariance import Covariance, widening
 from gearrattle.measured.identification.problem import Residual
 from gearrattle.measured.validation import clock, levels, orders
 from gearrattle.measured.validation.cycles import Cycles
@@ -103,7 +104,11 @@ class Recorded:
         squares = np.log(how.weights @ levels.mean_squares(cycles)[:, self.chosen.by_rms])
         return replace(self, scatter=np.concatenate([*parts, 0.5 * how.error(squares)]))
 
-    def chosen_by(self, fitted: Motion) -> Recorded:
+    def without_scatter(self) -> Recorded:
+        """Return the same without it."""
+        return replace(self, scatter=0.0)
+
+    def judged_by(self, fitted: Motion) -> Recorded:
         """Return the same with the lines that are strong in a fitted motion (``choice``), for a motion that repeats."""
         lines = lines_of(self.cycles, self.draws)
         omega = 2.0 * np.pi * np.arange(1, len(lines.mean) + 1) / self.period
@@ -121,10 +126,29 @@ class Recorded:
         same = (self.chosen.line, other.chosen.line), (self.chosen.channel, other.chosen.channel)
         return all(np.array_equal(*pair) for pair in same) and np.array_equal(self.errors, other.errors)
 
+    def remarks(self, _fitted: Motion) -> list[str]:
+        """Say nothing: what must be known is known before."""
+        return []
+
     @property
-    def fits_delay(self) -> bool:
-        """Whether the delay of the clocks is fitted."""
-        return self.chosen.phases and self.chosen.delay is None
+    def delays(self) -> int:
+        """One, where the delay of the clocks is fitted."""
+        return int(self.chosen.phases and self.chosen.delay is None)
+
+    @property
+    def freedom(self) -> float:
+        """Degrees of freedom of the standard errors."""
+        return self.draws.freedom
+
+    @property
+    def remarks_on_scatter(self) -> list[str]:
+        """Say that the rms of a channel may be compared as well."""
+        if self.chosen.by_rms.size:
+            return []
+        return [
+            "only what is periodic in the motion was compared: state the noise of a channel to have its rms "
+            "compared as well (0, if there is none)."
+        ]
 
     @cached_property
     def motion(self) -> Motion:
@@ -200,17 +224,25 @@ class Recorded:
         return np.asarray(widened * away.T @ away / len(away))
 
     @cached_property
-    def covariance(self) -> Array:
-        """(N, N) of the rows in standard errors: what scatters, what is of one calibration, what resampling leaves."""
-        gains = self._gains / self.errors
-        return np.asarray(self.scattered + gains.T @ gains + np.diag((self._open / self.errors) ** 2))
+    def covariance(self) -> Covariance:
+        """Of the rows in standard errors: what scatters, what is of one calibration, what resampling leaves."""
+        return self._with_scatter(1.0)
+
+    @cached_property
+    def covariance_for_values(self) -> Covariance:
+        """The same; few cycles tell their own scatter badly, and widen it."""
+        return self._with_scatter(widening(self.freedom))
+
+    def _with_scatter(self, times: float) -> Covariance:
+        matrix = times * self.scattered + np.diag((self._open / self.errors) ** 2)
+        return Covariance.dense(matrix, self._gains / self.errors)
 
     def _of(self, motion: Motion) -> Complex:
         return np.asarray(motion.lines[self.chosen.line, self.chosen.channel])
 
     def delay(self, motion: Motion) -> float:
         """Return the delay of the clocks with which a simulated motion has the least sum of squares [s]."""
-        if self.chosen.delay is not None or not self.chosen.phases:
+        if not self.delays:
             return self.chosen.delay or 0.0
         cross = np.zeros(int(self.chosen.line.max(initial=0)) + 1, dtype=np.complex128)
         weight = 1.0 / self.errors[: self.measured.size] ** 2

@@ -13,27 +13,30 @@ from pydantic import Field
 from gearrattle.measured.identification.data_tables import Numbers
 from gearrattle.measured.validation.wanted import TRENDS, Wanted
 from gearrattle.model import units
-from gearrattle.model.quantity import FLAG, AnyTable, Choice, Quantity, Reader, SchemaVersion
+from gearrattle.model.quantity import FLAG, AnyTable, Choice, Plain, Quantity, Reader, SchemaVersion, Text
 from gearrattle.model.table import Breach, Table, breach, did_you_mean, listed
 from gearrattle.recording import Recording
+from gearrattle.signals.spectral.orders import TURNS
 
 SETTINGS = ("algorithm", "cycles", "samples_per_cycle", "discard", "tolerance", "step", "initial")
 """Of the simulation, as ``simulate`` takes them."""
 CLOCKS = ("cycle", "none")
 
 
-class _File(Reader):
-    """A file, or from Python a Recording."""
+class _Files(Reader):
+    """A file or several, or from Python Recordings."""
 
-    def read(self, value: Any, _dimensionless: bool, /) -> str | Recording:
-        """Return the name or the recording."""
-        if not isinstance(value, str | Recording):
-            raise breach("must be the name of a measured file, or of a mapping for one", 'such as file = "rig.csv"')
-        return value
+    def read(self, value: Any, _dimensionless: bool, /) -> tuple[str | Recording, ...]:
+        """Return names or recordings."""
+        files = tuple(value) if isinstance(value, list | tuple) else (value,)
+        if not files or not all(isinstance(file, str | Recording) for file in files):
+            rule = "must be the name of a measured file, or of a mapping for one; several repeat a run-up"
+            raise breach(rule, 'such as file = "rig.csv", or file = ["first.csv", "second.csv"]')
+        return files
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema."""
-        return {"type": "string"}
+        return {"type": ["string", "array"], "items": {"type": "string"}, "minItems": 1}
 
 
 class _Band(Reader):
@@ -81,11 +84,27 @@ class _Percent(Reader):
         return {"type": ["number", "object"]}
 
 
+class _Orders(Reader):
+    """Orders of a shaft."""
+
+    def read(self, value: Any, _dimensionless: bool, /) -> tuple[float, ...]:
+        """Return them."""
+        is_list = isinstance(value, list | tuple) and value
+        numbers = [order for order in value if not isinstance(order, bool)] if is_list else []
+        if not numbers or not all(isinstance(order, int | float) and 0.0 < order < float("inf") for order in value):
+            raise breach("must be positive numbers, one at least", "such as orders = [2, 4, 6]")
+        return tuple(float(order) for order in value)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema."""
+        return {"type": "array", "items": {"type": "number", "exclusiveMinimum": 0}, "minItems": 1}
+
+
 class RecordingTable(Table):
     """A recorded motion and how it is compared."""
 
-    file: Annotated[Any, _File()]
-    """Measured file or mapping, relative to the data file; from Python also a Recording."""
+    file: Annotated[Any, _Files()]
+    """Measured file or mapping, relative to the data file; several repeat a run-up. From Python also Recordings."""
     match: Annotated[Mapping[str, Any], AnyTable()] = Field(default_factory=dict)
     """Simulated channels by measured ones; others go by quantity and subject."""
     start: Annotated[float, Quantity(units.TIME)] | None = None
@@ -104,6 +123,12 @@ class RecordingTable(Table):
     """Rms of the measuring noise by measured channel [SI]; the rms of these channels is compared as well."""
     calibration: Annotated[Any, _Percent()] | None = None
     """Standard uncertainty of the calibration [%]."""
+    orders: Annotated[tuple[float, ...], _Orders()] = ()
+    """Of a run-up: orders that are compared; none: those of the excitation that all samples show."""
+    turns: Annotated[float, Plain("positive")] = float(TURNS)
+    """Of a run-up: turns of the shaft in a block."""
+    shaft: Annotated[str, Text()] = ""
+    """Of a run-up: measured channel of the shaft's speed or angle; none: the recording's own."""
     settings: Annotated[Mapping[str, Any], AnyTable()] = Field(default_factory=dict)
     """Of the simulation, where the model file has others."""
 

@@ -58,7 +58,7 @@ class Simulator:
     trend: str
     watched: Callable[[float], None] | None = None
 
-    def cycles(self, model: Model) -> Cycles:
+    def samples(self, model: Model) -> Cycles:
         """Return the judged cycles of a model's motion."""
         return cycles_of(self.run(model), self.names, self.trend)
 
@@ -68,12 +68,22 @@ class Simulator:
 
     def motion(self, model: Model) -> Motion:
         """Return what is compared of a model's motion."""
-        return self.motion_of(self.cycles(model))
+        return self.motion_of(self.samples(model))
 
     def motion_of(self, cycles: Cycles) -> Motion:
         """Return what is compared of cycles that begin at a multiple of the period."""
         lines = np.fft.rfft(cycles.values.mean(axis=0), axis=0)[1 : self.lines + 1] * (2.0 / cycles.values.shape[1])
         return Motion(lines, power_in(cycles.values, cycles.period, self.band))
+
+    def remarks(self, cycles: Cycles) -> list[str]:
+        """Say where the motion has not settled."""
+        restless = 100.0 * float(np.max(unrest(cycles), initial=0.0))
+        if restless <= 100.0 * SETTLED:
+            return []
+        return [
+            f"the simulated motion still changes from cycle to cycle, by {restless:.2g} % of a channel's rms: "
+            "raise discard if it has not settled."
+        ]
 
 
 def cycles_of(run: Run, names: tuple[str, ...], trend: str) -> Cycles:
@@ -102,7 +112,7 @@ def cycles_of(run: Run, names: tuple[str, ...], trend: str) -> Cycles:
     samples = (len(recording.time) - 1) // t.cycles
     judged = slice(t.discard * samples, t.cycles * samples)
     interval = t.layout.period / samples
-    values = np.stack([_judged_values(recording, name, judged, interval) for name in names], axis=1)
+    values = np.stack([band_limited(recording, name, judged, interval) for name in names], axis=1)
     if trend == "linear":
         values = np.stack([detrended(t.time[judged], column, 1) for column in values.T], axis=1)
     whole = values.reshape(count, samples, -1)
@@ -110,7 +120,7 @@ def cycles_of(run: Run, names: tuple[str, ...], trend: str) -> Cycles:
     return Cycles(whole, whole, t.discard * period, period)
 
 
-def _judged_values(recording: Recording, name: str, judged: slice, interval: float) -> Array:
+def band_limited(recording: Recording, name: str, judged: slice, interval: float) -> Array:
     """(M,) samples of a channel; of an acceleration the derivative of the velocity, by its Fourier series."""
     quantity, _, where = name.partition(".")
     if quantity != "acceleration":

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError
+from gearrattle.measured.fitting.covariance import Covariance
 from gearrattle.measured.fitting.problem import Differences, Judged, MotionProblem, seen
 from gearrattle.measured.identification.identifiability import Combination
 from gearrattle.measured.identification.problem import Residual
@@ -123,17 +124,19 @@ class Surface(Judged):
         """Every datum beside its fitted value."""
         return self.of.recorded.records(self.data_residuals(x)[0], 1.0 / self.weight)
 
-    @property
-    def rows_scattered(self) -> Array:
-        """(N, N) covariance of the residuals from what the measured cycles scatter."""
-        return self.of.recorded.scattered * np.outer(self.weight, self.weight)
+    def covariance_of_rows(self, x: Array) -> Covariance:
+        """Return that of the measured motion and of the runs' mean together."""
+        return self._with_runs(self.of.recorded.covariance, x)
 
-    def covariance_of_rows(self, x: Array) -> Array:
-        """(N, N) of the measured motion and of the runs' mean together."""
+    def covariance_for_values(self, x: Array) -> Covariance:
+        """Return the same, from which intervals are made."""
+        return self._with_runs(self.of.recorded.covariance_for_values, x)
+
+    def _with_runs(self, measured: Covariance, x: Array) -> Covariance:
+        """Add that of the runs' mean."""
         terms = self._terms(x)
         share = float(terms @ self.inverse @ terms) / self._freedom
-        measured = self.of.recorded.covariance * np.outer(self.weight, self.weight)
-        return np.asarray(measured + share * self.left.T @ self.left)
+        return measured.weighted(self.weight).plus(np.sqrt(share) * self.left)
 
     def weighted(self) -> Surface:
         """Return it with the standard errors of the runs' mean in those of the rows."""
@@ -144,18 +147,13 @@ class Surface(Judged):
     def remarks(self, _x: Array, _open_ones: Sequence[Combination], /) -> list[str]:
         """Say that the motion does not repeat itself, and what was done."""
         wide = 100.0 * float(np.expm1(self.half.max()))
-        said = [
-            "the simulated motion does not repeat itself: its averages scatter from run to run, however near the "
-            f"values, by {self.jitter:.2g} standard errors of the data. A parabola through "
+        return [
+            "the simulated motion does not repeat itself: what is compared of it scatters from run to run, however "
+            f"near the values, by {self.jitter:.2g} standard errors of the data. A parabola through "
             f"{counted(len(self.left), 'run')} over {wide:.2g} % to either side was fitted, and the runs' scatter is "
-            "in the standard errors. More cycles make both smaller."
+            "in the standard errors. A longer record makes both smaller.",
+            *self.of.recorded.remarks_on_scatter,
         ]
-        if not self.of.recorded.chosen.by_rms.size:
-            said.append(
-                "only what is periodic in the motion was compared: state the noise of a channel to have its rms "
-                "compared as well (0, if there is none)."
-            )
-        return said
 
 
 def surface(problem: MotionProblem, centre: Array, half: Array, runs: int, seed: int) -> Surface:
@@ -230,7 +228,7 @@ def settle(problem: Differences, best: Minimum) -> tuple[Minimum, Surface]:
         if np.all(central | (x <= low) | (x >= high)) and (np.all(wanted > 0.8 * half) or not (bends or seed == 0)):
             break
         half = np.where(inside, np.maximum(wanted, _SHRUNK * half), half)
-    plain = replace(problem.of, recorded=replace(problem.of.recorded, scatter=0.0))  # the mean of runs scatters less
+    plain = replace(problem.of, recorded=problem.of.recorded.without_scatter())  # the mean of runs scatters less
     smooth = surface(plain, *(clearest or region)).weighted()
     (least, *_), _ = search(smooth.residuals, [np.clip(x, *smooth.box)], smooth.box, EXACT)
     low, high = plain.parameters.box

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from gearrattle.measured.identification.identifiability import Combination
 from gearrattle.measured.identification.problem import Residual
 from gearrattle.model import Model
 from gearrattle.result import Result
+
+if TYPE_CHECKING:
+    from gearrattle.measured.track import Track
 
 Array = NDArray[np.float64]
 
@@ -106,6 +109,8 @@ class Fit(Result):
         combinations of parameters that the data leave open.
     notes
         what the user must know.
+    tracks
+        of a run-up every channel and order over speed, measured and fitted; none of other data.
 
     Examples
     --------
@@ -129,6 +134,7 @@ class Fit(Result):
     starts: int
     undetermined: tuple[Combination, ...]
     notes: tuple[str, ...]
+    tracks: tuple[Track, ...] = ()
 
     def to_dict(self) -> dict[str, Json]:
         """Return the record in JSON types; numbers that are not finite are null."""
@@ -143,4 +149,5 @@ class Fit(Result):
             "starts": self.starts,
             "undetermined": json_value(self.undetermined),
             "notes": list(self.notes),
+            "tracks": [track.to_dict() for track in self.tracks],
         }

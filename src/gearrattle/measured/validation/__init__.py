@@ -7,6 +7,8 @@ spectra, rates of impacts. Each is given with the interval that the scatter from
 Takes runs and recordings; gives a Validation to plots, reports and commands.
 """
 
+from gearrattle.measured.sigma import Printed, of_printed, sigma
+from gearrattle.measured.track import Track
 from gearrattle.measured.validation.effects import Effect, Explained, Parameter
 from gearrattle.measured.validation.record import (
     Band,
@@ -18,9 +20,8 @@ from gearrattle.measured.validation.record import (
     Pair,
     Validation,
 )
-from gearrattle.measured.validation.run_up_record import RunUp, Track
+from gearrattle.measured.validation.run_up_record import RunUp
 from gearrattle.measured.validation.run_ups import validate_run_up
-from gearrattle.measured.validation.sigma import Printed, of_printed, sigma
 from gearrattle.measured.validation.validate import validate
 
 __all__ = [

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from gearrattle.measured.sigma import sigma
 from gearrattle.measured.validation.cycles import Cycles
 from gearrattle.measured.validation.record import Level
 from gearrattle.measured.validation.scatter import Draws, factor
-from gearrattle.measured.validation.sigma import sigma
 from gearrattle.trajectory import Array
 
 MEASURES = ("peak-to-peak", "rms")

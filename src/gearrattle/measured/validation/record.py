@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING, ClassVar
 
 from gearrattle.comparison.record import Record
 from gearrattle.json_types import Json, json_value
+from gearrattle.measured.sigma import NEGLIGIBLE
 from gearrattle.measured.validation.effects import Explained
 from gearrattle.result import Result
 from gearrattle.trajectory import Array
 
 if TYPE_CHECKING:
     import pandas as pd
-
-NEGLIGIBLE = 0.1  # % of what was measured: a difference below it is none
 
 
 @dataclass(frozen=True)

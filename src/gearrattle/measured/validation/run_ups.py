@@ -23,8 +23,9 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.read import read
-from gearrattle.measured.validation.pairing import paired
-from gearrattle.measured.validation.run_up_record import RunUp, Track
+from gearrattle.measured.track import Track
+from gearrattle.measured.validation.pairing import Pairing, paired
+from gearrattle.measured.validation.run_up_record import RunUp
 from gearrattle.measured.validation.scatter import CONFIDENCE
 from gearrattle.measured.validation.simulated import recorded
 from gearrattle.measured.validation.validate import run_of
@@ -106,12 +107,8 @@ def validate_run_up(
     simulation = recorded(run)
     pairings = [paired(recording, simulation, match or {}) for recording in recordings]
     names = [channel.name for channel in pairings[0].measured]
-    for pairing, recording in zip(pairings, recordings, strict=True):
-        if [channel.name for channel in pairing.measured] != names:
-            rule = f"the first has the channels {listed(names)}"
-            here = listed([channel.name for channel in pairing.measured])
-            raise ModelError(Problem(recording.source, here, rule, "repeat one measurement"))
-    chosen = _orders(run, recordings, orders, speed, names[0])
+    check_repeats(recordings, pairings)
+    chosen = orders_in_common(run, recordings, orders, speed, names[0])
     tracks, notes = [], dict.fromkeys(pairings[0].notes)
     for one, other in zip(pairings[0].measured, pairings[0].simulated, strict=True):
         made = _tracks(run, recordings, (one, other), chosen, speed=speed, turns=turns)
@@ -128,7 +125,23 @@ def validate_run_up(
     )
 
 
-def _orders(
+def check_repeats(recordings: Sequence[Recording], pairings: Sequence[Pairing]) -> None:
+    """Refuse repeats with other channels than the first.
+
+    Raises
+    ------
+    ModelError
+        with the record and its channels.
+    """
+    first = [channel.name for channel in pairings[0].measured]
+    for recording, pairing in zip(recordings, pairings, strict=True):
+        names = [channel.name for channel in pairing.measured]
+        if names != first:
+            rule = f"the first has the channels {listed(first)}"
+            raise ModelError(Problem(recording.source, listed(names), rule, "repeat one measurement"))
+
+
+def orders_in_common(
     run: Run, recordings: Sequence[Recording], orders: Sequence[float] | None, speed: str | None, name: str
 ) -> list[float]:
     """Return the orders to be compared: as given, or those of the excitation that all samples show."""
@@ -162,7 +175,7 @@ def _tracks(
     one, other = pair
     cuts = [order_cuts(recording, one.name, orders, speed=speed, turns=turns) for recording in recordings]
     cuts.append(order_cuts(run, f"{other.quantity}.{other.subject}", orders, turns=turns))
-    parts = [_stretch(cut["speed"].values, str(cut.attrs["source"])) for cut in cuts]
+    parts = [longest_stretch(cut["speed"].values, str(cut.attrs["source"])) for cut in cuts]
     rising = [rows for rows, _ in parts]
     speeds = [cut["speed"].values[rows] for cut, rows in zip(cuts, rising, strict=True)]
     grid = _grid(speeds, one.name)
@@ -203,7 +216,7 @@ def _scatter(measured: Array) -> tuple[Array, float]:
     return np.asarray(measured.std(axis=0, ddof=1) / np.sqrt(count)), reach
 
 
-def _stretch(speed: Array, source: str) -> tuple[Any, str]:
+def longest_stretch(speed: Array, source: str) -> tuple[Any, str]:
     """Return the blocks of the longest stretch in which the speed rises or falls, by rising speed; and a note.
 
     Raises

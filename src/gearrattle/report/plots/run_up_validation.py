@@ -5,6 +5,8 @@ Takes a RunUp; gives a Chart a channel.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gearrattle.measured.validation import RunUp, Track
@@ -18,25 +20,41 @@ _HEIGHT = 150
 
 
 def run_up_charts(run_up: RunUp) -> list[Chart]:
-    """Return a chart a channel, a panel an order, the largest first if there are more than a dozen."""
+    """Return a chart a channel of a validation."""
     repeats = len(run_up.sources) > 1
-    legend = (Key("measured", INK), Key("simulated", DRIVE), *((Key("95 % limits", MUTED),) if repeats else ()))
+    how = f"the mean of {len(run_up.sources)} run-ups" if repeats else "one run-up"
+    blocks = f"fitted over blocks of {run_up.turns:g} {noun_of(run_up.turns, 'turn')}; measured: {how}"
+    return track_charts(run_up.tracks, "simulated", blocks, si=run_up.units == "SI")
+
+
+def track_charts(tracks: Sequence[Track], partner: str, blocks: str, *, si: bool) -> list[Chart]:
+    """Return a chart a channel, a panel an order, the largest first if there are more than a dozen.
+
+    Parameters
+    ----------
+    tracks
+        amplitudes over speed.
+    partner
+        what the measured ones are compared with.
+    blocks
+        how they were made, in words.
+    si
+        whether speeds are in rad/s; drawn in rpm.
+    """
+    limits = any(np.isfinite(track.reach).all() for track in tracks)
+    legend = (Key("measured", INK), Key(partner, DRIVE), *((Key("95 % limits", MUTED),) if limits else ()))
     charts = []
-    for number, channel in enumerate(run_up.channels, start=1):
-        tracks = sorted(run_up.of(channel), key=lambda track: -max(track.levels))
-        drawn = sorted(tracks[:MOST], key=lambda track: track.order)
-        left = f" {len(tracks) - MOST} smaller orders are not drawn." if len(tracks) > MOST else ""
-        how = f"the mean of {len(run_up.sources)} run-ups" if repeats else "one run-up"
-        caption = (
-            f"{channel}: amplitudes of orders over speed, fitted over blocks of {run_up.turns:g} "
-            f"{noun_of(run_up.turns, 'turn')}; measured: {how}."
-        )
-        panels = tuple(_panel(track, si=run_up.units == "SI") for track in drawn)
+    for number, channel in enumerate(dict.fromkeys(track.channel for track in tracks), start=1):
+        of_channel = [track for track in tracks if track.channel == channel]
+        largest = sorted(of_channel, key=lambda track: -max(track.levels))
+        drawn = sorted(largest[:MOST], key=lambda track: track.order)
+        left = f" {len(largest) - MOST} smaller orders are not drawn." if len(largest) > MOST else ""
+        panels = tuple(_panel(track, partner, si=si) for track in drawn)
         charts.append(
             Chart(
                 f"orders_{number}",
                 f"Orders of {channel}",
-                caption + left,
+                f"{channel}: amplitudes of orders over speed, {blocks}.{left}",
                 panels,
                 columns=min(2, len(panels)),
                 panel_height=_HEIGHT,
@@ -46,7 +64,7 @@ def run_up_charts(run_up: RunUp) -> list[Chart]:
     return charts
 
 
-def _panel(track: Track, *, si: bool) -> Panel:
+def _panel(track: Track, partner: str, *, si: bool) -> Panel:
     """Draw one order."""
     x = track.speed * 30.0 / np.pi if si else track.speed
     lines: list[Line] = []
@@ -54,7 +72,7 @@ def _panel(track: Track, *, si: bool) -> Panel:
         ends = (np.maximum(track.measured + side * track.reach, 0.0) for side in (-1.0, 1.0))
         lines += [Line(x, end, "95 % limit", MUTED, width=0.8) for end in ends]
     lines += [
-        Line(x, track.simulated, "simulated", DRIVE, width=1.6),
+        Line(x, track.simulated, partner, DRIVE, width=1.6),
         Line(x, track.measured, "measured", INK, width=1.6),
     ]
     top = max(float(np.nanmax(line.y)) for line in lines)

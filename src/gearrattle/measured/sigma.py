@@ -13,6 +13,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+NEGLIGIBLE = 0.1
+"""[%] of what was measured: a difference below it is none."""
+
 
 def sigma(measured: float, simulated: float) -> float:
     """Return the relative error of a simulation [%]; NaN where nothing was measured.
