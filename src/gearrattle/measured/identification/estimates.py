@@ -190,6 +190,7 @@ def estimates(
         ),
         starts=searched.starts,
         undetermined=open_ones,
+        chance=None if problem.assumed or freedom <= 0 else problem.chance(best.x, freedom),
         notes=(*_notes(problem, parameters, searched, (scale, freedom)), *problem.remarks(best.x, open_ones), *notes),
     )
 

@@ -5,6 +5,7 @@ Takes numbers from ``fit``; gives frozen records to reports and JSON types.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
@@ -22,6 +23,11 @@ Array = NDArray[np.float64]
 
 RIVAL = 3.841
 """Minima whose chi-square exceeds the best by less than this (95 % of one degree of freedom) fit as well."""
+
+UNLIKELY = 1e-3
+"""A probability of chi-square below this means that the model does not explain the data."""
+FAR = 5.0
+"""Residuals of so many assumed standard errors mean the same."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +112,9 @@ class Fit(Result):
         combinations of parameters that the data leave open.
     notes
         what the user must know.
+    chance
+        probability of a chi-square this large or larger, if the model were right; None where standard errors were
+        assumed, or no degree of freedom is left.
 
     Examples
     --------
@@ -129,6 +138,19 @@ class Fit(Result):
     starts: int
     undetermined: tuple[Combination, ...]
     notes: tuple[str, ...]
+    chance: float | None = None
+
+    @property
+    def rms_residual(self) -> float:
+        """Root mean square of the residuals in standard errors, per degree of freedom; 0 without any."""
+        return math.sqrt(self.chi_square / self.degrees_of_freedom) if self.degrees_of_freedom > 0 else 0.0
+
+    @property
+    def explains(self) -> bool:
+        """Whether the model can be right: residuals as the standard errors allow, of assumed ones not far larger."""
+        if self.chance is None:
+            return self.rms_residual < FAR
+        return self.chance >= UNLIKELY
 
     def to_dict(self) -> dict[str, Json]:
         """Return the record in JSON types; numbers that are not finite are null."""
@@ -143,4 +165,6 @@ class Fit(Result):
             "starts": self.starts,
             "undetermined": json_value(self.undetermined),
             "notes": list(self.notes),
+            "chance": self.chance,
+            "explains": self.explains,
         }
