@@ -48,4 +48,4 @@ def test_changed_models_and_copies_keep_them() -> None:
     assert units["mesh.first_stage.backlash"] == "um"
     assert units["mesh.final_drive.backlash"] == "mm"
     assert units["inertia.rotor.J"] == "kg*m^2"
-    assert written_units(pickle.loads(pickle.dumps(changed))) == units  # noqa: S301 - our own bytes
+    assert written_units(pickle.loads(pickle.dumps(changed))) == units
