@@ -27,9 +27,8 @@ from gearrattle.assembly import unsteady
 from gearrattle.causes import Cause, cause_of
 from gearrattle.errors import ConvergenceError
 from gearrattle.model.quantity import CALLBACK, check_arguments
-from gearrattle.quantities import rows_of
 from gearrattle.quantities.criteria import check_negligible, criteria
-from gearrattle.quantities.metrics import inputs_of
+from gearrattle.quantities.metrics import metrics_of_run
 from gearrattle.result import Result
 from gearrattle.simulation.simulate import simulate
 
@@ -97,7 +96,7 @@ class Findings(Result):
     @cached_property
     def metrics(self) -> tuple[Row, ...]:
         """Every rattle metric of the run, measured once for all pages and files."""
-        return tuple(rows_of(inputs_of(self.motion), units=self.model.units))
+        return metrics_of_run(self.motion)
 
 
 def run(

@@ -50,6 +50,30 @@ def test_the_report_and_the_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert fitted == gr.identification.fit(gr.load("start.toml"), "data.toml", free, starts=4).model
 
 
+def test_a_model_that_does_not_explain_the_data_says_so_first(capsys: pytest.CaptureFixture[str]) -> None:
+    wrong = DATA + '[[mode]]\nnumber = 4\nfrequency = "9000 Hz"\nrelative_error = 0.001\n'
+    Path("wrong.toml").write_text(wrong, encoding="utf-8")
+    assert main(["fit", "start.toml", "wrong.toml", *FREE, "--starts", "2"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("The model does not explain the data: residuals are ")
+    assert "the data determine every parameter" not in out
+    assert main(["fit", "start.toml", "wrong.toml", *FREE, "--starts", "2", "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["explains"] is False
+    assert printed["chance"] < 1e-3
+
+
+def test_the_table_is_in_the_units_of_the_model_file(capsys: pytest.CaptureFixture[str]) -> None:
+    text = made.TRAIN.replace("stiffness = 15000.0", 'stiffness = "12 kN*m/rad"')
+    text = text.replace("stiffness = 1500.0", 'stiffness = "26 N*m/deg"')
+    Path("written.toml").write_text(text, encoding="utf-8")
+    assert main(["fit", "written.toml", "data.toml", *FREE, "--starts", "4"]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "coupling.spline.stiffness 12 kN*m/rad" in out
+    assert "coupling.clutch.stiffness 26 N*m/deg" in out
+    assert "mode 2: frequency 46.2 Hz 46.2 Hz" in out
+
+
 def test_json_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--free", "inertia.*.J", "--free", "*.stiffness", "--starts", "2", "--prior", "0.5", "--json"]
     assert main(["fit", "start.toml", "data.toml", *words]) == 0

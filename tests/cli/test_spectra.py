@@ -153,7 +153,6 @@ def test_models_and_runs_are_sources(tmp_path: Path, capsys: pytest.CaptureFixtu
         (["--channel", "a", "--level", "2"], "level"),
         (["--channel", "a", "--cycles", "20"], "give a model file"),
         (["--channel", "a", "--model", "nowhere.toml"], "nowhere.toml"),
-        ([], "channel"),
     ],
 )
 def test_bad_input_is_refused(

@@ -78,7 +78,7 @@ def test_the_command_prints_the_table_and_keeps_an_old_mapping(
     path.write_text("t [s];n [rpm];U [V]\n0;1;\n0,5;2;7\n1;4;8\n")
     assert main(["look", str(path), "-o", str(mapping)]) == 0
     printed = capsys.readouterr()
-    assert "velocity" in printed.out
+    assert "speed" in printed.out
     assert "decimals are parted by a comma" in printed.err
     before = mapping.read_text()
     assert main(["look", str(path), "-o", str(mapping)]) == 2

@@ -13,6 +13,7 @@ import gearrattle as gr
 from gearrattle.engine.solvers.many import Batch
 from gearrattle.studies import batch, cases
 from gearrattle.studies.batch import can_batch, can_follow
+from gearrattle.studies.output import EVENT
 from gearrattle.studies.outputs import RUN_OUTPUTS, Outputs, _known
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.study import prepare
@@ -40,9 +41,9 @@ def paper(case: str) -> gr.Model:
 
 
 def every_output(base: gr.Model) -> tuple[str, ...]:
-    """Names of all outputs of criteria and metrics."""
+    """Names of all outputs of criteria and metrics; those of an event are of whole runs."""
     known = _known(["no such output"], [gr.simulate(base, audit=False)])
-    return tuple(name for name in known if name not in RUN_OUTPUTS)
+    return tuple(name for name in known if name not in RUN_OUTPUTS and known[name].criterion != EVENT)
 
 
 def planned(base: gr.Model, axes: Mapping[str, Any], names: tuple[str, ...], **more: Any) -> tuple[Plan, Outputs]:

@@ -8,15 +8,18 @@ Takes a function that computes; gives files and text.
 
 from __future__ import annotations
 
+import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.cli.background import watched
+from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import json_text
+from gearrattle.wording import counted, listed
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -55,12 +58,37 @@ def emit(
     ModelError
         ``output`` cannot hold such a result; then nothing has been computed.
     """
+    show = partial(print_result, json=json)
+    _emit_to(kind, work, output, inputs, show, keeps_known=keeps_known)
+
+
+def _emit_to(
+    kind: str,
+    work: Callable[[Watch], Any],
+    output: Path | None,
+    inputs: Sequence[Path],
+    show: Callable[[Presentation[Any], Path | None], None],
+    *,
+    keeps_known: bool = False,
+) -> None:
+    """Compute a result, save it where that is asked for, and show it.
+
+    Parameters
+    ----------
+    kind, work, output, inputs, keeps_known
+        as in ``emit``.
+    show
+        takes the presentation, and where it was saved.
+    """
     from gearrattle.report.kinds import presentation_class, presentation_of
     from gearrattle.report.saved import check_target, destination, put_into
 
     if output is None:
-        print_now = partial(print_result, json=json)
-        print_now(watched(lambda watch: presentation_of(work(watch)), known=print_now if keeps_known else None))
+
+        def show_it(presentation: Presentation[Any]) -> None:
+            show(presentation, None)
+
+        show_it(watched(lambda watch: presentation_of(work(watch)), known=show_it if keeps_known else None))
         return
     endings = presentation_class(kind).endings
     check_target(output, endings, "-o", inputs)
@@ -72,10 +100,70 @@ def emit(
 
     def commit(saved: tuple[Presentation[Any], Path]) -> None:
         staging.commit()
-        print_result(*saved, json=json)
+        show(*saved)
 
     with destination(output, endings) as staging:
         commit(watched(work_and_save, known=commit if keeps_known else None))
+
+
+def emit_each(
+    kind: str,
+    works: Mapping[str, Callable[[Watch], Any]],
+    output: Path | None = None,
+    *,
+    json: bool,
+    inputs: Sequence[Path] = (),
+) -> None:
+    """Compute one result after the other, each as ``emit`` does; of several an output is a folder with one for each.
+
+    Parameters
+    ----------
+    kind
+        of the results.
+    works
+        what computes each, by its name.
+    output
+        of one result a file or a folder; of several a folder, in which each has a folder of its name.
+    json
+        whether they are printed as JSON: of several as one document, ``results`` by name.
+    inputs
+        files that are read, which ``output`` must not replace.
+
+    Raises
+    ------
+    ModelError
+        ``output`` is a file, and there are several results.
+    """
+    from gearrattle.report.kinds import presentation_class
+    from gearrattle.report.saved import summary
+
+    if len(works) == 1:
+        (work,) = works.values()
+        emit(kind, work, output, json=json, inputs=inputs)
+        return
+    endings = presentation_class(kind).endings
+    if output is not None and output.suffix.lower() in endings:
+        rule = f"is one file, and there are {counted(len(works), 'channel')}: {listed(list(works))}"
+        raise ModelError(Problem("-o", f'"{output}"', rule, "name a channel, or give a folder"))
+    summaries: dict[str, Any] = {}
+
+    def show(name: str, presentation: Presentation[Any], written: Path | None) -> None:
+        if json:
+            summaries[name] = {**summary(presentation), "output": None if written is None else str(written)}
+            return
+        print(f"{name}\n{'-' * len(name)}")
+        print_result(presentation, written, json=False)
+        print()
+
+    for name, work in works.items():
+        _emit_to(kind, work, None if output is None else output / _folder_name(name), inputs, partial(show, name))
+    if json:
+        print(json_text({"results": summaries}))
+
+
+def _folder_name(name: str) -> str:
+    """Return a channel's name as that of a folder."""
+    return re.sub(r"[^\w.-]+", "_", name).strip("._") or "channel"
 
 
 def print_result(presentation: Presentation[Any], written: Path | File | None = None, *, json: bool) -> None:

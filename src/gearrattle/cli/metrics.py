@@ -22,6 +22,7 @@ def metrics(
     order: Annotated[tuple[float, ...], Parameter(negative=())] = (),
     base_level: float | None = None,
     kappa: float | None = None,
+    kind: str | None = None,
     output: Output = None,
     json: Json = False,
 ) -> None:
@@ -44,10 +45,12 @@ def metrics(
         Level of the gearbox without rattle [dB], for the rattle level.
     kappa
         What makes a level of the intensity of impacts [1/N].
+    kind
+        "steady", or "transient": of an event. Default: transient where a torque has ramps or is a record.
     """
     from gearrattle.quantities.metrics import metrics as measured
 
     driveline = None if model is None else gearrattle.load(model)
     motion = gearrattle.open_stream(source) if source.is_dir() else motion_or_recording(source)
-    how: dict[str, Any] = {"orders": order or None, "base_level": base_level, "kappa": kappa}
+    how: dict[str, Any] = {"orders": order or None, "base_level": base_level, "kappa": kappa, "kind": kind}
     emit("metrics", lambda _: measured(motion, driveline, name or None, **how), output, json=json, inputs=[source])

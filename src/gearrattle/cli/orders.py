@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 import gearrattle
-from gearrattle.cli.emit import emit
+from gearrattle.cli.emit import emit_each
 from gearrattle.cli.options import Json, Whole
-from gearrattle.cli.sources import motion_or_recording
+from gearrattle.cli.sources import channels_of, motion_or_recording
 from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 def orders(
     source: Path,
-    channel: str,
+    channel: str | None = None,
     /,
     *,
     speed: str | None = None,
@@ -46,7 +47,8 @@ def orders(
     source
         Saved motion (.nc), measured file, or measurement.toml.
     channel
-        What to look at: "acceleration.hub", or a channel's name.
+        What to look at: "acceleration.hub", or a channel's name. Default: every channel of a recording in turn, in a
+        folder of its own with -o.
     speed
         Channel of the shaft's speed or angle, or a constant speed such as "1500 rpm"; default: a run's reference shaft,
         a recording's shaft angle or speed.
@@ -73,7 +75,7 @@ def orders(
     if not order:
         lines = _lines(signal, model)
 
-    def work(_: object) -> xr.Dataset | xr.DataArray:
+    def work(channel: str, _: object) -> xr.Dataset | xr.DataArray:
         if spectra:
             how: dict[str, Any] = {"speed": speed, "resolution": resolution, "speed_step": speed_step}
             return gearrattle.spectral.waterfall(signal, channel, **how).assign_attrs(lines)
@@ -83,7 +85,8 @@ def orders(
         return gearrattle.spectral.order_map(signal, channel, **how).assign_attrs(lines)
 
     kind = "waterfall" if spectra else "order cuts" if order else "order map"
-    emit(kind, work, output, json=json, inputs=[source])
+    works = {name: partial(work, name) for name in channels_of(signal, channel, "CHANNEL")}
+    emit_each(kind, works, output, json=json, inputs=[source])
 
 
 def _check(options: set[str], spectra: bool) -> None:

@@ -46,6 +46,39 @@ def motion_or_recording(source: Path) -> Run | Recording:
     return gearrattle.read(source)
 
 
+def channels_of(signal: Run | Recording, channel: str | None, option: str) -> tuple[str, ...]:
+    """Return the channels that a command looks at: the one that is named, else all of a recording that are signals.
+
+    Parameters
+    ----------
+    signal
+        what is looked at.
+    channel
+        as it was given; None: it was not.
+    option
+        what it is given as, for the message.
+
+    Raises
+    ------
+    ModelError
+        none is named of a run.
+    """
+    from gearrattle.recording import Recording
+
+    if channel is not None:
+        return (channel,)
+    if not isinstance(signal, Recording):
+        raise no_channel(option)
+    turning = ("shaft angle", "pulses")
+    return tuple(one.name for one in signal.channels if one.quantity not in turning) or signal.names
+
+
+def no_channel(option: str) -> ModelError:
+    """Return the refusal of a run without the name of a channel."""
+    rule = "must name a channel: a run has many, and only of a recording all are taken"
+    return ModelError(Problem(option, "", rule, 'such as "acceleration.hub"'))
+
+
 def is_model(source: Path) -> bool:
     """Return whether a file is a model: TOML with inertias, or TOML that cannot be read (``load`` says why)."""
     import tomllib

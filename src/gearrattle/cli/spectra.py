@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 import gearrattle
-from gearrattle.cli.emit import emit
+from gearrattle.cli.emit import emit_each
 from gearrattle.cli.options import Json, Settings
-from gearrattle.cli.sources import is_model, motion_or_recording
+from gearrattle.cli.sources import channels_of, is_model, motion_or_recording, no_channel
 from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ def spectra(
     source: Path,
     /,
     *,
-    channel: str,
+    channel: str | None = None,
     against: str | None = None,
     model: Path | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
@@ -59,7 +60,8 @@ def spectra(
     source
         Saved motion (.nc), measured file or measurement.toml; or a model file, which is simulated.
     channel
-        What to look at: "acceleration.hub", or a channel's name.
+        What to look at: "acceleration.hub", or a channel's name. Default: every channel of a recording in turn, in a
+        folder of its own with -o.
     against
         The signal taken as its cause: cross density, transfer function and coherence as well.
     model
@@ -70,19 +72,22 @@ def spectra(
     from dataclasses import asdict
 
     driveline = None if model is None else gearrattle.load(model)
-    signal = _signal(source, settings, [channel] if against is None else [channel, against])
+    signal, channels = _signal(source, settings, channel, against)
 
-    def work(watch: Watch) -> xr.Dataset:
+    def work(channel: str, watch: Watch) -> xr.Dataset:
         source = signal(watch)
         result = gearrattle.spectra(source, channel, against, **asdict(how))
         natural = _natural(source, driveline)
         return result.assign_attrs(natural_frequencies=natural) if natural else result
 
-    emit("spectra", work, output, json=json, inputs=[source])
+    works = {name: partial(work, name) for name in channels if name != against}
+    emit_each("spectra", works, output, json=json, inputs=[source])
 
 
-def _signal(source: Path, settings: Settings, channels: list[str]) -> Callable[[Watch], Run | Recording]:
-    """Open a source, or return what simulates a model, if its run will have the channels.
+def _signal(
+    source: Path, settings: Settings, channel: str | None, against: str | None
+) -> tuple[Callable[[Watch], Run | Recording], tuple[str, ...]]:
+    """Open a source, or return what simulates a model, if its run will have the channels; and the channels to look at.
 
     Raises
     ------
@@ -96,15 +101,18 @@ def _signal(source: Path, settings: Settings, channels: list[str]) -> Callable[[
     if is_model(source):
         driveline = gearrattle.load(source)
         layout = assemble(driveline).layout
-        for channel in channels:
-            column_of(layout, channel)
-        return lambda watch: gearrattle.simulate(driveline, **arguments, progress=watch)
+        if channel is None:
+            raise no_channel("--channel")
+        for name in (channel, against):
+            if name is not None:
+                column_of(layout, name)
+        return lambda watch: gearrattle.simulate(driveline, **arguments, progress=watch), (channel,)
     options = [f"--{key.replace('_', '-')}" for key, value in arguments.items() if value is not None]
     if options:
         rule = "is of a simulation, and this has been simulated or measured"
         raise ModelError(Problem(", ".join(options), str(source), rule, "leave it out, or give a model file"))
     signal = motion_or_recording(source)
-    return lambda _: signal
+    return lambda _: signal, channels_of(signal, channel, "--channel")
 
 
 def _natural(signal: Run | Recording, driveline: Model | None) -> list[float]:

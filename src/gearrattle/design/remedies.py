@@ -26,7 +26,7 @@ from gearrattle.design.inline import Inline
 from gearrattle.design.keep import Keep, kept_or_moved
 from gearrattle.design.motions import REST, Asked, Motion, starts_of
 from gearrattle.design.search import Report, Search, Tried, Work, finish
-from gearrattle.design.target import ENERGY, Target, half_of, target_of
+from gearrattle.design.target import Target, half_of, target_of
 from gearrattle.design.threshold import STOPPED
 from gearrattle.design.variable import Variable, together
 from gearrattle.errors import Cancelled
@@ -37,7 +37,7 @@ from gearrattle.model.path_values import in_si
 from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
 from gearrattle.result import Result
 from gearrattle.simulation.settings import settled
-from gearrattle.studies.output import REGIME
+from gearrattle.studies.output import ENERGY, REGIME
 from gearrattle.studies.outputs import outputs_of, short_runs
 from gearrattle.studies.ranges import Range
 from gearrattle.studies.schedulers import check_scheduler

@@ -23,12 +23,11 @@ from gearrattle.model.table import did_you_mean, shown
 from gearrattle.model.units import DIMENSIONS, UnitError, convert
 from gearrattle.studies.batch import is_of_crossings
 from gearrattle.studies.goals import labels_of
-from gearrattle.studies.output import REGIME, SEVERITY, Output
+from gearrattle.studies.output import ENERGY, EVENT, REGIME, SEVERITY, Output
 from gearrattle.studies.outputs import Outputs, outputs_of, short_runs
 from gearrattle.wording import listed
 
 QUIET = "quiet"
-ENERGY = "largest impact energy"
 _COMPARED = re.compile(r"(?P<label>[^<>]+)(?P<sign>[<>])\s*(?P<value>[^<>]+)")
 Values = Mapping[str, NDArray[Any]]
 
@@ -72,7 +71,7 @@ class Target:
         numbers = np.atleast_1d(values[self.output.name]).astype(float)
         if self.subject:
             numbers = numbers[list(self.output.subjects).index(self.subject)][None]
-        elif self.output.dimension == "part":  # springs that change stage do not rattle
+        elif self.output.dimension == "part" and self.output.criterion != EVENT:  # springs that change stage: no rattle
             numbers = numbers[np.isin(self.output.subjects, self.severity.gaps)]
         numbers = numbers[np.isfinite(numbers)]
         if not numbers.size:
@@ -124,7 +123,8 @@ def target_of(model: Model, until: object) -> Target:
         raise ModelError(Problem("until", shown(label), "there is no such part", did_you_mean(label, tuple(known))))
     output, subject = known.get(label, (outputs[0], ""))
     gaps = next(chosen for chosen in outputs if chosen.name == SEVERITY).gaps
-    compared = [subject] if subject else list(gaps) if output.dimension == "part" else []
+    of_gaps = output.dimension == "part" and output.criterion != EVENT
+    compared = [subject] if subject else list(gaps) if of_gaps else []
     limit = _limit(match["value"].strip(), output, compared)
     word = "above" if match["sign"] == ">" else "below"
     return Target(f"{label} {word} {match['value'].strip()}", outputs, output, subject, limit, above=word == "above")
@@ -166,9 +166,9 @@ def _limit(text: str, output: Output, subjects: Collection[str]) -> float:
         )
     with contextlib.suppress(ValueError):
         return float(text)
-    unit = units[0]
+    unit = units[0].replace(" ", "*")
     if unit not in DIMENSIONS:
-        raise ModelError(Problem("until", shown(text), f"must be a number [{unit}]", "such as 1e-4"))
+        raise ModelError(Problem("until", shown(text), f"must be a number [{units[0]}]", "such as 1e-4"))
     try:
         return convert(text, DIMENSIONS[unit])
     except UnitError as error:

@@ -56,6 +56,7 @@ _UNKNOWN = """
 """
 _ROTATION = {
     "velocity": '; "speed" if the mean rotation is included',
+    "speed": ', and never zero: with the mean rotation; "velocity" without',
     "angle": '; "shaft angle" if the mean rotation is included',
 }
 
@@ -153,7 +154,7 @@ def look(source: str | os.PathLike[str], *, time: str = "", sampled: float | Non
     >>> _ = open("rig.csv", "w").write("t [s],n [rpm]\\n0,800\\n0.001,801\\n0.002,803\\n")
     >>> contents = gr.measured.look("rig.csv")
     >>> list(map(str, contents.table.loc[0, ["channel", "unit", "quantity", "rate"]]))
-    ['n', 'rpm', 'velocity', '1000.0']
+    ['n', 'rpm', 'speed', '1000.0']
     """
     import pandas as pd
 
@@ -189,7 +190,7 @@ def _row(column: Column, *, is_uniform: bool) -> dict[str, Any]:
     return {
         "channel": column.name,
         "unit": column.unit,
-        "quantity": column.quantity if column.quantity in QUANTITIES else guess(column.unit),
+        "quantity": column.quantity if column.quantity in QUANTITIES else _guessed(column.unit, smallest, largest),
         "subject": column.subject,
         "samples": column.values.size,
         "rate": (times.size - 1) / span if span > 0.0 else float("nan"),
@@ -201,6 +202,12 @@ def _row(column: Column, *, is_uniform: bool) -> dict[str, Any]:
         "not_numbers": column.values.size - count,
         "first": column.values[:PREVIEW].tolist(),
     }
+
+
+def _guessed(unit: str, smallest: float, largest: float) -> str:
+    """Return the quantity that a unit tells: a velocity that never passes zero has the mean rotation in it."""
+    quantity = guess(unit)
+    return "speed" if quantity == "velocity" and (smallest > 0.0 or largest < 0.0) else quantity
 
 
 def _outline(column: Column) -> tuple[Array, Array]:

@@ -30,6 +30,7 @@ from gearrattle.model.signal import FOLDER, STORED, Points, Signal
 from gearrattle.model.simulation import Simulation
 from gearrattle.model.table import Breach, Table, did_you_mean, listed, shown
 from gearrattle.model.writing import toml_text
+from gearrattle.model.written_units import keep_written_units, written_units
 from gearrattle.remember import kept
 
 
@@ -95,6 +96,14 @@ class Model(Table):
         ModelError
             carrying every problem of the tables.
         """
+        model = cls._read(tables, positions, stored)
+        keep_written_units(model, tables)
+        return model
+
+    @classmethod
+    def _read(
+        cls, tables: Mapping[str, object], positions: Positions | None = None, stored: Points | None = None
+    ) -> Self:
         dimensionless = tables.get("units") == "dimensionless"
         folder = Path(positions.name).parent if positions else Path()
         omega, last = _speeds(tables.get("excitation"), dimensionless)
@@ -163,7 +172,11 @@ class Model(Table):
         --------
         >>> cold = gr.example("manual_transmission").with_({"inertia.*.drag_torque": gr.factor(3)})
         """
-        return self.from_tables(changed(self.to_tables(), changes))
+        tables = changed(self.to_tables(), changes)
+        model = self._read(tables)
+        has_texts = any(not isinstance(value, int | float) for value in changes.values())
+        keep_written_units(model, tables if has_texts else {}, written_units(self))
+        return model
 
     def with_simulation(self, settings: Mapping[str, object]) -> Self:
         """Return a new model with some simulation settings changed; it shares all other tables with this one.

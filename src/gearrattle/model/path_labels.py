@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple, get_args
 
 from gearrattle.model import units
@@ -21,7 +22,8 @@ from gearrattle.model.paths import ANY, path_names
 from gearrattle.model.quantity import Quantity
 from gearrattle.model.signal import OverTime
 from gearrattle.model.table import Table
-from gearrattle.model.units import ANGULAR_VELOCITY, Dimension
+from gearrattle.model.units import ANGULAR_VELOCITY, Dimension, UnitError, convert
+from gearrattle.model.written_units import written_units
 from gearrattle.wording import counted, prefixed
 
 INITIAL = "initial."
@@ -149,6 +151,24 @@ def in_shown_unit(path: str, unit: str, largest: float = 1.0) -> tuple[float, st
     """
     is_speed = unit == "rad/s" and path.startswith("excitation.")
     return (30.0 / math.pi, "rpm") if is_speed else prefixed(largest, unit)
+
+
+def in_written_unit(path: str, model: Model) -> tuple[float, str]:
+    """Return the factor and the unit with which numbers at a path are shown to the author of a model: as they wrote it.
+
+    Parameters
+    ----------
+    path
+        of the numbers.
+    model
+        whose file says the unit; where it has a plain number, they are in SI.
+    """
+    dimension = dimension_at(path)
+    unit = written_units(model).get(path, "")
+    if unit and dimension is not None:
+        with suppress(UnitError):
+            return 1.0 / convert(f"1 {unit}", dimension), unit
+    return 1.0, path_label(path, model).unit
 
 
 def shown_value(path: str, model: Model, value: float, digits: int = 9, largest: float | None = None) -> str:

@@ -246,11 +246,11 @@ def path_names(tables: Mapping[str, Any], pattern: str = ANY) -> tuple[str, ...]
 
 def _matching(node: Any, prefix: str, is_match: Callable[[str], bool]) -> list[str]:
     """Return the paths of the matching values below a table or an array of tables, else its own if that matches."""
-    below = [path for name, inner in _inner(node, prefix) for path in _matching(inner, name, is_match)]
+    below = [path for name, inner in inner_of(node, prefix) for path in _matching(inner, name, is_match)]
     return below or ([prefix] if prefix and node != {} and is_match(prefix) else [])
 
 
-def _inner(node: Any, prefix: str) -> Iterator[tuple[str, Any]]:
+def inner_of(node: Any, prefix: str) -> Iterator[tuple[str, Any]]:
     """Yield path and content of what a table or an array of tables holds; nothing of a value."""
     if isinstance(node, Mapping):
         for key, value in node.items():

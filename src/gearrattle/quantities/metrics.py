@@ -2,35 +2,46 @@
 
 Of a run everything is known; of chunks all that adds up, and ``merging`` of each metric says what does not. Of a
 recording, what a model, a speed and orders say beside it; a metric that lacks something gives one row that says what.
+An event is measured by ``event_metric``, and by the few metrics that are no averages over cycles.
 """
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from gearrattle.assembly import assemble
+from gearrattle.assembly import assemble, is_driven_over_time
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.model.quantity import Choice, check_arguments
+from gearrattle.model.ramps import spans_of
 from gearrattle.model.table import did_you_mean
 from gearrattle.quantities import (
     METRICS,
     Inputs,
     Quantity,
     RattleLevel,
+    Row,
     inputs_of_chunks,
     inputs_of_motion,
     inputs_of_recording,
     rows_of,
 )
 from gearrattle.quantities.chunks import add_chunks, orders_of
+from gearrattle.quantities.event_metric import EventMetric
+from gearrattle.quantities.verdict import KINDS, TRANSIENT
 from gearrattle.recording import Recording
 from gearrattle.result import KIND
 from gearrattle.results import Run, check_run
+from gearrattle.wording import listed
 
 if TYPE_CHECKING:
     import pandas as pd
+
+_AVERAGES = "averages over cycles, which says nothing of an event"
+_REMEDY = 'kind = "steady" gives it'
 
 
 def metrics(
@@ -42,6 +53,7 @@ def metrics(
     orders: Sequence[float] | None = None,
     base_level: float | None = None,
     kappa: float | None = None,
+    kind: str | None = None,
 ) -> pd.DataFrame:
     """Measure a run or a recording by every rattle metric, or by some.
 
@@ -65,6 +77,10 @@ def metrics(
         level of the gearbox without rattle, for the rattle level [dB]; None leaves it uncalibrated.
     kappa
         what makes a level of the intensity of impacts [1/N]; None leaves it uncalibrated.
+    kind
+        "steady", or "transient": impacts, peak and rms torques and accelerations of an event (metric "event") in place
+        of averages over cycles. None: transient where a torque has ramps or is a record, as in ``criteria``; a
+        recording and chunks of a long motion are steady.
 
     Returns
     -------
@@ -86,7 +102,10 @@ def metrics(
     """
     import pandas as pd
 
-    chosen = _chosen(names, base_level, kappa)
+    if kind is not None:
+        check_arguments(kind=(Choice(KINDS), kind))
+    event = _event_of(source) if _is_event(source, kind) else None
+    chosen = _chosen(names, base_level, kappa, event)
     units = "SI"
     if isinstance(source, str | os.PathLike) or not isinstance(source, Iterable | Run | Recording):
         check_run(source, (Recording,))
@@ -101,9 +120,59 @@ def metrics(
     else:
         inputs = _inputs_of_recording(source, model, speed, orders)
         units = units if model is None else model.units
-    table = pd.DataFrame([row.table_row("metric") for row in rows_of(inputs, chosen, units=units)])
-    table.attrs |= {KIND: "metrics", "notes": list(inputs.notes)}
+    rows = _measured(inputs, chosen, units, is_event=event is not None)
+    table = pd.DataFrame([row.table_row("metric") for row in rows])
+    notes = [*inputs.notes, *([_left_out()] if event is not None and names is None else [])]
+    table.attrs |= {KIND: "metrics", "notes": notes}
     return table
+
+
+def metrics_of_run(run: Run) -> tuple[Row, ...]:
+    """Return every metric of a run; of an event those that mean something of it."""
+    event = _event_of(run) if _is_event(run, None) else None
+    chosen = _chosen(None, None, None, event)
+    return tuple(_measured(inputs_of(run), chosen, run.model.units, is_event=event is not None))
+
+
+def _is_event(source: object, kind: str | None) -> bool:
+    """Whether a source is measured as an event.
+
+    Raises
+    ------
+    ModelError
+        chunks of a long motion are to be.
+    """
+    if isinstance(source, Run):
+        return is_driven_over_time(source.model) if kind is None else kind == TRANSIENT
+    if kind == TRANSIENT and not isinstance(source, Recording):
+        raise ModelError(Problem("kind", kind, "chunks of a long motion are no event", "simulate the event as one run"))
+    return kind == TRANSIENT
+
+
+def _event_of(source: object) -> EventMetric:
+    """Return the metric of an event: it begins with the first ramp of a run."""
+    if not isinstance(source, Run):
+        return EventMetric()
+    begins = [begin for torque in source.model.torques for begin, _ in spans_of(torque.ramps)]
+    return EventMetric(min(begins, default=None))
+
+
+def _measured(inputs: Inputs, chosen: Sequence[Quantity[Inputs]], units: str, *, is_event: bool) -> list[Row]:
+    """Return the rows of metrics; of an event those that average over cycles are one row each that says so."""
+    rows: list[Row] = []
+    for metric in chosen:
+        if is_event and not metric.of_events:
+            note = f"{metric.title}: {_AVERAGES}; {_REMEDY}"
+            rows.append(metric.row("", metric.title, math.nan, note=note, error=math.nan))
+        else:
+            rows += rows_of(inputs, [metric], units=units)
+    return rows
+
+
+def _left_out() -> str:
+    """Say which metrics an event is not measured by."""
+    names = listed([metric.name for metric in METRICS if not metric.of_events], "and")
+    return f'an event is not measured by averages over cycles ({names}); kind = "steady" gives them'
 
 
 def inputs_of(run: Run, orders: Sequence[float] | None = None) -> Inputs:
@@ -143,14 +212,20 @@ def _inputs_of_recording(
     return inputs_of_recording(recording, layout, speed, orders)
 
 
-def _chosen(names: Sequence[str] | None, base_level: float | None, kappa: float | None) -> list[Quantity[Inputs]]:
-    """Return the metrics of these names, the rattle level with its calibration."""
+def _chosen(
+    names: Sequence[str] | None, base_level: float | None, kappa: float | None, event: EventMetric | None
+) -> list[Quantity[Inputs]]:
+    """Return the metrics of these names, the rattle level with its calibration; all of an event that suit it."""
     if kappa is not None and not 0.0 < kappa < float("inf"):
         raise ModelError(Problem("kappa", f"{kappa}", "must be positive [1/N]", "leave it out without a calibration"))
-    known = {metric.name: metric for metric in METRICS}
+    known: dict[str, Quantity[Inputs]] = {metric.name: metric for metric in METRICS}
     known["rattle_level"] = RattleLevel(base_level, kappa)
-    wrong = [name for name in names or () if name not in known]
+    if names is None:
+        suited = [metric for metric in known.values() if event is None or metric.of_events]
+        return suited if event is None else [event, *suited]
+    known["event"] = EventMetric() if event is None else event
+    wrong = [name for name in names if name not in known]
     if wrong:
         rule = f"there is no such metric; there are {', '.join(known)}"
         raise ModelError([Problem("names", name, rule, did_you_mean(name, tuple(known))) for name in wrong])
-    return list(known.values()) if names is None else [known[name] for name in dict.fromkeys(names)]
+    return [known[name] for name in dict.fromkeys(names)]

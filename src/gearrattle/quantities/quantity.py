@@ -186,6 +186,8 @@ class Quantity(Generic[Data_contra]):
         of a metric, what its inputs must hold.
     of_crossings
         of a metric, whether the crossings of a simulated motion tell it, without any sample.
+    of_events
+        of a metric, whether it means something of an event, that is, averages over no cycles.
     window
         of a metric, over what it is taken.
     sampling
@@ -201,6 +203,7 @@ class Quantity(Generic[Data_contra]):
     sums: tuple[str, ...] = ("crossings", "signals")
     needs: tuple[str, ...] = ()
     of_crossings: bool = False
+    of_events: bool = False
     window: str = ""
     sampling: str = ""
 

@@ -36,6 +36,7 @@ class SeparationRatio(Quantity[Inputs]):
     source: str = SINGH
     window: str = EXACT
     sampling: str = "of samples: peaks as fine as these, with a note"
+    of_events: bool = True
     needs: tuple[str, ...] = ("loose gears", "acceleration")
     merging: str = "exact: the peak is the largest"
     sums: tuple[str, ...] = ("crossings", "signals", "peaks")

@@ -13,6 +13,7 @@ import numpy as np
 
 from gearrattle.measured.identification.fitted import Fit, FittedParameter
 from gearrattle.measured.identification.problem import Residual
+from gearrattle.model.path_labels import in_written_unit
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.rows import Series, row_chart
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _RESPONSE = "response "
+_FREQUENCY = ": frequency"
 _PARTS = ", in phase", ", in quadrature"
 """Ends of the labels of an order whose phase was compared."""
 
@@ -44,9 +46,13 @@ class FitPage(ModelPresentation[Fit]):
         fit = self.result
         number = len(fit.undetermined)
         combinations = noun_of(number, "combination of parameters", "combinations of parameters")
-        known = f"the data leave {number} {combinations} open" if number else "the data determine every parameter"
+        all_known = (
+            "the data determine every parameter" if fit.explains else "no combination of parameters is left open"
+        )
+        known = f"the data leave {number} {combinations} open" if number else all_known
+        verdict = "" if fit.explains else f"{_unexplained(fit)} "
         return (
-            f"{counted(len(fit.parameters), 'parameter')} fitted to {counted(len(fit.residuals), 'number')}: "
+            f"{verdict}{counted(len(fit.parameters), 'parameter')} fitted to {counted(len(fit.residuals), 'number')}: "
             f"chi-square {fit.chi_square:.4g}, {counted(fit.degrees_of_freedom, 'degree')} of freedom; {known}. The "
             f"best minimum was reached from {fit.minima[0].times} of {counted(fit.starts, 'start')}; "
             f"{_minima(len(fit.minima))}."
@@ -114,9 +120,12 @@ class FitPage(ModelPresentation[Fit]):
         head = ("parameter", "start", "fitted", "standard error", "bounds", *(["95 % interval"] if profiled else []))
         rows = []
         for p in self.result.parameters:
-            bounds = f"{p.lower:.4g} ... {p.upper:.4g}" + (f", {p.at_bound} reached" if p.at_bound else "")
-            row = [p.path, f"{p.start:.6g}", f"{p.value:.6g}", _error(p), bounds]
-            rows.append((*row, *([_interval(p.interval)] if profiled else [])))
+            scale, unit = in_written_unit(p.path, self.result.model)
+            end = f" {unit}" if unit else ""
+            bounds = f"{p.lower * scale:.4g} ... {p.upper * scale:.4g}{end}"
+            bounds += f", {p.at_bound} reached" if p.at_bound else ""
+            row = [p.path, f"{p.start * scale:.6g}{end}", f"{p.value * scale:.6g}{end}", _error(p, scale), bounds]
+            rows.append((*row, *([f"{_interval(p.interval, scale)}{end}"] if profiled else [])))
         return Table(head, tuple(rows), title="Parameters")
 
     def _residuals(self) -> Table:
@@ -124,11 +133,11 @@ class FitPage(ModelPresentation[Fit]):
         for r in self.result.residuals:
             if r.label.startswith(_RESPONSE) or r.label.endswith(_PARTS):
                 continue
-            numbers = (r.measured, r.fitted) if r.unit else (round(r.measured, 6), round(r.fitted, 6))
-            unit = f" {r.unit}" if r.unit else ""
-            rows.append(
-                (r.label, *(f"{v:.6g}{unit}" for v in numbers), f"{r.standard_error:.2g}", f"{r.residual:+.2f}")
-            )
+            scale, unit = (0.5 / math.pi, "Hz") if r.unit == "rad/s" and r.label.endswith(_FREQUENCY) else (1.0, r.unit)
+            numbers = (r.measured * scale, r.fitted * scale) if unit else (round(r.measured, 6), round(r.fitted, 6))
+            end = f" {unit}" if unit else ""
+            words = (f"{number:.6g}{end}" for number in numbers)
+            rows.append((r.label, *words, f"{r.standard_error * scale:.2g}", f"{r.residual:+.2f}"))
         return Table(("datum", "measured", "fitted", "standard error", "residual"), tuple(rows), title="Data")
 
     def _orders(self) -> Table:
@@ -205,21 +214,32 @@ def _residual_chart(key: str, title: str, residuals: Sequence[tuple[str, float]]
     )
 
 
+def _unexplained(fit: Fit) -> str:
+    """Say that a fit is none."""
+    size = f"{fit.rms_residual:.3g}"
+    if fit.chance is None:
+        return f"The model hardly explains the data: residuals are {size} times the standard errors that were assumed."
+    return (
+        f"The model does not explain the data: residuals are {size} standard errors rms, which chance gives with a "
+        f"probability of {fit.chance:.1g}."
+    )
+
+
 def _minima(number: int) -> str:
     return f"there {'is' if number == 1 else 'are'} {counted(number, 'distinct minimum', 'distinct minima')}"
 
 
-def _error(p: FittedParameter) -> str:
+def _error(p: FittedParameter, scale: float) -> str:
     if p.at_bound:
         return "on its bound"
     if math.isinf(p.standard_error):
         return "not determined"
-    return f"{p.standard_error:.2g} ({100 * p.relative_error:.2g} %)"
+    return f"{p.standard_error * scale:.2g} ({100 * p.relative_error:.2g} %)"
 
 
-def _interval(ends: tuple[float, float] | None) -> str:
+def _interval(ends: tuple[float, float] | None, scale: float) -> str:
     if ends is None:
         return "–"
-    low = "below the bound" if ends[0] == 0.0 else f"{ends[0]:.5g}"
-    high = "beyond the bound" if math.isinf(ends[1]) else f"{ends[1]:.5g}"
+    low = "below the bound" if ends[0] == 0.0 else f"{ends[0] * scale:.5g}"
+    high = "beyond the bound" if math.isinf(ends[1]) else f"{ends[1] * scale:.5g}"
     return f"{low} ... {high}"

@@ -9,13 +9,14 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from gearrattle.quantities import METRICS, Row
+from gearrattle.quantities.event_metric import EventMetric
 from gearrattle.report.tables import Table
 from gearrattle.report.verdict_tables import errors_note, grid
 
 
 def metric_tables(measured: Sequence[Row]) -> list[Table]:
     """Return one table a metric that has values; what the others lack stands in one last table."""
-    metrics = {metric.name: metric for metric in METRICS}
+    metrics = {metric.name: metric for metric in (EventMetric(), *METRICS)}
     made, lacking = [], []
     for name, group in groupby(measured, key=lambda row: row.name):
         rows, metric = list(group), metrics[name]

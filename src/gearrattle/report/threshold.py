@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.design.target import ENERGY, QUIET
+from gearrattle.design.target import QUIET
 from gearrattle.design.threshold import Threshold
 from gearrattle.model.path_labels import in_shown_unit
 from gearrattle.report.plots.chart import Band, Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.palette import ACCENT, COAST, COLOURS, MUTED
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.tables import Table
+from gearrattle.studies.output import ENERGY
 from gearrattle.wording import counted, engineering, listed
 
 if TYPE_CHECKING:

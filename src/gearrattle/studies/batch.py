@@ -254,8 +254,8 @@ def _keep(
             by_criterion[criterion.name] = criterion.values(sums, alike.layout, alike.cycles, duration)
         measures = by_criterion[output.criterion]
         if output.name in WORST:
-            codes = [code for (part, what), code in measures.items() if what == output.quantity and part in gaps]
-            values[output.name][at] = np.max(codes, axis=0, initial=0)
+            of_gaps = [value for (part, what), value in measures.items() if what == output.quantity and part in gaps]
+            values[output.name][at] = np.max(np.nan_to_num(of_gaps), axis=0, initial=0)
             continue
         values[output.name][at] = output.before
         for i, subject in enumerate(output.subjects):

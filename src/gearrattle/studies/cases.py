@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import Cancelled, ConvergenceError, ModelError
+from gearrattle.model import Model
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.batch import batched
+from gearrattle.studies.batch import batched, is_of_crossings
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan
 
@@ -72,7 +73,8 @@ def compute(plan: Plan, outputs: Outputs, chunk: int, progress: Callable[[float]
         try:
             of_case = outputs.known.get(tuple(i + part.start for i, part in zip(at, box, strict=True)))
             if of_case is None:
-                of_case = outputs.of(simulate(plan.model.with_(changes) if changes else plan.model, audit=False))
+                model = plan.model.with_(changes) if changes else plan.model
+                of_case = outputs.of(simulate(model, samples_per_cycle=_samples_for(model, outputs), audit=False))
             for name, value in of_case.items():
                 computed.values[name][at] = value
             computed.outcome[at] = DONE
@@ -84,6 +86,12 @@ def compute(plan: Plan, outputs: Outputs, chunk: int, progress: Callable[[float]
         if progress is not None:
             progress((i + 1) / computed.outcome.size)
     return computed
+
+
+def _samples_for(model: Model, outputs: Outputs) -> int | None:
+    """Return how many samples a cycle a case needs: one where exact crossings tell all, None for the model's own."""
+    is_exact = model.simulation.algorithm == "exact" and outputs.function is None
+    return 1 if is_exact and all(map(is_of_crossings, outputs.chosen)) else None
 
 
 def empty(plan: Plan, outputs: Outputs, chunk: int, outcome: int = MISSING) -> Computed:

@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.quantity import AnyTable, Choice, Plain, checked
+from gearrattle.model.quantity import Quantity as InUnits
 from gearrattle.model.table import did_you_mean, shown
+from gearrattle.model.units import DIMENSIONS
 from gearrattle.studies.layout import numbers_of
 from gearrattle.studies.output import Output
 from gearrattle.studies.outputs import Outputs
@@ -162,16 +164,28 @@ def _constraint(label: str, table: Any, outputs: Outputs, model: Model) -> Const
     if unknown:
         remedy = did_you_mean(unknown[0], ("below", "above", "of"))
         raise ModelError(Problem(location, unknown[0], "a constraint has below, above, of", remedy))
-    limits = (table.get("below"), table.get("above"))
-    below, above = (None if value is None else checked(Plain(), value, location) for value in limits)
+    of_model = table.get("of")
+    if of_model is None:
+        quantity = _quantity(location, label, outputs, small=table.get("below") is not None)
+    elif callable(of_model):
+        _called(of_model, label, model)
+        quantity = Quantity(label, of=of_model)
+    else:
+        raise ModelError(Problem(location, shown(of_model), "of must be a function that takes a Model"))
+    below, above = (_limit(table.get(side), quantity.unit, location) for side in ("below", "above"))
     if below is not None and above is not None and not above < below:
         raise ModelError(Problem(location, f"above {above:g}, below {below:g}", "leaves nothing between"))
-    if "of" not in table:
-        return Constraint(_quantity(location, label, outputs, small=below is not None), below, above)
-    if not callable(table["of"]):
-        raise ModelError(Problem(location, shown(table["of"]), "of must be a function that takes a Model"))
-    _called(table["of"], label, model)
-    return Constraint(Quantity(label, of=table["of"]), below, above)
+    return Constraint(quantity, below, above)
+
+
+def _limit(value: Any, unit: str, location: str) -> float | None:
+    """Return a limit in SI: a plain number, or a text with a unit where the quantity has one; None for none."""
+    if value is None:
+        return None
+    dimension = DIMENSIONS.get(unit.replace(" ", "*"))
+    if dimension is None:
+        return float(checked(Plain(), value, location))
+    return float(checked(InUnits(dimension), value, location, dimensionless=False))
 
 
 def _called(function: Callable[[Model], float], label: str, model: Model) -> float:

@@ -17,8 +17,12 @@ from gearrattle.signals import SEVERITIES
 VERDICT, REGIME = "verdict", "regime"
 VERDICT_SEVERITY = "verdict severity"
 SEVERITY = "severity"
-WORST = {VERDICT: REGIME, VERDICT_SEVERITY: SEVERITY}
-"""Codes of the whole driveline: the worst code of the parts that can separate, of this quantity."""
+ENERGY = "largest impact energy"
+HARDEST = "hardest impact"
+EVENT = "event"
+"""What outputs of an event have in place of a criterion."""
+WORST = {VERDICT: REGIME, VERDICT_SEVERITY: SEVERITY, HARDEST: ENERGY}
+"""Outputs of the whole driveline: the worst code, or the largest number, of the parts that can separate."""
 REGIMES = ("quiet", "single-sided", "double-sided")
 WORDS: Mapping[str, tuple[str, ...]] = {REGIME: REGIMES, SEVERITY: SEVERITIES}
 """What the codes of a quantity stand for, from the mildest on."""

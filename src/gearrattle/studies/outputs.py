@@ -29,7 +29,8 @@ from gearrattle.quantities.metrics import inputs_of
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.output import OVER_ALL, VERDICT, WORDS, WORST, Output
+from gearrattle.studies.event_outputs import known_event_outputs, values_of_event
+from gearrattle.studies.output import EVENT, HARDEST, OVER_ALL, VERDICT, WORDS, WORST, Output
 from gearrattle.studies.stable_motions import COUNT, SWING, values_over_all
 from gearrattle.trajectory import Layout
 
@@ -49,6 +50,7 @@ def _predictable(run: Run) -> float:
     return float(run.predictability_horizon) / run.trajectory.layout.period
 
 
+_OF_IMPACTS = "impacts"  # the criterion whose quantity ENERGY is
 RUN_OUTPUTS: Mapping[str, tuple[Callable[[Run], float], str]] = {
     "crossings per cycle": (_crossings, "1/cycle"),
     "predictable cycles": (_predictable, "1"),
@@ -123,8 +125,11 @@ def values_of(
     if metrics := [metric for metric in METRICS if metric.name in needed]:
         inputs = replace(inputs_of(run), known_crossings=crossings)
         rows += rows_of(inputs, metrics, {output.quantity for output in outputs}, units=run.model.units)
-    plain = [output for output in outputs if output.name not in RUN_OUTPUTS]
+    of_event = [output for output in outputs if output.criterion == EVENT]
+    plain = [output for output in outputs if output.name not in RUN_OUTPUTS and output not in of_event]
     figures = {o.name: np.array(RUN_OUTPUTS[o.name][0](run)) for o in outputs if o.name in RUN_OUTPUTS}
+    if of_event:
+        figures |= values_of_event(of_event, run)
     return figures | values_in(rows, plain, run.trajectory.layout)
 
 
@@ -136,10 +141,11 @@ def values_in(rows: Sequence[Row], outputs: Sequence[Output], layout: Layout) ->
         entries = {row.subject: row for row in rows if row.subject and (row.name, row.quantity) == wanted}
         if not output.dimension and output.name not in WORST:  # of the whole driveline
             values[output.name] = np.array(next((float(e.value) for e in entries.values()), output.absent))
-        elif output.name in WORST:  # of the parts that can separate
+        elif output.name in WORST:  # of the parts that can separate: a code, or a number
             gaps = gap_names(layout)
-            codes = [output.words.index(str(entry.value)) for part, entry in entries.items() if part in gaps]
-            values[output.name] = np.array(max(codes, default=0), dtype=np.int8)
+            of_gaps = [entry.value for part, entry in entries.items() if part in gaps]
+            numbers = [output.words.index(str(value)) if output.words else float(value) for value in of_gaps]
+            values[output.name] = np.array(max(numbers, default=0), dtype=output.dtype)
         else:
             values[output.name] = _values(output, entries)
     return values
@@ -235,7 +241,9 @@ def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
         plain = [base for base, name in zip(bases, names, strict=True) if name not in (COUNT, SWING)]
         return _with_largest(_known(plain, runs), runs)
     model = runs[0].model
-    known = {whole: Output(whole, "", (), ("",), WORDS[of], of) for whole, of in WORST.items()}
+    known = {whole: Output(whole, "", (), ("",), WORDS[of], of) for whole, of in WORST.items() if of in WORDS}
+    known[HARDEST] = Output(HARDEST, "", (), (unit_in(model, "J"),), criterion=_OF_IMPACTS)
+    known |= known_event_outputs(model, runs[0].trajectory.layout)
     known |= {name: Output(name, "", (), (unit_in(model, unit),)) for name, (_, unit) in RUN_OUTPUTS.items()}
     said = [entry for run in runs for entry in criteria(run).entries]
     occasional = [

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.measured.identification.fitted import RIVAL, Fit, FittedParameter, LocalMinimum
+from gearrattle.measured.identification.fitted import RIVAL, UNLIKELY, Fit, FittedParameter, LocalMinimum
 from gearrattle.measured.identification.identifiability import (
     Combination,
     covariance,
@@ -190,6 +190,7 @@ def estimates(
         ),
         starts=searched.starts,
         undetermined=open_ones,
+        chance=None if problem.assumed or freedom <= 0 else problem.chance(best.x, freedom),
         notes=(*_notes(problem, parameters, searched, (scale, freedom)), *problem.remarks(best.x, open_ones), *notes),
     )
 
@@ -261,7 +262,7 @@ def _notes(problem: DataProblem, parameters: Parameters, searched: Searched, num
             notes.append(f"as some were assumed, all are scaled by {scale:.3g} so that chi-square per degree is one.")
         else:
             notes.append("with as many parameters as data the residuals cannot tell whether that is right.")
-    elif freedom > 0 and (chance := problem.chance(minima[0].x, freedom)) < 0.01:
+    elif freedom > 0 and (chance := problem.chance(minima[0].x, freedom)) < UNLIKELY:
         notes.append(
             f"the residuals are larger than the standard errors allow (probability {chance:.1g}): a datum, its "
             "standard error or the model is wrong, and the standard errors of the parameters are too small."

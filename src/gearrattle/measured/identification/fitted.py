@@ -5,6 +5,7 @@ Takes numbers from ``fit``; gives frozen records to reports and JSON types.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
@@ -25,6 +26,11 @@ Array = NDArray[np.float64]
 
 RIVAL = 3.841
 """Minima whose chi-square exceeds the best by less than this (95 % of one degree of freedom) fit as well."""
+
+UNLIKELY = 0.01
+"""A probability of chi-square below this means that the model does not explain the data."""
+FAR = 5.0
+"""Residuals of so many assumed standard errors mean the same."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +115,9 @@ class Fit(Result):
         combinations of parameters that the data leave open.
     notes
         what the user must know.
+    chance
+        probability of a chi-square this large or larger, if the model were right; None where standard errors were
+        assumed, or no degree of freedom is left.
     tracks
         of a run-up every channel and order over speed, measured and fitted; none of other data.
 
@@ -134,7 +143,20 @@ class Fit(Result):
     starts: int
     undetermined: tuple[Combination, ...]
     notes: tuple[str, ...]
+    chance: float | None = None
     tracks: tuple[Track, ...] = ()
+
+    @property
+    def rms_residual(self) -> float:
+        """Root mean square of the residuals in standard errors, per degree of freedom; 0 without any."""
+        return math.sqrt(self.chi_square / self.degrees_of_freedom) if self.degrees_of_freedom > 0 else 0.0
+
+    @property
+    def explains(self) -> bool:
+        """Whether the model can be right: residuals as the standard errors allow, of assumed ones not far larger."""
+        if self.chance is None:
+            return self.rms_residual < FAR
+        return self.chance >= UNLIKELY
 
     def to_dict(self) -> dict[str, Json]:
         """Return the record in JSON types; numbers that are not finite are null."""
@@ -149,5 +171,7 @@ class Fit(Result):
             "starts": self.starts,
             "undetermined": json_value(self.undetermined),
             "notes": list(self.notes),
+            "chance": self.chance,
+            "explains": self.explains,
             "tracks": [track.to_dict() for track in self.tracks],
         }

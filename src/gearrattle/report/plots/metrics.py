@@ -48,6 +48,17 @@ _KINDS = (
         ),
         threshold="lifts off",
     ),
+    _Kind(
+        "Impacts of the event",
+        "J",
+        (("largest impact energy", "the hardest"), ("energy lost in impacts", "lost in all")),
+    ),
+    _Kind("Torques of the event", "N m", (("peak torque", "peak"), ("rms torque", "rms"))),
+    _Kind(
+        "Accelerations of the event",
+        "rad/s^2",
+        (("peak angular acceleration", "peak"), ("rms angular acceleration", "rms")),
+    ),
     _Kind("Restitution", "1", (("mean restitution", "mean"),), log=False),
     _Kind("Impact intensity", "N", (("mean impact intensity", "mean"),)),
     _Kind("Impact intensity of couplings", "N m", (("mean impact intensity", "mean"),)),
@@ -110,8 +121,9 @@ def metrics_chart(rows: Sequence[Row]) -> Chart | None:
         panels.append(shares)
     if not panels:
         return None
+    over = "the event" if any(row.name == "event" for row in rows) else "the steady part"
     caption = (
-        "Rattle metrics over the steady part; each is defined in the table of metrics. Accelerations "
+        f"Rattle metrics over {over}; each is defined in the table of metrics. Accelerations "
         "marked above are those above the engine's orders. A separation ratio above 1 means that drag cannot hold the "
         "loose gear. Sides of contact: shares of time, coast side left, free in the middle, drive side right."
     )
