@@ -165,10 +165,10 @@ def test_a_covariance_in_blocks_is_the_matrix() -> None:
         if abs(i - j) > 1:
             whole[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] = 0.0
     within = np.stack([whole[3 * b : 3 * b + 3, 3 * b : 3 * b + 3] for b in range(4)])
-    beside = np.stack([whole[3 * b : 3 * b + 3, 3 * b + 3 : 3 * b + 6] for b in range(3)])
+    neighbour = np.stack([whole[3 * b : 3 * b + 3, 3 * b + 3 : 3 * b + 6] for b in range(3)])
     factor = random.standard_normal((2, 12))
     weight = random.uniform(0.5, 2.0, 12)
-    actual = Covariance(within, beside, factor[:1]).plus(factor[1:]).weighted(weight)
+    actual = Covariance(within, neighbour, factor[:1]).plus(factor[1:]).weighted(weight)
     expected = (whole + factor.T @ factor) * np.outer(weight, weight)
     columns = random.standard_normal((12, 3))
     assert actual.times(columns) == pytest.approx(expected @ columns)

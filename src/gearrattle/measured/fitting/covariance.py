@@ -25,14 +25,14 @@ class Covariance:
     ----------
     within
         (b, k, k) of a block.
-    beside
+    neighbour
         (b - 1, k, k) of a block, in rows, with the next one, in columns.
     factor
         (f, N) rows F: F' F is added.
     """
 
     within: Array
-    beside: Array
+    neighbour: Array
     factor: Array
 
     @classmethod
@@ -50,16 +50,16 @@ class Covariance:
         """Return it for residuals that are multiplied by (N,) weights."""
         by_block = weight.reshape(len(self.within), -1)
         within = self.within * by_block[:, :, None] * by_block[:, None, :]
-        beside = self.beside * by_block[:-1, :, None] * by_block[1:, None, :]
-        return Covariance(within, beside, self.factor * weight)
+        neighbour = self.neighbour * by_block[:-1, :, None] * by_block[1:, None, :]
+        return Covariance(within, neighbour, self.factor * weight)
 
     def times(self, columns: Array) -> Array:
         """(N, p) product with columns."""
         count = len(self.within)
         blocks = columns.reshape(count, len(columns) // count, columns.shape[1])
         product = self.within @ blocks
-        product[:-1] += self.beside @ blocks[1:]
-        product[1:] += np.swapaxes(self.beside, 1, 2) @ blocks[:-1]
+        product[:-1] += self.neighbour @ blocks[1:]
+        product[1:] += np.swapaxes(self.neighbour, 1, 2) @ blocks[:-1]
         return np.asarray(product.reshape(columns.shape) + self.factor.T @ (self.factor @ columns))
 
     def of(self, columns: Array) -> Array:
@@ -74,7 +74,7 @@ class Covariance:
     @property
     def trace_of_square(self) -> float:
         """Sum of the squares of all entries."""
-        blocks = float(np.sum(self.within**2) + 2.0 * np.sum(self.beside**2))
+        blocks = float(np.sum(self.within**2) + 2.0 * np.sum(self.neighbour**2))
         alone = replace(self, factor=self.factor[:0])
         mixed = float(np.sum(alone.times(self.factor.T) * self.factor.T))
         return blocks + 2.0 * mixed + float(np.sum((self.factor @ self.factor.T) ** 2))

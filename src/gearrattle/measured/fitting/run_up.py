@@ -143,8 +143,8 @@ class MeasuredRunUp:
     @cached_property
     def freedom(self) -> float:
         """Degrees of freedom of the standard errors: of all differences, and of as many columns as tell something."""
-        told = np.sum(np.abs(self.amplitude) ** 2 / np.maximum(self._variance, np.finfo(float).tiny), axis=0)
-        columns = float(np.sum(told) ** 2 / np.sum(told**2)) if told.any() else 1.0
+        strength = np.sum(np.abs(self.amplitude) ** 2 / np.maximum(self._variance, np.finfo(float).tiny), axis=0)
+        columns = float(np.sum(strength) ** 2 / np.sum(strength**2)) if strength.any() else 1.0
         differences = self.speed.size - 2 * len(self._records)
         return _INDEPENDENT * differences * columns
 
@@ -267,12 +267,12 @@ class MeasuredRunUp:
         noise = self.noise + self.simulated_noise
         shared = SHARED * 0.5 * (noise[:-1] + noise[1:])
         shared[self.record[1:] != self.record[:-1]] = 0.0
-        beside = self._parts(shared, self.direction[:-1], self.direction[1:])
+        neighbour = self._parts(shared, self.direction[:-1], self.direction[1:])
         parts = 2 if self.phases else 1
         left_open = np.tile(self._open, (1, parts))
         within = times * self._blocks + np.eye(left_open.shape[1]) * (left_open**2)[:, :, None]
         size = within.shape[1] * len(within)
-        plain = Covariance(within, times * beside, np.zeros((0, size)))
+        plain = Covariance(within, times * neighbour, np.zeros((0, size)))
         return plain.weighted(1.0 / self.errors).plus(self._gains)
 
     # words
