@@ -9,6 +9,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.quantities import METRICS, recording_of
+from gearrattle.report.trust import trust
 
 STIFFNESS, INERTIA, STEP = 400.0, 0.01, 30.0
 SHAFT = f"""
@@ -87,3 +88,11 @@ def test_the_start_up_of_a_steady_run_and_a_recording_are_events_on_request() ->
 
 def test_the_page_of_a_run_measures_the_event() -> None:
     assert {row.name for row in gr.run(TIP_IN).metrics} == {"event", "separation"}
+
+
+def test_the_page_of_an_event_compares_no_halves_of_the_run() -> None:
+    settled = " ".join(trust(gr.run(TIP_IN)))
+    assert "second half" not in settled
+    assert "has not settled" not in settled
+    assert "has not settled" in " ".join(trust(gr.run(TIP_IN.with_({"excitation.duration": 0.24}))))
+    assert "second half" in " ".join(trust(gr.run(gr.example("case3"), cycles=20, discard=10)))
