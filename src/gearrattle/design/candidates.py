@@ -2,7 +2,8 @@
 
 Without a list of the user's these are, each from 0.7 to 1.3 times what the model says: the drag torque of all bodies
 together, the backlash of all meshes together, every gap of a coupling, stiffness and hysteresis of every stage, and the
-moment of inertia of every body that is no loose gear.
+moment of inertia of every body that is no loose gear. A ramp of a torque may take up to four times as long, where the
+next one leaves room for that.
 
 Takes a Model and a mapping; gives Candidates.
 """
@@ -10,6 +11,7 @@ Takes a Model and a mapping; gives Candidates.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +25,8 @@ from gearrattle.signals import loose_gears
 
 BOUNDS = (0.7, 1.3)
 """Factors between which a value may be changed where nothing is said."""
+SLOWER = (1.0, 4.0)
+"""Factors between which the duration of a ramp may be changed."""
 _COST = Plain("non-negative")
 
 
@@ -89,7 +93,7 @@ def _candidate(model: Model, path: str, entry: Any) -> Candidate:
         entry = dict(entry)
         cost = checked(_COST, entry.pop("cost", 1.0), "cost")
         if not entry:
-            entry = _factors()
+            entry = _factors(BOUNDS)
     variable = variable_of(model, path, entry)
     if variable.own is None:
         low = variable.shown(variable.low)
@@ -99,8 +103,8 @@ def _candidate(model: Model, path: str, entry: Any) -> Candidate:
     return Candidate(variable, cost)
 
 
-def _factors() -> dict[str, Any]:
-    low, high = BOUNDS
+def _factors(bounds: tuple[float, float]) -> dict[str, Any]:
+    low, high = bounds
     return {"factor": {"from": low, "to": high}}
 
 
@@ -113,7 +117,11 @@ def _default(model: Model) -> tuple[Candidate, ...]:
     paths = [pattern for pattern in together if _numbers(model, pattern)]
     paths += [path for pattern in patterns for path in _numbers(model, pattern)]
     paths += [f"inertia.{inertia.name}.J" for inertia in model.inertias if inertia.name not in loose]
-    return tuple(Candidate(variable_of(model, path, _factors()), 1.0) for path in paths)
+    candidates = [Candidate(variable_of(model, path, _factors(BOUNDS)), 1.0) for path in paths]
+    for path in _numbers(model, "torque.*.ramps.*.over"):
+        with suppress(ModelError):  # the next ramp begins before that
+            candidates.append(Candidate(variable_of(model, path, _factors(SLOWER)), 1.0))
+    return tuple(candidates)
 
 
 def _numbers(model: Model, pattern: str) -> list[str]:

@@ -173,18 +173,17 @@ def _sections(findings: Findings) -> tuple[Section, ...]:
         *([Section("event", "Peak torques", tables=peaks)] if peaks else []),
         *(Section(key, group[0].title, charts=group) for key, group in figures),
         Section("linear", "Modes", tables=modes, in_columns=True),
-        *([] if peaks else _averages(findings)),
+        *_measured(findings, is_event=bool(peaks)),
         Section("model", "Model", tables=tuple(model_tables(findings)), text=model_file),
         Section("computation", "Computation", tables=computation, in_columns=True),
     )
 
 
-def _averages(findings: Findings) -> list[Section]:
-    """Criteria and metrics: averages over cycles, which say nothing of an event."""
-    return [
-        Section("criteria", "Criteria", tables=tuple(criteria_tables(findings.verdict)), folds=True),
-        Section("metrics", "Metrics", tables=tuple(metric_tables(findings.metrics)), folds=True),
-    ]
+def _measured(findings: Findings, *, is_event: bool) -> list[Section]:
+    """Criteria and metrics; of an event the metrics alone, for criteria are averages over cycles."""
+    criteria = Section("criteria", "Criteria", tables=tuple(criteria_tables(findings.verdict)), folds=True)
+    metrics = Section("metrics", "Metrics", tables=tuple(metric_tables(findings.metrics)), folds=True)
+    return [metrics] if is_event else [criteria, metrics]
 
 
 def _model_text(model: Model) -> str:

@@ -43,7 +43,11 @@ def trust(findings: Findings) -> list[str]:
     judged = f"{window.cycles} of {counted(trajectory.cycles, 'cycle')} {'is' if window.cycles == 1 else 'are'} judged"
     judged += f", the first {trajectory.discard} left out as start-up." if trajectory.discard else "."
     impacts = find_impacts(trajectory).within(window)
-    if len(impacts) and window.cycles > 1 and findings.model.excitation.sweep is None:
+    event = findings.verdict.event
+    is_steady = event is None and findings.model.excitation.sweep is None
+    if event is not None and event.settled is None:
+        judged += " The event has not settled when the run ends: a longer run may have more of it."
+    if len(impacts) and window.cycles > 1 and is_steady:
         middle = 0.5 * (window.start + window.end)
         early = int(np.count_nonzero(impacts.time < middle))
         judged += (
