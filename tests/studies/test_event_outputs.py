@@ -105,3 +105,15 @@ def test_a_torque_shape_of_three_pieces_is_faster_than_a_straight_ramp() -> None
     assert float(chosen["ramp time"]) == pytest.approx(sum(float(chosen[path]) for path in ranges))
     straight = gr.study(TIP_IN, {OVER: [float(chosen["ramp time"])]}, ["hardest impact"], workers=1)
     assert float(straight["hardest impact"][0]) > 3.0 * float(chosen["hardest impact"])
+
+
+def test_what_is_measured_of_an_event_is_an_output() -> None:
+    names = ["rms torque", "energy lost in impacts", "peak angular acceleration", "instant of the hardest impact"]
+    data = gr.study(TIP_IN, {OVER: [0.05, 0.2]}, names, workers=1)
+    run = gr.simulate(TIP_IN.with_({OVER: 0.2}))
+    measured = {(row.subject, row.quantity): row.value for row in gr.metrics(run).itertuples()}
+    case = data.sel({OVER: 0.2})
+    assert float(case["rms torque"].sel(part="half_shafts")) == measured["half_shafts", "rms torque"]
+    assert float(case["energy lost in impacts"].sel(part="first_stage")) == measured["first_stage", names[1]]
+    assert float(case["peak angular acceleration"].sel(inertia="rotor")) == measured["rotor", names[2]]
+    assert float(case["instant of the hardest impact"]) == measured["driveline", names[3]]

@@ -76,21 +76,18 @@ class EventMetric(Quantity[Inputs]):
         """Return instants, and how many impacts there are."""
         none = "no gap is closed"
         hardest = event.hardest
+        where = none if hardest is None else f"the hardest impact is of {hardest.part}"
         at = math.nan if event.first_impact is None else event.first_impact
         last = math.nan if event.last_impact is None else event.last_impact
         unsettled = "" if event.settled is not None else "not settled when the run ends: at least this long"
-        rows = [
+        return [
             self.row(WHOLE, "first impact", at, "s", none if event.first_impact is None else ""),
             self.row(WHOLE, "impacts", event.impacts, "1"),
             self.row(WHOLE, "last impact", last, "s", "no impact counts" if event.last_impact is None else ""),
             self.row(WHOLE, "time to settle", length, "s", unsettled, interval),
+            self.row(WHOLE, "hardest impact", 0.0 if hardest is None else hardest.energy, "J", where),
+            self.row(WHOLE, "instant of the hardest impact", math.nan if hardest is None else hardest.time, "s", where),
         ]
-        if hardest is not None:
-            rows += [
-                self.row(hardest.part, "hardest impact", hardest.energy, "J"),
-                self.row(hardest.part, "instant of the hardest impact", hardest.time, "s"),
-            ]
-        return rows
 
     def _of_gaps(self, inputs: Inputs) -> list[Row]:
         """Return how hard every gap is hit, and what its impacts lose."""

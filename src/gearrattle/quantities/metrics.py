@@ -104,7 +104,7 @@ def metrics(
 
     if kind is not None:
         check_arguments(kind=(Choice(KINDS), kind))
-    event = _event_of(source) if _is_event(source, kind) else None
+    event = event_metric_of(source) if _is_event(source, kind) else None
     chosen = _chosen(names, base_level, kappa, event)
     units = "SI"
     if isinstance(source, str | os.PathLike) or not isinstance(source, Iterable | Run | Recording):
@@ -129,7 +129,7 @@ def metrics(
 
 def metrics_of_run(run: Run) -> tuple[Row, ...]:
     """Return every metric of a run; of an event those that mean something of it."""
-    event = _event_of(run) if _is_event(run, None) else None
+    event = event_metric_of(run) if _is_event(run, None) else None
     chosen = _chosen(None, None, None, event)
     return tuple(_measured(inputs_of(run), chosen, run.model.units, is_event=event is not None))
 
@@ -149,7 +149,7 @@ def _is_event(source: object, kind: str | None) -> bool:
     return kind == TRANSIENT
 
 
-def _event_of(source: object) -> EventMetric:
+def event_metric_of(source: object) -> EventMetric:
     """Return the metric of an event: it begins with the first ramp of a run."""
     if not isinstance(source, Run):
         return EventMetric()

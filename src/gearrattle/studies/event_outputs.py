@@ -22,6 +22,8 @@ from gearrattle.trajectory import Layout
 
 FIRST, COUNT, PEAK, SETTLE = "first impact", "impacts", "peak torque", "time to settle"
 RAMP_TIME = "ramp time"
+NAMES = frozenset({FIRST, COUNT, PEAK, SETTLE, RAMP_TIME})
+"""Outputs that are worked out here; others of an event are quantities of the metric "event"."""
 
 
 def known_event_outputs(model: Model, layout: Layout) -> dict[str, Output]:

@@ -19,17 +19,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.assembly import is_driven_over_time
 from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.orbits.state import check_repeats
 from gearrattle.quantities import CRITERIA, METRICS, WITHOUT_DIMENSION, Row, add, rows_of
 from gearrattle.quantities.criteria import criteria
-from gearrattle.quantities.metrics import inputs_of
+from gearrattle.quantities.metrics import event_metric_of, inputs_of
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.event_outputs import known_event_outputs, values_of_event
+from gearrattle.studies.event_outputs import NAMES, known_event_outputs, values_of_event
 from gearrattle.studies.output import EVENT, HARDEST, OVER_ALL, VERDICT, WORDS, WORST, Output
 from gearrattle.studies.stable_motions import COUNT, SWING, values_over_all
 from gearrattle.trajectory import Layout
@@ -125,7 +126,9 @@ def values_of(
     if metrics := [metric for metric in METRICS if metric.name in needed]:
         inputs = replace(inputs_of(run), known_crossings=crossings)
         rows += rows_of(inputs, metrics, {output.quantity for output in outputs}, units=run.model.units)
-    of_event = [output for output in outputs if output.criterion == EVENT]
+    of_event = [output for output in outputs if output.criterion == EVENT and output.name in NAMES]
+    if EVENT in needed and any(output.criterion == EVENT and output not in of_event for output in outputs):
+        rows += rows_of(inputs_of(run), [event_metric_of(run)], units=run.model.units)
     plain = [output for output in outputs if output.name not in RUN_OUTPUTS and output not in of_event]
     figures = {o.name: np.array(RUN_OUTPUTS[o.name][0](run)) for o in outputs if o.name in RUN_OUTPUTS}
     if of_event:
@@ -152,8 +155,9 @@ def values_in(rows: Sequence[Row], outputs: Sequence[Output], layout: Layout) ->
 
 
 def _measured(run: Run) -> list[Row]:
-    """Rows of all metrics about a subject."""
-    return [row for row in rows_of(inputs_of(run), units=run.model.units) if row.subject]
+    """Rows of all metrics about a subject; of an event those of the event as well."""
+    of_event = [event_metric_of(run)] if is_driven_over_time(run.model) else []
+    return [row for row in rows_of(inputs_of(run), [*METRICS, *of_event], units=run.model.units) if row.subject]
 
 
 def _values(output: Output, entries: Mapping[str, Row]) -> NDArray[Any]:
