@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from gearrattle.assembly.histories import torque_histories
+from gearrattle.assembly.means import own_mean
+from gearrattle.assembly.records import Recorded
 from gearrattle.report.plots.chart import Band, Chart, Line, Panel, Rule
 from gearrattle.report.plots.chosen import Judged, chosen_clearances
 from gearrattle.report.plots.corners import SIDES, reach, shading, units
 from gearrattle.report.plots.palette import COAST, DRIVE, INK, MUTED
-from gearrattle.report.plots.view import Scale, coarse, cycles, detail, history, scale
+from gearrattle.report.plots.view import Scale, TimeAxis, coarse, detail, scale
 from gearrattle.signals import Impacts, Window, find_impacts
-from gearrattle.trajectory import Trajectory
 
 _MOST_IMPACTS = 3000
 
@@ -62,16 +64,17 @@ def forces(findings: Judged) -> Chart:
     """Draw the force or torque of every element with a corner over the last cycles."""
     trajectory = findings.motion.trajectory
     window = detail(findings)
+    axis = TimeAxis.of(findings)
     chosen, left_out = chosen_clearances(findings)
     panels = []
     for k in chosen:
         name = trajectory.layout.clearance_names[k]
-        x, y = history(trajectory, trajectory.force[:, k], window)
+        x, y = axis.history(trajectory.force[:, k], window)
         in_unit = scale(y, units(findings, k)["force"])
         line = Line(x, y * in_unit.factor, name, INK, mark="points" if coarse(trajectory) else "line")
         span = (float(x[0]), float(x[-1]))
         zero = Rule(0.0, dashed=False)
-        panels.append(Panel(name, in_unit.unit, "time / T  [cycles]", lines=(line,), rules=(zero,), x_range=span))
+        panels.append(Panel(name, in_unit.unit, axis.title, lines=(line,), rules=(zero,), x_range=span))
     caption = (
         "Force in every element with a corner, elastic and damping: torque in couplings, force along the line of "
         f"action in meshes; positive on the drive side.{left_out}"
@@ -83,29 +86,45 @@ def _deflection_panels(findings: Judged, window: Window | None) -> tuple[Panel, 
     trajectory = findings.motion.trajectory
     layout = trajectory.layout
     impacts = find_impacts(trajectory)
-    panels = []
+    axis = TimeAxis.of(findings)
+    panels = _torque_panels(findings, axis, window)
     for k in chosen_clearances(findings)[0]:
         name = layout.clearance_names[k]
-        x, y = history(trajectory, trajectory.deflection[:, k], window)
+        x, y = axis.history(trajectory.deflection[:, k], window)
         in_unit = scale(np.concatenate([y, layout.corners[k]]), units(findings, k)["deflection"])
         bands, rules = shading(layout, k, in_unit.factor)
         line = Line(x, y * in_unit.factor, name, INK, mark="points" if coarse(trajectory) else "line", width=1.2)
         lines: tuple[Line, ...] = (line,)
         if window is None:
-            bands += (Band(0.0, float(trajectory.discard), MUTED, along="x", opacity=0.12),)
+            bands += (Band(0.0, trajectory.discard * axis.length, MUTED, along="x", opacity=0.12),)
         else:
-            lines += _marks(trajectory, impacts.of(k).within(window), k, in_unit)
+            lines += _marks(axis, impacts.of(k).within(window), k, in_unit)
         limits = reach(y * in_unit.factor, layout.corners[k] * in_unit.factor)
         span = (float(x[0]), float(x[-1]))
-        panels.append(
-            Panel(name, in_unit.unit, "time / T  [cycles]", lines, (), bands, rules, x_range=span, y_range=limits)
-        )
+        panels.append(Panel(name, in_unit.unit, axis.title, lines, (), bands, rules, x_range=span, y_range=limits))
     return tuple(panels)
 
 
-def _marks(trajectory: Trajectory, impacts: Impacts, clearance: int, in_unit: Scale) -> tuple[Line, ...]:
+def _torque_panels(findings: Judged, axis: TimeAxis, window: Window | None) -> list[Panel]:
+    """Draw the torques over time that make an event, above what they do."""
+    if findings.verdict.event is None:
+        return []
+    time = findings.motion.trajectory.time
+    panels = []
+    for index, signal in torque_histories(findings.model).items():
+        mean = float(own_mean(findings.model, index))
+        x, y = axis.history(mean + Recorded(signal).at(time), window)
+        in_unit = scale(y, "N m" if findings.model.units == "SI" else "")
+        name = f"torque on {findings.model.torques[index].on}"
+        span = (float(x[0]), float(x[-1]))
+        line = Line(x, y * in_unit.factor, name, INK, width=1.2)
+        panels.append(Panel(name, in_unit.unit, axis.title, lines=(line,), x_range=span))
+    return panels
+
+
+def _marks(axis: TimeAxis, impacts: Impacts, clearance: int, in_unit: Scale) -> tuple[Line, ...]:
     """Draw each impact as a dot on the corner it crosses."""
-    layout = trajectory.layout
+    layout = axis.trajectory.layout
     first = int(layout.region_of_first_piece[clearance])
     corners = layout.corners[clearance]
     marks = []
@@ -114,6 +133,6 @@ def _marks(trajectory: Trajectory, impacts: Impacts, clearance: int, in_unit: Sc
             continue
         lower = impacts.region[chosen] - first - (1 if name == "drive" else 0)
         at = corners[np.clip(lower, 0, corners.size - 1)] * in_unit.factor
-        x = cycles(trajectory, impacts.time[chosen])
+        x = axis.at(impacts.time[chosen])
         marks.append(Line(x, at, f"impact, {name} side", colour, mark="points", width=7.0))
     return tuple(marks)

@@ -1,4 +1,4 @@
-"""Time histories of the bodies: acceleration, speed and angle over the last cycles.
+"""Time histories of the bodies: acceleration, speed and angle over the last cycles, or while an event hits.
 
 One panel a body, all on the same cycles, so that an impact can be followed along the driveline. Angles and speeds are
 fluctuations about uniform rotation.
@@ -8,13 +8,10 @@ from __future__ import annotations
 
 from gearrattle.report.plots.chart import Chart, Line, Panel
 from gearrattle.report.plots.chosen import Judged, chosen_bodies
-from gearrattle.report.plots.view import coarse, detail, detail_words, history, scale
+from gearrattle.report.plots.view import TimeAxis, coarse, detail, detail_words, scale
 from gearrattle.trajectory import Array
 
-_CAPTION = (
-    "{what} of every body over the {cycles}, in cycles of the common period T. "
-    "All panels share the cycle axis: zoom one and the others follow."
-)
+_CAPTION = "{what} of every body over the {cycles}{axis}. All panels share the axis: zoom one and the others follow."
 
 
 def accelerations(findings: Judged) -> Chart:
@@ -36,19 +33,19 @@ def angles(findings: Judged) -> Chart:
 def _chart(findings: Judged, key: str, what: str, unit: str, values: Array) -> Chart:
     trajectory = findings.motion.trajectory
     window = detail(findings)
+    axis = TimeAxis.of(findings)
     chosen, left_out = chosen_bodies(findings)
     panels = []
     for i in chosen:
         name = trajectory.layout.inertia_names[i]
-        x, y = history(trajectory, values[:, i], window)
+        x, y = axis.history(values[:, i], window)
         in_unit = scale(y, unit if findings.model.units == "SI" else "")
         line = Line(x, y * in_unit.factor, name, mark="points" if coarse(trajectory) else "line")
-        limits = (window.start / trajectory.layout.period, window.end / trajectory.layout.period)
-        panels.append(Panel(name, in_unit.unit, "time / T  [cycles]", lines=(line,), x_range=limits))
+        panels.append(Panel(name, in_unit.unit, axis.title, lines=(line,), x_range=axis.ends(window)))
     return Chart(
         key=key,
         title="Time histories",
-        caption=_CAPTION.format(what=what, cycles=detail_words(findings, window)) + left_out,
+        caption=_CAPTION.format(what=what, cycles=detail_words(findings, window), axis=axis.words) + left_out,
         panels=tuple(panels),
         panel_height=104,
         group="histories",

@@ -13,7 +13,7 @@ from gearrattle.report.plots.chart import Bars, Chart, Line, Panel
 from gearrattle.report.plots.chosen import chosen_clearances
 from gearrattle.report.plots.corners import SIDES, units
 from gearrattle.report.plots.palette import COAST, DRIVE
-from gearrattle.report.plots.view import scale
+from gearrattle.report.plots.view import Scale, TimeAxis, scale
 from gearrattle.signals import Impacts, find_impacts, steady
 from gearrattle.trajectory import Array, Trajectory
 
@@ -28,6 +28,8 @@ def impacts(findings: Findings) -> Chart | None:
     steady_impacts = find_impacts(trajectory).within(steady(trajectory))
     panels: list[Panel] = []
     chosen, left_out = chosen_clearances(findings)
+    axis = TimeAxis.of(findings)
+    is_event = findings.verdict.event is not None
     for k in chosen:
         name = layout.clearance_names[k]
         mine = steady_impacts.of(k)
@@ -37,17 +39,19 @@ def impacts(findings: Findings) -> Chart | None:
         speed = scale(mine.velocity, unit["rate"])
         energy = scale(mine.energy, unit["energy"])
         panels += [
-            _phases(trajectory, mine, name),
+            _instants(axis, mine, name, energy) if is_event else _phases(trajectory, mine, name),
             _histogram(mine, np.abs(mine.velocity) * speed.factor, name, "approach speed", speed.unit),
             _histogram(mine, mine.energy * energy.factor, name, "impact energy", energy.unit),
         ]
     if not panels:
         return None
-    caption = (
-        "Every impact of the steady part. Left: its phase within the cycle, cycle over cycle; stripes mean a rattle "
-        "that repeats, scatter one that does not. Middle and right: how many, by approach speed v and by impact energy "
-        f"m_eff v²/2.{left_out}"
+    left = (
+        "Every impact of the event. Left: when it comes, and its impact energy. "
+        if is_event
+        else "Every impact of the steady part. Left: its phase within the cycle, cycle over cycle; stripes mean a "
+        "rattle that repeats, scatter one that does not. "
     )
+    caption = left + (f"Middle and right: how many, by approach speed v and by impact energy m_eff v²/2.{left_out}")
     return Chart(
         key="impacts",
         title="Impacts",
@@ -68,6 +72,18 @@ def _phases(trajectory: Trajectory, mine: Impacts, name: str) -> Panel:
         if at.size:
             lines.append(Line(at % 1.0, np.floor(at), f"{side} side", colour, "points", 4.0, 0.8))
     return Panel(name, "cycle", "phase in the cycle", tuple(lines), x_range=(0.0, 1.0))
+
+
+def _instants(axis: TimeAxis, mine: Impacts, name: str, energy: Scale) -> Panel:
+    """Draw each impact at its instant and energy; the latest ones where there are too many."""
+    lines = []
+    for side, colour, chosen in (("drive", DRIVE, mine.drive), ("coast", COAST, ~mine.drive)):
+        at = axis.at(mine.time[chosen][-_MOST_POINTS:])
+        if at.size:
+            values = mine.energy[chosen][-_MOST_POINTS:] * energy.factor
+            lines.append(Line(at, values, f"{side} side", colour, "points", 4.0, 0.8))
+    top = 1.08 * float(np.nanmax(mine.energy, initial=0.0)) * energy.factor
+    return Panel(name, energy.unit, axis.title, tuple(lines), y_range=(0.0, top) if top > 0.0 else None)
 
 
 def _histogram(mine: Impacts, values: Array, name: str, what: str, unit: str) -> Panel:

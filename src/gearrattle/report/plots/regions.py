@@ -12,7 +12,7 @@ from gearrattle.report.plots.chart import Cells, Chart, Line, Panel
 from gearrattle.report.plots.chosen import Judged, chosen_clearances
 from gearrattle.report.plots.corners import SIDES
 from gearrattle.report.plots.palette import COAST, DRIVE, INK
-from gearrattle.report.plots.view import cycles, detail
+from gearrattle.report.plots.view import TimeAxis, detail
 from gearrattle.signals import Window, centre, find_impacts, region_at
 from gearrattle.trajectory import Array, IntArray, Trajectory
 
@@ -22,24 +22,25 @@ _MOST = 3000
 
 def regions(findings: Judged) -> Chart:
     """Draw in which region every clearance is over the last cycles, with its impacts."""
-    trajectory = findings.motion.trajectory
+    axis = TimeAxis.of(findings)
     window = detail(findings)
     chosen, left_out = chosen_clearances(findings)
     caption = (
         "Region of every element with a corner: 0 the centre, then the stages outward, drive side up, coast side down. "
         f"Filled: in contact. Dots: impacts. All at the exact times of the crossings.{left_out}"
     )
-    panels = tuple(_panel(trajectory, k, window) for k in chosen)
+    panels = tuple(_panel(axis, k, window) for k in chosen)
     return Chart(
         "regions", "Clearances", caption, panels, panel_height=72, legend=SIDES, group="clearances", tab="Regions"
     )
 
 
-def _panel(trajectory: Trajectory, k: int, window: Window) -> Panel:
+def _panel(axis: TimeAxis, k: int, window: Window) -> Panel:
     """Draw one clearance: its regions as steps, contact filled, impacts as dots."""
+    trajectory = axis.trajectory
     layout = trajectory.layout
     time, region = _stretches(trajectory, k, window)
-    begin, end = cycles(trajectory, time[:-1]), cycles(trajectory, time[1:])
+    begin, end = axis.at(time[:-1]), axis.at(time[1:])
     inner = centre(layout, k)
     cells = []
     for name, colour, side in (
@@ -57,13 +58,13 @@ def _panel(trajectory: Trajectory, k: int, window: Window) -> Panel:
     is_drawn = impacts.time >= time[0]
     if is_drawn.any():
         level = impacts.region[is_drawn].astype(np.float64)
-        lines.append(Line(cycles(trajectory, impacts.time[is_drawn]), level, "impact", INK, "points", 5.0))
+        lines.append(Line(axis.at(impacts.time[is_drawn]), level, "impact", INK, "points", 5.0))
     first = int(layout.region_of_first_piece[k])
     labels = range(first, first + layout.stiffness_of_piece[k].size)
     return Panel(
         layout.clearance_names[k],
         "region",
-        "time / T  [cycles]",
+        axis.title,
         tuple(lines),
         cells=tuple(cells),
         x_range=(float(begin[0]), float(end[-1])),

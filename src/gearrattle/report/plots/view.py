@@ -1,7 +1,8 @@
 """Which part of a motion a figure shows, and in which unit.
 
-Histories are drawn over normalised cycles, time / T with T the common period, and twice: the last few cycles in full
-detail, and the whole run thinned. Axes read best between 0.1 and 1000, so small quantities take an SI prefix.
+Histories are drawn over normalised cycles, time / T with T the common period, or of an event over time; and twice: the
+last few cycles, or those in which an event hits, in full detail, and the whole run thinned. Axes read best between 0.1
+and 1000, so small quantities take an SI prefix.
 
 Takes a Trajectory; gives windows, thinned curves and scale factors to the figures.
 """
@@ -74,38 +75,70 @@ def detail(findings: Judged) -> Window:
 
 def detail_words(findings: Judged, window: Window) -> str:
     """Say which cycles are drawn in detail."""
-    several = f"{window.cycles} cycles" if window.cycles > 1 else "cycle"
-    return f"last {several} simulated" if findings.verdict.event is None else f"{several} in which it hits"
+    if findings.verdict.event is not None:
+        return "time in which it hits"
+    return f"last {window.cycles} cycles simulated" if window.cycles > 1 else "last cycle simulated"
 
 
-def cycles(trajectory: Trajectory, time: Array) -> Array:
-    """Return times [s] as normalised cycles t / T."""
-    return time / trajectory.layout.period
+@dataclass(frozen=True)
+class TimeAxis:
+    """What histories are drawn over.
 
-
-def history(trajectory: Trajectory, values: Array, window: Window | None) -> tuple[Array, Array]:
-    """Return one curve over normalised cycles: of a window in detail, or of the whole run thinned.
-
-    Parameters
+    Attributes
     ----------
     trajectory
-        where the curve is from.
-    values
-        (Nt,) one column of it.
-    window
-        the part to show; None for all.
-
-    Returns
-    -------
-    tuple[Array, Array]
-        x: (M,) cycles t / T.
-        y: (M,) the chosen values.
+        where the curves are from.
+    length
+        of a cycle on the axis: 1, or of an event the period.
+    title
+        of the axis.
+    words
+        how captions say it; empty where nothing must be said.
     """
-    if window is None:
-        index = thin(values, OVERVIEW_POINTS)
-    else:
-        index = window.first + thin(window.closed(values), DETAIL_POINTS)
-    return index / trajectory.samples_per_cycle, values[index]
+
+    trajectory: Trajectory
+    length: float
+    title: str
+    words: str
+
+    @classmethod
+    def of(cls, findings: Judged) -> TimeAxis:
+        """Return cycles; of an event the time."""
+        trajectory = findings.motion.trajectory
+        if findings.verdict.event is None:
+            return cls(trajectory, 1.0, "time / T  [cycles]", ", in cycles of the common period T")
+        title = "time  [s]" if findings.model.units == "SI" else "time"
+        return cls(trajectory, trajectory.layout.period, title, "")
+
+    def at(self, time: Array) -> Array:
+        """Return where times [s] lie on it."""
+        return time * (self.length / self.trajectory.layout.period)
+
+    def ends(self, window: Window) -> tuple[float, float]:
+        """Return where a window begins and ends on it."""
+        begin, end = self.at(np.array([window.start, window.end])).tolist()
+        return begin, end
+
+    def history(self, values: Array, window: Window | None) -> tuple[Array, Array]:
+        """Return one curve: of a window in detail, or of the whole run thinned.
+
+        Parameters
+        ----------
+        values
+            (Nt,) one column of the trajectory.
+        window
+            the part to show; None for all.
+
+        Returns
+        -------
+        tuple[Array, Array]
+            (M,) places on the axis, (M,) the chosen values.
+        """
+        if window is None:
+            index = thin(values, OVERVIEW_POINTS)
+        else:
+            index = window.first + thin(window.closed(values), DETAIL_POINTS)
+        return np.asarray(index * (self.length / self.trajectory.samples_per_cycle)), values[index]
 
 
 def coarse(trajectory: Trajectory) -> bool:
