@@ -16,7 +16,7 @@ def angle_offset(cross: NDArray[np.complex128], order: NDArray[np.float64]) -> f
     Parameters
     ----------
     cross
-        (m,) products conj(s) z of simulated and measured amplitudes.
+        (m,) products of conjugate simulated and of measured amplitudes.
     order
         (m,) of each, may come more than once.
     """
