@@ -15,8 +15,8 @@ from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.many import AS_GIVEN
 from gearrattle.engine.kernels.periods import ALONG_CHANGE, ALONG_ROW, NEIGHBOURS, NO_TURNS, Map, differentiate
 from gearrattle.engine.kernels.variants import Coefficients, Judged
-from gearrattle.engine.periodic.period_map import Along, Approach, Dips, Turns
-from gearrattle.engine.periodic.touch import Touch, reaches
+from gearrattle.engine.periodic.grazing_depth import reaches
+from gearrattle.engine.periodic.motion import Along, Approach, Dips, Touch, Turns
 from gearrattle.engine.solvers.many import Batch, Pattern
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem

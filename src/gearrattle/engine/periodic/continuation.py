@@ -4,9 +4,10 @@ A branch is a curve in w = (u, p / unit): u the balanced state at the start of a
 
     F(w) = P(u; p) - u = 0,      t . (w - w_predicted) = 0,      [dF/du, dF/dp] t = 0,  |t| = 1
 
-dF/du = M - I is exact, and so is dF/dp for drivelines of laws and harmonics (``family``). Newton's method solves both.
-Where a turning point of a deflection comes to its corner within a step the branch is first followed to the motion that
-grazes (``landing``), and from there on: the tangents of motions that touch vary like the root of the distance.
+dF/du = M - I is exact, and so is dF/dp for drivelines of laws and harmonics (``families``). Newton's method solves
+both. Where a turning point of a deflection comes to its corner within a step the branch is first followed to the motion
+that grazes (``turning_points``), and from there on: the tangents of motions that touch vary like the root of the
+distance.
 
 A step is taken if Newton's method converges, the tangent turns little, and the chord between both points is the mean of
 their tangents: a nearby branch has another direction. The two legs of a sharp fold have the same direction. So the
@@ -28,11 +29,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.corrector import Corrector, norm_of
 from gearrattle.engine.periodic.equations import Bordered
-from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.landing import first_step_beyond, grazing_ahead, landed
-from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.families import Family
+from gearrattle.engine.periodic.motion import State, Touch
+from gearrattle.engine.periodic.newton import Corrector, norm_of
 from gearrattle.engine.periodic.point import (
     Guess,
     Point,
@@ -41,8 +41,13 @@ from gearrattle.engine.periodic.point import (
     interpolated,
     turned_around,
 )
-from gearrattle.engine.periodic.touch import Touch
-from gearrattle.engine.periodic.turning import agreeing_step, rise_beyond
+from gearrattle.engine.periodic.turning_points import (
+    agreeing_step,
+    first_step_beyond,
+    grazing_ahead,
+    landed,
+    rise_beyond,
+)
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]

@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.turning_points import FALLING, RISING, write_outside
 from gearrattle.engine.periodic.course import ORDER, Course, Setting, course_of
-from gearrattle.engine.periodic.period_map import Along, Approach, Dips, Pass, PeriodMap, Turns
-from gearrattle.engine.periodic.touch import Touch, crossings_before, reaches
+from gearrattle.engine.periodic.grazing_depth import crossings_before, reaches
+from gearrattle.engine.periodic.motion import Along, Approach, Dips, Pass, Touch, Turns, idle_memories
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.passages import Passages
 
 Array = NDArray[np.float64]
@@ -29,7 +30,6 @@ IntArray = NDArray[np.int64]
 
 _LOOKS = 8  # a step, of two radians of the fastest mode at most
 _ITERATIONS, _SETTLED = 60, 1e-15  # of the search for a turning point; share of a step that counts as zero
-_FREE = 1e-9  # a singular value below this is zero
 _POWERS = np.arange(ORDER)
 
 
@@ -122,24 +122,6 @@ def outside_of(crossings: Passages, begins: tuple[int, int], clearances: int) ->
     outside = np.empty((2, clearances), np.int64)
     write_outside(crossings.watch.astype(np.int64), crossings.upward.astype(np.int64), np.array(begins), outside)
     return outside
-
-
-def idle_memories(motion: Pass, scale: Array, memories: int) -> IntArray:
-    """Return which entries of the state are memories that are let go all along a motion, and may be anything.
-
-    Parameters
-    ----------
-    motion
-        over n periods.
-    scale
-        (N,) balanced = scale * SI.
-    memories
-        S, the last entries of the state.
-    """
-    matrix = np.abs(scale[:, None] * motion.gradient / scale - np.eye(scale.size))
-    is_idle = (matrix.max(axis=0) < _FREE) & (matrix.max(axis=1) < _FREE)
-    is_idle[: scale.size - memories] = False
-    return np.flatnonzero(is_idle)
 
 
 def turns_of(period_map: PeriodMap, setting: Setting, motion: Pass, along: Along) -> Turns:

@@ -12,10 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.periodic.motion import Pass, Touch, multipliers_of
 from gearrattle.engine.periodic.patterns import Pattern, pairs_of, rotated, word_of
-from gearrattle.engine.periodic.period_map import Pass
-from gearrattle.engine.periodic.shooting import multipliers_of
-from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.system.passages import Passages
 
 Array = NDArray[np.float64]

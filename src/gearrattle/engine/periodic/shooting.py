@@ -5,7 +5,7 @@
 solved by singular values. Where I - M is singular the motion is one of a family: a free train without drag may have any
 speed, a slider that never slips any offset, a body that floats in its gap any place. Then d is the shortest step, so
 the motion found lies near the start; the directions of the family are given with it. Where M is large over several
-periods, the states at the start of every period are sought together (``multiple``).
+periods, the states at the start of every period are sought together (``multiple_shooting``).
 
 Takes a PeriodMap and a state; gives an Orbit.
 
@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.equations import shortest_solution
-from gearrattle.engine.periodic.multiple import LARGEST_SYSTEM, shoot_in_parts
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.motion import Pass, State, multipliers_of
+from gearrattle.engine.periodic.multiple_shooting import LARGEST_SYSTEM, shoot_in_parts
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError
 from gearrattle.wording import counted
 
@@ -61,17 +62,6 @@ class Orbit:
     def multipliers(self) -> NDArray[np.complex128]:
         """(N,) Floquet multipliers, the largest first: the eigenvalues of the gradient."""
         return multipliers_of(self.motion.gradient)
-
-
-def multipliers_of(gradient: Array) -> NDArray[np.complex128]:
-    """Return the eigenvalues of a gradient (N, N), the largest modulus first."""
-    return sorted_by_modulus(np.linalg.eigvals(gradient))
-
-
-def sorted_by_modulus(eigenvalues: NDArray[np.generic]) -> NDArray[np.complex128]:
-    """Return eigenvalues, the largest modulus first; of a pair the one with the positive imaginary part first."""
-    values = eigenvalues.astype(np.complex128)
-    return np.asarray(values[np.lexsort((-values.imag, -np.round(np.abs(values), 12)))])
 
 
 def shoot(

@@ -22,7 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.motion import Pass, State
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.auxiliary import BACKWARD, FORWARD, OFF, STICK, Auxiliary
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.engine.system.law import PiecewiseLaw

@@ -26,37 +26,27 @@ Champneys, P. Kowalczyk, Piecewise-smooth Dynamical Systems, Springer 2008.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import compress, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic import patterns, unit_circle
-from gearrattle.engine.periodic.breaking import breaking_between
+from gearrattle.engine.periodic import multipliers, patterns
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.exchanges import exchange_between
-from gearrattle.engine.periodic.grazing import JUMP, RELEASE, RIGID, VERTICAL, Grazing, grazing_of
-from gearrattle.engine.periodic.period_map import Approach
+from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, PATTERN, Event
+from gearrattle.engine.periodic.events.grazing import JUMP, RELEASE, RIGID, VERTICAL, Search, grazing_of
+from gearrattle.engine.periodic.events.location import zero_between
+from gearrattle.engine.periodic.events.pattern import View, exchange_between, exchanged_at, time_between
+from gearrattle.engine.periodic.events.symmetry_breaking import breaking_between
+from gearrattle.engine.periodic.grazing_depth import with_corner
+from gearrattle.engine.periodic.motion import Approach, Touch
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.symmetry import is_symmetric
-from gearrattle.engine.periodic.touch import Touch, with_corner
-from gearrattle.engine.periodic.touching import Search
-from gearrattle.engine.periodic.turning import hidden_between, touches_beyond
-from gearrattle.engine.periodic.views import View, exchanged_at, time_between
-from gearrattle.engine.periodic.zero import zero_between
+from gearrattle.engine.periodic.turning_points import hidden_between, touches_beyond
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
-
-FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, GRAZING, PATTERN = (
-    "fold",
-    "period doubling",
-    "symmetry breaking",
-    "Neimark-Sacker",
-    "grazing",
-    "pattern",
-)
 _DEEPEST = 12  # halvings of a step that holds more than one change of the pattern
 _PARABOLAS = 12  # to the minimum of a test function
 _SAME = 1e-9  # of a step: a minimum is not known better
@@ -68,34 +58,6 @@ _SHORT = 1e-6  # arclength: a step in which multipliers that move far are not lo
 _MOST_DIVIDED = 8  # divisions of a step in which multipliers move far, or of one that holds several events
 _ASIDE = 1e-8  # arclength from a change to the points on either side
 _SAME_EVENT = 3e-8  # arclength from an event to the same one, located again from there
-
-
-@dataclass(frozen=True)
-class Event:
-    """Something that happens along a branch.
-
-    Attributes
-    ----------
-    kind
-        of event.
-    point
-        of the branch at the event, located to rounding.
-    watch
-        index of what touches or crosses its bound: clearances first, then auxiliary elements; -1: none.
-    is_collision
-        whether the gradient jumps there.
-    touch
-        of a grazing: the corner and the instant.
-    grazing
-        of a grazing: what it does to the gradient.
-    """
-
-    kind: str
-    point: Point
-    watch: int = -1
-    is_collision: bool = False
-    touch: Touch | None = None
-    grazing: Grazing | None = None
 
 
 def events_between(curve: Continuation, before: Point, after: Point, depth: int = 0) -> list[Event]:
@@ -229,9 +191,9 @@ def _losses(curve: Continuation, before: Point, after: Point, depth: int = 0) ->
 def _may_hide_pair(before: Point, after: Point, depth: int) -> bool:
     """Whether a step must be divided to tell which pairs cross the unit circle within it."""
     length = after.length - before.length
-    if length > _APART and unit_circle.is_ambiguous(before, after):
+    if length > _APART and multipliers.is_ambiguous(before, after):
         return True
-    return depth < _MOST_DIVIDED and length > _SHORT and unit_circle.may_hide_pair(before, after)
+    return depth < _MOST_DIVIDED and length > _SHORT and multipliers.may_hide_pair(before, after)
 
 
 def _apart(curve: Continuation, before: Point, after: Point, events: list[Event], depth: int) -> list[Event]:
@@ -255,13 +217,13 @@ def _lies_within(before: Point, point: Point, after: Point) -> bool:
 
 def _tells_all(before: Point, event: Event, after: Point) -> bool:
     """Whether the multipliers outside the unit circle at both ends of a step differ by those that cross at an event."""
-    if event.is_collision or unit_circle.is_conservative(event.point):
+    if event.is_collision or multipliers.is_conservative(event.point):
         return not event.is_collision
-    pair, _ = unit_circle.nearest_pair(event.point)
+    pair, _ = multipliers.nearest_pair(event.point)
     values: dict[str, list[complex]] = {DOUBLING: [-1.0], NEIMARK_SACKER: [pair, pair.conjugate()]}
     crossing = values.get(event.kind, [1.0])
-    others = unit_circle.number_outside(event.point, crossing)
-    ends = [unit_circle.number_outside(point) for point in (before, after)]
+    others = multipliers.number_outside(event.point, crossing)
+    ends = [multipliers.number_outside(point) for point in (before, after)]
     return sorted(ends) == [others, others + len(crossing)]
 
 
@@ -270,12 +232,12 @@ def _located_loss(curve: Continuation, before: Point, after: Point, kind: str) -
     if kind != NEIMARK_SACKER:
         return _located(curve, before, after, kind, TESTS[kind])
     event = _located(curve, before, after, kind, _neimark_sacker(before))
-    return replace(event, is_collision=event.is_collision and not unit_circle.is_conservative(event.point))
+    return replace(event, is_collision=event.is_collision and not multipliers.is_conservative(event.point))
 
 
 def _crosses(point: Point) -> bool:
     """Whether a pair crosses the unit circle; where nothing is lost two of them meet on it."""
-    return unit_circle.is_conservative(point) or unit_circle.has_pair_on_circle(point)
+    return multipliers.is_conservative(point) or multipliers.has_pair_on_circle(point)
 
 
 def _changed(before: Point, after: Point) -> list[str]:
@@ -285,7 +247,7 @@ def _changed(before: Point, after: Point) -> list[str]:
         kinds = [kind for kind in kinds if kind not in (FOLD, BREAKING)]
     if FOLD in kinds and BREAKING in kinds:  # at a fold det(I - M) is zero as well
         kinds.remove(BREAKING)
-    if unit_circle.pairs_crossed(before, after):
+    if multipliers.pairs_crossed(before, after):
         kinds.append(NEIMARK_SACKER)
     return kinds
 
@@ -333,10 +295,10 @@ def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | No
         if test(before) * test(after) <= 0.0:
             continue
         if kind == BREAKING:  # a multiplier that leaves the circle at 1 comes back without a fold
-            may_return = unit_circle.may_return(*ends, near=_NEAR_ONE)
+            may_return = multipliers.may_return(*ends, near=_NEAR_ONE)
             may_return = may_return and is_symmetric(curve.family.map_at(before.parameter).system)
         else:
-            may_return = unit_circle.may_return(*ends)
+            may_return = multipliers.may_return(*ends)
         if may_return:
             point = _beyond_zero(curve, before, after, test)
             if point is not None:
@@ -457,20 +419,20 @@ def _fold(point: Point) -> float:
 
 def _neimark_sacker(before: Point) -> Callable[[Point], float]:
     """A test function that changes its sign where a pair crosses the unit circle after a point."""
-    return lambda point: abs(unit_circle.pair_size(point)) * _sign(unit_circle.pairs_crossed(before, point) == 0)
+    return lambda point: abs(multipliers.pair_size(point)) * _sign(multipliers.pairs_crossed(before, point) == 0)
 
 
 TESTS: dict[str, Callable[[Point], float]] = {
     FOLD: _fold,
-    DOUBLING: unit_circle.det_plus,
-    BREAKING: unit_circle.det_minus,
-    NEIMARK_SACKER: unit_circle.pair_size,
+    DOUBLING: multipliers.det_plus,
+    BREAKING: multipliers.det_minus,
+    NEIMARK_SACKER: multipliers.pair_size,
 }
 """By kind of event, a test function that is smooth along a branch and zero at the event."""
 
 
 _NEAREST = {
-    DOUBLING: unit_circle.nearest_to_minus_one,
-    NEIMARK_SACKER: unit_circle.nearest_pair,
-    BREAKING: unit_circle.nearest_to_one,
+    DOUBLING: multipliers.nearest_to_minus_one,
+    NEIMARK_SACKER: multipliers.nearest_pair,
+    BREAKING: multipliers.nearest_to_one,
 }

@@ -3,8 +3,8 @@
     F(w) = P(u; p) - u = 0,      normal . (w - w_predicted) = 0,      [dF/du, dF/dp] t = 0,  |t| = 1
 
 w = (u, p / unit), u the balanced state at the start of a period over the size; t is the tangent of the branch. Where a
-disturbance grows much over the motion, the states at the start of its parts (``parts``) are unknown too: F has a row of
-equations for each of them, and normal none.
+disturbance grows much over the motion, the states at the start of its parts (``families``) are unknown too: F has a row
+of equations for each of them, and normal none.
 
 Takes a Family and predictions; gives Points.
 """
@@ -19,12 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.equations import Bordered
-from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.general_turns import idle_memories
-from gearrattle.engine.periodic.parts import PartedFamily
-from gearrattle.engine.periodic.period_map import Pass, State
+from gearrattle.engine.periodic.families import Family, PartedFamily
+from gearrattle.engine.periodic.motion import Pass, State, Touch, idle_memories
 from gearrattle.engine.periodic.point import Guess, Later, Point
-from gearrattle.engine.periodic.touch import Touch
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]

@@ -11,20 +11,16 @@ Takes a Continuation of whole lengths and its Points; gives Points, also of half
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.period_map import Along, Pass, State
+from gearrattle.engine.periodic.events.location import zero_between
+from gearrattle.engine.periodic.families import are_symmetric, half_of
+from gearrattle.engine.periodic.multipliers import det_plus, nearest_to_minus_one
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
-from gearrattle.engine.periodic.touch import Touch
-from gearrattle.engine.periodic.unit_circle import det_plus, nearest_to_minus_one
-from gearrattle.engine.periodic.zero import zero_between
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -32,59 +28,7 @@ Array = NDArray[np.float64]
 SAME = 1e-4
 """Of w, the cube root of the residual: motions of the branch nearer than this to a fixed point of H are one."""
 _NEARER = (1.0, 0.1, 0.01)  # shares of a distance in which a breaking is sought
-_BESIDE = 1e-6  # of the parameter's unit: a driveline so near is of the same kind
 _ALONG = 0.999999  # cosine between the tangents of a motion and of the fixed point of H: both are known
-
-
-class HalfPeriodFamily(Family):
-    """The family of the half-period maps of symmetric drivelines. Its motions have no turning points.
-
-    Parameters
-    ----------
-    whole
-        the family over all periods, an odd number.
-    """
-
-    def __init__(self, whole: Family) -> None:
-        self._whole, self._half = whole, whole.part(0.0, 0.5 * whole.cycles)
-        self.scale, self.size, self.unit, self.shown = whole.scale, whole.size, whole.unit, whole.shown
-        self.cycles, self.clearances, self.memories = whole.cycles, whole.clearances, whole.memories
-
-    def map_at(self, parameter: float) -> HalfPeriodMap:
-        """Return the half-period map of one driveline."""
-        return HalfPeriodMap(self._whole.map_at(parameter).system, self.cycles)
-
-    def follow(
-        self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | Along | None = None
-    ) -> tuple[Pass, Array]:
-        """Follow a state over half of its periods, and mirror it; see ``Family.follow``.
-
-        Raises
-        ------
-        NotImplementedError
-            a touch is asked for.
-        """
-        if touch is not None:
-            raise NotImplementedError
-        del turns_along  # which are not sought
-        motion, slope = self._half.follow(state, parameter)
-        if motion.end.auxiliary_pieces is None:
-            end, gradient, slope = State(-motion.end.y), -motion.gradient, -slope
-        else:
-            mirror = self.map_at(parameter).mirror
-            end, gradient, slope = mirror.state(motion.end), mirror.rows(motion.gradient), mirror.rows(slope)
-        return replace(motion, end=end, gradient=gradient, turned=-motion.turned), slope
-
-
-def half_of(family: Family) -> Family:
-    """Return the family of H.
-
-    Parameters
-    ----------
-    family
-        of motions over an even number of periods, or of symmetric drivelines.
-    """
-    return HalfPeriodFamily(family) if family.cycles % 2 == 1 else family.over(family.cycles // 2)
 
 
 def half_curve(curve: Continuation, parameter: float) -> Continuation | None:
@@ -101,16 +45,6 @@ def half_curve(curve: Continuation, parameter: float) -> Continuation | None:
     if family.cycles % 2 == 1 and not are_symmetric(family, parameter):
         return None
     return curve.of(half_of(family))
-
-
-def are_symmetric(family: Family, parameter: float) -> bool:
-    """Return whether drivelines are symmetric at a parameter and beside it: not where a mean torque is zero."""
-    if not is_symmetric(family.map_at(parameter).system):
-        return False
-    for side in (1.0, -1.0):
-        with suppress(ConvergenceError):
-            return is_symmetric(family.map_at(parameter + side * _BESIDE * family.unit).system)
-    return True
 
 
 def as_doubling(curve: Continuation, point: Point) -> tuple[Continuation, Point] | None:

@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.drift import test_of
-from gearrattle.engine.periodic.events import NEIMARK_SACKER, Event
-from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.events.base import NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.families import Family
+from gearrattle.engine.periodic.grazing_depth import depth
+from gearrattle.engine.periodic.multipliers import is_conservative, nearest_pair
 from gearrattle.engine.periodic.patterns import rotated, word_of
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point, turned_around
-from gearrattle.engine.periodic.touch import depth
-from gearrattle.engine.periodic.unit_circle import is_conservative, nearest_pair
+from gearrattle.engine.periodic.two_parameters.event_gradient import test_of
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -47,7 +47,7 @@ def relocated(event: Event, curve: Continuation, change: Array, farthest: float)
     Parameters
     ----------
     event
-        where it was, of one of ``drift.KINDS``.
+        where it was, of one of ``event_gradient.KINDS``.
     curve
         the Continuation of the changed driveline, in the units of the event's point.
     change

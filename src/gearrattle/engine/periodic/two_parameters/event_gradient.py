@@ -29,15 +29,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.corrector import Corrector
 from gearrattle.engine.periodic.equations import Bordered
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, TESTS, Event
-from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.grazing import apart
-from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.events import TESTS
+from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.events.grazing import apart
+from gearrattle.engine.periodic.families import Family
+from gearrattle.engine.periodic.grazing_depth import depth
+from gearrattle.engine.periodic.motion import State, Touch
+from gearrattle.engine.periodic.multipliers import pair_product
+from gearrattle.engine.periodic.newton import Corrector
 from gearrattle.engine.periodic.point import Guess, Point
-from gearrattle.engine.periodic.touch import Touch, depth
-from gearrattle.engine.periodic.unit_circle import pair_product
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]

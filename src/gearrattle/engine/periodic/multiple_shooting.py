@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.equations import Factored
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
-from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.periodic.motion import Pass, State, joined
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -90,23 +90,6 @@ def shoot_in_parts(
         parts = shortened
         residual = _residual(period_map, parts)
     return joined(parts, period_map.system.inputs.period, period_map.cycles), residual, passes
-
-
-def joined(parts: Sequence[Pass], period: float, cycles: int) -> Pass:
-    """Return motions of one length that follow one another as one over so many periods [s]."""
-    gradient, length = np.eye(len(parts[0].gradient)), cycles * period / len(parts)
-    for part in parts:
-        gradient = part.gradient @ gradient
-    logs = [part.crossings for part in parts]
-    crossings = Passages(
-        np.concatenate([i * length + log.time for i, log in enumerate(logs)]),
-        np.concatenate([log.watch for log in logs]),
-        np.concatenate([log.upward for log in logs]),
-        np.concatenate([log.velocity for log in logs]),
-        np.concatenate([log.memory for log in logs]),
-    )
-    turned = np.sum([part.turned for part in parts], axis=0)
-    return Pass(parts[0].start, parts[-1].end, gradient, turned, crossings, period, cycles)
 
 
 def _jumps(parts: list[Pass]) -> list[Array]:

@@ -9,14 +9,15 @@ Takes a PeriodMap, a state and an instant nearby; gives the depth.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.motion import Pass, State, Touch
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -29,29 +30,6 @@ _NEAR = 1.0 / 64.0  # periods that the extremum may have moved
 _ITERATIONS = 30
 _SETTLED = 1e-12  # periods: the next change of Newton would be of the order of its square
 _REACH = 0.25  # of the corner nearest to zero: turning points farther from a corner are left out
-
-
-@dataclass(frozen=True)
-class Touch:
-    """Which corner is touched, and about when.
-
-    Attributes
-    ----------
-    watch
-        the clearance; behind all of them, the auxiliary.
-    upward
-        1: its deflection, or what it watches, grows towards the corner.
-    time
-        of the extremum, in periods from the start of the motion.
-    corner
-        which one of the clearance's law, counted from below; None: the next one where the extremum lies, but for visits
-        beyond a corner that are so short that they may be rounding.
-    """
-
-    watch: int
-    upward: int
-    time: float
-    corner: int | None = None
 
 
 def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Touch]:

@@ -19,9 +19,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import expm
 
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.grazing_depth import before_touch, depth
+from gearrattle.engine.periodic.motion import Pass, State, Touch
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.touch import Touch, before_touch, depth
 from gearrattle.engine.system.auxiliary import OFF
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.variation import torque_let_go

@@ -28,12 +28,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearrattle.engine.periodic.boundary import missed_after, polynomial_at, relocated
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.drift import test_of
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, TESTS, Event, events_between
-from gearrattle.engine.periodic.touch import bend
-from gearrattle.engine.periodic.unit_circle import nearest_pair
+from gearrattle.engine.periodic.events import TESTS, events_between
+from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.grazing_depth import bend
+from gearrattle.engine.periodic.multipliers import nearest_pair
+from gearrattle.engine.periodic.two_parameters.event_gradient import test_of
+from gearrattle.engine.periodic.two_parameters.relocation import missed_after, polynomial_at, relocated
 from gearrattle.errors import ConvergenceError
 
 CUSP, TURNING, MEETING = "cusp", "turning point", "fold meets grazing"
