@@ -438,16 +438,8 @@ def _follow(common, laws, regions, rates, log, events, initial, end, carried, sc
 def differentiate(workspace, cases, buffers, regions, march, samples, log, cursor, out):
     """Write the end of a motion that was marched there, and its derivatives.
 
-    Parameters
-    ----------
-    workspace
-        see ``located``.
-    cases, buffers, cursor
-        of ``many``; the ``NEIGHBOURS`` variants before the present one are its neighbours.
-    regions, march, samples, log
-        see ``packed``.
-    out
-        ``Map``.
+    cases, buffers, cursor: of ``many``; the ``NEIGHBOURS`` variants before the present one are its neighbours.
+    out: ``Map``.
     """
     v, frame, scales, slots = cursor[AT], cases.frame, buffers.scales, cursor[SLOTS]
     r, n = frame.elements.size, cases.angle.shape[1]

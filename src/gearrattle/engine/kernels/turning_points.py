@@ -98,16 +98,10 @@ def _way_across(crossings, i, k, step):
 def write_outside(watch, upward, begins, outside):
     """Write which way clearances cross last before a part of a motion that repeats, and first after it.
 
-    Parameters
-    ----------
-    watch
-        (E,) what crosses; numbers that are none of the K clearances are passed over.
-    upward
-        (E,) 1 upwards, 0 downwards.
-    begins
-        (2,) crossings before the start and before the end of the part; 0 and 0 for the whole motion.
-    outside
-        (2, K) written; -1: it crosses nothing.
+    watch: (E,) what crosses; numbers that are none of the K clearances are passed over.
+    upward: (E,) 1 upwards, 0 downwards.
+    begins: (2,) crossings before the start and before the end of the part; 0 and 0 for the whole motion.
+    outside: (2, K) written; -1: it crosses nothing.
     """
     count, clearances = watch.size, outside.shape[1]
     for k in range(clearances):
@@ -124,21 +118,9 @@ def write_outside(watch, upward, begins, outside):
 def write_direction(columns, scale, row, direction):
     """Write the change that keeps the way from the start to the end of a motion, and of which a row's product is 1.
 
-    Parameters
-    ----------
-    columns
-        (N, N + 1) perturbations at the end, and s.
-    scale
-        (N,) balanced = scale * SI.
-    row
-        (N + 1,) over the state at the start [SI], and p.
-    direction
-        written.
-
-    Returns
-    -------
-    value
-        whether there is such a change.
+    columns: (N, N + 1) perturbations at the end, and s.
+    scale: (N,) balanced = scale * SI.
+    row: (N + 1,) over the state at the start [SI], and p.
     """
     states, matrix, change = scale.size, direction.matrix, direction.change
     for i in range(states):

@@ -1,8 +1,6 @@
 """One motion over whole periods, its gradient and its slope over a parameter, in compiled code (``kernels.periods``).
 
 For drivelines of laws and harmonics alone. What the loop cannot do, such as a start on a corner, it leaves out.
-
-Takes a system as the pattern and ``Coefficients`` of three variants; gives a Map.
 """
 
 from __future__ import annotations
@@ -27,14 +25,7 @@ Array = NDArray[np.float64]
 class PeriodBatch(Batch):
     """The loop for one motion, used many times: buffers and compiled code are made once.
 
-    Parameters
-    ----------
-    system
-        one of the drivelines.
-    cycles
-        how many periods a motion lasts.
-    numbers
-        of three variants; only their shapes matter here.
+    numbers: of three variants; only their shapes matter here.
     """
 
     def __init__(self, system: PiecewiseSystem, cycles: int, numbers: Coefficients) -> None:
@@ -71,17 +62,8 @@ class PeriodBatch(Batch):
     ) -> bool:
         """Follow a motion to its end, which ``out`` then holds; whether it was followed.
 
-        Parameters
-        ----------
-        numbers
-            of three variants: with a smaller, with a larger parameter, and of the motion.
-        angle, velocity
-            (n,) at the start [rad, rad/s].
-        touch
-            a corner and an instant, of which ``out.approach`` is written.
-        turns_along
-            see ``Family.follow``, the parameter counted in halves of the distance of both neighbours: ``out.turns`` are
-            written.
+        angle, velocity: (n,) at the start [rad, rad/s].
+        touch: a corner and an instant, of which ``out.approach`` is written.
         """
         self.out.corner[:] = (-1, 0) if touch is None else (touch.watch, touch.upward)
         self.out.approach[:] = np.nan
@@ -113,12 +95,7 @@ class PeriodBatch(Batch):
     def approach(self, period: float, step: float) -> Approach | None:
         """Return the extremum that was asked for; None if there is none, or no corner near it.
 
-        Parameters
-        ----------
-        period
-            T [s].
-        step
-            half the distance of both neighbours.
+        period: T [s].
         """
         time, depth, bend, gain, stiffness, damping = self.out.approach[: approaches.SLOPE].tolist()
         if not np.isfinite(depth):

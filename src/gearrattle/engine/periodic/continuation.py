@@ -15,8 +15,6 @@ determinant of [dF/du, dF/dp; t] is watched too: along a branch it keeps its sig
 passes zero. A step on which it jumps from one sign to the other is not taken. A fold may be so sharp that it seems to
 pass zero there: so over the shortest steps it may change its sign only if the branch has no corner to turn back at.
 
-Takes a Family and an orbit; gives Points, in the order of the branch.
-
 H. B. Keller, in Applications of Bifurcation Theory, ed. P. H. Rabinowitz, Academic Press 1977, 359-384.
 """
 
@@ -79,10 +77,7 @@ _SAME = 1e-2  # of a step: shorter steps that pass its end nearer than this lead
 class WrongBranch(ConvergenceError):
     """A step has gone from one branch to another.
 
-    Attributes
-    ----------
-    distance
-        length of the step.
+    distance: length of the step.
     """
 
     def __init__(self, message: str, distance: float) -> None:
@@ -93,16 +88,9 @@ class WrongBranch(ConvergenceError):
 class Continuation:
     """Follows branches of periodic motions.
 
-    Parameters
-    ----------
-    family
-        the period map with its parameter.
-    longest
-        longest step, in units of w; where a state is more than twice its unit, the share of half the state.
-    step_limit
-        largest change of the parameter in a step [its own unit]; None: only ``longest`` limits steps.
-    units
-        scale (N,) and size of the states, as in a Point; None: those of the family.
+    longest: longest step, in units of w; where a state is more than twice its unit, the share of half the state.
+    step_limit: largest change of the parameter in a step [its own unit]; None: only ``longest`` limits steps.
+    units: scale (N,) and size of the states, as in a Point; None: those of the family.
     """
 
     def __init__(
@@ -128,10 +116,7 @@ class Continuation:
     def begin(self, state: State, parameter: float, *, upward: bool = True) -> Point:
         """Return the first point of a branch that goes on to larger or to smaller parameters.
 
-        Raises
-        ------
-        ConvergenceError
-            there is no periodic motion near the state.
+        ConvergenceError: there is no periodic motion near the state.
         """
         w = np.append(state.y * self._corrector.scale, parameter / self.family.unit)
         direction = np.append(np.zeros(w.size - 1), 1.0 if upward else -1.0)
@@ -144,13 +129,7 @@ class Continuation:
         """Yield the points of a branch after its first one, the last of them at an end of the range of the parameter.
 
         A closed branch ends with its first point again. The first step of one that leaves another branch is no longer
-        than the way from there.
-
-        Raises
-        ------
-        ConvergenceError
-            the branch cannot be followed any further.
-        """
+        than the way from there."""
         earlier, point, step = begin, begin, self._first
         if begin.length > 0.0:
             step = min(step, begin.length)
@@ -182,10 +161,7 @@ class Continuation:
 
         Where these would be shorter than the shortest step there is no other point.
 
-        Raises
-        ------
-        WrongBranch
-            they do not lead there.
+        WrongBranch: they do not lead there.
         """
         distance = after.length - before.length
         if _SHORTER * distance <= _SHORTEST:
@@ -208,13 +184,7 @@ class Continuation:
         raise WrongBranch(message, distance)
 
     def between(self, before: Point, after: Point, share: float) -> Point:
-        """Return the point at a share of the way between two points that follow one another.
-
-        Raises
-        ------
-        ConvergenceError
-            Newton's method does not converge.
-        """
+        """Return the point at a share of the way between two points that follow one another."""
         if share <= 0.0 or share >= 1.0:
             return before if share <= 0.0 else after
         chord = (after.w - before.w) / np.linalg.norm(after.w - before.w)
@@ -235,13 +205,7 @@ class Continuation:
         return point if is_along and self._keeps_way(before, point) else turned_around(point)
 
     def moved_along(self, point: Point, step: float) -> Point:
-        """Return the point a short step along the branch [arclength], backwards if it is negative.
-
-        Raises
-        ------
-        ConvergenceError
-            Newton's method does not converge.
-        """
+        """Return the point a short step along the branch [arclength], backwards if it is negative."""
         predicted = point.guess(point.w + step * point.tangent)
         return self._corrector.point(predicted, point.tangent, point.tangent)
 
@@ -256,13 +220,7 @@ class Continuation:
         return other
 
     def in_plane(self, point: Point) -> Point:
-        """Return the motion in the plane through a point (also of another driveline) at right angles to its tangent.
-
-        Raises
-        ------
-        ConvergenceError
-            Newton's method does not converge.
-        """
+        """Return the motion in the plane through a point (also of another driveline) at right angles to its tangent."""
         return self._corrector.point(point.guess(point.w), point.tangent, point.tangent)
 
     def near(
@@ -270,43 +228,21 @@ class Continuation:
     ) -> Point:
         """Return the motion in the plane through a prediction at right angles to a direction.
 
-        Parameters
-        ----------
-        predicted, normal
-            (N + 1,).
-        like
-            a motion nearby: the tangent points to the side of its tangent.
-        slack
-            change of w at which Newton's method may end; the motion is then the last one followed.
-        touch
-            a corner and an instant, for the depth of the motion.
-
-        Raises
-        ------
-        ConvergenceError
-            Newton's method does not converge.
+        predicted, normal: (N + 1,).
+        slack: change of w at which Newton's method may end; the motion is then the last one followed.
         """
         return self._corrector.point(like.guess(predicted), normal, like.tangent, slack=slack, touch=touch)
 
     def beside(self, point: Point, direction: Array, distance: float) -> Point:
         """Return a point of another branch through a point, in a direction (N,) of balanced states, at a distance [w].
 
-        Raises
-        ------
-        ConvergenceError
-            there is none at that distance.
+        ConvergenceError: there is none at that distance.
         """
         normal = np.append(direction / np.linalg.norm(direction), 0.0)
         return self._corrector.point(point.guess(point.w + distance * normal), normal, normal)
 
     def at_parameter(self, before: Point, after: Point, parameter: float) -> Point:
-        """Return the point between two others at a parameter.
-
-        Raises
-        ------
-        ConvergenceError
-            Newton's method does not converge.
-        """
+        """Return the point between two others at a parameter."""
         target = parameter / self.family.unit
         if after.w[-1] == before.w[-1]:
             raise ConvergenceError("the branch does not pass the parameter there")

@@ -14,8 +14,6 @@ central differences of coefficients: no motion is differenced.
 Every interval is cut into steps, over each of which z and v are Taylor series. So a row over the whole motion is a
 polynomial on every step. Rows over v at an instant are carried backwards to the start: then they tell of every
 perturbation.
-
-Takes the flows of three neighbouring drivelines, a start and its crossings; gives a Course.
 """
 
 from __future__ import annotations
@@ -69,15 +67,7 @@ class _Crossing(NamedTuple):
 
 
 class Setting:
-    """A driveline and how it changes with its parameter, in the scales of its own flow.
-
-    Parameters
-    ----------
-    flow
-        of the driveline.
-    neighbours
-        of the parameter.
-    """
+    """A driveline and how it changes with its parameter, in the scales of its own flow."""
 
     def __init__(self, flow: Flow, neighbours: Neighbours) -> None:
         self.flow, self.neighbours = flow, neighbours
@@ -204,12 +194,8 @@ def _bound_of(flow: Flow, pieces: Pieces, watch: int, upward: int) -> float:
 class Region:
     """What drives a motion and its perturbation in one region.
 
-    Parameters
-    ----------
-    rates
-        (Z, Z) of z' = Z z.
-    shift
-        (Z, Z) its derivative with respect to p.
+    rates: (Z, Z) of z' = Z z.
+    shift: (Z, Z) its derivative with respect to p.
     """
 
     def __init__(self, rates: Array, shift: Array) -> None:
@@ -253,27 +239,13 @@ def _stored(matrix: Array) -> Any:
 
 @dataclass(frozen=True)
 class Leap:
-    """What a crossing does to perturbations.
+    """What a crossing does to perturbations."""
 
-    Attributes
-    ----------
-    row
-        (Z,) over v, what crosses the bound.
-    rate
-        of that, per period; infinite where the clock decides.
-    jump
-        (Z,) Z z before the crossing less that after it.
-    known
-        (S,) memories that are known behind it.
-    delay
-        dt along the perturbation of the Course [periods].
-    """
-
-    row: Array
-    rate: float
-    jump: Array
-    known: NDArray[np.bool_]
-    delay: float
+    row: Array  # (Z,) over v, what crosses the bound
+    rate: float  # of that, per period; infinite where the clock decides.
+    jump: Array  # (Z,) Z z before the crossing less that after it
+    known: NDArray[np.bool_]  # (S,) memories that are known behind it
+    delay: float  # dt along the perturbation of the Course [periods]
 
     def backwards(self, row: Array, memories: slice) -> Array:
         """Return a row over v before the crossing, for one after it."""
@@ -286,29 +258,16 @@ class Leap:
 class Course:
     """A motion and its perturbation on its steps, J of them in I intervals.
 
-    Attributes
-    ----------
-    setting
-        of the driveline.
-    pieces
-        (I,) regions of the intervals.
-    leaps
-        (I - 1,) at the crossings between them.
-    interval
-        (J,) of every step.
-    begin, length
-        (J,) of every step, in periods.
-    value, change
-        (J, K, ORDER) deflections of the clearances and their perturbations: coefficients of the powers of the time in a
-        step over its length [SI].
-    z, v
-        (Z,) at the end.
+    begin, length: (J,) of every step, in periods.
+    value, change: (J, K, ORDER) deflections of the clearances and their perturbations: coefficients of the powers of
+    the time in a step over its length [SI].
+    z, v: (Z,) at the end.
     """
 
-    setting: Setting
-    pieces: tuple[Pieces, ...]
-    leaps: tuple[Leap, ...]
-    interval: IntArray
+    setting: Setting  # of the driveline
+    pieces: tuple[Pieces, ...]  # (I,) regions of the intervals
+    leaps: tuple[Leap, ...]  # (I - 1,) at the crossings between them
+    interval: IntArray  # (J,) of every step
     begin: Array
     length: Array
     value: Array
@@ -334,18 +293,7 @@ def course_of(
 ) -> Course:
     """Follow a motion and its perturbation through crossings that are known.
 
-    Parameters
-    ----------
-    setting
-        of the driveline.
-    begin
-        pieces and balanced state (N,) at the start.
-    path
-        the crossings up to the end.
-    end
-        of the motion, in periods.
-    change
-        (N,) of the state at the start, balanced, and of p.
+    change: (N,) of the state at the start, balanced, and of p.
     """
     flow, (pieces, y), (u, by) = setting.flow, begin, change
     z = np.concatenate([y, flow.inputs_at(np.zeros(1), np.zeros(1))[0]])

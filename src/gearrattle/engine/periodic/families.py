@@ -52,36 +52,16 @@ CoefficientsOf = Callable[[Array], tuple[Coefficients, NDArray[np.bool_]]]
 
 
 class Family(ABC):
-    """Base of ``GeneralFamily`` and ``CompiledFamily``.
+    """Base of all families; one that cannot follow a motion raises ConvergenceError."""
 
-    Attributes
-    ----------
-    scale
-        (N,) factors of states, for norms: balanced = scale * SI.
-    size
-        norm of balanced states that counts as one: the largest corner.
-    cycles
-        n, periods that a motion lasts.
-    unit
-        scale of the parameter: a change by it counts as one.
-    parts
-        m, into which a motion is cut where disturbances grow much; 1: it is always followed as a whole.
-    clearances
-        number of them: what crosses bounds counts from 0, clearances first.
-    memories
-        number of them, the last entries of a state.
-    shown
-        writes a parameter value with its unit, for messages.
-    """
-
-    scale: Array
-    size: float
-    cycles: int
-    unit: float
-    parts: int = 1
-    clearances: int
-    memories: int
-    shown: Shown
+    scale: Array  # (N,) factors of states, for norms: balanced = scale * SI
+    size: float  # norm of balanced states that counts as one: the largest corner
+    cycles: int  # n, periods that a motion lasts
+    unit: float  # scale of the parameter: a change by it counts as one
+    parts: int = 1  # m, into which a motion is cut where disturbances grow much; 1: it is always followed as a whole
+    clearances: int  # number of them: what crosses bounds counts from 0, clearances first
+    memories: int  # number of them, the last entries of a state
+    shown: Shown  # writes a parameter value with its unit, for messages
 
     @abstractmethod
     def map_at(self, parameter: float) -> PeriodMap:
@@ -101,51 +81,19 @@ class Family(ABC):
     ) -> tuple[Pass, Array]:
         """Follow a state.
 
-        Parameters
-        ----------
-        state
-            at the start.
-        parameter
-            of the driveline.
-        touch
-            a corner and an instant, for the approach in the Pass; None: none.
-        turns_along
-            (N + 1,) a row over the state at the start and the parameter [1/SI]: the Pass is to hold its turning points,
-            with slopes along the change by which the gap stays as it is and of which the product with the row is 1; of
-            a part of a motion the change itself.
-
-        Returns
-        -------
-        tuple[Pass, Array]
-            The motion over n periods, and (N,) d end / d parameter for a fixed state [SI].
-
-        Raises
-        ------
-        ConvergenceError
-            the motion could not be followed.
+        touch: a corner and an instant, for the approach in the Pass; None: none.
+        turns_along: (N + 1,) a row over the state at the start and the parameter [1/SI]: the Pass is to hold its
+        turning points, with slopes along the change by which the gap stays as it is and of which the product with the
+        row is 1; of a part of a motion the change itself.
+        Returns the motion over n periods, and (N,) d end / d parameter for a fixed state [SI].
         """
 
 
 class GeneralFamily(Family):
     """The family of a driveline of any kind.
 
-    Parameters
-    ----------
-    system_of
-        gives the driveline for a parameter value.
-    first
-        a parameter value; its driveline sets the scales.
-    cycles
-        n, periods that a motion lasts.
-    unit
-        scale of the parameter.
-    shown
-        writes a parameter value for messages.
-
-    Attributes
-    ----------
-    repeats
-        whether its motions may repeat: those of a part of a period do not.
+    first: a parameter value; its driveline sets the scales.
+    repeats: whether its motions may repeat: those of a part of a period do not.
     """
 
     repeats = True
@@ -164,10 +112,7 @@ class GeneralFamily(Family):
     def map_at(self, parameter: float) -> PeriodMap:
         """Return the map of one driveline.
 
-        Raises
-        ------
-        ConvergenceError
-            there is none, or its states are others: it has a slider more, or less.
+        ConvergenceError: there is none, or its states are others: it has a slider more, or less.
         """
         period_map = self._any_map_at(parameter)
         if self._states not in (None, period_map.scale.size):
@@ -247,15 +192,9 @@ class _PartFamily(GeneralFamily):
 class CompiledFamily(Family):
     """The family of a driveline of laws and harmonics alone.
 
-    Parameters
-    ----------
-    general
-        the same family; follows what the loop leaves out.
-    system
-        one of the drivelines.
-    coefficients_of
-        gives, for (V,) parameter values, the coefficients with a leading axis V, and (V,) which of them have the
-        structure of ``system``.
+    general: the same family; follows what the loop leaves out.
+    coefficients_of: gives, for (V,) parameter values, the coefficients with a leading axis V, and (V,) which of them
+    have the structure of ``system``.
     """
 
     def __init__(self, general: GeneralFamily, system: PiecewiseSystem, coefficients_of: CoefficientsOf) -> None:
@@ -330,13 +269,7 @@ IntArray = NDArray[np.int64]
 
 
 class PartedFamily:
-    """Follows motions of a family in its m parts.
-
-    Parameters
-    ----------
-    family
-        of whole motions.
-    """
+    """Follows motions of a family in its m parts."""
 
     def __init__(self, family: Family) -> None:
         self._cycles, self._clearances = family.cycles, family.clearances
@@ -344,13 +277,7 @@ class PartedFamily:
         self._parts = [family.part(i * self._length, self._length) for i in range(family.parts)]
 
     def starts(self, state: State, parameter: float) -> Array:
-        """Return (m - 1, N) states at the start of the later parts of a motion [SI].
-
-        Raises
-        ------
-        ConvergenceError
-            it could not be followed.
-        """
+        """Return (m - 1, N) states at the start of the later parts of a motion [SI]."""
         states = [state]
         for part in self._parts[:-1]:
             states.append(part.map_at(parameter).later(states[-1]))
@@ -359,26 +286,9 @@ class PartedFamily:
     def follow(self, start: State, later: Array, parameter: float, touch: Touch | None = None) -> tuple[Pass, Array]:
         """Follow a motion in parts.
 
-        Parameters
-        ----------
-        start
-            at the start.
-        later
-            (m - 1, N) states at the start of the later parts [SI].
-        parameter
-            of the driveline.
-        touch
-            a corner and an instant, for the approach in the Pass; None: none.
-
-        Returns
-        -------
-        tuple[Pass, Array]
-            The motion over n periods, without turning points, and (N,) d end / d parameter for a fixed start [SI].
-
-        Raises
-        ------
-        ConvergenceError
-            the motion could not be followed.
+        later: (m - 1, N) states at the start of the later parts [SI].
+        touch: a corner and an instant, for the approach in the Pass; None: none.
+        Returns the motion over n periods, without turning points, and (N,) d end / d parameter for a fixed start [SI].
         """
         index, touch = self._within(touch)
         passes, slopes, state = list[Pass](), list[Array](), start
@@ -400,19 +310,7 @@ class PartedFamily:
     def turns(self, motion: Pass, parameter: float, changes: Array) -> Turns | None:
         """Return the turning points of a motion that was followed in parts; None where they are not known.
 
-        Parameters
-        ----------
-        motion
-            with its parts.
-        parameter
-            of the driveline.
-        changes
-            (m, N + 1) along which their slopes are: of the states at the start of the parts [SI], and of p.
-
-        Raises
-        ------
-        ConvergenceError
-            the motion could not be followed.
+        changes: (m, N + 1) along which their slopes are: of the states at the start of the parts [SI], and of p.
         """
         assert motion.parts is not None
         pieces, turns = motion.start.auxiliary_pieces, list[Turns]()
@@ -473,13 +371,7 @@ _BESIDE = 1e-6  # of the parameter's unit: a driveline so near is of the same ki
 
 
 class HalfPeriodFamily(Family):
-    """The family of the half-period maps of symmetric drivelines. Its motions have no turning points.
-
-    Parameters
-    ----------
-    whole
-        the family over all periods, an odd number.
-    """
+    """The family of the half-period maps of symmetric drivelines. Its motions have no turning points."""
 
     def __init__(self, whole: Family) -> None:
         self._whole, self._half = whole, whole.part(0.0, 0.5 * whole.cycles)
@@ -495,10 +387,7 @@ class HalfPeriodFamily(Family):
     ) -> tuple[Pass, Array]:
         """Follow a state over half of its periods, and mirror it; see ``Family.follow``.
 
-        Raises
-        ------
-        NotImplementedError
-            a touch is asked for.
+        NotImplementedError: a touch is asked for.
         """
         if touch is not None:
             raise NotImplementedError
@@ -513,13 +402,7 @@ class HalfPeriodFamily(Family):
 
 
 def half_of(family: Family) -> Family:
-    """Return the family of H.
-
-    Parameters
-    ----------
-    family
-        of motions over an even number of periods, or of symmetric drivelines.
-    """
+    """Return the family of H."""
     return HalfPeriodFamily(family) if family.cycles % 2 == 1 else family.over(family.cycles // 2)
 
 

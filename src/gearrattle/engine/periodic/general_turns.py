@@ -7,8 +7,6 @@ They are what ``kernels.turning_points`` finds for drivelines of laws and harmon
 On every step of a ``course`` a deflection and its perturbation are polynomials. Their rates are looked at a few times a
 step; a turning point lies where one changes its sign, and a *dip* where one comes nearest to zero and keeps its sign,
 between its turning points or at a crossing.
-
-Takes a PeriodMap and a motion; gives Turns, and the slope of one touch by the whole state.
 """
 
 from __future__ import annotations
@@ -70,23 +68,9 @@ def direction_of(
 
     Where memories may be anything, because they are let go all along, they stay as they are.
 
-    Parameters
-    ----------
-    motion
-        over n periods.
-    slope
-        (N,) d end / d p [SI].
-    row
-        (N + 1,) over the state at the start and p [1/SI].
-    units
-        (N,) balanced = scale * SI, and the unit of p.
-    counts
-        numbers of clearances, and of memories, which are the last entries of the state.
-
-    Returns
-    -------
-    Along | None
-        The change.
+    slope: (N,) d end / d p [SI].
+    row: (N + 1,) over the state at the start and p [1/SI].
+    units: (N,) balanced = scale * SI, and the unit of p.
     """
     scale, unit = units
     states = scale.size
@@ -110,14 +94,7 @@ def direction_of(
 def outside_of(crossings: Passages, begins: tuple[int, int], clearances: int) -> IntArray:
     """Return (2, K) which way clearances cross before and after a part of a motion that repeats, as in Along.
 
-    Parameters
-    ----------
-    crossings
-        of the motion, in order of time.
-    begins
-        how many of them lie before the start and before the end of the part; 0 and 0 for the whole motion.
-    clearances
-        K.
+    begins: how many of them lie before the start and before the end of the part; 0 and 0 for the whole motion.
     """
     outside = np.empty((2, clearances), np.int64)
     write_outside(crossings.watch.astype(np.int64), crossings.upward.astype(np.int64), np.array(begins), outside)
@@ -125,19 +102,7 @@ def outside_of(crossings: Passages, begins: tuple[int, int], clearances: int) ->
 
 
 def turns_of(period_map: PeriodMap, setting: Setting, motion: Pass, along: Along) -> Turns:
-    """Return the turning points of a motion by a corner, with slopes along a change.
-
-    Parameters
-    ----------
-    period_map
-        of the driveline.
-    setting
-        the same, with its neighbours.
-    motion
-        over n periods.
-    along
-        the change, and what is crossed before and after the motion.
-    """
+    """Return the turning points of a motion by a corner, with slopes along a change."""
     pieces, y, path, _ = period_map.along(motion)
     change = along.state * period_map.scale, along.parameter
     course = course_of(setting, (pieces, y), path, float(period_map.cycles), change)
@@ -159,18 +124,7 @@ def exact_slope(period_map: PeriodMap, setting: Setting, motion: Pass) -> Array:
 def with_slopes(period_map: PeriodMap, setting: Setting, motion: Pass, touch: Touch, beyond: float) -> Approach:
     """Return the approach of a touch with the slopes of its depth and of its instant by the state and by p.
 
-    Parameters
-    ----------
-    period_map
-        of the driveline.
-    setting
-        the same, with its neighbours.
-    motion
-        over n periods.
-    touch
-        the corner, and the instant of the extremum.
-    beyond
-        its depth [SI].
+    beyond: its depth [SI].
     """
     flow, states = setting.flow, setting.flow.states
     pieces, y, path, _ = period_map.along(motion)

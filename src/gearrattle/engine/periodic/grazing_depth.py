@@ -3,8 +3,6 @@
 In the region that the motion lies in before it touches, the deflection has an extremum there. How far that lies beyond
 the corner is the *depth* of the touch: zero at a grazing, negative without contact. The region is extended beyond the
 corner, so the contact has no effect on the depth: it is smooth where the period map is not.
-
-Takes a PeriodMap, a state and an instant nearby; gives the depth.
 """
 
 from __future__ import annotations
@@ -35,19 +33,7 @@ _REACH = 0.25  # of the corner nearest to zero: turning points farther from a co
 def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Touch]:
     """Return how far an extremum lies beyond a corner [SI], and the touch with the instant of the extremum.
 
-    Parameters
-    ----------
-    period_map
-        of the driveline.
-    state
-        of the motion at its start.
-    touch
-        the corner, and the instant near which the extremum lies.
-
-    Raises
-    ------
-    ConvergenceError
-        there is no extremum nearby.
+    ConvergenceError: there is no extremum nearby.
     """
     beyond, _, there = _extremum(period_map, state, touch)
     return beyond, there
@@ -81,10 +67,7 @@ def _extremum(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float,
 def _approached(flow: Flow, pieces: Pieces, touch: Touch) -> tuple[Array, float]:
     """What comes to a bound, as a row times z [SI], and that bound: a corner, or that of a limiter.
 
-    Raises
-    ------
-    ConvergenceError
-        there is no such bound.
+    ConvergenceError: there is no such bound.
     """
     system = flow.system
     if touch.watch >= len(system.clearances):
@@ -146,10 +129,7 @@ def reaches(system: PiecewiseSystem) -> Array:
 def with_corner(period_map: PeriodMap, motion: Pass, touch: Touch) -> Touch:
     """Return the touch of a motion that grazes with the corner that it touches.
 
-    Raises
-    ------
-    ConvergenceError
-        there is no corner on that side: the motion does not graze.
+    ConvergenceError: there is no corner on that side: the motion does not graze.
     """
     element = period_map.system.clearances[touch.watch]
     corner = pieces_before(period_map, motion, touch)[element] - 1 + touch.upward

@@ -19,22 +19,13 @@ IntArray = NDArray[np.int64]
 class Touch:
     """Which corner is touched, and about when.
 
-    Attributes
-    ----------
-    watch
-        the clearance; behind all of them, the auxiliary.
-    upward
-        1: its deflection, or what it watches, grows towards the corner.
-    time
-        of the extremum, in periods from the start of the motion.
-    corner
-        which one of the clearance's law, counted from below; None: the next one where the extremum lies, but for visits
-        beyond a corner that are so short that they may be rounding.
+    corner: which one of the clearance's law, counted from below; None: the next one where the extremum lies, but for
+    visits beyond a corner that are so short that they may be rounding.
     """
 
-    watch: int
-    upward: int
-    time: float
+    watch: int  # the clearance; behind all of them, the auxiliary.
+    upward: int  # 1: its deflection, or what it watches, grows towards the corner.
+    time: float  # of the extremum, in periods from the start of the motion
     corner: int | None = None
 
 
@@ -46,16 +37,11 @@ DECIDED = -1
 class State:
     """A state at the start of a period, which decides the motion from there.
 
-    Attributes
-    ----------
-    y
-        (N,) deflections of the basis, velocities, memories of auxiliaries [SI].
-    auxiliary_pieces
-        (C,) pieces of the auxiliaries, ``DECIDED`` for those without a memory, which deflection, rate and clock
-        decide; None: deflections and rates decide them, with no memory loaded.
+    auxiliary_pieces: (C,) pieces of the auxiliaries, ``DECIDED`` for those without a memory, which deflection, rate and
+    clock decide; None: deflections and rates decide them, with no memory loaded.
     """
 
-    y: Array
+    y: Array  # (N,) deflections of the basis, velocities, memories of auxiliaries [SI]
     auxiliary_pieces: IntArray | None = None
 
 
@@ -129,39 +115,21 @@ class Parts(NamedTuple):
 class Pass:
     """A motion over n periods.
 
-    Attributes
-    ----------
-    start, end
-        its states.
-    gradient
-        (N, N) d end / d start [SI].
-    turned
-        (R,) how far the reference inertia of every free train has turned [rad].
-    crossings
-        all of them and all changes by the clock, in order of time; one at a time at which the motion begins and ends
-        comes last.
-    period
-        T [s].
-    cycles
-        n.
-    approach
-        of a clearance to a corner; None: there is no extremum, or none was asked for.
-    turns
-        turning points; None: they are not known.
-    parts
-        of a motion that was followed in parts; None: it was followed as a whole.
+    start, end: its states.
+    crossings: all of them and all changes by the clock, in order of time; one at a time at which the motion begins and
+    ends comes last.
     """
 
     start: State
     end: State
-    gradient: Array
-    turned: Array
+    gradient: Array  # (N, N) d end / d start [SI]
+    turned: Array  # (R,) how far the reference inertia of every free train has turned [rad]
     crossings: Passages
-    period: float
-    cycles: int
-    approach: Approach | None = None
-    turns: Turns | None = None
-    parts: Parts | None = None
+    period: float  # T [s]
+    cycles: int  # n
+    approach: Approach | None = None  # of a clearance to a corner; None: there is no extremum, or none was asked for.
+    turns: Turns | None = None  # turning points; None: they are not known.
+    parts: Parts | None = None  # of a motion that was followed in parts; None: it was followed as a whole.
 
     @property
     def gap(self) -> Array:
@@ -203,14 +171,7 @@ _FREE = 1e-9  # a singular value below this is zero
 def idle_memories(motion: Pass, scale: Array, memories: int) -> IntArray:
     """Return which entries of the state are memories that are let go all along a motion, and may be anything.
 
-    Parameters
-    ----------
-    motion
-        over n periods.
-    scale
-        (N,) balanced = scale * SI.
-    memories
-        S, the last entries of the state.
+    scale: (N,) balanced = scale * SI.
     """
     matrix = np.abs(scale[:, None] * motion.gradient / scale - np.eye(scale.size))
     is_idle = (matrix.max(axis=0) < _FREE) & (matrix.max(axis=1) < _FREE)

@@ -7,8 +7,6 @@ for the end. Over a part of them it grows little. So the states at the start of 
 
 A part is a period, or an eighth of one: with many impacts a disturbance may grow a million times within one period.
 
-Takes a PeriodMap and a state; gives a Pass.
-
 H. B. Keller, Numerical Methods for Two-Point Boundary-Value Problems, Blaisdell 1968, section 2.4.
 """
 
@@ -59,24 +57,7 @@ def parts_of(period_map: PeriodMap) -> int:
 def shoot_in_parts(
     period_map: PeriodMap, state: State, tolerance: float, parts_of_period: int = 1
 ) -> tuple[Pass, float, int]:
-    """Return the motion near a state, its residual over the size of the state, and how many passes were used.
-
-    Parameters
-    ----------
-    period_map
-        over n periods.
-    state
-        at the start.
-    tolerance
-        of the residual.
-    parts_of_period
-        1 or 8.
-
-    Raises
-    ------
-    ConvergenceError
-        the motion could not be followed.
-    """
+    """Return the motion near a state, its residual over the size of the state, and how many passes were used."""
     maps = maps_of_parts(period_map, parts_of_period)
     parts = [maps[0](state)]
     for part_map in maps[1:]:

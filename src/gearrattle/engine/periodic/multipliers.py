@@ -3,9 +3,6 @@
 A branch loses its stability where multipliers leave the circle: a real one through 1 or -1, a complex pair in between.
 Directions in which neighbouring motions repeat as well have a multiplier 1 and do not count. Without damping the
 multipliers are inverse in pairs, and leave the circle only where two pairs meet on it.
-
-Takes Points; gives numbers, of which those that change their signs where a multiplier crosses the circle are test
-functions.
 """
 
 from __future__ import annotations

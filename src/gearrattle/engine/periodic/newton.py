@@ -5,8 +5,6 @@
 w = (u, p / unit), u the balanced state at the start of a period over the size; t is the tangent of the branch. Where a
 disturbance grows much over the motion, the states at the start of its parts (``families``) are unknown too: F has a row
 of equations for each of them, and normal none.
-
-Takes a Family and predictions; gives Points.
 """
 
 from __future__ import annotations
@@ -37,17 +35,7 @@ _LAST = 1.0  # times what rounding leaves: an expected residual below it is like
 class Corrector:
     """Finds motions of a branch near predictions.
 
-    Parameters
-    ----------
-    family
-        the period map with its parameter.
-    units
-        scale (N,) and size of the states, as in a Point.
-
-    Attributes
-    ----------
-    scale
-        (N,) the part of w of a state is scale * state.
+    scale: (N,) the part of w of a state is scale * state.
     """
 
     def __init__(self, family: Family, units: tuple[Array, float]) -> None:
@@ -129,13 +117,7 @@ class Corrector:
         return _TOLERANCE * max(1.0, norm_of(guess.w[:-1])) + _ROUNDING * norm_of(matrix.ravel())
 
     def in_parts(self, guess: Guess, motion: Pass) -> Guess:
-        """Return what a motion is followed from, in parts if a disturbance grows much over it.
-
-        Raises
-        ------
-        ConvergenceError
-            the motion could not be followed.
-        """
+        """Return what a motion is followed from, in parts if a disturbance grows much over it."""
         growth = norm_of((self._balance * motion.gradient).ravel())
         if guess.later is not None or self._family.parts == 1 or growth < _LARGE:
             return guess
@@ -145,16 +127,9 @@ class Corrector:
     def point_at(self, guess: Guess, motion: Pass, slope: Array, direction: Array, equations: Bordered) -> Point:
         """Return the point of the branch at a motion.
 
-        Parameters
-        ----------
-        guess
-            it was followed from.
-        motion, slope
-            of ``followed``, with slopes of its turning points along the change for a direction.
-        direction
-            (N + 1,) the tangent points to its side.
-        equations
-            of ``matrix``.
+        motion, slope: of ``followed``, with slopes of its turning points along the change for a direction.
+        direction: (N + 1,) the tangent points to its side.
+        equations: of ``matrix``.
         """
         tangent, free, orientation = equations.null_vector(direction)
         own, behind = np.split(tangent, [len(direction)])
@@ -167,15 +142,6 @@ class Corrector:
         """A motion with the slopes of its turning points along the tangent, not where that is one of several.
 
         A memory that may be anything makes no other tangent.
-
-        Parameters
-        ----------
-        motion
-            with slopes along the change for a row.
-        cosine
-            product of the tangent and that row.
-        free
-            number of directions in which neighbouring motions repeat as well.
         """
         if motion.turns is None:
             return motion
@@ -201,25 +167,9 @@ class Corrector:
     ) -> Point:
         """Return the motion in the plane through a prediction at right angles to ``normal``.
 
-        Parameters
-        ----------
-        predicted
-            what Newton's method begins with.
-        normal
-            (N + 1,).
-        direction
-            (N + 1,) the tangent points to its side.
-        slack
-            change of w at which the iteration may end; the motion is then the last one followed.
-        touch
-            a corner and an instant, for the depth of the motion.
-        with_turns
-            whether the turning points of the motion are wanted.
-
-        Raises
-        ------
-        ConvergenceError
-            Newton's method does not converge.
+        normal: (N + 1,).
+        direction: (N + 1,) the tangent points to its side.
+        slack: change of w at which the iteration may end; the motion is then the last one followed.
         """
         return self.point_and_iterations(predicted, normal, direction, slack=slack, touch=touch, with_turns=with_turns)[
             0

@@ -6,8 +6,6 @@ they turn is kept apart. Vectors and matrices are in SI; norms are taken of scal
 coordinates (``system.scaling``), and are roots of energies.
 
 The map is ``exact``'s: crossings certified, its gradient by exponentials and saltations (``system.variation``).
-
-Takes a PiecewiseSystem; gives Passes.
 """
 
 from __future__ import annotations
@@ -53,19 +51,8 @@ class Marched(NamedTuple):
 class PeriodMap:
     """The map of one driveline over n of its periods.
 
-    Parameters
-    ----------
-    system
-        the driveline; its inputs repeat.
-    cycles
-        n.
-    repeats
-        whether its inputs must repeat: those of a part of a period do not.
-
-    Raises
-    ------
-    ValueError
-        inputs that must repeat do not: signals over time, or orders without a common period.
+    system: the driveline; its inputs repeat.
+    ValueError: inputs that must repeat do not: signals over time, or orders without a common period.
     """
 
     def __init__(self, system: PiecewiseSystem, cycles: int = 1, *, repeats: bool = True) -> None:
@@ -111,13 +98,7 @@ class PeriodMap:
         return Task(self.system, angle, velocity, cycles, samples_per_cycle, None, None, False, *kept)
 
     def __call__(self, state: State) -> Pass:
-        """Follow a state over n periods.
-
-        Raises
-        ------
-        ConvergenceError
-            the motion could not be followed.
-        """
+        """Follow a state over n periods."""
         march = self.marched(state)
         crossings = self.passages(march)
         gradient, turned = self.gradient_along(march, crossings), self.turned(march, -1)

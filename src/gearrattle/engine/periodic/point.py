@@ -1,7 +1,4 @@
-"""A motion of a branch: a point of the curve in w = (u, p / unit), with the direction of the branch there.
-
-Takes Passes; gives Points, and the cubic through two of them.
-"""
+"""A motion of a branch: a point of the curve in w = (u, p / unit), with the direction of the branch there."""
 
 from __future__ import annotations
 
@@ -55,49 +52,22 @@ class Later(NamedTuple):
 class Point:
     """A periodic motion of a branch.
 
-    Attributes
-    ----------
-    parameter
-        p.
-    motion
-        over n periods.
-    slope
-        (N,) d end / d p for a fixed start [SI].
-    scale
-        (N,) factors: balanced = scale * SI.
-    size
-        norm of balanced coordinates that counts as one.
-    w
-        (N + 1,) state and parameter in the branch's units.
-    tangent
-        (N + 1,) direction of the branch, of length one.
-    free
-        number of directions in which neighbouring motions repeat as well, at the same parameter.
-    orientation
-        det [dF/du, dF/dp; t]; 0 where there are free directions.
-    error
-        estimated error of the state, over its size.
-    length
-        arclength from the start of the branch.
-    touch
-        the corner that the motion grazes, and the instant; None: it was not sought as one that grazes.
-    later
-        of a motion that was followed in parts; None: it was followed as a whole.
+    touch: the corner that the motion grazes, and the instant; None: it was not sought as one that grazes.
     """
 
-    parameter: float
-    motion: Pass
-    slope: Array
-    scale: Array
-    size: float
-    w: Array
-    tangent: Array
-    free: int
-    orientation: float
-    error: float
-    length: float
+    parameter: float  # p
+    motion: Pass  # over n periods
+    slope: Array  # (N,) d end / d p for a fixed start [SI]
+    scale: Array  # (N,) factors: balanced = scale * SI.
+    size: float  # norm of balanced coordinates that counts as one
+    w: Array  # (N + 1,) state and parameter in the branch's units
+    tangent: Array  # (N + 1,) direction of the branch, of length one
+    free: int  # number of directions in which neighbouring motions repeat as well, at the same parameter
+    orientation: float  # det [dF/du, dF/dp; t]; 0 where there are free directions.
+    error: float  # estimated error of the state, over its size
+    length: float  # arclength from the start of the branch
     touch: Touch | None = None
-    later: Later | None = None
+    later: Later | None = None  # of a motion that was followed in parts; None: it was followed as a whole.
 
     @property
     def state(self) -> Array:

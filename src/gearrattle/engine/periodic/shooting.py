@@ -7,8 +7,6 @@ speed, a slider that never slips any offset, a body that floats in its gap any p
 the motion found lies near the start; the directions of the family are given with it. Where M is large over several
 periods, the states at the start of every period are sought together (``multiple_shooting``).
 
-Takes a PeriodMap and a state; gives an Orbit.
-
 R. Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, chapter 7.
 """
 
@@ -41,22 +39,14 @@ _HALVINGS = 6
 class Orbit:
     """A motion that repeats after n periods.
 
-    Attributes
-    ----------
-    motion
-        over n periods.
-    residual
-        |P(y) - y|, in units of the largest corner or of the state; of multiple shooting, the largest of all periods.
-    free
-        (N, F) directions in which neighbouring motions repeat as well [SI]; F = 0 for an isolated motion.
-    passes
-        how many times the period map was applied.
+    residual: |P(y) - y|, in units of the largest corner or of the state; of multiple shooting, the largest of all
+    periods.
     """
 
-    motion: Pass
+    motion: Pass  # over n periods
     residual: float
-    free: Array
-    passes: int
+    free: Array  # (N, F) directions in which neighbouring motions repeat as well [SI]; F = 0 for an isolated motion.
+    passes: int  # how many times the period map was applied
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -72,24 +62,11 @@ def shoot(
     Because of corners Newton's method may stop short, or go round in circles. Then the motion is followed for some
     passes, and Newton's method begins again from there, and from where the motion came nearest to repeating itself.
 
-    Parameters
-    ----------
-    period_map
-        over the n periods after which the motion is to repeat.
-    state
-        from which the search starts.
-    tolerance
-        of the residual.
-    settle
-        how often Newton's method may begin again, each time after twice as many passes; a motion found then is most
-        likely stable. Before the last time Newton's method is given up as soon as a step does not halve the residual.
-    parts_of_period
-        1 or 8: multiple shooting, so many parts a period; 0: only where disturbances grow much over several periods.
-
-    Raises
-    ------
-    ConvergenceError
-        none was found from there.
+    settle: how often Newton's method may begin again, each time after twice as many passes; a motion found then is most
+    likely stable. Before the last time Newton's method is given up as soon as a step does not halve the residual.
+    parts_of_period: 1 or 8: multiple shooting, so many parts a period; 0: only where disturbances grow much over
+    several periods.
+    ConvergenceError: none was found from there.
     """
     if parts_of_period:
         motion, residual, passes = shoot_in_parts(period_map, state, tolerance, parts_of_period)

@@ -71,13 +71,7 @@ class _Depths(NamedTuple):
 
 
 def hidden_between(before: Point, after: Point) -> float | None:
-    """Return the share of the way at which a touch may have come or gone; None: there is none.
-
-    Parameters
-    ----------
-    before, after
-        two points that follow one another.
-    """
+    """Return the share of the way at which a touch may have come or gone; None: there is none."""
     one, other = before.motion.turns, after.motion.turns
     if one is None or other is None:
         return None
@@ -125,18 +119,10 @@ def _hidden(
 def beyond_zero(before: Array, after: Array, slope_before: Array, slope_after: Array) -> tuple[float, float]:
     """Return where values of one sign at both ends of a step lie farthest beyond zero, as their slopes tell.
 
-    Parameters
-    ----------
-    before, after
-        (E,) values at both ends.
-    slope_before, slope_after
-        (E,) their slopes there, over the whole step.
-
-    Returns
-    -------
-    tuple[float, float]
-        The share of the way, and how far beyond zero both tangents meet there, over the sum of both values; 0 where no
-        value comes nearer to zero from both ends.
+    before, after: (E,) values at both ends.
+    slope_before, slope_after: (E,) their slopes there, over the whole step.
+    Returns the share of the way, and how far beyond zero both tangents meet there, over the sum of both values; 0 where
+    no value comes nearer to zero from both ends.
     """
     side = -np.sign(before)
     rises, falls = side * slope_before, -side * slope_after
@@ -364,21 +350,8 @@ def grazing_ahead(point: Point) -> Ahead | None:
 def landed(corrector: Corrector, point: Point, ahead: Ahead, farthest: float) -> Point | None:
     """Return the motion that grazes, from the side without contact.
 
-    Parameters
-    ----------
-    corrector
-        of the branch.
-    point
-        of the branch.
-    ahead
-        what comes to its corner next.
-    farthest
-        from the point [w].
-
-    Returns
-    -------
-    Point | None
-        None if it is not found.
+    farthest: from the point [w].
+    Returns None if it is not found.
     """
     try:
         return _Landing(corrector, point, ahead).run(farthest)

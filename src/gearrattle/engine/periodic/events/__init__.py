@@ -17,8 +17,6 @@ Where a slider begins to slip the gradient jumps (``grazing``): then a determina
 zero, and the motion folds or doubles its period in a corner of the branch (*border collision*). Patterns are compared
 by the crossings of clearances first; where these are the same, by those of sliders and limiters as well.
 
-Takes a Continuation and two of its Points; gives Events, in the order of the branch.
-
 Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, 4th ed., Springer 2023; M. di Bernardo, C. J. Budd, A. R.
 Champneys, P. Kowalczyk, Piecewise-smooth Dynamical Systems, Springer 2008.
 """
@@ -61,13 +59,7 @@ _SAME_EVENT = 3e-8  # arclength from an event to the same one, located again fro
 
 
 def events_between(curve: Continuation, before: Point, after: Point, depth: int = 0) -> list[Event]:
-    """Locate what happens between two points that follow one another, in the order of the branch.
-
-    Raises
-    ------
-    ConvergenceError
-        the branch cannot be followed in between.
-    """
+    """Locate what happens between two points that follow one another, in the order of the branch."""
     hidden = hidden_between(before, after) or exchange_between(before, after)
     if hidden is not None and depth < _DEEPEST:
         return _events_of_parts(curve, before, after, hidden, depth)
@@ -118,13 +110,7 @@ def _events_of_parts(curve: Continuation, before: Point, after: Point, share: fl
 
 
 def _smooth_events(curve: Continuation, before: Point, after: Point, changes: list[Event]) -> list[Event]:
-    """The events of a step with a smooth test function, up to its grazing and from there on.
-
-    Raises
-    ------
-    ConvergenceError
-        the branch cannot be followed in between.
-    """
+    """The events of a step with a smooth test function, up to its grazing and from there on."""
     points = [before, after]
     if len(changes) == 1 and changes[0].kind == GRAZING:
         grazing = changes[0].point

@@ -20,27 +20,11 @@ FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, GRAZING, PATTERN = (
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happens along a branch.
+    """Something that happens along a branch."""
 
-    Attributes
-    ----------
-    kind
-        of event.
-    point
-        of the branch at the event, located to rounding.
-    watch
-        index of what touches or crosses its bound: clearances first, then auxiliary elements; -1: none.
-    is_collision
-        whether the gradient jumps there.
-    touch
-        of a grazing: the corner and the instant.
-    grazing
-        of a grazing: what it does to the gradient.
-    """
-
-    kind: str
-    point: Point
-    watch: int = -1
-    is_collision: bool = False
-    touch: Touch | None = None
-    grazing: Grazing | None = None
+    kind: str  # of event
+    point: Point  # of the branch at the event, located to rounding
+    watch: int = -1  # index of what touches or crosses its bound: clearances first, then auxiliary elements; -1: none.
+    is_collision: bool = False  # whether the gradient jumps there
+    touch: Touch | None = None  # of a grazing: the corner and the instant.
+    grazing: Grazing | None = None  # of a grazing: what it does to the gradient.

@@ -73,37 +73,19 @@ _APART = 1e-4  # arclength from a grazing, on its side without contact, to motio
 class Grazing:
     """What a grazing does to the gradient.
 
-    Attributes
-    ----------
-    kind
-        COMPLIANT, JUMP, RELEASE or RIGID.
-    root
-        (tr M at s - tr M(0+)) / √s in the limit s -> 0, s > 0 the distance in the parameter; NaN where M or the motion
-        jumps or M is not bounded, at the bound of a limiter, and where the parameter does not change along the branch:
-        the grazing lies in a fold, or at the end of a vertical part. What M gains has hardly more than one eigenvalue
-        that is not zero, its trace: where that is positive multipliers move towards a fold, where it is negative
-        towards a period doubling.
+    root: (tr M at s - tr M(0+)) / √s in the limit s -> 0, s > 0 the distance in the parameter; NaN where M or the
+    motion jumps or M is not bounded, at the bound of a limiter, and where the parameter does not change along the
+    branch: the grazing lies in a fold, or at the end of a vertical part. What M gains has hardly more than one
+    eigenvalue that is not zero, its trace: where that is positive multipliers move towards a fold, where it is negative
+    towards a period doubling.
     """
 
-    kind: str
+    kind: str  # COMPLIANT, JUMP, RELEASE or RIGID
     root: float = np.nan
 
 
 def grazing_of(curve: Continuation, point: Point, touch: Touch, nearby: Approach | None = None) -> Grazing:
-    """Return the kind of a grazing and the strength of its square root.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    point
-        the motion that grazes, from the side without contact.
-    touch
-        what is touched.
-    nearby
-        the touch of a motion so near that it serves where that of this one is not known: one that touches after all, by
-        rounding, lies beyond the corner, and another corner is the next.
-    """
+    """Return the kind of a grazing and the strength of its square root."""
     family = curve.family
     known = [approach for approach in (point.motion.approach, nearby) if approach is not None]
     approach = min(known, key=lambda approach: abs(approach.depth), default=None)
@@ -270,21 +252,8 @@ class _Depth(NamedTuple):
 class Search:
     """The search for a grazing between two points that follow one another.
 
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    before, after
-        the points, one of which touches.
-    view
-        by which they are compared.
-
-    Attributes
-    ----------
-    is_after
-        whether the motions after the grazing touch.
-    nearby
-        the touch of the last motion followed that does not touch; None: not known.
+    is_after: whether the motions after the grazing touch.
+    nearby: the touch of the last motion followed that does not touch; None: not known.
     """
 
     def __init__(self, curve: Continuation, before: Point, after: Point, view: View) -> None:
@@ -308,10 +277,7 @@ class Search:
     def grazing(self) -> tuple[Point, Touch]:
         """Return the motion that grazes, from the side without contact where there is a depth, and its touch.
 
-        Raises
-        ------
-        ConvergenceError
-            the branch cannot be followed in between, or more than one thing changes there.
+        ConvergenceError: the branch cannot be followed in between, or more than one thing changes there.
         """
         expected = np.inf
         for _ in range(_MOST):
@@ -436,10 +402,8 @@ class Search:
     def _is_apart(self, point: Point) -> bool:
         """Whether a motion has the pattern of those that do not touch.
 
-        Raises
-        ------
-        ConvergenceError
-            it has neither that pattern nor the one of those that touch: the step holds an exchange as well.
+        ConvergenceError: it has neither that pattern nor the one of those that touch: the step holds an exchange as
+        well.
         """
         pattern = self._view(point)
         if len(self._more) == len(self._fewer) + 2 and pattern not in (self._fewer, self._more):

@@ -34,19 +34,9 @@ _FARTHEST = 2.0  # distances between both nearest motions: up to there the cubic
 class Stretch:
     """Motions between two points, by their share of the way.
 
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    before, after
-        both points.
-
-    Attributes
-    ----------
-    distance
-        between both [w].
-    located
-        how near an event can be located, as a share of the way: no motion is known better than to so much arclength.
+    distance: between both [w].
+    located: how near an event can be located, as a share of the way: no motion is known better than to so much
+    arclength.
     """
 
     def __init__(self, curve: Continuation, before: Point, after: Point) -> None:
@@ -66,21 +56,7 @@ class Stretch:
     ) -> Point:
         """Return the motion at a share of the way.
 
-        Parameters
-        ----------
-        share
-            from 0 to 1.
-        is_trial
-            whether it may be off by an amount that vanishes with the square of the distance to the nearest one known.
-        touch
-            a corner and an instant, for the depth of the motion.
-        among
-            which motions the prediction is made from; None: all.
-
-        Raises
-        ------
-        ConvergenceError
-            Newton's method does not converge.
+        among: which motions the prediction is made from; None: all.
         """
         known = [one for one in self._known if among is None or among(one[1])]
         known.sort(key=lambda one: abs(one[0] - share))
@@ -135,22 +111,7 @@ _ROUGHER = 10.0  # times as far off as the motion at a zero: the sign at a trial
 def zero_between(
     curve: Continuation, before: Point, after: Point, test: Callable[[Point], float]
 ) -> tuple[Point, bool]:
-    """Return the point where a test function changes its sign, and whether it jumps over zero there.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    before, after
-        points that follow one another, with values of different signs.
-    test
-        the function.
-
-    Raises
-    ------
-    ConvergenceError
-        the branch cannot be followed in between.
-    """
+    """Return the point where a test function changes its sign, and whether it jumps over zero there."""
     stretch = Stretch(curve, before, after)
     sides: dict[float, float] = {0.0: test(before), 1.0: test(after)}
     errors = {0.0: 0.0, 1.0: 0.0}

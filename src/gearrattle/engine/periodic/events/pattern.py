@@ -48,10 +48,7 @@ def touch_between(apart: Point, touching: Point, view: View) -> tuple[float, Tou
     If several are left, such as those of a run of impacts, then those without which the instants agree best. Where
     several touch at once, as both halves of a symmetric motion do, the slowest of those that the other motion lacks.
 
-    Raises
-    ------
-    ConvergenceError
-        there are none.
+    ConvergenceError: there are none.
     """
     crossings, motion = view.crossings(touching), touching.motion
     word, length = patterns.word_of(crossings), motion.cycles * motion.period
@@ -148,13 +145,7 @@ class _Order(NamedTuple):
 
 
 def exchange_between(before: Point, after: Point) -> float | None:
-    """Return the share of the way at which crossings may have exchanged their order and will do so again, or None.
-
-    Parameters
-    ----------
-    before, after
-        two points that follow one another.
-    """
+    """Return the share of the way at which crossings may have exchanged their order and will do so again, or None."""
     if before.word != after.word or len(set(map(patterns.watch_of, before.word))) < 2:
         return None
     one, other = _order_of(before), _order_of(after)

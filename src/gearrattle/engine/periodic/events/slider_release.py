@@ -8,8 +8,6 @@ corner vanishes, the corner crossed at a speed v -> 0. The gradient of these gro
 in proportion to the distance from its end.
 
 Where a crossing that lets a slider go passes the begin of the period, only the state there jumps, not the motion.
-
-Takes points of a branch; gives torques, where a branch ends, and the other state at the begin.
 """
 
 from __future__ import annotations
@@ -42,10 +40,7 @@ def lets_go(system: PiecewiseSystem) -> bool:
 def is_release(period_map: PeriodMap, point: Point, touch: Touch) -> bool:
     """Return whether a motion that grazes a corner loses the torque of a slider as soon as it touches it.
 
-    Raises
-    ------
-    ConvergenceError
-        the touch is lost.
+    ConvergenceError: the touch is lost.
     """
     flow, system = period_map.flow, period_map.system
     if not lets_go(system):
@@ -60,20 +55,7 @@ def is_release(period_map: PeriodMap, point: Point, touch: Touch) -> bool:
 
 
 def end_in_release(period_map: PeriodMap, before: Point, last: Point) -> tuple[Point, Touch] | None:
-    """Return where a branch ends because a visit that lets a slider go vanishes, and the touch; None if none does.
-
-    Parameters
-    ----------
-    period_map
-        of the last point.
-    before, last
-        the last points of the branch.
-
-    Returns
-    -------
-    tuple[Point, Touch] | None
-        The last point moved along the branch by as much as its visit is still fast.
-    """
+    """Return where a branch ends because a visit that lets a slider go vanishes, and the touch; None if none does."""
     visits, earlier = _visits(period_map, last), _visits(period_map, before)
     if not visits or not earlier:
         return None
@@ -120,17 +102,7 @@ def passed_begin(period_map: PeriodMap, motion: Pass) -> State | None:
     Just before that crossing the slider holds its torque, just behind it it holds none: where the crossing passes from
     the end of the period to its begin or back the motion stays as it is, but its start does not.
 
-    Parameters
-    ----------
-    period_map
-        of the driveline.
-    motion
-        with a crossing near its begin or its end.
-
-    Returns
-    -------
-    State | None
-        None if no such crossing is near.
+    Returns None if no such crossing is near.
     """
     system, crossings = period_map.system, motion.crossings
     pieces, length = period_map.along(motion)[0], motion.cycles * motion.period

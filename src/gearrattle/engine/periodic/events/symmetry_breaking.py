@@ -5,8 +5,6 @@ over n / 2 periods; for an odd number, of a symmetric driveline, the half-period
 P = H(H(y)). Where a multiplier of H is -1 the period doubles, or the symmetry breaks; I - DH is regular there, and the
 branch goes on smoothly. P has a multiplier 1 there. Three branches of its fixed points cross, and to a residual r the
 motion is known to the cube root of r alone, the event to its square.
-
-Takes a Continuation of whole lengths and its Points; gives Points, also of half the length.
 """
 
 from __future__ import annotations
@@ -32,15 +30,7 @@ _ALONG = 0.999999  # cosine between the tangents of a motion and of the fixed po
 
 
 def half_curve(curve: Continuation, parameter: float) -> Continuation | None:
-    """Return what follows the motions that repeat after half their length, or are symmetric; None: there is no H.
-
-    Parameters
-    ----------
-    curve
-        follows all motions.
-    parameter
-        of the driveline.
-    """
+    """Return what follows the motions that repeat after half their length, or are symmetric; None: there is no H."""
     family = curve.family
     if family.cycles % 2 == 1 and not are_symmetric(family, parameter):
         return None
@@ -51,13 +41,6 @@ def as_doubling(curve: Continuation, point: Point) -> tuple[Continuation, Point]
     """Return the motion of half the length whose period doubles at a point, and what follows it; None: none does.
 
     That is where a branch of twice the period or without symmetry joins the other one, seen from the other one.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch of whole lengths.
-    point
-        of an event on it.
     """
     halves = half_curve(curve, point.parameter)
     if halves is None:
@@ -76,15 +59,6 @@ def as_fixed_point(curve: Continuation, point: Point, *, upward: bool) -> Point:
     """Return the symmetric motion that one of an odd number of periods is but for rounding; any other as it is.
 
     Beside a breaking P tells the motion to the cube root of its residual, and its tangent may have any direction.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    point
-        a motion of it.
-    upward
-        whether the branch goes on to larger parameters there.
     """
     is_odd = curve.cycles % 2 == 1
     halves = half_curve(curve, point.parameter) if is_odd and not point.free else None
@@ -103,15 +77,7 @@ def as_fixed_point(curve: Continuation, point: Point, *, upward: bool) -> Point:
 
 
 def breaking_between(curve: Continuation, before: Point, after: Point) -> Point | None:
-    """Return the fixed point of H between two others at which one of its multipliers is -1; None where none is.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    before, after
-        points that follow one another.
-    """
+    """Return the fixed point of H between two others at which one of its multipliers is -1; None where none is."""
     halves = half_curve(curve, before.parameter)
     if halves is None:
         return None
@@ -128,17 +94,7 @@ def breaking_between(curve: Continuation, before: Point, after: Point) -> Point 
 
 
 def breaking_near(curve: Continuation, point: Point, farthest: float) -> Point | None:
-    """Return the nearest fixed point of H at which one of its multipliers is -1; None where none is near.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    point
-        a motion of it, nearly a fixed point of H.
-    farthest
-        arclength of the fixed points of H on either side.
-    """
+    """Return the nearest fixed point of H at which one of its multipliers is -1; None where none is near."""
     halves = half_curve(curve, point.parameter)
     if halves is None:
         return None

@@ -16,8 +16,6 @@ At a grazing itself, motions on the touching side have such a root. There no mot
 slopes of the motion by q and by p, and tau is the depth of the touch, whose slopes by the state, by p and by q are
 known, but for the touch of a limiter, whose depth is differenced. They are those of the motion that grazes, followed
 without contact.
-
-Takes an event and families: on both sides of q, or over q; gives a derivative.
 """
 
 from __future__ import annotations
@@ -59,12 +57,7 @@ Pair = tuple[float, float]
 class Drift:
     """How an event moves with numbers of the driveline; not for grazings, see ``gradient_of_grazing``.
 
-    Parameters
-    ----------
-    event
-        of one of the ``KINDS``.
-    curve
-        the Continuation of its branch.
+    event: of one of the ``KINDS``.
     """
 
     def __init__(self, event: Event, curve: Continuation) -> None:
@@ -74,17 +67,9 @@ class Drift:
     def gradient(self, families_of: FamiliesOf, value: float) -> float:
         """Return dp / dq.
 
-        Parameters
-        ----------
-        families_of
-            gives the driveline with q smaller, and with q larger, by a change [SI].
-        value
-            of q [SI], not zero.
-
-        Raises
-        ------
-        ConvergenceError
-            there is no motion near the event, or a grazing lies too near to it.
+        families_of: gives the driveline with q smaller, and with q larger, by a change [SI].
+        value: of q [SI], not zero.
+        ConvergenceError: there is no motion near the event, or a grazing lies too near to it.
         """
         for share in _SHARES:
             along, change = self._along(share), share * _CHANGE * abs(value)
@@ -137,21 +122,8 @@ def slope_along(event: Event, curve: Continuation) -> float:
 def gradient_of_grazing(event: Event, curve: Continuation, over: Family, value: float) -> float:
     """Return dp / dq of a grazing at which the gradient is continuous.
 
-    Parameters
-    ----------
-    event
-        the grazing.
-    curve
-        the Continuation of its branch.
-    over
-        the driveline at the event, over q.
-    value
-        of q [SI].
-
-    Raises
-    ------
-    ConvergenceError
-        there is no extremum at the corner.
+    value: of q [SI].
+    ConvergenceError: there is no extremum at the corner.
     """
     assert event.touch is not None
     point = apart(curve, event.point, event.touch)

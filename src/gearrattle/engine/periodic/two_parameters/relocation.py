@@ -3,8 +3,6 @@
 An event is a point w of the branch at which a test function tau vanishes. In the changed driveline Newton's method
 gives a motion in the plane at right angles to the branch; from there the secant method goes along the new branch to
 where tau vanishes. Beside a grazing, where tau has the root of a distance, it is enclosed between two signs.
-
-Takes an event and what follows the changed driveline; gives the event there.
 """
 
 from __future__ import annotations
@@ -44,21 +42,9 @@ _FIRST = 1e-6  # arclength of the first step along the branch: a fold may be sha
 def relocated(event: Event, curve: Continuation, change: Array, farthest: float) -> Event:
     """Return the event at its place in the changed driveline.
 
-    Parameters
-    ----------
-    event
-        where it was, of one of ``event_gradient.KINDS``.
-    curve
-        the Continuation of the changed driveline, in the units of the event's point.
-    change
-        (N + 1,) predicted change of w, in these units.
-    farthest
-        largest arclength along the branch from the predicted point to the event.
-
-    Raises
-    ------
-    ConvergenceError
-        it is not near.
+    event: where it was, of one of ``event_gradient.KINDS``.
+    change: (N + 1,) predicted change of w, in these units.
+    ConvergenceError: it is not near.
     """
     begin = curve.in_plane(replace(event.point, w=event.point.w + change))
     point = _by_secants(event, curve, begin, farthest)
@@ -96,19 +82,7 @@ def word_but_for_touch(event: Event) -> str:
 def missed_after(family: Family, point: Point, cycles: int) -> Array:
     """Return by how much a motion fails to repeat after fewer periods than its own.
 
-    Parameters
-    ----------
-    family
-        of the motion.
-    point
-        the motion.
-    cycles
-        the number of periods.
-
-    Returns
-    -------
-    Array
-        (N,) the change of the state, in units of w.
+    Returns (N,) the change of the state, in units of w.
     """
     state = point.motion.start
     later = PeriodMap(family.map_at(point.parameter).system, cycles).later(state)

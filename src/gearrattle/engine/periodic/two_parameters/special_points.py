@@ -15,8 +15,6 @@ fold where the square of how far its motion misses, extrapolated, is zero. The e
 a minimum a maximum, in a *cubic tangency*: at a corner the deflection has neither velocity nor acceleration. Both
 vanish there; q has an extremum over the acceleration, so it is extrapolated over its square and cube.
 
-Takes an event and what follows the driveline q; gives the special point.
-
 Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, 4th ed., Springer 2023, chapter 8.
 """
 
@@ -66,21 +64,7 @@ _FIRST, _AROUND = 1e-6, 0.03  # arclength of the first step from a fold, and wit
 def meeting_of_two(event: Event, follower: Follower, q: float, step: float) -> tuple[float, Event]:
     """Return where an event meets another one of its kind and both vanish: q, and the event there.
 
-    Parameters
-    ----------
-    event
-        one of them, shortly before they meet.
-    follower
-        gives the Continuation of the driveline q.
-    q
-        of the event.
-    step
-        a small change of q towards the point.
-
-    Raises
-    ------
-    ConvergenceError
-        they do not meet near.
+    ConvergenceError: they do not meet near.
     """
     along = _step_along(event, follower(q))
     return _root(lambda value: _extremum(event, follower(value), along), q, step)
@@ -135,17 +119,7 @@ def resonance_of(event: Event) -> str:
 def resonance(before: tuple[float, Event], last: tuple[float, Event], follower: Follower) -> tuple[float, Event]:
     """Return where the pair of a Neimark-Sacker bifurcation comes to 1 or to -1: q, and the event moved there.
 
-    Parameters
-    ----------
-    before, last
-        the last events known and their q, shortly before that point.
-    follower
-        gives the Continuation of the driveline q.
-
-    Raises
-    ------
-    ConvergenceError
-        it comes to neither.
+    ConvergenceError: it comes to neither.
     """
 
     def left(event: Event) -> float:
@@ -172,15 +146,7 @@ def fold_at_doubling(folds: Sequence[tuple[float, float, Event]]) -> tuple[float
     Over the square of how far they miss their begin after n / 2 periods, q and the parameter are smooth: extrapolated
     to zero.
 
-    Parameters
-    ----------
-    folds
-        of three folds, the nearest one first: how far their motions miss, q, the event.
-
-    Raises
-    ------
-    ConvergenceError
-        there are fewer.
+    ConvergenceError: there are fewer.
     """
     if len(folds) < _PARABOLA_OF:
         raise ConvergenceError("too few folds are known")
@@ -193,17 +159,7 @@ def fold_at_doubling(folds: Sequence[tuple[float, float, Event]]) -> tuple[float
 def tangency(known: Sequence[tuple[float, Event]], follower: Follower) -> tuple[float, Event]:
     """Return where the extremum that grazes meets the next one: q, and the last grazing moved there.
 
-    Parameters
-    ----------
-    known
-        the last grazings before that, with their q.
-    follower
-        gives the Continuation of the driveline q.
-
-    Raises
-    ------
-    ConvergenceError
-        there are fewer than three, or the extremum keeps its acceleration.
+    ConvergenceError: there are fewer than three, or the extremum keeps its acceleration.
     """
     accelerations, values, acceleration = list[float](), list[tuple[float, float]](), 0.0
     for q, event in reversed(known):
@@ -226,21 +182,8 @@ def meeting_of_grazing(
 ) -> tuple[float, Event]:
     """Return where a grazing meets a fold, or an event of another kind: q, and the grazing there.
 
-    Parameters
-    ----------
-    grazings
-        by q, what is known of the grazing near; the search starts at the first.
-    follower
-        gives the Continuation of the driveline q.
-    step
-        a small change of q towards the point.
-    kind
-        of the other event.
-
-    Raises
-    ------
-    ConvergenceError
-        they do not meet near.
+    grazings: by q, what is known of the grazing near; the search starts at the first.
+    ConvergenceError: they do not meet near.
     """
     known = dict(grazings)
     if not known:
@@ -262,15 +205,7 @@ def meeting_of_grazing(
 def grazing_at_doubling(grazings: Mapping[float, Event], follower: Follower, step: float) -> tuple[float, Event]:
     """Return where a grazing of motions of n periods is one of n / 2 periods, at their doubling: q, and the grazing.
 
-    Parameters
-    ----------
-    grazings, follower, step
-        see ``meeting_of_grazing``.
-
-    Raises
-    ------
-    ConvergenceError
-        the motions near do not come to n / 2 periods.
+    ConvergenceError: the motions near do not come to n / 2 periods.
     """
 
     def of_half(q: float) -> Continuation:
@@ -296,10 +231,7 @@ def _of_half_as_many_periods(grazing: Event, curve: Continuation) -> Event:
 def limit_at(grazing: Event, curve: Continuation, kind: str) -> float:
     """Return the test function of a kind of event at a grazing, in the limit from the side without contact.
 
-    Raises
-    ------
-    ConvergenceError
-        no motions without contact are near.
+    ConvergenceError: no motions without contact are near.
     """
     for side in (_NEAR, -_NEAR):
         with suppress(ConvergenceError):  # where motions touch, they may change too fast
