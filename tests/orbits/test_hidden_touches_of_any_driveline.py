@@ -9,8 +9,8 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 import gearrattle as gr
+from gearrattle.engine.periodic.course import reaches
 from gearrattle.engine.periodic.families import CompiledFamily, GeneralFamily
-from gearrattle.engine.periodic.grazing_depth import reaches
 from gearrattle.engine.periodic.motion import Dips, Touch, Turns
 from gearrattle.orbits import family
 from tests.engine.periodic.test_grazing import DRAG, MEAN, with_slider

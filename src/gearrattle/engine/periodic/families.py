@@ -28,9 +28,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.variants import Coefficients, picked
 from gearrattle.engine.periodic.compiled import PeriodBatch
-from gearrattle.engine.periodic.course import Neighbours, Setting, is_alike
-from gearrattle.engine.periodic.general_turns import direction_of, exact_slope, outside_of, turns_of, with_slopes
-from gearrattle.engine.periodic.grazing_depth import depth
+from gearrattle.engine.periodic.course import Course, Neighbours, Setting, is_alike, outside_of
 from gearrattle.engine.periodic.motion import Along, Approach, Dips, Parts, Pass, State, Touch, Turns, joined
 from gearrattle.engine.periodic.multiple_shooting import parts_of
 from gearrattle.engine.periodic.period_map import PeriodMap
@@ -141,20 +139,15 @@ class GeneralFamily(Family):
         if not alike:  # the driveline is of another kind: a gap that has closed
             side, other = next(iter(neighbours.items()))
             return motion, (other.later(state).y - motion.end.y) / side
-        setting = _setting(period_map.flow, alike)
-        slope = exact_slope(period_map, setting, motion)
+        course = Course(period_map, _setting(period_map.flow, alike), motion)
+        slope, approach, turns = course.slope(), None, None
         if touch is not None and touch.watch < self.clearances:
-            with suppress(ConvergenceError):
-                beyond, located = depth(period_map, state, touch)
-                motion = replace(motion, approach=with_slopes(period_map, setting, motion, located, beyond))
+            approach = course.approach(touch)
         if isinstance(turns_along, Along):
-            motion = replace(motion, turns=turns_of(period_map, setting, motion, turns_along))
+            turns = course.turns(turns_along)
         elif turns_along is not None:
-            counts = self.clearances, self.memories
-            along = direction_of(motion, slope, turns_along, (self.scale, self.unit), counts)
-            turns = None if along is None else turns_of(period_map, setting, motion, along)
-            motion = replace(motion, turns=turns)
-        return motion, slope
+            turns = course.turns_along(slope, turns_along)
+        return replace(motion, approach=approach, turns=turns), slope
 
     def _neighbours(self, parameter: float) -> dict[float, PeriodMap]:
         """The maps of drivelines beside one, by how far away they are; one of them, where there is none beyond it."""
@@ -343,7 +336,7 @@ class PartedFamily:
             return None
         time_slope = None if approach.time_slope is None else self._length * approach.time_slope
         time = self._length * (index + approach.time)
-        return approach._replace(time=time, time_slope=time_slope, gain=np.nan, rate=np.nan, part=index)
+        return approach._replace(time=time, time_slope=time_slope, part=index)
 
     def _in_motion(self, turns: Turns, index: int) -> Turns:
         """Turning points of a part as those of the whole motion."""

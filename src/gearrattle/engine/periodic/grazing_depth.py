@@ -18,7 +18,6 @@ from gearrattle.engine.periodic.motion import Pass, State, Touch
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
-from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -27,7 +26,6 @@ _SAMPLES = 64  # a period
 _NEAR = 1.0 / 64.0  # periods that the extremum may have moved
 _ITERATIONS = 30
 _SETTLED = 1e-12  # periods: the next change of Newton would be of the order of its square
-_REACH = 0.25  # of the corner nearest to zero: turning points farther from a corner are left out
 
 
 def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Touch]:
@@ -112,18 +110,6 @@ def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Arr
         memories = z[flow.states - known.size : flow.states]
         memories[:] = np.where(np.isnan(known), memories, known)
     return z, pieces, time
-
-
-def crossings_before(crossings: Passages, period: float, touch: Touch, piece: int) -> Passages:
-    """Return the crossings up to where a touch begins, for a period [s] and the clearance's piece at the start."""
-    times = crossings.time / period
-    return crossings.where(times < _begin_of(crossings, times, touch, piece))
-
-
-def reaches(system: PiecewiseSystem) -> Array:
-    """Return (K,) from how far of a corner turning points of every clearance count [SI]."""
-    corners = [law.corners[law.corners != 0.0] for law in (system.laws[k] for k in system.clearances)]
-    return _REACH * np.array([np.abs(own).min(initial=np.inf) for own in corners])
 
 
 def with_corner(period_map: PeriodMap, motion: Pass, touch: Touch) -> Touch:

@@ -53,8 +53,6 @@ class Approach(NamedTuple):
     acceleration: float = np.nan  # of the deflection [SI]
     slope: Array | None = None  # (N + 1,) of the depth, by the state at the start and by a parameter [SI]
     time_slope: Array | None = None  # (N + 1,) of the time, by the same
-    gain: float = np.nan  # what the trace of the gradient gains for a second beyond the corner [1/s]
-    rate: float = np.nan  # of what is entered there [rad/s]
     part: int = 0  # of the motion: slopes are by the state at its start
 
 
@@ -62,7 +60,7 @@ class Dips(NamedTuple):
     """Where rates of deflections come nearest to zero and do not reach it: two turning points may appear there."""
 
     watch: IntArray  # (D,) clearance
-    upward: IntArray  # (D,) ``turning_points.RISING`` or FALLING, by the sign of the rate
+    upward: IntArray  # (D,) ``kernels.course.RISING`` or FALLING, by the sign of the rate
     time: Array  # (D,) in periods from the start
     depth: Array  # (D,) how far the rate lies beyond zero, a negative number [SI, per period]
     slope: Array  # (D,) of that along a direction

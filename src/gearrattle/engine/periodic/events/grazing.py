@@ -84,6 +84,14 @@ class Grazing:
     root: float = np.nan
 
 
+class _Effect(NamedTuple):
+    """What lies beyond a corner that is grazed; NaN where it is not known."""
+
+    rate: float  # of what is entered there [rad/s]
+    acceleration: float = np.nan  # of the deflection at the extremum [SI]
+    gain: float = np.nan  # of the trace of the gradient for a second beyond the corner [1/s]
+
+
 def grazing_of(curve: Continuation, point: Point, touch: Touch, nearby: Approach | None = None) -> Grazing:
     """Return the kind of a grazing and the strength of its square root."""
     family = curve.family
@@ -96,15 +104,12 @@ def grazing_of(curve: Continuation, point: Point, touch: Touch, nearby: Approach
     with suppress(ConvergenceError):
         if family.memories and is_release(family.map_at(point.parameter), point, touch):
             return Grazing(RELEASE)
-    if approach is None or np.isnan(approach.rate):
-        slope, part = (None, 0) if approach is None else (approach.slope, approach.part)
-        without_contact = apart(curve, point, touch)
-        period_map = family.map_at(without_contact.parameter)
-        approach = _approach_of(period_map, without_contact, touch)._replace(slope=slope, part=part)
-    if np.sqrt(8.0 * RESOLVED) * point.motion.period * approach.rate > 1.0:
+    without_contact = apart(curve, point, touch)
+    effect = _effect_of(family.map_at(without_contact.parameter), without_contact, touch)
+    if np.sqrt(8.0 * RESOLVED) * point.motion.period * effect.rate > 1.0:
         return Grazing(RIGID)
     steep = _slope(curve, point, touch, approach)
-    return Grazing(COMPLIANT, float(approach.gain * np.sqrt(8.0 * steep / abs(approach.acceleration))))
+    return Grazing(COMPLIANT, float(effect.gain * np.sqrt(8.0 * steep / abs(effect.acceleration))))
 
 
 def apart(curve: Continuation, point: Point, touch: Touch) -> Point:
@@ -128,12 +133,12 @@ def _is_apart(point: Point, touch: Touch) -> bool:
     return len(without_touch(point.motion, touch).time) == len(point.motion.crossings.time)
 
 
-def _slope(curve: Continuation, point: Point, touch: Touch, approach: Approach) -> float:
+def _slope(curve: Continuation, point: Point, touch: Touch, approach: Approach | None) -> float:
     """How the depth of a touch grows along the branch, over the distance in the parameter [SI]; NaN: not known."""
     along = abs(float(point.tangent[-1]))
     if along < VERTICAL:
         return np.nan
-    if approach.slope is not None:
+    if approach is not None and approach.slope is not None:
         change = point.change_of(approach.part) * np.append(point.size / point.scale, curve.family.unit)
         return abs(float(approach.slope @ change)) / (along * curve.family.unit)
     for side in (-_APART, _APART):
@@ -151,8 +156,8 @@ def _slope(curve: Continuation, point: Point, touch: Touch, approach: Approach) 
     return np.nan
 
 
-def _approach_of(period_map: PeriodMap, point: Point, touch: Touch) -> Approach:
-    """What is known of a touch of any driveline; its depth is zero, and how that moves is not known."""
+def _effect_of(period_map: PeriodMap, point: Point, touch: Touch) -> _Effect:
+    """What a motion that grazes would enter, and what that would add to the gradient."""
     flow, system = period_map.flow, period_map.system
     pieces = pieces_before(period_map, point.motion, touch)
     beyond = system.beyond(pieces, touch.watch, touch.upward)
@@ -166,7 +171,7 @@ def _approach_of(period_map: PeriodMap, point: Point, touch: Touch) -> Approach:
         begin = replace(located, time=located.time - _AT_ONCE)
         z, last, since = before_touch(period_map, point.motion.start, begin)
     except ConvergenceError:
-        return Approach(np.nan, touch.time, rate=rate)
+        return _Effect(rate)
     period, n, generator = system.inputs.period, flow.states, flow.generator(last)
     acceleration = flow.rate[element] @ generator @ expm(generator * (located.time - since)) @ z / period
     first = len(flow.coordinates.elements)
@@ -178,11 +183,11 @@ def _approach_of(period_map: PeriodMap, point: Point, touch: Touch) -> Approach:
     crossings = without_touch(point.motion, located)
     path = _from_then_on(crossings, (begin.time * period, located.time * period), period_map.length)
     if not _is_possible(system, last, path):  # another touch lies so near that its crossings are not those of one visit
-        return Approach(np.nan, located.time, float(acceleration), rate=rate)
+        return _Effect(rate, float(acceleration))
     cycle = variation(flow, last, path, end=period_map.length)
     grown = period_map.scale * (cycle.gradient() @ (added / period_map.scale))
     gain = -float(flow.deflection[element, :n] @ grown) / period
-    return Approach(np.nan, located.time, float(acceleration), gain=gain, rate=rate)
+    return _Effect(rate, float(acceleration), gain)
 
 
 def _from_then_on(crossings: Passages, instants: tuple[float, float], length: float) -> Passages:
