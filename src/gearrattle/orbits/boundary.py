@@ -33,8 +33,8 @@ from scipy.optimize import minimize_scalar
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events.base import FOLD, GRAZING, NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.events.neimark_sacker import nearest_pair
 from gearrattle.engine.periodic.families import HalfPeriodFamily
-from gearrattle.engine.periodic.multipliers import nearest_pair
 from gearrattle.engine.periodic.two_parameters.event_gradient import slope_along
 from gearrattle.engine.periodic.two_parameters.relocation import (
     missed_after,

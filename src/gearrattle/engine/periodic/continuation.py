@@ -129,7 +129,8 @@ class Continuation:
         """Yield the points of a branch after its first one, the last of them at an end of the range of the parameter.
 
         A closed branch ends with its first point again. The first step of one that leaves another branch is no longer
-        than the way from there."""
+        than the way from there.
+        """
         earlier, point, step = begin, begin, self._first
         if begin.length > 0.0:
             step = min(step, begin.length)

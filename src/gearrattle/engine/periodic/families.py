@@ -1,7 +1,7 @@
 """The period map of a driveline with a parameter: the state n periods later, its gradient and slope.
 
 A GeneralFamily makes a system for every parameter value, of any driveline; its slope is that of the motion's own
-crossings (``course``), its turning points are those of ``general_turns``. A CompiledFamily, for drivelines of laws and
+crossings (``course``). A CompiledFamily, for drivelines of laws and
 harmonics alone, makes columns of coefficients instead and follows one motion in compiled code (``compiled``): the same
 bits in a small part of the time.
 
@@ -47,6 +47,10 @@ _SHARE, _LEAST = 1e-5, 1e-3
 SystemOf = Callable[[float], PiecewiseSystem]
 Shown = Callable[[float], str]
 CoefficientsOf = Callable[[Array], tuple[Coefficients, NDArray[np.bool_]]]
+
+
+IntArray = NDArray[np.int64]
+_BESIDE = 1e-6  # of the parameter's unit: a driveline so near is of the same kind
 
 
 class Family(ABC):
@@ -258,9 +262,6 @@ def _step(parameter: float, unit: float) -> float:
     return _SHARE * min(unit, max(abs(parameter), _LEAST * unit))
 
 
-IntArray = NDArray[np.int64]
-
-
 class PartedFamily:
     """Follows motions of a family in its m parts."""
 
@@ -358,9 +359,6 @@ class PartedFamily:
 def _before(motion: Pass, time: float) -> int:
     """How many crossings of a motion lie before an instant [periods]."""
     return int(np.searchsorted(motion.crossings.time, time * motion.period))
-
-
-_BESIDE = 1e-6  # of the parameter's unit: a driveline so near is of the same kind
 
 
 class HalfPeriodFamily(Family):

@@ -15,6 +15,11 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
+DECIDED = -1
+"""Piece of an auxiliary that follows from the rest of the state."""
+_FREE = 1e-9  # a singular value below this is zero
+
+
 @dataclass(frozen=True)
 class Touch:
     """Which corner is touched, and about when.
@@ -27,10 +32,6 @@ class Touch:
     upward: int  # 1: its deflection, or what it watches, grows towards the corner.
     time: float  # of the extremum, in periods from the start of the motion
     corner: int | None = None
-
-
-DECIDED = -1
-"""Piece of an auxiliary that follows from the rest of the state."""
 
 
 @dataclass(frozen=True)
@@ -161,9 +162,6 @@ def joined(parts: Sequence[Pass], period: float, cycles: int) -> Pass:
     )
     turned = np.sum([part.turned for part in parts], axis=0)
     return Pass(parts[0].start, parts[-1].end, gradient, turned, crossings, period, cycles)
-
-
-_FREE = 1e-9  # a singular value below this is zero
 
 
 def idle_memories(motion: Pass, scale: Array, memories: int) -> IntArray:

@@ -1,7 +1,7 @@
 """What the turning points of a motion tell of the branch: which one grazes next, what two motions hide between them.
 
 Every turning point of a deflection has a depth, by which it lies beyond a corner, and a slope of that along the branch
-(``kernels.approaches``, ``general_turns``).
+(``kernels.course``).
 
 *Hidden touches.* If a touch comes and goes between two points, or goes and comes back, both have the same pattern, and
 the crossings say nothing. But a depth that is negative at both can be positive in between only if it grows at the first
@@ -23,7 +23,7 @@ slopes on both sides: along the first step beyond it may become a few times as s
 
     P(u; p) - u = 0,      depth(u, p) = -e,      e -> 0
 
-The depth of a turning point (``kernels.approaches``, ``general_turns``) and its gradient are exact and smooth on the
+The depth of a turning point (``kernels.course``) and its gradient are exact and smooth on the
 side without contact, and so is the map there. Every iteration leaves as much of the depth as the last one was off, so
 no motion touches.
 """
@@ -56,6 +56,19 @@ _LEAST = 1e-3  # share of the way from either end at which the branch is looked 
 _DEFECT = 0.25  # between the change of a depth and the mean of both slopes, over the larger slope
 _A_LITTLE_MORE = 1.5  # times the way to where a depth reaches zero: there the branch is looked at
 _COUNTS = 0.25  # slope over depth, from which a depth counts
+
+
+_ITERATIONS, _RETREATS = 12, 3
+_LEFT = 0.05  # of the depth that the first iteration leaves
+_OFF = 3.0  # times what the depth is expected to be off: so much is left
+_CLOSE = 1e-12  # of w: so near to the corner a motion grazes
+_AIM = 0.3  # of that: the depth to aim at
+_NEAR = 1e-6  # change of w from which the next motion is likely to be the last one
+_BEYOND = 0.2  # of the way to a grazing with contact before it: so far beyond it Newton's method begins
+_WITH_IT = 1e-10  # of w: what comes to its corner so near beyond another turning point does so with it
+_SAME_TURN = 1e-3  # periods: a turning point that moves by less is the same
+_ANGLE, _LARGEST_ANGLE = 0.2, 0.25  # [rad] by which the tangent may turn: aimed at, and at most
+_LEAST_OF_STEP, _MOST_OF_STEP = 0.01, 0.3  # shares by which a step is shortened
 
 
 class _Depths(NamedTuple):
@@ -295,19 +308,6 @@ def _times_between(times: Array, others: Array, cycles: int) -> Array:
     """How far apart instants of a motion are from others, whichever way round its periods."""
     apart = times[:, None] - others
     return np.asarray(np.abs(apart - cycles * np.rint(apart / cycles)))
-
-
-_ITERATIONS, _RETREATS = 12, 3
-_LEFT = 0.05  # of the depth that the first iteration leaves
-_OFF = 3.0  # times what the depth is expected to be off: so much is left
-_CLOSE = 1e-12  # of w: so near to the corner a motion grazes
-_AIM = 0.3  # of that: the depth to aim at
-_NEAR = 1e-6  # change of w from which the next motion is likely to be the last one
-_BEYOND = 0.2  # of the way to a grazing with contact before it: so far beyond it Newton's method begins
-_WITH_IT = 1e-10  # of w: what comes to its corner so near beyond another turning point does so with it
-_SAME_TURN = 1e-3  # periods: a turning point that moves by less is the same
-_ANGLE, _LARGEST_ANGLE = 0.2, 0.25  # [rad] by which the tangent may turn: aimed at, and at most
-_LEAST_OF_STEP, _MOST_OF_STEP = 0.01, 0.3  # shares by which a step is shortened
 
 
 class Ahead(NamedTuple):

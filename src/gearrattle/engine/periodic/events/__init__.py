@@ -30,15 +30,38 @@ from itertools import compress, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic import multipliers, patterns
+from gearrattle.engine.periodic import patterns
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, PATTERN, Event
-from gearrattle.engine.periodic.events.grazing import JUMP, RELEASE, RIGID, VERTICAL, Search, grazing_of
+from gearrattle.engine.periodic.events.base import (
+    BREAKING,
+    DOUBLING,
+    FOLD,
+    GRAZING,
+    NEIMARK_SACKER,
+    PATTERN,
+    Event,
+    Loss,
+)
+from gearrattle.engine.periodic.events.fold import VERTICAL, along_parameter, hidden_fold, is_vertical
+from gearrattle.engine.periodic.events.grazing import JUMP, RELEASE, RIGID, Search, grazing_of
 from gearrattle.engine.periodic.events.location import zero_between
+from gearrattle.engine.periodic.events.neimark_sacker import (
+    crossing_after,
+    has_pair_on_circle,
+    is_ambiguous,
+    may_hide_pair,
+    may_return,
+    nearest_pair,
+    pair_of,
+    pair_size,
+    pairs_crossed,
+)
 from gearrattle.engine.periodic.events.pattern import View, exchange_between, exchanged_at, time_between
-from gearrattle.engine.periodic.events.symmetry_breaking import breaking_between
+from gearrattle.engine.periodic.events.period_doubling import det_plus, nearest_to_minus_one
+from gearrattle.engine.periodic.events.symmetry_breaking import breaking_between, det_minus, nearest_to_one
 from gearrattle.engine.periodic.grazing_depth import with_corner
 from gearrattle.engine.periodic.motion import Approach, Touch
+from gearrattle.engine.periodic.multipliers import is_conservative, number_outside
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.symmetry import is_symmetric
 from gearrattle.engine.periodic.turning_points import hidden_between, touches_beyond
@@ -129,7 +152,7 @@ def _beside_grazing(curve: Continuation, grazing: Event, touching: Point) -> Ite
     unit circle and back: up to where that root moves them by less than they are from it.
     """
     point, root = grazing.point, _root_of(grazing)
-    way = min(nearest(point)[1] for nearest in _NEAREST.values())
+    way = min(loss.nearest(point)[1] for loss in LOSSES.values() if loss.nearest is not None)
     distance, share = abs(touching.parameter - point.parameter), _TOWARDS
     shortest = _APART / max(abs(touching.length - point.length), _APART)
     while distance > 0.0 and root * np.sqrt(share * distance) > way and share > shortest:
@@ -145,7 +168,7 @@ def _root_of(grazing: Event) -> float:
     """How strong the root of a grazing is; infinite where it is rigid, a release or vertical, NaN where it has none."""
     if grazing.grazing is None:
         return np.nan
-    is_vertical = abs(_fold(grazing.point)) < VERTICAL
+    is_vertical = abs(along_parameter(grazing.point)) < VERTICAL
     return np.inf if grazing.grazing.kind in (RELEASE, RIGID) or is_vertical else abs(grazing.grazing.root)
 
 
@@ -157,7 +180,7 @@ def _losses(curve: Continuation, before: Point, after: Point, depth: int = 0) ->
     """
     if after.length <= before.length:  # a change at an end of the step leaves no part on one side of it
         return
-    hidden = _hidden_fold(curve, before, after) or _hidden_loss(curve, before, after)
+    hidden = hidden_fold(curve, before, after) or _hidden_loss(curve, before, after)
     if hidden is None and _may_hide_pair(before, after, depth):
         hidden = curve.between(before, after, 0.5)
     if hidden is None:
@@ -177,9 +200,9 @@ def _losses(curve: Continuation, before: Point, after: Point, depth: int = 0) ->
 def _may_hide_pair(before: Point, after: Point, depth: int) -> bool:
     """Whether a step must be divided to tell which pairs cross the unit circle within it."""
     length = after.length - before.length
-    if length > _APART and multipliers.is_ambiguous(before, after):
+    if length > _APART and is_ambiguous(before, after):
         return True
-    return depth < _MOST_DIVIDED and length > _SHORT and multipliers.may_hide_pair(before, after)
+    return depth < _MOST_DIVIDED and length > _SHORT and may_hide_pair(before, after)
 
 
 def _apart(curve: Continuation, before: Point, after: Point, events: list[Event], depth: int) -> list[Event]:
@@ -203,71 +226,38 @@ def _lies_within(before: Point, point: Point, after: Point) -> bool:
 
 def _tells_all(before: Point, event: Event, after: Point) -> bool:
     """Whether the multipliers outside the unit circle at both ends of a step differ by those that cross at an event."""
-    if event.is_collision or multipliers.is_conservative(event.point):
+    if event.is_collision or is_conservative(event.point):
         return not event.is_collision
-    pair, _ = multipliers.nearest_pair(event.point)
-    values: dict[str, list[complex]] = {DOUBLING: [-1.0], NEIMARK_SACKER: [pair, pair.conjugate()]}
-    crossing = values.get(event.kind, [1.0])
-    others = multipliers.number_outside(event.point, crossing)
-    ends = [multipliers.number_outside(point) for point in (before, after)]
+    crossing = LOSSES[event.kind].crossing(event.point)
+    others = number_outside(event.point, crossing)
+    ends = [number_outside(point) for point in (before, after)]
     return sorted(ends) == [others, others + len(crossing)]
 
 
 def _located_loss(curve: Continuation, before: Point, after: Point, kind: str) -> Event:
     """The fold, doubling, breaking or Neimark-Sacker bifurcation between two points."""
     if kind != NEIMARK_SACKER:
-        return _located(curve, before, after, kind, TESTS[kind])
-    event = _located(curve, before, after, kind, _neimark_sacker(before))
-    return replace(event, is_collision=event.is_collision and not multipliers.is_conservative(event.point))
+        return _located(curve, before, after, kind, LOSSES[kind].test)
+    event = _located(curve, before, after, kind, crossing_after(before))
+    return replace(event, is_collision=event.is_collision and not is_conservative(event.point))
 
 
 def _crosses(point: Point) -> bool:
     """Whether a pair crosses the unit circle; where nothing is lost two of them meet on it."""
-    return multipliers.is_conservative(point) or multipliers.has_pair_on_circle(point)
+    return is_conservative(point) or has_pair_on_circle(point)
 
 
 def _changed(before: Point, after: Point) -> list[str]:
     """The kinds of events whose test functions have different signs at two points."""
-    kinds = [kind for kind in (FOLD, DOUBLING, BREAKING) if TESTS[kind](before) * TESTS[kind](after) < 0.0]
-    if _is_vertical(before, after):
+    signs = {kind: LOSSES[kind].test(before) * LOSSES[kind].test(after) for kind in (FOLD, DOUBLING, BREAKING)}
+    kinds = [kind for kind, sign in signs.items() if sign < 0.0]
+    if is_vertical(before, after):
         kinds = [kind for kind in kinds if kind not in (FOLD, BREAKING)]
     if FOLD in kinds and BREAKING in kinds:  # at a fold det(I - M) is zero as well
         kinds.remove(BREAKING)
-    if multipliers.pairs_crossed(before, after):
+    if pairs_crossed(before, after):
         kinds.append(NEIMARK_SACKER)
     return kinds
-
-
-def _is_vertical(before: Point, after: Point) -> bool:
-    """Whether a branch is vertical: a family of motions at one parameter, with a multiplier at 1 all along.
-
-    So is its motion that grazes, beyond which it may go either way: the signs of its test functions are rounding.
-    """
-    is_vertical = [abs(_fold(point)) < VERTICAL for point in (before, after)]
-    grazes = [point.touch is not None for point in (before, after)]
-    return all(is_vertical) or (is_vertical[0] and grazes[0]) or (is_vertical[1] and grazes[1])
-
-
-def _hidden_fold(curve: Continuation, before: Point, after: Point) -> Point | None:
-    """A point at which the parameter goes the other way than at both ends of a step; None if there is none."""
-    if _is_vertical(before, after):
-        return None
-    for _ in range(_DEEPEST):
-        if not _goes_back(before, after):
-            return None
-        middle = curve.between(before, after, 0.5)
-        if _fold(middle) * _fold(before) < 0.0:
-            return middle
-        before, after = (before, middle) if _goes_back(before, middle) else (middle, after)
-    return None
-
-
-def _goes_back(before: Point, after: Point) -> bool:
-    """Whether the parameter goes one way at both ends of a step, and the other way in the middle of their cubic."""
-    first, last = _fold(before), _fold(after)
-    chord = after.w - before.w
-    middle = 1.5 * float(chord[-1]) - 0.25 * (first + last) * float(np.linalg.norm(chord))
-    return first * last > 0.0 and first * middle < 0.0
 
 
 def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | None:
@@ -276,19 +266,18 @@ def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | No
     Two doublings, two Neimark-Sacker bifurcations, or two breakings of a symmetric driveline may lie within one step: a
     multiplier comes to the unit circle and back.
     """
-    for kind, nearest in _NEAREST.items():
-        test, ends = TESTS[kind], (nearest(before), nearest(after))
-        if test(before) * test(after) <= 0.0:
+    for kind, loss in LOSSES.items():
+        if loss.nearest is None or loss.test(before) * loss.test(after) <= 0.0:
             continue
+        ends = loss.nearest(before), loss.nearest(after)
         if kind == BREAKING:  # a multiplier that leaves the circle at 1 comes back without a fold
-            may_return = multipliers.may_return(*ends, near=_NEAR_ONE)
-            may_return = may_return and is_symmetric(curve.family.map_at(before.parameter).system)
+            is_near = may_return(*ends, near=_NEAR_ONE)
+            is_near = is_near and is_symmetric(curve.family.map_at(before.parameter).system)
         else:
-            may_return = multipliers.may_return(*ends)
-        if may_return:
-            point = _beyond_zero(curve, before, after, test)
-            if point is not None:
-                return point
+            is_near = may_return(*ends)
+        point = _beyond_zero(curve, before, after, loss.test) if is_near else None
+        if point is not None:
+            return point
     return None
 
 
@@ -335,7 +324,7 @@ def _located(curve: Continuation, before: Point, after: Point, kind: str, test: 
         if breaking is not None:
             return Event(kind, breaking)
     point, jumps = zero_between(curve, before, after, test)
-    return Event(kind, point, is_collision=jumps and kind in TESTS)
+    return Event(kind, point, is_collision=jumps and kind in LOSSES)
 
 
 def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: View) -> Iterator[Event]:
@@ -399,26 +388,10 @@ def _sign(holds: bool) -> float:
     return 1.0 if holds else -1.0
 
 
-def _fold(point: Point) -> float:
-    return float(point.tangent[-1])
-
-
-def _neimark_sacker(before: Point) -> Callable[[Point], float]:
-    """A test function that changes its sign where a pair crosses the unit circle after a point."""
-    return lambda point: abs(multipliers.pair_size(point)) * _sign(multipliers.pairs_crossed(before, point) == 0)
-
-
-TESTS: dict[str, Callable[[Point], float]] = {
-    FOLD: _fold,
-    DOUBLING: multipliers.det_plus,
-    BREAKING: multipliers.det_minus,
-    NEIMARK_SACKER: multipliers.pair_size,
+LOSSES = {
+    FOLD: Loss(along_parameter, lambda _: [1.0]),
+    DOUBLING: Loss(det_plus, lambda _: [-1.0], nearest_to_minus_one),
+    NEIMARK_SACKER: Loss(pair_size, pair_of, nearest_pair),
+    BREAKING: Loss(det_minus, lambda _: [1.0], nearest_to_one),
 }
-"""By kind of event, a test function that is smooth along a branch and zero at the event."""
-
-
-_NEAREST = {
-    DOUBLING: multipliers.nearest_to_minus_one,
-    NEIMARK_SACKER: multipliers.nearest_pair,
-    BREAKING: multipliers.nearest_to_one,
-}
+"""The kinds of events at which multipliers cross the unit circle."""

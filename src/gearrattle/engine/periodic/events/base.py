@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from gearrattle.engine.periodic.events.grazing import Grazing
 from gearrattle.engine.periodic.motion import Touch
@@ -28,3 +30,11 @@ class Event:
     is_collision: bool = False  # whether the gradient jumps there
     touch: Touch | None = None  # of a grazing: the corner and the instant.
     grazing: Grazing | None = None  # of a grazing: what it does to the gradient.
+
+
+class Loss(NamedTuple):
+    """A kind of event at which multipliers cross the unit circle."""
+
+    test: Callable[[Point], float]  # smooth along a branch, and zero at the event
+    crossing: Callable[[Point], list[complex]]  # what crosses in the motion of an event
+    nearest: Callable[[Point], tuple[complex, float]] | None = None  # the multiplier that may cross, and its distance

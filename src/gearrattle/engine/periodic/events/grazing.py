@@ -44,6 +44,7 @@ from scipy.linalg import expm
 
 from gearrattle.engine.periodic import turning_points
 from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.events.fold import VERTICAL
 from gearrattle.engine.periodic.events.location import Stretch
 from gearrattle.engine.periodic.events.pattern import View, touch_between
 from gearrattle.engine.periodic.events.slider_release import is_release
@@ -62,11 +63,23 @@ Array = NDArray[np.float64]
 COMPLIANT, JUMP, RELEASE, RIGID = "compliant", "jump", "release", "rigid"
 RESOLVED = 1e-8
 """Depth to which a touch is resolved, in units of a T^2."""
-VERTICAL = 1e-9
-"""Part of a tangent along the parameter that is rounding: the branch is vertical there, or folds."""
 _AT_ONCE = 1e-9  # periods: crossings so shortly before a touch happen with it
 _ASIDE = (1e-11, 1e-10, 1e-9, 1e-8)  # arclength from a grazing to one that does not touch by rounding
 _APART = 1e-4  # arclength from a grazing, on its side without contact, to motions whose depth tells its slope
+
+
+_MOST = 40  # motions followed
+_NEARER = 0.02  # share of the way to the expected grazing that the next motion leaves, at least
+_FIRST_LEFT = 0.25  # the same, where only a tangent leads to the expected grazing
+_WIDEST_LEFT = 0.5
+_FEW, _ENOUGH = 4, 3  # motions that a grazing is extrapolated from: at most by depths, and by velocities
+_FIRST_ASIDE = 1e-3  # share of the way from the first motion without contact to the next
+_OUTSIDE = 0.1  # times what a grazing is located to, or may be missed by: so far from it its motion does not touch
+_ROUNDING = 1e-2  # of the depth before: one that lies beyond zero by less does so by rounding
+_LITTLE, _LITTLE_ARC = 1e-4, 1e-10  # by which an expected grazing may move at last: share of the way, and arclength
+_MISSED = 1e-9  # arclength by which a grazing may be missed
+_ANOTHER = 1.0 / 64.0  # periods: touches farther apart are different ones
+_NOT_LOCATED = "the motion that grazes is not reached"
 
 
 @dataclass(frozen=True)
@@ -230,20 +243,6 @@ def _slopes(flow: Flow, element: int, pieces: Pieces, *, is_mean: bool = False) 
                 stiffness += float(auxiliary.stiffness[p] + auxiliary.memory[p] * auxiliary.moves[p])
             damping += float(auxiliary.damping[p])
     return stiffness, damping
-
-
-_MOST = 40  # motions followed
-_NEARER = 0.02  # share of the way to the expected grazing that the next motion leaves, at least
-_FIRST_LEFT = 0.25  # the same, where only a tangent leads to the expected grazing
-_WIDEST_LEFT = 0.5
-_FEW, _ENOUGH = 4, 3  # motions that a grazing is extrapolated from: at most by depths, and by velocities
-_FIRST_ASIDE = 1e-3  # share of the way from the first motion without contact to the next
-_OUTSIDE = 0.1  # times what a grazing is located to, or may be missed by: so far from it its motion does not touch
-_ROUNDING = 1e-2  # of the depth before: one that lies beyond zero by less does so by rounding
-_LITTLE, _LITTLE_ARC = 1e-4, 1e-10  # by which an expected grazing may move at last: share of the way, and arclength
-_MISSED = 1e-9  # arclength by which a grazing may be missed
-_ANOTHER = 1.0 / 64.0  # periods: touches farther apart are different ones
-_NOT_LOCATED = "the motion that grazes is not reached"
 
 
 class _Depth(NamedTuple):

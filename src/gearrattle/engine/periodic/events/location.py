@@ -31,6 +31,11 @@ _SAME = 1e-9  # change of w below which a motion is the same
 _FARTHEST = 2.0  # distances between both nearest motions: up to there the cubic through them is better than a tangent
 
 
+_JUMP = 1e-3  # a test function that stays farther from zero than this on both sides jumps over zero
+_CHECKS = 6  # searches for one zero
+_ROUGHER = 10.0  # times as far off as the motion at a zero: the sign at a trial is checked
+
+
 class Stretch:
     """Motions between two points, by their share of the way.
 
@@ -101,11 +106,6 @@ def _normal_between(before: Point, after: Point) -> Array:
         return np.asarray(chord)
     both = before.tangent + after.tangent
     return np.asarray(both / np.linalg.norm(both))
-
-
-_JUMP = 1e-3  # a test function that stays farther from zero than this on both sides jumps over zero
-_CHECKS = 6  # searches for one zero
-_ROUGHER = 10.0  # times as far off as the motion at a zero: the sign at a trial is checked
 
 
 def zero_between(

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events.location import zero_between
+from gearrattle.engine.periodic.events.period_doubling import det_plus, nearest_to_minus_one
 from gearrattle.engine.periodic.families import are_symmetric, half_of
-from gearrattle.engine.periodic.multipliers import det_plus, nearest_to_minus_one
+from gearrattle.engine.periodic.multipliers import not_free
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 
@@ -116,3 +117,15 @@ def breaking_near(curve: Continuation, point: Point, farthest: float) -> Point |
 def _among(halves: Continuation, point: Point) -> Point:
     """A motion among the fixed points of H."""
     return replace(halves.in_plane(replace(point, later=None)), length=point.length)
+
+
+def det_minus(point: Point) -> float:
+    """Return det(I - M), without the factors of free directions: zero where a multiplier is 1."""
+    return float(np.prod(1.0 - not_free(point)).real)
+
+
+def nearest_to_one(point: Point) -> tuple[complex, float]:
+    """Return the multiplier nearest to 1, but for free directions, and its distance; infinite where there is none."""
+    values = not_free(point)
+    away = np.abs(values - 1.0)
+    return (complex(values[np.argmin(away)]), float(away.min())) if values.size else (0j, np.inf)

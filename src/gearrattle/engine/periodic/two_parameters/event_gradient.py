@@ -28,13 +28,13 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.equations import Bordered
-from gearrattle.engine.periodic.events import TESTS
+from gearrattle.engine.periodic.events import LOSSES
 from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.events.grazing import apart
+from gearrattle.engine.periodic.events.neimark_sacker import pair_product
 from gearrattle.engine.periodic.families import Family
 from gearrattle.engine.periodic.grazing_depth import depth
 from gearrattle.engine.periodic.motion import State, Touch
-from gearrattle.engine.periodic.multipliers import pair_product
 from gearrattle.engine.periodic.newton import Corrector
 from gearrattle.engine.periodic.point import Guess, Point
 from gearrattle.errors import ConvergenceError
@@ -192,5 +192,5 @@ def test_of(event: Event, family: Family, point: Point) -> float:
         return depth(family.map_at(point.parameter), point.motion.start, event.touch)[0]
     if event.kind == NEIMARK_SACKER:
         return pair_product(point, event.point)
-    test: Callable[[Point], float] = TESTS[event.kind]
+    test: Callable[[Point], float] = LOSSES[event.kind].test
     return test(point)

@@ -17,9 +17,10 @@ from scipy.optimize import brentq
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events.base import NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.events.neimark_sacker import nearest_pair
 from gearrattle.engine.periodic.families import Family
 from gearrattle.engine.periodic.grazing_depth import depth
-from gearrattle.engine.periodic.multipliers import is_conservative, nearest_pair
+from gearrattle.engine.periodic.multipliers import is_conservative
 from gearrattle.engine.periodic.patterns import rotated, word_of
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point, turned_around

@@ -27,10 +27,10 @@ from dataclasses import replace
 import numpy as np
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import TESTS, events_between
+from gearrattle.engine.periodic.events import LOSSES, events_between
 from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.events.neimark_sacker import nearest_pair
 from gearrattle.engine.periodic.grazing_depth import bend
-from gearrattle.engine.periodic.multipliers import nearest_pair
 from gearrattle.engine.periodic.two_parameters.event_gradient import test_of
 from gearrattle.engine.periodic.two_parameters.relocation import missed_after, polynomial_at, relocated
 from gearrattle.errors import ConvergenceError
@@ -237,7 +237,7 @@ def limit_at(grazing: Event, curve: Continuation, kind: str) -> float:
         with suppress(ConvergenceError):  # where motions touch, they may change too fast
             points = [curve.moved_along(grazing.point, (i + 1.0) * side) for i in range(len(_EXTRAPOLATED))]
             if test_of(grazing, curve.family, points[0]) < 0.0:
-                return float(np.dot(_EXTRAPOLATED, [TESTS[kind](point) for point in points]))
+                return float(np.dot(_EXTRAPOLATED, [LOSSES[kind].test(point) for point in points]))
     raise ConvergenceError("no motions without contact are near the grazing")
 
 

@@ -1,0 +1,142 @@
+"""Neimark-Sacker bifurcations: a complex pair of multipliers crosses the unit circle.
+
+The test function is its modulus less 1. Without damping pairs lie on the circle all along, and leave it where two meet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from gearrattle.engine.periodic.events import _sign
+from gearrattle.engine.periodic.multipliers import REAL, is_conservative, not_free, outside
+from gearrattle.engine.periodic.point import Point
+
+_NEAR = 0.02  # a multiplier whose distances from the circle add up to less may have been there in between
+_FARTHER = 3.0  # times the way between both ends that a multiplier may go in between
+_FEWEST = 4  # multipliers with two pairs
+_FAR = 0.3  # of its size and at least of one: a multiplier that goes farther in a step may have gone anywhere
+
+
+def pair_size(point: Point) -> float:
+    """Return the modulus of the complex pair nearest to the unit circle, less 1; -1 without one.
+
+    Where nothing is lost the moduli have a root at the event. Two pairs m, n meet on the circle and leave it: there
+    m + 1/m and n + 1/n, real so far, become conjugate, and the square of their difference is smooth.
+    """
+    if not is_conservative(point):
+        return abs(nearest_pair(point)[0]) - 1.0
+    upper = point.multipliers[point.multipliers.imag > REAL]
+    one, other = np.triu_indices(len(upper), 1)
+    squares = ((upper + 1.0 / upper)[one] - (upper + 1.0 / upper)[other]) ** 2
+    return -float(squares[np.argmin(np.abs(squares))].real) if squares.size else -1.0
+
+
+def pair_product(point: Point, like: Point) -> float:
+    """Return the product of a pair of multipliers, less 1: smooth also where they become real.
+
+    The pair is the one nearest to the complex pair of another point, which is that nearest to the unit circle there.
+    Where nothing is lost it is ``pair_size``.
+    """
+    wanted, _ = nearest_pair(like)
+    if not wanted or point.multipliers.size < 2:
+        return pair_size(point)
+    one, other = np.triu_indices(point.multipliers.size, 1)
+    m, n = point.multipliers[one], point.multipliers[other]
+    ways = [np.abs(p - wanted) + np.abs(q - wanted.conjugate()) for p, q in ((m, n), (n, m))]
+    nearest = int(np.argmin(np.minimum(*ways)))
+    return float((m[nearest] * n[nearest]).real) - 1.0
+
+
+def has_pair_on_circle(point: Point) -> bool:
+    """Return whether it is a complex pair that crosses the circle; beside a grazing it leaps, and is not just on it."""
+    real = point.multipliers[np.abs(point.multipliers.imag) <= REAL].real
+    return min(nearest_pair(point)[1], _NEAR) < float(np.abs(1.0 + real).min(initial=np.inf))
+
+
+def pairs_crossed(before: Point, after: Point) -> int:
+    """Return how many complex pairs leave the unit circle from one point to the next; negative: enter it.
+
+    Two real multipliers outside that meet become a pair without crossing the circle. One of them may have come from
+    inside shortly before, at a fold for example: then the product of both has not passed 1.
+    """
+    above, below, pairs = np.subtract(outside(after), outside(before))
+    crossed = int(pairs + np.trunc(above / 2.0) + np.trunc(below / 2.0))
+    if is_ambiguous(before, after):
+        is_odd = _sign_of_products(before) != _sign_of_products(after)
+        crossed -= int(np.sign(pairs)) if is_odd != bool(crossed % 2) else 0
+    return crossed
+
+
+def _sign_of_products(point: Point) -> float:
+    """The sign of the product of m n - 1 over all pairs m, n of multipliers.
+
+    It changes where a complex pair crosses the circle, and where two real ones are inverse.
+    """
+    values = not_free(point)
+    one, other = np.triu_indices(len(values), 1)
+    return float(np.sign(np.prod(values[one] * values[other] - 1.0).real))
+
+
+def is_ambiguous(before: Point, after: Point) -> bool:
+    """Return whether a pair outside the circle may have become two real multipliers, one of which has then come inside.
+
+    Or, the other way round, a pair may have entered the circle while a real one has left it: then there are two events.
+    """
+    above, below, pairs = (int(change) for change in np.subtract(outside(after), outside(before)))
+    return any(change % 2 == 1 and change * pairs < 0 for change in (above, below))
+
+
+def may_hide_pair(before: Point, after: Point) -> bool:
+    """Return whether pairs may cross the circle unseen between two points: they go far, or one leaves it as one enters.
+
+    Which multiplier has become which is told by the least sum of their ways.
+    """
+    m, n = before.multipliers, after.multipliers
+    if m.size < _FEWEST or is_conservative(before):
+        return False
+    one, other = linear_sum_assignment(np.abs(m[:, None] - n))
+    m, n = m[one], n[other]
+    is_pair = (np.abs(m.imag) > REAL) | (np.abs(n.imag) > REAL)
+    if not is_pair.any():
+        return False
+    m, n = m[is_pair], n[is_pair]
+    size, following = np.abs(m), np.abs(n)
+    goes_far = np.abs(n - m) > _FAR * np.maximum(np.maximum(size, following), 1.0)
+    leaves, enters = (size < 1.0) & (following > 1.0), (size > 1.0) & (following < 1.0)
+    return bool(goes_far.any() or (leaves.any() and enters.any()))
+
+
+def nearest_pair(point: Point) -> tuple[complex, float]:
+    """Return one of the complex pair nearest to the unit circle, the upper one, and how near it is.
+
+    Infinity without one; pairs that lie on it all along are not counted.
+    """
+    pairs = point.multipliers[point.multipliers.imag > REAL]
+    if not pairs.size or is_conservative(point):
+        return 0j, np.inf
+    away = np.abs(np.abs(pairs) - 1.0)
+    nearest = int(np.argmin(away))
+    return complex(pairs[nearest]), float(away[nearest])
+
+
+def may_return(before: tuple[complex, float], after: tuple[complex, float], near: float = _NEAR) -> bool:
+    """Return whether a multiplier may have come to the circle and back between two points.
+
+    It may where it moves far, or where it is ``near``: both distances add up to less.
+    """
+    way = before[1] + after[1]
+    return way < max(near, _FARTHER * abs(after[0] - before[0]))
+
+
+def crossing_after(before: Point) -> Callable[[Point], float]:
+    """Return a test function that changes its sign where a pair crosses the unit circle after a point."""
+    return lambda point: abs(pair_size(point)) * _sign(pairs_crossed(before, point) == 0)
+
+
+def pair_of(point: Point) -> list[complex]:
+    """Return the complex pair nearest to the unit circle."""
+    pair, _ = nearest_pair(point)
+    return [pair, pair.conjugate()]
