@@ -10,8 +10,6 @@ from scipy.optimize import brentq
 from gearrattle.engine.kernels import course
 from gearrattle.engine.kernels.course import Driven, Found, Path, Touched
 
-pytestmark = pytest.mark.compiled
-
 STIFFNESS, DRAG, FORCE = 400.0, 2.0, 30.0
 START = np.array([0.3, -4.0, 1.0])
 GENERATOR = np.array([[0.0, 1.0, 0.0], [-STIFFNESS, -DRAG, FORCE], [0.0, 0.0, 0.0]])

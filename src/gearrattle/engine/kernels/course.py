@@ -163,6 +163,12 @@ class _Extremum(NamedTuple):
 
 
 @kernel
+def _copy(source, out):
+    for j in range(out.size):
+        out[j] = source[j]
+
+
+@kernel
 def _write_sparse(matrix, out):
     """Write the entries that are not zero."""
     count = 0
@@ -170,7 +176,8 @@ def _write_sparse(matrix, out):
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):
             if matrix[i, j] != 0.0:
-                out.column[count], out.value[count] = j, matrix[i, j]
+                out.column[count] = j
+                out.value[count] = matrix[i, j]
                 count += 1
         out.start[i + 1] = count
 
@@ -186,6 +193,12 @@ def _room_region(states, size):
 
 
 @kernel
+def _room_rows(count, states, size):
+    """Room for rows over z, over v, and how they change with p."""
+    return _Region(_room_sparse(count, size), _room_sparse(count, states), _room_sparse(count, size), np.zeros(1))
+
+
+@kernel
 def _room_now(states, size):
     z, v = np.zeros((3, size)), np.zeros((3, states))
     return _Now(z[0], v[0], z[1], v[1], z[2], v[2])
@@ -194,7 +207,8 @@ def _room_now(states, size):
 @kernel
 def _enter(driven, slot, sums, region):
     """Make a region ready; ``sums`` is room (Z,)."""
-    generator, largest = driven.generator[slot], 0.0
+    generator = driven.generator[slot]
+    largest = 0.0
     states = driven.shift.shape[1]
     _write_sparse(generator, region.rates)
     _write_sparse(generator[:states, :states], region.own)
@@ -248,11 +262,10 @@ def _times_rates(row, region, out):
 @strict
 def _step(region, rows, by, h, now, series):
     """Carry a motion and its perturbation over a step, and write the series of all rows."""
-    reach, share = region.speed[0] * h, 1.0
-    for j in range(now.z.size):
-        now.z_term[j] = now.z[j]
-    for j in range(now.v.size):
-        now.v_term[j] = now.v[j]
+    reach = region.speed[0] * h
+    share = 1.0
+    _copy(now.z, now.z_term)
+    _copy(now.v, now.v_term)
     for m in range(_ORDER):
         for k in range(series.value.shape[0]):
             series.value[k, m] = product(rows.rates, k, now.z_term)
@@ -282,16 +295,19 @@ def _set_known(path, i, by, now):
     first = now.v.size - path.known.shape[1]
     for m in range(path.known.shape[1]):
         if path.known[i, m] == path.known[i, m]:
-            now.z[first + m], now.v[first + m] = path.known[i, m], by * path.known_shift[i, m]
+            now.z[first + m] = path.known[i, m]
+            now.v[first + m] = by * path.known_shift[i, m]
 
 
 @kernel
 def _write_jump(driven, path, i, z, z_after, region, room, jump):
     """Write Z z - Z+ z+ of crossing i over its rate, which is returned; that over 1 where the clock decides."""
-    before, after = driven.generator[path.slot[i]], driven.generator[path.slot[i + 1]]
+    before = driven.generator[path.slot[i]]
+    after = driven.generator[path.slot[i + 1]]
     size = z.size
     _times_rates(path.row[i], region, room)
-    rate, square = _dot(room, z), _dot(room[: jump.size], room)
+    rate = _dot(room, z)
+    square = _dot(room[: jump.size], room)
     for j in range(jump.size):
         total = 0.0
         if path.is_law[i] == 1:  # the rate alone is seen: what depends on the deflection vanishes at the corner
@@ -308,8 +324,7 @@ def _write_jump(driven, path, i, z, z_after, region, room, jump):
 @strict
 def _leap(driven, path, i, by, region, room, jump, now):
     """Carry a motion and its perturbation over crossing i; its delay is returned."""
-    for j in range(now.z.size):
-        now.z_term[j] = now.z[j]
+    _copy(now.z, now.z_term)
     first = now.v.size - path.known.shape[1]
     for m in range(path.known.shape[1]):
         if path.known[i + 1, m] == path.known[i + 1, m]:
@@ -358,8 +373,10 @@ def _write_turn(path, place, s, upward, series, found):
             if found.number[0] < found.turns.shape[0]:
                 row = found.turns[found.number[0]]
                 row[CLEARANCE], row[UPWARD] = k, upward
-                row[TIME], row[DEPTH] = place.begin + s * place.length, depth
-                row[SLOPE], row[TIME_SLOPE] = sign * (slope - moved), time_slope
+                row[TIME] = place.begin + s * place.length
+                row[DEPTH] = depth
+                row[SLOPE] = sign * (slope - moved)
+                row[TIME_SLOPE] = time_slope
             found.number[0] += 1
 
 
@@ -367,12 +384,15 @@ def _write_turn(path, place, s, upward, series, found):
 def _write_dip(path, place, least, found):
     """Write where a rate comes nearest to zero and does not reach it: its distance beyond zero, as a depth."""
     i, k = place.interval, place.clearance
-    below, above = least.value - path.lower[i, k], path.upper[i, k] - least.value
+    below = least.value - path.lower[i, k]
+    above = path.upper[i, k] - least.value
     if min(below, above) >= found.reach[k]:
         return
     if found.number[0] < found.turns.shape[0]:
-        row, sign = found.turns[found.number[0]], -1.0 if least.rate > 0.0 else 1.0
-        row[CLEARANCE], row[UPWARD] = k, RISING if least.rate > 0.0 else FALLING
+        row = found.turns[found.number[0]]
+        sign = -1.0 if least.rate > 0.0 else 1.0
+        row[CLEARANCE] = k
+        row[UPWARD] = RISING if least.rate > 0.0 else FALLING
         row[TIME], row[TIME_SLOPE] = least.time, least.time_slope
         row[DEPTH], row[SLOPE] = sign * least.rate, sign * least.rate_slope
         row[LEVEL] = min(below, above)
@@ -386,7 +406,8 @@ def _write_dip(path, place, least, found):
 @kernel
 def _is_far(path, i, k, series, found):
     """Whether a deflection stays farther than its reach from both corners over a step."""
-    value, way = series.value[k, 0], found.reach[k]
+    value = series.value[k, 0]
+    way = found.reach[k]
     for m in range(1, _ORDER):
         way += abs(series.value[k, m])
     return value - path.lower[i, k] > way and path.upper[i, k] - value > way
@@ -396,7 +417,8 @@ def _is_far(path, i, k, series, found):
 def _least_at(place, s, series):
     """What a rate is where it comes nearest to zero within a step."""
     k, h = place.clearance, place.length
-    rate, time_slope = value_of(series.rate, s), -slope_of(series.rate_change, s) / bend_of(series.rate, s)
+    rate = value_of(series.rate, s)
+    time_slope = -slope_of(series.rate_change, s) / bend_of(series.rate, s)
     value_slope = value_of(series.change[k], s) + rate * time_slope
     rate_slope = value_of(series.rate_change, s) / h
     time = place.begin + s * h
@@ -408,15 +430,19 @@ def _search(path, place, rises, series, found):
     """Write the turning points and dips of a clearance within a step; gives whether its rate is positive at the end."""
     k = place.clearance
     for m in range(1, _ORDER):
-        series.rate[m - 1], series.rate_change[m - 1] = m * series.value[k, m], m * series.change[k, m]
-    rate, low = series.rate[0], 0.0
+        series.rate[m - 1] = m * series.value[k, m]
+        series.rate_change[m - 1] = m * series.change[k, m]
+    rate = series.rate[0]
+    low = 0.0
     for look in range(1, _LOOKS + 1):
         high = look / _LOOKS
         rate_high = value_of(series.rate, high)
-        ends, is_turn = (high, high), (rate_high > 0.0) != rises
+        ends = (high, high)
+        is_turn = (rate_high > 0.0) != rises
         if not is_turn and rate * slope_of(series.rate, low) < 0.0 < rate_high * slope_of(series.rate, high):
             s = turn_between(series.rate, low, high)
-            ends, is_turn = (s, high), (value_of(series.rate, s) > 0.0) != rises
+            ends = (s, high)
+            is_turn = (value_of(series.rate, s) > 0.0) != rises
             if not is_turn:
                 _write_dip(path, place, _least_at(place, s, series), found)
         if is_turn:
@@ -433,9 +459,12 @@ def _search(path, place, rises, series, found):
 @strict
 def _write_kinks(path, i, by, h, series, last, found):
     """Write the rates that come nearest to zero at crossing i - 1, where their derivatives jump from ``last``."""
-    delay, time = found.delay[i - 1], path.time[i]
+    delay = found.delay[i - 1]
+    time = path.time[i]
     for k in range(last.size):
-        value, rate, after = series.value[k, 0], series.value[k, 1] / h, 2.0 * series.value[k, 2] / (h * h)
+        value = series.value[k, 0]
+        rate = series.value[k, 1] / h
+        after = 2.0 * series.value[k, 2] / (h * h)
         if rate * last[k] < 0.0 < rate * after:
             value_slope = series.change[k, 0] + rate * delay
             rate_slope = series.change[k, 1] / h + after * delay
@@ -450,51 +479,49 @@ def write_course(driven, path, z, change, found):
     z: (Z,) at the start, balanced.
     change: (N + 1,) of the state at the start, balanced, and of p.
     """
-    states, size, width = driven.shift.shape[1], z.size, driven.deflection.shape[0]
-    by, now, region = change[states], _room_now(states, size), _room_region(states, size)
-    is_sought = found.turns.shape[0] > 0
-    sought = width if is_sought else 0
-    rows = _Region(_room_sparse(sought, size), _room_sparse(sought, states), _room_sparse(sought, size), np.zeros(1))
+    states = driven.shift.shape[1]
+    size = z.size
+    by = change[states]
+    now = _room_now(states, size)
+    region = _room_region(states, size)
+    sought = driven.deflection.shape[0] if found.turns.shape[0] > 0 else 0
+    rows = _room_rows(sought, states, size)
     _write_sparse(driven.deflection[:sought], rows.rates)
     _write_sparse(driven.deflection[:sought, :states], rows.own)
     _write_sparse(driven.deflection_shift[:sought], rows.shift)
-    coefficients, room = np.empty((2, sought, _ORDER)), np.empty((2, size))
+    coefficients = np.empty((2, sought, _ORDER))
+    room = np.empty((2, size))
     series = _Series(coefficients[0], coefficients[1], np.empty(_ORDER - 1), np.empty(_ORDER - 1))
-    last, sign = np.zeros(sought), np.full(sought, -1)
-    for j in range(size):
-        now.z[j] = z[j]
-    for j in range(states):
-        now.v[j] = change[j]
+    last = np.zeros(sought)
+    sign = np.full(sought, -1)
+    _copy(z, now.z)
+    _copy(change, now.v)
     _set_known(path, 0, by, now)
     found.number[0] = 0
     for i in range(path.slot.size):
-        for j in range(size):
-            found.z[i, j] = now.z[j]
-        for j in range(states):
-            found.v[i, j] = now.v[j]
+        _copy(now.z, found.z[i])
+        _copy(now.v, found.v[i])
         length = path.time[i + 1] - path.time[i]
         _enter(driven, path.slot[i], room[0], region)
         count = steps_of(region, length) if length > 0.0 else 0
-        for n in range(count):
+        for n in range(count):  # within the interval: step by step
             h = length / count
             begin = path.time[i] + n * h
             _step(region, rows, by, h, now, series)
-            if is_sought and n == 0 and i > 0:
+            if n == 0 and i > 0:  # dips at the crossing before
                 _write_kinks(path, i, by, h, series, last, found)
-            for k in range(sought):
+            for k in range(sought):  # turning points and dips of every clearance
                 last[k] = bend_of(series.value[k], 1.0) / (h * h)
                 if _is_far(path, i, k, series, found):
                     sign[k] = -1
                     continue
                 rises = series.value[k, 1] > 0.0 if sign[k] < 0 else sign[k] == 1
                 sign[k] = 1 if _search(path, _Place(i, k, begin, h, by), rises, series, found) else 0
-        if i + 1 < path.slot.size:
+        if i + 1 < path.slot.size:  # over the crossing behind it
             found.delay[i] = _leap(driven, path, i, by, region, room[0], found.jump[i], now)
     end = path.slot.size
-    for j in range(size):
-        found.z[end, j] = now.z[j]
-    for j in range(states):
-        found.v[end, j] = now.v[j]
+    _copy(now.z, found.z[end])
+    _copy(now.v, found.v[end])
     if found.number[0] > found.turns.shape[0]:
         found.number[0] = -1
 
@@ -508,11 +535,13 @@ def write_outside(watch, upward, begins, outside):
     begins: (2,) crossings before the start and before the end of the part; 0 and 0 for the whole motion.
     outside: (2, K) written; -1: it crosses nothing.
     """
-    count, clearances = watch.size, outside.shape[1]
+    count = watch.size
+    clearances = outside.shape[1]
     for k in range(clearances):
         outside[0, k] = outside[1, k] = -1
     for i in range(count):
-        before, after = (begins[0] + i) % count, (begins[1] - 1 - i) % count
+        before = (begins[0] + i) % count
+        after = (begins[1] - 1 - i) % count
         if watch[before] < clearances:
             outside[0, watch[before]] = upward[before]
         if watch[after] < clearances:
@@ -540,7 +569,9 @@ def write_direction(columns, scale, row, memories, direction):
     row: (N + 1,) over the state at the start [SI], and p.
     memories: how many of the last entries of the state are some.
     """
-    states, matrix, change = scale.size, direction.matrix, direction.change
+    states = scale.size
+    matrix = direction.matrix
+    change = direction.change
     for i in range(states):
         for j in range(states + 1):
             matrix[i, j] = columns[i, j]
@@ -574,9 +605,13 @@ class Touched(NamedTuple):
 @strict
 def _carry_row(driven, path, found, last, since, row, region):
     """Carry a row over v backwards to the start, from so long after the beginning of interval ``last``."""
-    states, memories = row.size, path.known.shape[1]
-    room, terms = np.empty(driven.generator.shape[1]), np.empty((3, states))
-    term, following, total = terms[0], terms[1], terms[2]
+    states = row.size
+    memories = path.known.shape[1]
+    room = np.empty(driven.generator.shape[1])
+    terms = np.empty((3, states))
+    term = terms[0]
+    following = terms[1]
+    total = terms[2]
     for i in range(last, -1, -1):
         _enter(driven, path.slot[i], room, region)
         length = since if i == last else path.time[i + 1] - path.time[i]
@@ -594,8 +629,7 @@ def _carry_row(driven, path, found, last, since, row, region):
                 for j in range(states):
                     term[j] = following[j]
                     total[j] += term[j]
-            for j in range(states):
-                row[j] = total[j]
+            _copy(total, row)
         for m in range(memories):
             if path.known[i, m] == path.known[i, m]:
                 row[states - memories + m] = 0.0
@@ -619,8 +653,12 @@ def _interval_at(path, time):
 @strict
 def _write_slopes(driven, path, found, extremum, now, scale, region, touched):
     """Write the slopes of the depth and of the instant of an extremum."""
-    states, sign, own = now.v.size, extremum.sign, np.empty(scale.size)
-    row, row_shift, rate_row = extremum.row, extremum.row_shift, extremum.rate_row
+    states = now.v.size
+    sign = extremum.sign
+    own = np.empty(scale.size)
+    row = extremum.row
+    row_shift = extremum.row_shift
+    rate_row = extremum.rate_row
     depth_by_p = _dot(row, now.v) + _dot(row_shift, now.z) - extremum.corner_shift
     rate_by_p = _dot(rate_row, now.v)
     for q in range(now.z.size):
@@ -645,26 +683,32 @@ def write_touch(driven, path, z, corner, scale, found, touched):
     corner: (2,) the clearance, and 1 for its upper corner.
     scale: (N,) balanced = scale * SI.
     """
-    k, upward, states, size = corner[0], corner[1], scale.size, z.size
+    k = corner[0]
+    upward = corner[1]
+    states = scale.size
+    size = z.size
     change = np.zeros(states + 1)
     change[states] = 1.0
     write_course(driven, path, z, change, found)
-    asked, end, time = touched.number[0], path.time[path.time.size - 1], touched.number[0]
+    # the extremum, by Newton's method in time from the beginning of the interval that it lies in
+    asked = touched.number[0]
+    end = path.time[path.time.size - 1]
+    time = touched.number[0]
     touched.number[1] = np.nan
-    now, region, rows = _room_now(states, size), _room_region(states, size), np.empty((4, size))
-    none = _Region(_room_sparse(0, size), _room_sparse(0, states), _room_sparse(0, size), np.zeros(1))
+    now = _room_now(states, size)
+    region = _room_region(states, size)
+    rows = np.empty((4, size))
+    none = _room_rows(0, states, size)
     series = _Series(np.empty((0, _ORDER)), np.empty((0, _ORDER)), z, z)
-    for j in range(size):
-        rows[0, j], rows[1, j] = driven.deflection[k, j], driven.deflection_shift[k, j]
+    _copy(driven.deflection[k], rows[0])
+    _copy(driven.deflection_shift[k], rows[1])
     for _ in range(_ITERATIONS):
         at = time - end * np.floor(time / end)
         i = _interval_at(path, at)
         since = at - path.time[i]
         _enter(driven, path.slot[i], rows[3], region)
-        for j in range(size):
-            now.z[j] = found.z[i, j]
-        for j in range(states):
-            now.v[j] = found.v[i, j]
+        _copy(found.z[i], now.z)
+        _copy(found.v[i], now.v)
         count = steps_of(region, since) if since > 0.0 else 0
         for _ in range(count):
             _step(region, none, 1.0, since / count, now, series)
@@ -677,7 +721,7 @@ def write_touch(driven, path, z, corner, scale, found, touched):
         time += step
         if abs(time - asked) > FARTHEST:
             return
-        if abs(step) < _SETTLED:
+        if abs(step) < _SETTLED:  # its depth, and how both move
             sign = 1.0 if upward == 1 else -1.0
             bound = path.upper[i, k] if upward == 1 else path.lower[i, k]
             touched.number[0], touched.number[2] = time, bend

@@ -168,7 +168,8 @@ def _write_tables(generator, shift, steps, slot):
     The inputs are oscillators: their own rows are turned exactly.
     """
     size, states = generator.shape[0], shift.shape[0]
-    pairs, finest = (size - states - 1) // 2, steps.levels[slot] - 1
+    pairs = (size - states - 1) // 2
+    finest = steps.levels[slot] - 1
     h = 0.5**finest
     term, moved_term = np.zeros((2, size, size)), np.zeros((2, states, size))
     for level in range(steps.first[slot], finest + 1):
@@ -181,7 +182,8 @@ def _write_tables(generator, shift, steps, slot):
                 moved[i, j] = 0.0
         for c in range(states + 1, states + 1 + pairs):
             angle = generator[c + pairs, c] * 0.5**level
-            turned, half = np.sin(angle), np.sin(0.5 * angle)
+            turned = np.sin(angle)
+            half = np.sin(0.5 * angle)
             increment[c, c] = increment[c + pairs, c + pairs] = -2.0 * half * half
             increment[c + pairs, c], increment[c, c + pairs] = turned, -turned
     increment, moved = steps.increment[slot, finest], steps.moved[slot, finest]
@@ -192,7 +194,8 @@ def _write_tables(generator, shift, steps, slot):
                 increment[i, j] = term[0, i, j]
                 moved[i, j] = moved_term[0, i, j] = h * shift[i, j]
     for m in range(2, _TERMS + 1):
-        now, then = m % 2, 1 - m % 2
+        now = m % 2
+        then = 1 - m % 2
         _multiply_term(generator, shift, h / m, (term[now], moved_term[now]), (term[then], moved_term[then]))
         for i in range(states):
             for j in range(size):
@@ -246,7 +249,8 @@ def multiply(rates, shift, columns, z, carried):
         for p in range(states + 1):
             row[p] = 0.0
         for j in range(states):
-            weight, other = rates[i, j], columns[j]
+            weight = rates[i, j]
+            other = columns[j]
             for p in range(states + 1):
                 row[p] += weight * other[p]
         row[states] += dot(shift, i, z)
@@ -274,7 +278,10 @@ def step(increment, moved, carried):
 @kernel
 def add_series(generator, shift, h, carried):
     """Carry over h shorter than the finest step, by Taylor series."""
-    columns, z, term, z_term = carried.columns, carried.z, carried.columns_term, carried.z_term
+    columns = carried.columns
+    z = carried.z
+    term = carried.columns_term
+    z_term = carried.z_term
     for i in range(columns.shape[0]):
         for p in range(columns.shape[1]):
             term[i, p] = columns[i, p]
@@ -295,7 +302,8 @@ def add_series(generator, shift, h, carried):
 @kernel
 def carry(steps, slot, generator, shift, h, carried):
     """Carry over an interval: steps of the tables, the longest first, then a Taylor series."""
-    left, length = h, 0.5 ** steps.first[slot]
+    left = h
+    length = 0.5 ** steps.first[slot]
     for level in range(steps.first[slot], steps.levels[slot]):
         while left >= length:
             step(steps.increment[slot, level], steps.moved[slot, level], carried)
@@ -309,7 +317,8 @@ def carry(steps, slot, generator, shift, h, carried):
 def cross(common, k, jump, corner_shift, deflection, deflection_shift, carried):
     """Kick the velocities where the damping of element k jumps at a corner that moves with the parameter."""
     columns, z = carried.columns, carried.z
-    states, inertias = columns.shape[0], common.inertia.size
+    states = columns.shape[0]
+    inertias = common.inertia.size
     moving = states - inertias
     for p in range(states + 1):
         moved = 0.0
@@ -328,7 +337,9 @@ def cross(common, k, jump, corner_shift, deflection, deflection_shift, carried):
 def _write_rows(workspace, regions, generator, deflection):
     """Write A and G of every slot's region, and the deflections of the clearances."""
     common, region = common_at(workspace), region_at(workspace)
-    clearances, states, size = common.clearances, region.matrix.shape[0], region.matrix.shape[1]
+    clearances = common.clearances
+    states = region.matrix.shape[0]
+    size = region.matrix.shape[1]
     for slot in range(generator.shape[0]):
         for i in range(clearances.size):
             region.pieces[clearances[i]] = regions.piece[slot, i]
@@ -359,15 +370,18 @@ def _write_rates(workspace, cases, scales, regions, v, rates):
     frequency = common_at(workspace).frequency
     for slot in range(slots):
         for h in range(frequency.size):
-            cosine, sine = states + 1 + h, states + 1 + frequency.size + h
-            rates.generator[slot, cosine, sine], rates.generator[slot, sine, cosine] = -frequency[h], frequency[h]
+            cosine = states + 1 + h
+            sine = states + 1 + frequency.size + h
+            rates.generator[slot, cosine, sine] = -frequency[h]
+            rates.generator[slot, sine, cosine] = frequency[h]
         for i in range(states):
             for j in range(size):
                 rates.shift[slot, i, j] = 0.5 * (generators[1, slot, i, j] - generators[0, slot, i, j])
     for i in range(deflections.shape[1]):
         for j in range(size):
             rates.deflection_shift[i, j] = 0.5 * (deflections[1, i, j] - deflections[0, i, j])
-    below, above = numbers_of(cases.numbers, v - NEIGHBOURS).laws, numbers_of(cases.numbers, v - 1).laws
+    below = numbers_of(cases.numbers, v - NEIGHBOURS).laws
+    above = numbers_of(cases.numbers, v - 1).laws
     for p in range(rates.lower_shift.size):
         rates.lower_shift[p] = 0.5 * (above.lower[p] - below.lower[p])
         rates.upper_shift[p] = 0.5 * (above.upper[p] - below.upper[p])
@@ -381,7 +395,8 @@ def _write_levels(common, rates, path, steps):
     for h in range(common.frequency.size):
         widest = max(widest, common.frequency[h])
     for slot in range(slots):
-        norm, longest = max(widest, norm_of_square(rates.generator[slot], states)), 0.0
+        norm = max(widest, norm_of_square(rates.generator[slot], states))
+        longest = 0.0
         for i in range(path.slot.size):
             if path.slot[i] == slot:
                 longest = max(longest, path.time[i + 1] - path.time[i])
@@ -409,7 +424,8 @@ def slot_of(regions, slots, pieces):
 def _write_path(laid, rates, marched, path):
     """Write when a motion is in which slot, and what it crosses: corners of laws alone."""
     (common, laws, regions), log, events = laid, marched.log, marched.events
-    pieces, slots = marched.initial.copy(), rates.shift.shape[0]
+    pieces = marched.initial.copy()
+    slots = rates.shift.shape[0]
     path.time[0] = 0.0
     for i in range(events + 1):
         path.slot[i] = slot_of(regions, slots, pieces)
@@ -417,10 +433,14 @@ def _write_path(laid, rates, marched, path):
         for k in range(pieces.size):
             piece = laws.first[common.clearances[k]] + pieces[k]
             path.lower[i, k], path.upper[i, k] = laws.lower[piece], laws.upper[piece]
-            path.lower_shift[i, k], path.upper_shift[i, k] = rates.lower_shift[piece], rates.upper_shift[piece]
+            path.lower_shift[i, k] = rates.lower_shift[piece]
+            path.upper_shift[i, k] = rates.upper_shift[piece]
         if i < events:
             crossed = log.clearance[i]
-            path.clearance[i], path.upward[i], path.is_law[i], path.tick[i] = crossed, log.upward[i], 1, np.nan
+            path.clearance[i] = crossed
+            path.upward[i] = log.upward[i]
+            path.is_law[i] = 1
+            path.tick[i] = np.nan
             path.bound_shift[i] = path.upper_shift[i, crossed] if log.upward[i] else path.lower_shift[i, crossed]
             for j in range(path.row.shape[1]):
                 path.row[i, j] = rates.deflection[crossed, j]
@@ -430,8 +450,10 @@ def _write_path(laid, rates, marched, path):
 
 @kernel
 def _room_path(events, clearances, size, outside):
-    integers, numbers = np.empty((4, events + 1), np.int64), np.empty((2, events))
-    corners, rows = np.empty((4, events + 1, clearances)), np.empty((2, events, size))
+    integers = np.empty((4, events + 1), np.int64)
+    numbers = np.empty((2, events))
+    corners = np.empty((4, events + 1, clearances))
+    rows = np.empty((2, events, size))
     return Path(
         np.empty(events + 2),
         integers[0],
@@ -481,10 +503,11 @@ def _follow(laid, rates, marched, carried, scale, out):
     ranges = np.empty(slots, np.int64), np.empty(slots, np.int64)
     steps = Steps(np.empty((slots, 0, size, size)), np.empty((slots, 0, states, size)), ranges[0], ranges[1])
     _write_levels(common, rates, path, steps)
-    levels, is_written = ranges[0].max(), np.zeros(slots, np.bool_)
+    levels = ranges[0].max()
+    is_written = np.zeros(slots, np.bool_)
     steps = Steps(np.empty((slots, levels, size, size)), np.empty((slots, levels, states, size)), ranges[0], ranges[1])
     begin = carried.z.copy()
-    for i in range(events + 1):
+    for i in range(events + 1):  # perturbations of the whole state, and s: by tables
         slot = path.slot[i]
         generator, shift = rates.generator[slot], rates.shift[slot]
         if not is_written[slot]:
@@ -492,14 +515,15 @@ def _follow(laid, rates, marched, carried, scale, out):
             is_written[slot] = True
         carry(steps, slot, generator, shift, path.time[i + 1] - path.time[i], carried)
         if i < events:
-            crossed, element = path.clearance[i], common.clearances[path.clearance[i]]
+            crossed = path.clearance[i]
+            element = common.clearances[crossed]
             before = laws.first[element] + regions.piece[slot, crossed]
             beyond = laws.first[element] + regions.piece[path.slot[i + 1], crossed]
             jump = laws.damping[beyond] - laws.damping[before]
             if jump != 0.0:
                 rows = rates.deflection[crossed], rates.deflection_shift[crossed]
                 cross(common, element, jump, path.bound_shift[i], rows[0], rows[1], carried)
-    if out.corner[0] >= 0 or out.turning[0] != NO_TURNS:
+    if out.corner[0] >= 0 or out.turning[0] != NO_TURNS:  # one perturbation, with series of deflections
         driven = Driven(rates.generator, rates.shift, rates.deflection, rates.deflection_shift)
         found = Found(
             np.empty((events + 2, size)),
@@ -526,10 +550,16 @@ def differentiate(workspace, cases, buffers, regions, march, samples, log, curso
     cases, buffers, cursor: of ``many``; the ``NEIGHBOURS`` variants before the present one are its neighbours.
     out: ``Map``.
     """
-    v, frame, scales, slots = cursor[AT], cases.frame, buffers.scales, cursor[SLOTS]
-    r, n = frame.elements.size, cases.angle.shape[1]
-    states, inputs = r + n, scales.inputs.size
-    size, clearances = states + 2 * inputs - 1, frame.clearances.size
+    v = cursor[AT]
+    frame = cases.frame
+    scales = buffers.scales
+    slots = cursor[SLOTS]
+    r = frame.elements.size
+    n = cases.angle.shape[1]
+    states = r + n
+    inputs = scales.inputs.size
+    size = states + 2 * inputs - 1
+    clearances = frame.clearances.size
     rates = Rates(
         np.empty((slots, size, size)),
         np.empty((slots, states, size)),
@@ -539,8 +569,10 @@ def differentiate(workspace, cases, buffers, regions, march, samples, log, curso
         np.empty(cases.numbers.laws.lower.shape[1]),
     )
     _write_rates(workspace, cases, scales, regions, v, rates)
-    columns, z = np.eye(states, states + 1), np.zeros(size)
-    room, z_room = np.empty((2, states, states + 1)), np.empty((2, size))
+    columns = np.eye(states, states + 1)
+    z = np.zeros(size)
+    room = np.empty((2, states, states + 1))
+    z_room = np.empty((2, size))
     carried = Carried(columns, z, room[0], z_room[0], room[1], z_room[1])
     scale = np.empty(states)
     for i in range(states):
@@ -553,7 +585,8 @@ def differentiate(workspace, cases, buffers, regions, march, samples, log, curso
     _follow(laid, rates, marched, carried, scale, out)
     last = samples.states[samples.states.shape[0] - 1]
     for i in range(states):
-        out.end[i], out.slope[i] = last[i] / scale[i], columns[i, states] / scale[i]
+        out.end[i] = last[i] / scale[i]
+        out.slope[i] = columns[i, states] / scale[i]
         for j in range(states):
             out.gradient[i, j] = columns[i, j] / scale[i] * scale[j]
     for i in range(frame.references.size):

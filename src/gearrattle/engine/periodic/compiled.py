@@ -33,10 +33,12 @@ class PeriodBatch(Batch):
     """
 
     def __init__(self, system: PiecewiseSystem, cycles: int, numbers: Coefficients) -> None:
-        variants, pieces = len(numbers.inertia), [system.laws[k].pieces for k in system.clearances]
+        variants = len(numbers.inertia)
+        pieces = [system.laws[k].pieces for k in system.clearances]
         counts = np.zeros((2, len(pieces)), np.int64)
         judged = Judged(np.cumsum([0, *pieces]), counts[0], np.zeros(sum(pieces), np.int64), counts[1])
-        start, window = np.zeros((2, variants, system.size)), np.zeros((variants, 3))
+        start = np.zeros((2, variants, system.size))
+        window = np.zeros((variants, 3))
         pattern = Pattern(system, AS_GIVEN, cycles, judged)
         frame = pattern.frame()
         states = len(frame.elements) + system.size
@@ -73,7 +75,8 @@ class PeriodBatch(Batch):
         self.out.touched.number[:] = np.nan if touch is None else touch.time, np.nan, np.nan
         self.out.turning[0] = NO_TURNS
         if isinstance(turns_along, Along):
-            self.out.turning[0], self.out.outside[:] = ALONG_CHANGE, turns_along.outside
+            self.out.turning[0] = ALONG_CHANGE
+            self.out.outside[:] = turns_along.outside
             self.out.row[:-1], self.out.row[-1] = turns_along.state, turns_along.parameter
         elif turns_along is not None:
             self.out.turning[0], self.out.row[:] = ALONG_ROW, turns_along
@@ -88,7 +91,8 @@ class PeriodBatch(Batch):
 
     def passages(self) -> Passages:
         """Return the crossings of the motion."""
-        count, log = int(self.march.counts[packed.EVENTS]), self.log
+        count = int(self.march.counts[packed.EVENTS])
+        log = self.log
         period = float(self.cases.numbers.period[-1, 0])
         watch = log.clearance[:count].copy()
         velocity = log.rate[:count] * self.buffers.scales.corner[watch] / period
@@ -103,6 +107,7 @@ class PeriodBatch(Batch):
 
     def turns(self) -> Turns | None:
         """Return the turning points, if they were asked for and there is one direction for their slopes."""
-        count, crossings = int(self.out.turning[0]), int(self.march.counts[packed.EVENTS])
+        count = int(self.out.turning[0])
+        crossings = int(self.march.counts[packed.EVENTS])
         known = crossings <= len(self.out.delay)
         return turns_of(self.out.turns, count, self.out.delay[:crossings].copy()) if known else None

@@ -131,7 +131,9 @@ class Continuation:
         A closed branch ends with its first point again. The first step of one that leaves another branch is no longer
         than the way from there.
         """
-        earlier, point, step = begin, begin, self._first
+        earlier = begin
+        point = begin
+        step = self._first
         if begin.length > 0.0:
             step = min(step, begin.length)
         self._refused = None
@@ -168,7 +170,10 @@ class Continuation:
         if _SHORTER * distance <= _SHORTEST:
             return [after]
         shorter = Continuation(self.family, longest=_SHORTER * distance, units=self._units)
-        earlier, point, step, points = before, before, _SHORTER * distance, list[Point]()
+        earlier = before
+        point = before
+        step = _SHORTER * distance
+        points = list[Point]()
         while len(points) < _MOST_SHORTER and point.length - before.length < _DETOUR * distance:
             try:
                 following, step = shorter._next(earlier, point, step)
@@ -273,20 +278,24 @@ class Continuation:
                     predicted, point.tangent, point.tangent, is_near=True, with_turns=True
                 )
             except ConvergenceError:
-                step, is_first = 0.4 * step, False
+                step = 0.4 * step
+                is_first = False
                 continue
-            is_short, agreeing = step < _KINK, agreeing_step(point, following)
+            is_short = step < _KINK
+            agreeing = agreeing_step(point, following)
             if point.touch is not None and not is_short:
                 agreeing = min(agreeing, _RISE / rise_beyond(point, following))
             is_smooth = is_short or (_is_straight(point, following) and not self._joins_halves(point, following))
             is_taken = agreeing >= 1.0 and is_smooth and self._is_allowed(point, following)
             if is_taken and is_short and point.orientation * following.orientation < 0.0:  # a corner, or a crossing
-                crossing, is_taken = crossing or (appended(point, following), step), False
+                crossing = crossing or (appended(point, following), step)
+                is_taken = False
             if is_taken:
                 growth = _growth(point, following) if is_first and iterations <= _EASY else 1.0
                 growth = min(max(growth, _LEAST_GROWTH) if is_short else growth, max(_SAFE * agreeing, 1.0))
                 return appended(point, following), min(own_longest, growth * step)
-            step, is_first = step * (0.5 if agreeing >= 1.0 else max(_SAFE * agreeing, _LEAST_SHARE)), False
+            step = step * (0.5 if agreeing >= 1.0 else max(_SAFE * agreeing, _LEAST_SHARE))
+            is_first = False
         try:
             return self._around_corner(point)
         except ConvergenceError:
@@ -296,7 +305,8 @@ class Continuation:
 
     def _grazing_within(self, point: Point, step: float) -> tuple[Point | None, float]:
         """The motion that grazes before a step ends; where there is none, or it is too far, the step to try."""
-        refused, self._refused = self._refused, None
+        refused = self._refused
+        self._refused = None
         ahead = grazing_ahead(point)
         if ahead is None or ahead.distance >= step:
             return None, step
@@ -305,7 +315,8 @@ class Continuation:
         if refused is None:
             return None, step
         grazing = appended(point, refused)
-        distance, agreeing = grazing.length - point.length, agreeing_step(point, grazing)
+        distance = grazing.length - point.length
+        agreeing = agreeing_step(point, grazing)
         is_straight = distance < _CORNER or _is_straight(point, grazing)
         if agreeing >= 1.0 and is_straight and self._is_allowed(point, grazing):
             return grazing, step

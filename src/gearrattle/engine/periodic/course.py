@@ -90,7 +90,8 @@ class Setting:
         """Return how the instant of a change by the clock moves with p [periods]."""
         ticks = []
         for flow in self._all:
-            clock, period = flow.system.clock, flow.system.inputs.period
+            clock = flow.system.clock
+            period = flow.system.inputs.period
             if clock is None:
                 return 0.0
             ticks.append(clock.time[clock.auxiliary == auxiliary] / period)
@@ -143,7 +144,8 @@ def sizes_of(flow: Flow) -> Array:
 
 def _row_of(flow: Flow, pieces: Pieces, watch: int) -> Array:
     """(Z,) what crosses a bound [its own unit]."""
-    clearances, auxiliary = flow.system.clearances, watch - len(flow.system.clearances)
+    clearances = flow.system.clearances
+    auxiliary = watch - len(flow.system.clearances)
     if auxiliary < 0:
         return np.asarray(flow.deflection[clearances[watch]])
     own, piece, memory = list(flow.beside(pieces))[auxiliary]
@@ -154,11 +156,13 @@ def _row_of(flow: Flow, pieces: Pieces, watch: int) -> Array:
 
 def _bound_of(flow: Flow, pieces: Pieces, watch: int, upward: int) -> float:
     """The bound; infinite where the clock decides."""
-    system, auxiliary = flow.system, watch - len(flow.system.clearances)
+    system = flow.system
+    auxiliary = watch - len(flow.system.clearances)
     if auxiliary < 0:
         element = system.clearances[watch]
         return system.laws[element].bounds(pieces[element])[1 if upward else 0]
-    own, piece = system.auxiliaries[auxiliary], pieces[len(system.laws) + auxiliary]
+    own = system.auxiliaries[auxiliary]
+    piece = pieces[len(system.laws) + auxiliary]
     return float(own.upper[piece] if upward else own.lower[piece])
 
 
@@ -191,13 +195,15 @@ class Course:
         slope: (N,) d end / d p [SI].
         row: (N + 1,) over the state at the start and p, of which the product with the change is 1 [1/SI].
         """
-        scale, size = self._scale, self._scale.size
+        scale = self._scale
+        size = self._scale.size
         columns = np.column_stack([scale[:, None] * self._motion.gradient / scale, scale * slope])
         direction = kernels.Direction(np.empty((size + 1, size + 1)), np.empty(size + 1, np.int64), np.empty(size + 1))
         memories = self._setting.flow.memory.size
         if not kernels.write_direction(columns, scale, np.asarray(row, dtype=float), memories, direction):
             return None
-        change, crossings = direction.change, self._motion.crossings
+        change = direction.change
+        crossings = self._motion.crossings
         return self.turns(
             Along(change[:-1] / scale, float(change[-1]), outside_of(crossings, (0, 0), self._clearances))
         )
@@ -213,7 +219,8 @@ class Course:
     def approach(self, touch: Touch) -> Approach | None:
         """Return the extremum of a clearance near an instant; None if there is none, or no corner near it."""
         touched = room_for_touch(self._scale.size, touch)
-        found, corner = self._found(np.zeros(self._clearances), rows=0), np.array([touch.watch, touch.upward])
+        found = self._found(np.zeros(self._clearances), rows=0)
+        corner = np.array([touch.watch, touch.upward])
         kernels.write_touch(self._driven, self._path, self._z, corner, self._scale, found, touched)
         return approach_of(touched, self._motion.period)
 
@@ -222,7 +229,8 @@ class Course:
         return len(self._setting.flow.system.clearances)
 
     def _found(self, reach: Array, rows: int) -> Found:
-        count, states = len(self._path.slot), self._scale.size
+        count = len(self._path.slot)
+        states = self._scale.size
         return Found(
             z=np.empty((count + 1, self._z.size)),
             v=np.empty((count + 1, states)),
@@ -244,14 +252,17 @@ def _driven(setting: Setting, regions: list[Pieces]) -> tuple[Driven, IntArray]:
 
 def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: Passages, end: float) -> Path:
     """The crossings of a motion that ends after so many periods."""
-    flow, count = setting.flow, len(regions)
-    system, first = flow.system, len(flow.system.laws)
+    flow = setting.flow
+    count = len(regions)
+    system = flow.system
+    first = len(flow.system.laws)
     clearances = list(system.clearances)
     pieces = np.array(regions)[:, clearances].astype(np.int64)
     corners = np.empty((4, *pieces.shape))
     for k, (own, shift) in enumerate(setting.corners):
         corners[:2, :, k], corners[2:, :, k] = own[:, pieces[:, k]], shift[:, pieces[:, k]]
-    rows, numbers = np.zeros((2, count - 1, setting.sizes.size)), np.zeros((2, count - 1))
+    rows = np.zeros((2, count - 1, setting.sizes.size))
+    numbers = np.zeros((2, count - 1))
     time = np.concatenate([[0.0], crossings.time / system.inputs.period, [end]])
     is_law = np.zeros(count - 1, np.int64)
     for i, (watch, upward) in enumerate(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True)):

@@ -49,7 +49,8 @@ class Bordered(Factored):
     """
 
     def __init__(self, matrix: Array, row: Array) -> None:
-        self._width, unknowns = len(row), matrix.shape[1]
+        self._width = len(row)
+        unknowns = matrix.shape[1]
         whole = np.zeros((unknowns, unknowns))
         whole[:-1], whole[-1, : self._width] = matrix, row
         super().__init__(whole)
@@ -72,7 +73,8 @@ class Bordered(Factored):
         tangent = nulls @ (direction @ nulls[:width])
         norm = float(np.linalg.norm(tangent[:width]))
         if norm < _ORTHOGONAL:  # at right angles to it: any of them
-            tangent, norm = nulls[:, 0], float(np.linalg.norm(nulls[:width, 0]))
+            tangent = nulls[:, 0]
+            norm = float(np.linalg.norm(nulls[:width, 0]))
         others = nulls.shape[1] - 1
         tangent = np.asarray(tangent / norm)
         if others:

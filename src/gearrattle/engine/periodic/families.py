@@ -103,13 +103,18 @@ class GeneralFamily(Family):
     def __init__(
         self, system_of: SystemOf, first: float, cycles: int = 1, unit: float = 1.0, shown: Shown = "{:.9g}".format
     ) -> None:
-        self._system_of, self._first, self.cycles, self.unit, self.shown = system_of, first, cycles, unit, shown
+        self._system_of = system_of
+        self._first = first
+        self.cycles = cycles
+        self.unit = unit
+        self.shown = shown
         self._states: int | None = None
         period_map = self.map_at(first)
         self._states = period_map.scale.size
         self.scale, self.size = period_map.scale, period_map.size
         self.parts = parts_of(period_map)
-        self.clearances, self.memories = len(period_map.system.clearances), period_map.flow.memory.size
+        self.clearances = len(period_map.system.clearances)
+        self.memories = period_map.flow.memory.size
 
     def map_at(self, parameter: float) -> PeriodMap:
         """Return the map of one driveline.
@@ -138,13 +143,16 @@ class GeneralFamily(Family):
     ) -> tuple[Pass, Array]:
         """Follow a state; see ``Family.follow``."""
         period_map = self.map_at(parameter)
-        motion, neighbours = replace(period_map(state), start=state), self._neighbours(parameter)
+        motion = replace(period_map(state), start=state)
+        neighbours = self._neighbours(parameter)
         alike = {side: one.flow for side, one in neighbours.items() if is_alike(one.flow, period_map.flow)}
         if not alike:  # the driveline is of another kind: a gap that has closed
             side, other = next(iter(neighbours.items()))
             return motion, (other.later(state).y - motion.end.y) / side
         course = Course(period_map, _setting(period_map.flow, alike), motion)
-        slope, approach, turns = course.slope(), None, None
+        slope = course.slope()
+        approach = None
+        turns = None
         if touch is not None and touch.watch < self.clearances:
             approach = course.approach(touch)
         if isinstance(turns_along, Along):
@@ -155,7 +163,8 @@ class GeneralFamily(Family):
 
     def _neighbours(self, parameter: float) -> dict[float, PeriodMap]:
         """The maps of drivelines beside one, by how far away they are; one of them, where there is none beyond it."""
-        step, neighbours = _step(parameter, self.unit), dict[float, PeriodMap]()
+        step = _step(parameter, self.unit)
+        neighbours = dict[float, PeriodMap]()
         for side in (-step, step):
             with suppress(ConvergenceError):
                 neighbours[side] = self.map_at(parameter + side)
@@ -197,8 +206,12 @@ class CompiledFamily(Family):
     def __init__(self, general: GeneralFamily, system: PiecewiseSystem, coefficients_of: CoefficientsOf) -> None:
         self._general, self._coefficients_of = general, coefficients_of
         self.scale, self.size = general.scale, general.size
-        self.cycles, self.unit, self.parts = general.cycles, general.unit, general.parts
-        self.clearances, self.memories, self.shown = general.clearances, general.memories, general.shown
+        self.cycles = general.cycles
+        self.unit = general.unit
+        self.parts = general.parts
+        self.clearances = general.clearances
+        self.memories = general.memories
+        self.shown = general.shown
         self._angle_from_basis = relative_coordinates(system).angle_from_basis
         self._batch: PeriodBatch | None = None
         self._system = system
@@ -214,7 +227,8 @@ class CompiledFamily(Family):
 
     def part(self, begin: float, length: float) -> CompiledFamily:
         """Return the family of a part of the motion; see ``Family.part``."""
-        general, inputs = self._general.part(begin, length), self._system.inputs
+        general = self._general.part(begin, length)
+        inputs = self._system.inputs
 
         def coefficients_of(values: Array) -> tuple[Coefficients, NDArray[np.bool_]]:
             numbers, is_alike = self._coefficients_at(values)
@@ -237,7 +251,9 @@ class CompiledFamily(Family):
         if self._batch is None:
             self._batch = PeriodBatch(self._system, self.cycles, numbers)
         first = self._angle_from_basis.shape[1]
-        deflection, velocity, batch = state.y[:first], state.y[first:], self._batch
+        deflection = state.y[:first]
+        velocity = state.y[first:]
+        batch = self._batch
         along: Array | Along | None = None
         if isinstance(turns_along, Along):
             along = turns_along._replace(parameter=turns_along.parameter / step)
@@ -285,7 +301,9 @@ class PartedFamily:
         Returns the motion over n periods, without turning points, and (N,) d end / d parameter for a fixed start [SI].
         """
         index, touch = self._within(touch)
-        passes, slopes, state = list[Pass](), list[Array](), start
+        passes = list[Pass]()
+        slopes = list[Array]()
+        state = start
         for i, part in enumerate(self._parts):
             if i > 0:
                 state = State(later[i - 1], passes[-1].end.auxiliary_pieces)
@@ -296,7 +314,8 @@ class PartedFamily:
         whole_slope = np.zeros(len(slopes[0]))
         for gradient, slope in zip(gradients, slopes, strict=True):
             whole_slope = gradient @ whole_slope + slope
-        starts, ends = np.array([one.start.y for one in passes]), np.array([one.end.y for one in passes])
+        starts = np.array([one.start.y for one in passes])
+        ends = np.array([one.end.y for one in passes])
         parts = Parts(starts, ends, gradients, np.array(slopes))
         motion = joined(passes, passes[0].period / self._length, self._cycles)
         return replace(motion, approach=self._approach(passes[index].approach, index), parts=parts), whole_slope
@@ -307,7 +326,8 @@ class PartedFamily:
         changes: (m, N + 1) along which their slopes are: of the states at the start of the parts [SI], and of p.
         """
         assert motion.parts is not None
-        pieces, turns = motion.start.auxiliary_pieces, list[Turns]()
+        pieces = motion.start.auxiliary_pieces
+        turns = list[Turns]()
         for i, (part, start, change) in enumerate(zip(self._parts, motion.parts.start, changes, strict=True)):
             begins = _before(motion, i * self._length), _before(motion, (i + 1) * self._length)
             outside = outside_of(motion.crossings, begins, self._clearances)
@@ -365,9 +385,15 @@ class HalfPeriodFamily(Family):
     """The family of the half-period maps of symmetric drivelines. Its motions have no turning points."""
 
     def __init__(self, whole: Family) -> None:
-        self._whole, self._half = whole, whole.part(0.0, 0.5 * whole.cycles)
-        self.scale, self.size, self.unit, self.shown = whole.scale, whole.size, whole.unit, whole.shown
-        self.cycles, self.clearances, self.memories = whole.cycles, whole.clearances, whole.memories
+        self._whole = whole
+        self._half = whole.part(0.0, 0.5 * whole.cycles)
+        self.scale = whole.scale
+        self.size = whole.size
+        self.unit = whole.unit
+        self.shown = whole.shown
+        self.cycles = whole.cycles
+        self.clearances = whole.clearances
+        self.memories = whole.memories
 
     def map_at(self, parameter: float) -> HalfPeriodMap:
         """Return the half-period map of one driveline."""
@@ -385,10 +411,14 @@ class HalfPeriodFamily(Family):
         del turns_along  # which are not sought
         motion, slope = self._half.follow(state, parameter)
         if motion.end.auxiliary_pieces is None:
-            end, gradient, slope = State(-motion.end.y), -motion.gradient, -slope
+            end = State(-motion.end.y)
+            gradient = -motion.gradient
+            slope = -slope
         else:
             mirror = self.map_at(parameter).mirror
-            end, gradient, slope = mirror.state(motion.end), mirror.rows(motion.gradient), mirror.rows(slope)
+            end = mirror.state(motion.end)
+            gradient = mirror.rows(motion.gradient)
+            slope = mirror.rows(slope)
         return replace(motion, end=end, gradient=gradient, turned=-motion.turned), slope
 
 

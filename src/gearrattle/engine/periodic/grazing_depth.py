@@ -48,7 +48,8 @@ def bend(period_map: PeriodMap, state: State, touch: Touch) -> float:
 def _extremum(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, float, Touch]:
     """How far an extremum lies beyond a corner, its second derivative, and the touch with its instant."""
     z, pieces, start = before_touch(period_map, state, touch)
-    generator, time = period_map.flow.generator(pieces), touch.time
+    generator = period_map.flow.generator(pieces)
+    time = touch.time
     row, bound = _approached(period_map.flow, pieces, touch)
     rate = row @ generator
     for _ in range(_ITERATIONS):
@@ -70,13 +71,15 @@ def _approached(flow: Flow, pieces: Pieces, touch: Touch) -> tuple[Array, float]
     system = flow.system
     if touch.watch >= len(system.clearances):
         index = touch.watch - len(system.clearances)
-        auxiliary, piece = system.auxiliaries[index], pieces[len(system.laws) + index]
+        auxiliary = system.auxiliaries[index]
+        piece = pieces[len(system.laws) + index]
         bound = float((auxiliary.upper if touch.upward else auxiliary.lower)[piece])
         if np.isfinite(bound):
             return flow.limit_rows(pieces)[index] * flow.corner_scale[touch.watch], bound
     else:
         element = system.clearances[touch.watch]
-        corners, nearest = system.laws[element].corners, pieces[element] - 1 + touch.upward
+        corners = system.laws[element].corners
+        nearest = pieces[element] - 1 + touch.upward
         if 0 <= nearest < len(corners) and touch.corner in (None, nearest):
             return flow.deflection[element], float(corners[nearest])
     raise ConvergenceError("the extremum at a corner is lost")
@@ -102,10 +105,12 @@ def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Arr
     all_pieces = [0] * (len(system.laws) + len(system.auxiliaries))
     for k, piece in zip(system.places, march.samples.pieces[row], strict=True):
         all_pieces[k] = int(piece)
-    pieces, time = tuple(all_pieces), row / _SAMPLES
+    pieces = tuple(all_pieces)
+    time = row / _SAMPLES
     for i in np.flatnonzero((times > time) & (times < limit)).tolist():
         z = expm(flow.generator(pieces) * (times[i] - time)) @ z
-        pieces, time = system.beyond(pieces, int(crossings.watch[i]), int(crossings.upward[i])), float(times[i])
+        pieces = system.beyond(pieces, int(crossings.watch[i]), int(crossings.upward[i]))
+        time = float(times[i])
         known = flow.known(pieces)
         memories = z[flow.states - known.size : flow.states]
         memories[:] = np.where(np.isnan(known), memories, known)
@@ -127,7 +132,8 @@ def with_corner(period_map: PeriodMap, motion: Pass, touch: Touch) -> Touch:
 def pieces_before(period_map: PeriodMap, motion: Pass, touch: Touch) -> Pieces:
     """Return the pieces of the region in which a motion is before a touch."""
     crossings, system = motion.crossings, period_map.system
-    times, pieces = crossings.time / motion.period, period_map.along(motion)[0]
+    times = crossings.time / motion.period
+    pieces = period_map.along(motion)[0]
     limit = _begin_of(crossings, times, touch, pieces[system.clearances[touch.watch]])
     for i in np.flatnonzero(times < limit).tolist():
         pieces = system.beyond(pieces, int(crossings.watch[i]), int(crossings.upward[i]))

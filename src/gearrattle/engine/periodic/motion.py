@@ -149,7 +149,8 @@ def sorted_by_modulus(eigenvalues: NDArray[np.generic]) -> NDArray[np.complex128
 
 def joined(parts: Sequence[Pass], period: float, cycles: int) -> Pass:
     """Return motions of one length that follow one another as one over so many periods [s]."""
-    gradient, length = np.eye(len(parts[0].gradient)), cycles * period / len(parts)
+    gradient = np.eye(len(parts[0].gradient))
+    length = cycles * period / len(parts)
     for part in parts:
         gradient = part.gradient @ gradient
     logs = [part.crossings for part in parts]

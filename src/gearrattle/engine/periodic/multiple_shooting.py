@@ -62,7 +62,8 @@ def shoot_in_parts(
     parts = [maps[0](state)]
     for part_map in maps[1:]:
         parts.append(part_map(parts[-1].end))
-    residual, passes = _residual(period_map, parts), 1
+    residual = _residual(period_map, parts)
+    passes = 1
     while residual > tolerance and passes < _MOST_STEPS:
         shortened, tried = _shortened(maps, parts, residual)
         passes += tried

@@ -35,7 +35,8 @@ def outside(point: Point, crossing: Sequence[complex] = ()) -> tuple[int, int, i
     for value in crossing:
         values = np.delete(values, np.argmin(np.abs(values - value)))
     is_real = np.abs(values.imag) <= REAL
-    above, below = is_real & (values.real > 1.0), is_real & (values.real < -1.0)
+    above = is_real & (values.real > 1.0)
+    below = is_real & (values.real < -1.0)
     circle = 1.0 + _LEAVES if is_conservative(point) else 1.0
     return int(above.sum()), int(below.sum()), int((~is_real & (np.abs(values) > circle)).sum()) // 2
 

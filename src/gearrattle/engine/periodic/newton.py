@@ -66,7 +66,8 @@ class Corrector:
         if guess.later is None:
             return self.followed(guess, None, turns_along)
         tangent, _, _ = Bordered(self.matrix(motion, slope), turns_along).null_vector(turns_along)
-        parameter, along = float(guess.w[-1] * self._family.unit), float(turns_along @ tangent[: len(turns_along)])
+        parameter = float(guess.w[-1] * self._family.unit)
+        along = float(turns_along @ tangent[: len(turns_along)])
         return replace(motion, turns=self._parts.turns(motion, parameter, self._changes(tangent / along))), slope
 
     def matrix(self, motion: Pass, slope: Array) -> Array:
@@ -98,11 +99,14 @@ class Corrector:
 
     def row(self, row: Array, part: int, motion: Pass) -> Array:
         """Return a row (N + 1,) over the state at the start of a part and p [1/SI] as one over all P + 1 unknowns."""
-        states, own = len(self.scale), np.asarray(row / self._to_units)
+        states = len(self.scale)
+        own = np.asarray(row / self._to_units)
         if motion.parts is None:
             return own
-        unknowns, first = np.zeros(motion.parts.start.size + 1), self._first(part)
-        unknowns[first : first + states], unknowns[states] = own[:-1], own[-1]
+        unknowns = np.zeros(motion.parts.start.size + 1)
+        first = self._first(part)
+        unknowns[first : first + states] = own[:-1]
+        unknowns[states] = own[-1]
         return unknowns
 
     def residual(self, motion: Pass) -> Array:
@@ -151,7 +155,8 @@ class Corrector:
     def _changes(self, change: Array) -> Array:
         """(m, N + 1) changes of the states at the start of the parts [SI] and of p, from one of all unknowns."""
         states = len(self.scale)
-        own, behind = change[: states + 1], change[states + 1 :].reshape(-1, states)
+        own = change[: states + 1]
+        behind = change[states + 1 :].reshape(-1, states)
         parameter = np.full((len(behind) + 1, 1), own[-1] * self._family.unit)
         return np.hstack([np.vstack([own[:-1], behind]) / self.scale, parameter])
 
@@ -191,13 +196,19 @@ class Corrector:
         A prediction that is near is given up once the residual grows: then Newton's method goes round in circles
         between two patterns of crossings, and a shorter step costs less.
         """
-        guess, last, error, is_last, is_corrected = predicted, np.inf, np.inf, False, False
+        guess = predicted
+        last = np.inf
+        error = np.inf
+        is_last = False
+        is_corrected = False
         for iteration in range(_ITERATIONS):
             has_turns = with_turns and is_last and guess.later is None
             motion, slope = self.followed(guess, touch, direction if has_turns else None)
             parted = self.in_parts(guess, motion)
             if parted is not guess:
-                guess, last, is_last = parted, np.inf, False
+                guess = parted
+                last = np.inf
+                is_last = False
                 continue
             matrix = self.matrix(motion, slope)
             residual = self.residual(motion)
@@ -214,7 +225,9 @@ class Corrector:
             if (is_settled or error <= slack) and abs(plane) < _IN_PLANE * max(1.0, norm_of(guess.w)):
                 if not is_corrected and not _sliders_repeat(motion):
                     guess = guess._replace(pieces=motion.end.auxiliary_pieces)
-                    last, is_last, is_corrected = np.inf, False, True
+                    last = np.inf
+                    is_last = False
+                    is_corrected = True
                     continue
                 if with_turns and not has_turns:
                     motion, slope = self.with_turns(guess, motion, slope, direction)
@@ -223,7 +236,8 @@ class Corrector:
                 return replace(point, w=w, error=norm_of(change[: len(normal)])), iteration + 1
             expected = norm**3 / last**2 if iteration and last > 0.0 else error**2  # residuals fall by their squares
             is_last = expected < _LAST * least
-            guess, last = guess.moved(change), norm
+            guess = guess.moved(change)
+            last = norm
         raise ConvergenceError("Newton's method does not converge")
 
 

@@ -101,8 +101,10 @@ class PeriodMap:
         """Follow a state over n periods."""
         march = self.marched(state)
         crossings = self.passages(march)
-        gradient, turned = self.gradient_along(march, crossings), self.turned(march, -1)
-        start, end = self._consistent(state, march), self.sampled(march, -1)
+        gradient = self.gradient_along(march, crossings)
+        turned = self.turned(march, -1)
+        start = self._consistent(state, march)
+        end = self.sampled(march, -1)
         return Pass(start, end, gradient, turned, crossings, self.system.inputs.period, self.cycles)
 
     def _consistent(self, state: State, march: Marched) -> State:
@@ -110,7 +112,8 @@ class PeriodMap:
         memories = self.flow.memory.size
         if not memories:
             return state
-        own, begun = state.y[-memories:], self.sampled(march, 0)
+        own = state.y[-memories:]
+        begun = self.sampled(march, 0)
         is_kept = (
             own * self.scale[-memories:] == march.samples.states[0, self.flow.states - memories : self.flow.states]
         )
@@ -135,14 +138,16 @@ class PeriodMap:
 
     def along(self, motion: Pass) -> tuple[Pieces, Array, Passages, float]:
         """Return what a motion is followed by: pieces and balanced states at its start, crossings, length [s]."""
-        task, y = self.task(motion.start, 1), motion.start.y * self.scale
+        task = self.task(motion.start, 1)
+        y = motion.start.y * self.scale
         z = np.concatenate([y, self.flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
         pieces, _ = starting_pieces(self.flow, z, task.angle, task.auxiliary_pieces)
         return pieces, y, motion.crossings, self.length
 
     def struck(self, state: State, impulse: Array) -> State:
         """Return a state after a change at once (N,) [SI]: a slider that would now slip against its rate sticks."""
-        y, pieces = state.y + impulse, state.auxiliary_pieces
+        y = state.y + impulse
+        pieces = state.auxiliary_pieces
         if pieces is None:
             return State(y)
         z = np.concatenate([y * self.scale, self.flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
@@ -171,7 +176,8 @@ class PeriodMap:
         A change at the very end is of this motion; at its start nothing changes, for it begins behind that.
         """
         path = passages_of(self.flow, march.log)
-        clock, clearances = self.system.clock, len(self.system.clearances)
+        clock = self.system.clock
+        clearances = len(self.system.clearances)
         if clock is None or not clock.repeats:
             return path
         by_clock = np.flatnonzero(np.isin(path.watch - clearances, clock.auxiliary))

@@ -91,7 +91,8 @@ class Point:
 
     def guess(self, w: Array) -> Guess:
         """Return what a motion nearby (N + 1,) is followed from."""
-        later, pieces = self.later, self.motion.end.auxiliary_pieces
+        later = self.later
+        pieces = self.motion.end.auxiliary_pieces
         if later is None or np.linalg.norm(self.gradient) < _SMALL:
             return Guess(w, pieces)
         return Guess(w, pieces, later.state + float(self.tangent @ (w - self.w)) * later.tangent)
@@ -125,7 +126,8 @@ def halves_apart(motion: Pass) -> float:
     """
     crossings = motion.crossings.in_order()
     half, odd = divmod(len(crossings.time), 2)
-    first, second = slice(None, half), slice(half, None)
+    first = slice(None, half)
+    second = slice(half, None)
     if odd or not half or not all(np.array_equal(p[first], p[second]) for p in (crossings.watch, crossings.upward)):
         return np.inf
     whole = motion.period * motion.cycles
@@ -149,6 +151,7 @@ def interpolated(before: Point, after: Point, share: float) -> Array:
     """Return the value (N + 1,) at a share of the cubic through two points that has their tangents."""
     chord = after.w - before.w
     length = np.linalg.norm(chord)
-    s, rest = share, 1.0 - share
+    s = share
+    rest = 1.0 - share
     bend = rest * (length * before.tangent - chord) - s * (length * after.tangent - chord)
     return np.asarray(before.w + s * chord + s * rest * bend)

@@ -109,7 +109,8 @@ def _newton(
     motion = period_map(state)
     if _is_sensitive(period_map, motion):
         return shoot_in_parts(period_map, motion.start, tolerance)
-    residual, passes = residual_of(period_map, motion), 1
+    residual = residual_of(period_map, motion)
+    passes = 1
     while residual > tolerance and passes < _MOST_PASSES:
         trial, taken, tried = _shortened(period_map, motion, residual, 0 if is_quick else _HALVINGS)
         passes += tried

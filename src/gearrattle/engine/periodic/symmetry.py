@@ -60,7 +60,8 @@ class Mirror:
 
 def mirror_of(system: PiecewiseSystem) -> Mirror | None:
     """Return the mirror under which a driveline is the same half a period later; None where there is none."""
-    inputs, flow = system.inputs, flow_of(system)
+    inputs = system.inputs
+    flow = flow_of(system)
     if system.signals is not None or system.clock is not None:
         return None
     is_used = np.any(inputs.torque_sine, axis=0) | np.any(inputs.torque_cosine, axis=0)

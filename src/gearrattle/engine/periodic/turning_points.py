@@ -92,10 +92,12 @@ def hidden_between(before: Point, after: Point) -> float | None:
         return 0.5
     length = length_between(before, after)
     one, other = (turns._replace(dips=_near_corners(turns.dips, length)) for turns in (one, other))
-    common, dips = _same(before, after, one, other), _same(before, after, one.dips, other.dips)
+    common = _same(before, after, one, other)
+    dips = _same(before, after, one.dips, other.dips)
     if before.word == after.word and _passes_corner(before, after, one, other, common):
         return 0.5
-    touches, pairs = _hidden(length, one, other, common), _hidden(length, one.dips, other.dips, dips)
+    touches = _hidden(length, one, other, common)
+    pairs = _hidden(length, one.dips, other.dips, dips)
     share, excess = max(touches, pairs, key=lambda pair: pair[1])
     return share if excess > 0.0 else _lost(before.motion.cycles, length, one, other, common)
 
@@ -292,14 +294,17 @@ def _same(before: Point, after: Point, one: Turns | Dips, other: Turns | Dips) -
     Their instants move along the branch, in a row of rebounds by more than the time from one to the next. So the change
     of the instant is compared with the mean of both slopes.
     """
-    cycles, length = before.motion.cycles, length_between(before, after)
-    middle, other_middle = one.time + 0.5 * length * one.time_slope, other.time - 0.5 * length * other.time_slope
+    cycles = before.motion.cycles
+    length = length_between(before, after)
+    middle = one.time + 0.5 * length * one.time_slope
+    other_middle = other.time - 0.5 * length * other.time_slope
     apart = _times_between(middle, other_middle, cycles)
     kinds, other_kinds = (_KINDS * turns.watch + turns.upward for turns in (one, other))
     apart[(kinds[:, None] != other_kinds) | ~(apart <= _MOVED)] = np.inf
     if not apart.size:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
-    i, j = np.arange(len(one.time)), np.argmin(apart, axis=1)
+    i = np.arange(len(one.time))
+    j = np.argmin(apart, axis=1)
     is_mutual = np.isfinite(apart[i, j]) & (np.argmin(apart, axis=0)[j] == i)
     return i[is_mutual], j[is_mutual]
 
@@ -383,14 +388,18 @@ class _Landing:
     """Newton's method for one grazing."""
 
     def __init__(self, corrector: Corrector, point: Point, ahead: Ahead) -> None:
-        self._corrector, self._point, self._ahead = corrector, point, ahead
+        self._corrector = corrector
+        self._point = point
+        self._ahead = ahead
         share = 1.0 + _BEYOND if ahead.touches else 1.0 - _LEFT
         distance = share * ahead.distance
         self._guess = point.guess(point.w + distance * point.tangent)
         self._time = ahead.touch.time + distance * ahead.time_slope
         without_contact = None if ahead.touches else (point.guess(point.w), ahead.touch.time)
         self._last: tuple[Guess, float] | None = without_contact  # the last such motion, and its instant
-        self._retreats, self._target, self._depth = 0, np.nan, np.nan
+        self._retreats = 0
+        self._target = np.nan
+        self._depth = np.nan
         self._is_near = False
 
     def run(self, farthest: float) -> Point | None:
@@ -406,11 +415,14 @@ class _Landing:
                 if not self._retreat():
                     return None
                 continue
-            residual, matrix = self._corrector.residual(motion), self._corrector.matrix(motion, slope)
+            residual = self._corrector.residual(motion)
+            matrix = self._corrector.matrix(motion, slope)
             row, time_row = (
                 self._corrector.row(slope, approach.part, motion) for slope in (approach.slope, approach.time_slope)
             )
-            steep, now, self._time = float(np.linalg.norm(row)), approach.depth, approach.time
+            steep = float(np.linalg.norm(row))
+            now = approach.depth
+            self._time = approach.time
             is_motion = np.linalg.norm(residual) <= self._corrector.least(self._guess, matrix)
             if is_motion and -now <= _CLOSE * steep and motion.turns is not None:
                 return self._point_at(motion, slope, matrix)
@@ -419,7 +431,8 @@ class _Landing:
             change = Bordered(matrix, row / steep).solution(right)
             self._last = self._guess, self._time
             self._is_near = bool(np.linalg.norm(change) < _NEAR)
-            self._guess, self._time = self._guess.moved(change), self._time + float(time_row @ change)
+            self._guess = self._guess.moved(change)
+            self._time = self._time + float(time_row @ change)
         return None
 
     def _retreat(self) -> bool:
@@ -427,8 +440,10 @@ class _Landing:
         if self._last is None or self._retreats == _RETREATS:
             return False
         guess, time = self._last
-        self._guess, self._time = self._guess.halfway(guess), 0.5 * (self._time + time)
-        self._retreats, self._target = self._retreats + 1, np.nan
+        self._guess = self._guess.halfway(guess)
+        self._time = 0.5 * (self._time + time)
+        self._retreats = self._retreats + 1
+        self._target = np.nan
         return True
 
     def _next_target(self, now: float, close: float) -> float:
@@ -436,12 +451,14 @@ class _Landing:
         left = _LEFT * abs(now)
         if np.isfinite(self._target):
             left = min(left, _OFF * abs(now - self._target) * (now / self._depth) ** 2)
-        self._target, self._depth = -max(left, _AIM * close), now if now < 0.0 else -close
+        self._target = -max(left, _AIM * close)
+        self._depth = now if now < 0.0 else -close
         return self._target
 
     def _point_at(self, motion: Pass, slope: Array, matrix: Array) -> Point | None:
         """The point of the branch at a motion that grazes; None if other crossings are missing or added."""
-        before, touch = self._point, replace(self._ahead.touch, time=self._time % motion.cycles)
+        before = self._point
+        touch = replace(self._ahead.touch, time=self._time % motion.cycles)
         point = self._corrector.point_at(self._guess, motion, slope, before.tangent, Bordered(matrix, before.tangent))
         if point.orientation * before.orientation < 0.0:
             point = turned_around(point)

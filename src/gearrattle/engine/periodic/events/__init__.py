@@ -151,9 +151,11 @@ def _beside_grazing(curve: Continuation, grazing: Event, touching: Point) -> Ite
     The trace of the gradient changes with the root of the distance. So close to the grazing multipliers may go to the
     unit circle and back: up to where that root moves them by less than they are from it.
     """
-    point, root = grazing.point, _root_of(grazing)
+    point = grazing.point
+    root = _root_of(grazing)
     way = min(loss.nearest(point)[1] for loss in LOSSES.values() if loss.nearest is not None)
-    distance, share = abs(touching.parameter - point.parameter), _TOWARDS
+    distance = abs(touching.parameter - point.parameter)
+    share = _TOWARDS
     shortest = _APART / max(abs(touching.length - point.length), _APART)
     while distance > 0.0 and root * np.sqrt(share * distance) > way and share > shortest:
         try:
@@ -286,7 +288,8 @@ def _beyond_zero(curve: Continuation, before: Point, after: Point, test: Callabl
 
     Parabolas through its three least values lead to its minimum, while they tell of a value much smaller than those.
     """
-    sign, share = np.sign(test(before)), 0.5
+    sign = np.sign(test(before))
+    share = 0.5
     values = {0.0: abs(test(before)), 1.0: abs(test(after))}
     for _ in range(_PARABOLAS):
         point = curve.between(before, after, share)
@@ -306,7 +309,8 @@ def _beyond_zero(curve: Continuation, before: Point, after: Point, test: Callabl
 def _sides(curve: Continuation, before: Point, after: Point, change: Point) -> tuple[Point, Point]:
     """The points just before and just beyond a change between two points."""
     step = after.length - before.length
-    share, aside = (change.length - before.length) / step, min(_ASIDE / step, 1e-3)
+    share = (change.length - before.length) / step
+    aside = min(_ASIDE / step, 1e-3)
     left, right = (curve.between(before, after, share + side * aside) for side in (-1.0, 1.0))
     return left, right
 

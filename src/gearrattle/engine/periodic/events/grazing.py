@@ -185,7 +185,9 @@ def _effect_of(period_map: PeriodMap, point: Point, touch: Touch) -> _Effect:
         z, last, since = before_touch(period_map, point.motion.start, begin)
     except ConvergenceError:
         return _Effect(rate)
-    period, n, generator = system.inputs.period, flow.states, flow.generator(last)
+    period = system.inputs.period
+    n = flow.states
+    generator = flow.generator(last)
     acceleration = flow.rate[element] @ generator @ expm(generator * (located.time - since)) @ z / period
     first = len(flow.coordinates.elements)
     pushed = np.zeros(n)
@@ -209,7 +211,8 @@ def _from_then_on(crossings: Passages, instants: tuple[float, float], length: fl
     Those between both come after it: a slider sticks where the deflection is extreme, and there a corner is touched.
     """
     begin, time = instants
-    after, before = crossings.where(crossings.time >= begin), crossings.where(crossings.time < begin)
+    after = crossings.where(crossings.time >= begin)
+    before = crossings.where(crossings.time < begin)
     watch, upward, velocity, memory = (
         np.concatenate([getattr(part, name) for part in (after, before)])
         for name in ("watch", "upward", "velocity", "memory")
@@ -235,7 +238,8 @@ def _slopes(flow: Flow, element: int, pieces: Pieces, *, is_mean: bool = False) 
     In the mean of a short touch the bounds of a clipped damping add no stiffness: on the way in they add what they take
     on the way out.
     """
-    law, piece = flow.system.laws[element], pieces[element]
+    law = flow.system.laws[element]
+    piece = pieces[element]
     stiffness, damping = float(law.stiffness[piece]), float(law.damping[piece])
     for auxiliary, p, _ in flow.beside(pieces):
         if auxiliary.element == element:
@@ -262,13 +266,17 @@ class Search:
 
     def __init__(self, curve: Continuation, before: Point, after: Point, view: View) -> None:
         self.is_after = is_after = len(view(after)) > len(view(before))
-        self._stretch, self._view = Stretch(curve, before, after), view
+        self._stretch = Stretch(curve, before, after)
+        self._view = view
         self._inner, self._outer = (1.0, 0.0) if is_after else (0.0, 1.0)
         self._refused: float | None = None  # the share of the last motion, if it could not be followed
         apart, touching = (before, after) if is_after else (after, before)
-        self._fewer, self._more, self._nearest = view(apart), view(touching), apart
+        self._fewer = view(apart)
+        self._more = view(touching)
+        self._nearest = apart
         velocity, touch = touch_between(apart, touching, view)
-        self._velocities, self._touch = [(self._inner, velocity)], touch
+        self._velocities = [(self._inner, velocity)]
+        self._touch = touch
         self._depths: list[_Depth] = []
         self.nearby: Approach | None = None
         self._left = _NEARER
@@ -285,7 +293,8 @@ class Search:
         """
         expected = np.inf
         for _ in range(_MOST):
-            previous, expected = expected, self._expected()
+            previous = expected
+            expected = self._expected()
             width = abs(self._inner - self._outer)
             if width < self._stretch.located or self._is_settled(expected, previous):
                 break
@@ -295,9 +304,11 @@ class Search:
 
     def _begin_with(self, passed: turning_points.Passed) -> None:
         """Begin with the depth of the motion without contact, and with one on its tangent."""
-        self._touch, towards = passed.touch, self._inner - self._outer
+        self._touch = passed.touch
+        towards = self._inner - self._outer
         for aside in (0.0, _FIRST_ASIDE):
-            depth, time = passed.depth + aside * passed.slope, passed.touch.time + aside * passed.time_slope
+            depth = passed.depth + aside * passed.slope
+            time = passed.touch.time + aside * passed.time_slope
             self._depths.append(_Depth(self._outer + aside * towards, depth, time))
 
     def _is_settled(self, expected: float, previous: float) -> bool:
@@ -329,7 +340,8 @@ class Search:
         if len(self._depths) == 1:
             share = self._outer + _FIRST_ASIDE * (self._inner - self._outer)
         else:
-            start, limit = self._outer if self._depths else self._inner, 0.5 * (self._inner + self._outer)
+            start = self._outer if self._depths else self._inner
+            limit = 0.5 * (self._inner + self._outer)
             if np.isfinite(expected):
                 low, high = sorted((self._inner, self._outer))
                 limit = min(max(expected, low), high)
@@ -349,9 +361,12 @@ class Search:
             return False
         self._refused = None
         if not self._is_apart(point):
-            self._inner, self._left = share, min(_WIDEST_LEFT, 4.0 * self._left)
+            self._inner = share
+            self._left = min(_WIDEST_LEFT, 4.0 * self._left)
             return False
-        self._outer, self._nearest, self._left = share, point, max(_NEARER, 0.5 * self._left)
+        self._outer = share
+        self._nearest = point
+        self._left = max(_NEARER, 0.5 * self._left)
         self._add_depth(share, point)
         return True
 
@@ -359,11 +374,14 @@ class Search:
         """Follow a motion that touches, as is expected."""
         point = self._stretch.at(share, touch=self._touch)
         if self._is_apart(point):
-            self._outer, self._nearest, self._left = share, point, min(_WIDEST_LEFT, 4.0 * self._left)
+            self._outer = share
+            self._nearest = point
+            self._left = min(_WIDEST_LEFT, 4.0 * self._left)
             self._add_depth(share, point)
             return False
         velocity, touch = touch_between(self._nearest, point, self._view)
-        self._inner, self._left = share, max(_NEARER, 0.5 * self._left)
+        self._inner = share
+        self._left = max(_NEARER, 0.5 * self._left)
         self._velocities.append((share, velocity))
         is_other = (touch.watch, touch.upward) != (self._touch.watch, self._touch.upward)
         if is_other or abs(touch.time - self._touch.time) > _ANOTHER:
@@ -393,8 +411,10 @@ class Search:
 
         By rounding it may lie beyond the corner, and its approach be that to another one.
         """
-        first, approach = self._depths[0], point.motion.approach
-        way, at_most = self._stretch.distance * abs(share - first.share), _MISSED
+        first = self._depths[0]
+        approach = point.motion.approach
+        way = self._stretch.distance * abs(share - first.share)
+        at_most = _MISSED
         if approach is not None and abs(approach.depth) * way <= at_most * abs(approach.depth - first.depth):
             return True
         try:
@@ -416,7 +436,8 @@ class Search:
 
     def _ask(self, touch: Touch) -> None:
         """Ask the nearest motion without contact for its depth at a touch."""
-        near, self._touch = self._nearest, touch
+        near = self._nearest
+        self._touch = touch
         self._add_depth(self._outer, self._stretch.again(near, touch))
 
     def _add_depth(self, share: float, point: Point) -> None:
@@ -431,7 +452,8 @@ class Search:
             self._depths.clear()
             return
         self._depths.append(_Depth(share, approach.depth, approach.time))
-        self._touch, self.nearby = replace(self._touch, time=approach.time), approach
+        self._touch = replace(self._touch, time=approach.time)
+        self.nearby = approach
 
     def _time_at(self, share: float) -> float:
         """When the touch is expected in a motion, from the last two whose depths are known [periods]."""
@@ -448,7 +470,8 @@ def _zero_of(samples: list[_Depth]) -> float:
         return np.inf
     for width in range(1, len(shares)):
         for i in range(len(shares) - width):
-            low, high = depths[i], depths[i + width]
+            low = depths[i]
+            high = depths[i + width]
             shares[i] = (high * shares[i] - low * shares[i + 1]) / (high - low)
     return shares[0]
 

@@ -45,7 +45,9 @@ class Stretch:
     """
 
     def __init__(self, curve: Continuation, before: Point, after: Point) -> None:
-        self._curve, self.before, self.after = curve, before, after
+        self._curve = curve
+        self.before = before
+        self.after = after
         self._known: list[tuple[float, Point]] = [(0.0, before), (1.0, after)]
         self.distance = float(np.linalg.norm(after.w - before.w))
         self.located = min(0.1, _LOCATED * max(1.0, 1.0 / (after.length - before.length)))
@@ -86,10 +88,12 @@ class Stretch:
         """(N + 1,) a prediction in the plane of a share, from known motions, the nearest first."""
         nearest, point = known[0]
         target = interpolated(self.before, self.after, share)
-        w, apart = point.w, abs(known[1][0] - nearest) if len(known) > 1 else 0.0
+        w = point.w
+        apart = abs(known[1][0] - nearest) if len(known) > 1 else 0.0
         if apart > 0.0 and abs(share - nearest) <= _FARTHEST * apart:
             (low, lower), (high, upper) = sorted(known[:2], key=lambda one: one[0])
-            own, length = (share - low) / (high - low), float(self._normal @ (upper.w - lower.w))
+            own = (share - low) / (high - low)
+            length = float(self._normal @ (upper.w - lower.w))
             w = interpolated(lower, upper, own)
             change = float(self._normal @ (target - w))
             if abs(change) < _CLOSER * length:
@@ -122,7 +126,8 @@ def zero_between(
         point = stretch.at(share, is_trial=True)
         value = test(point)
         nearest = min(abs(other - share) for other, at_other in sides.items() if at_other * value <= 0.0)
-        sides[share], errors[share] = value, point.error
+        sides[share] = value
+        errors[share] = point.error
         return value if nearest * stretch.distance > point.error else 0.0  # nearer than the motion itself is known
 
     for _ in range(_CHECKS):
@@ -131,7 +136,8 @@ def zero_between(
         other = _other_side(sides, share, test(point))
         if errors[other] <= _ROUGHER * point.error:
             break
-        sides[other], errors[other] = test(stretch.at(other)), 0.0  # a trial so far, whose sign may be wrong
+        sides[other] = test(stretch.at(other))
+        errors[other] = 0.0  # a trial so far, whose sign may be wrong
     nearest = [sides[other] for other in sorted(sides, key=lambda other: abs(other - share))[:4]]
     return point, min(map(abs, nearest)) > _JUMP and min(nearest) < 0.0 < max(nearest)
 

@@ -10,7 +10,6 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from gearrattle.engine.periodic.events import _sign
 from gearrattle.engine.periodic.multipliers import REAL, is_conservative, not_free, outside
 from gearrattle.engine.periodic.point import Point
 
@@ -105,7 +104,8 @@ def may_hide_pair(before: Point, after: Point) -> bool:
     m, n = m[is_pair], n[is_pair]
     size, following = np.abs(m), np.abs(n)
     goes_far = np.abs(n - m) > _FAR * np.maximum(np.maximum(size, following), 1.0)
-    leaves, enters = (size < 1.0) & (following > 1.0), (size > 1.0) & (following < 1.0)
+    leaves = (size < 1.0) & (following > 1.0)
+    enters = (size > 1.0) & (following < 1.0)
     return bool(goes_far.any() or (leaves.any() and enters.any()))
 
 
@@ -133,7 +133,7 @@ def may_return(before: tuple[complex, float], after: tuple[complex, float], near
 
 def crossing_after(before: Point) -> Callable[[Point], float]:
     """Return a test function that changes its sign where a pair crosses the unit circle after a point."""
-    return lambda point: abs(pair_size(point)) * _sign(pairs_crossed(before, point) == 0)
+    return lambda point: abs(pair_size(point)) * (1.0 if pairs_crossed(before, point) == 0 else -1.0)
 
 
 def pair_of(point: Point) -> list[complex]:

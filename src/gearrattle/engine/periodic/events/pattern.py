@@ -50,8 +50,10 @@ def touch_between(apart: Point, touching: Point, view: View) -> tuple[float, Tou
 
     ConvergenceError: there are none.
     """
-    crossings, motion = view.crossings(touching), touching.motion
-    word, length = patterns.word_of(crossings), motion.cycles * motion.period
+    crossings = view.crossings(touching)
+    motion = touching.motion
+    word = patterns.word_of(crossings)
+    length = motion.cycles * motion.period
     pairs = [(i, (i + 1) % len(word)) for i in patterns.touches(view(apart), word)]
     if len(pairs) > 1:
         others = view.crossings(apart)
@@ -73,8 +75,10 @@ def touch_between(apart: Point, touching: Point, view: View) -> tuple[float, Tou
 
 def time_between(point: Point, other: str, view: View) -> float:
     """Return the shortest time between two crossings whose exchange gives another pattern [s]; 0 if there are none."""
-    crossings, motion = view.crossings(point), point.motion
-    word, length = patterns.word_of(crossings), motion.cycles * motion.period
+    crossings = view.crossings(point)
+    motion = point.motion
+    word = patterns.word_of(crossings)
+    length = motion.cycles * motion.period
     times = crossings.time
     return float(
         min(((times[(i + 1) % len(word)] - times[i]) % length for i in patterns.swaps(word, other)), default=0)
@@ -83,7 +87,8 @@ def time_between(point: Point, other: str, view: View) -> float:
 
 def exchanged_at(point: Point, view: View) -> int:
     """Return the first of the two watches whose crossings come nearest to each other; -1: only one crosses."""
-    crossings, motion = view.crossings(point), point.motion
+    crossings = view.crossings(point)
+    motion = point.motion
     following = np.roll(crossings.watch, -1)
     apart = (np.roll(crossings.time, -1) - crossings.time) % (motion.cycles * motion.period)
     chosen = np.flatnonzero(crossings.watch != following)
@@ -97,7 +102,9 @@ def _difference(touching: Passages, pair: tuple[int, int], apart: Passages, leng
     """By how much instants of a motion [s] differ from those of another one that has a pair of crossings less."""
     kept = np.ones(touching.time.size, np.bool_)
     kept[list(pair)] = False
-    times, word, fewer = touching.time[kept], patterns.word_of(touching.where(kept)), patterns.word_of(apart)
+    times = touching.time[kept]
+    word = patterns.word_of(touching.where(kept))
+    fewer = patterns.word_of(apart)
     differences = [
         float(np.abs((np.roll(times, shift) - apart.time + 0.5 * length) % length - 0.5 * length).sum())
         for shift in range(-_SHIFTS, _SHIFTS + 1)
@@ -122,7 +129,8 @@ def _lacking(touching: Point, apart: Point, view: View) -> NDArray[np.bool_]:
 
 def _next_of_same(word: str, i: int) -> int:
     """Index of the next crossing of what crosses at i."""
-    count, watch = len(word), patterns.watch_of(word[i])
+    count = len(word)
+    watch = patterns.watch_of(word[i])
     return next((i + k) % count for k in range(1, count + 1) if patterns.watch_of(word[(i + k) % count]) == watch)
 
 
@@ -165,13 +173,16 @@ def _order_of(point: Point) -> _Order | None:
     turns, crossings = point.motion.turns, point.motion.crossings
     if turns is None or len(turns.delay) != len(crossings.time):
         return None
-    ordered, delay = crossings.in_order(), turns.delay[crossings.order()]
+    ordered = crossings.in_order()
+    delay = turns.delay[crossings.order()]
     return _Order(patterns.word_of(ordered), ordered.time / point.motion.period, delay, point.motion.cycles)
 
 
 def _alike(one: _Order, other: _Order, length: float) -> _Order:
     """The crossings of another motion with the same pattern, from the one on that agrees best with the first."""
-    twice, shift, rolled = other.word + other.word, -1, list[_Order]()
+    twice = other.word + other.word
+    shift = -1
+    rolled = list[_Order]()
     while (shift := twice.find(one.word, shift + 1)) >= 0 and shift < len(one.word):
         rolled.append(other.rolled(shift))
     return min(rolled, key=lambda order: _apart(one, order, length))

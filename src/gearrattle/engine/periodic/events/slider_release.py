@@ -105,15 +105,19 @@ def passed_begin(period_map: PeriodMap, motion: Pass) -> State | None:
     Returns None if no such crossing is near.
     """
     system, crossings = period_map.system, motion.crossings
-    pieces, length = period_map.along(motion)[0], motion.cycles * motion.period
-    nearest, passed = _AT_BEGIN * motion.period, None
+    pieces = period_map.along(motion)[0]
+    length = motion.cycles * motion.period
+    nearest = _AT_BEGIN * motion.period
+    passed = None
     for i, (watch, upward) in enumerate(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True)):
-        before, pieces = pieces, system.beyond(pieces, watch, upward)
+        before = pieces
+        pieces = system.beyond(pieces, watch, upward)
         first = len(system.laws)
         let_go = [c for c in system.memories if before[first + c] != OFF == pieces[first + c]]
         away = min(crossings.time[i], length - crossings.time[i])
         if let_go and away < nearest:
-            is_at_end, nearest = bool(crossings.time[i] > 0.5 * length), away
+            is_at_end = bool(crossings.time[i] > 0.5 * length)
+            nearest = away
             kept = [before[first + c] if is_at_end else OFF for c in let_go]
             memory = [crossings.memory[i, system.memories.index(c)] if is_at_end else 0.0 for c in let_go]
             passed = let_go, kept, memory
@@ -127,8 +131,11 @@ def passed_begin(period_map: PeriodMap, motion: Pass) -> State | None:
 
 def _visits(period_map: PeriodMap, point: Point) -> list[tuple[Touch, float]]:
     """The short visits of a motion beyond corners that let a slider go with its torque, and their speeds [SI]."""
-    flow, system, crossings = period_map.flow, period_map.system, point.motion.crossings
-    pieces, visits = period_map.along(point.motion)[0], list[tuple[Touch, float]]()
+    flow = period_map.flow
+    system = period_map.system
+    crossings = point.motion.crossings
+    pieces = period_map.along(point.motion)[0]
+    visits = list[tuple[Touch, float]]()
     times = crossings.time / point.motion.period
     for i, (watch, upward) in enumerate(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True)):
         after = system.beyond(pieces, watch, upward)

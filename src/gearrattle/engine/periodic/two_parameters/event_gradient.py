@@ -72,7 +72,8 @@ class Drift:
         ConvergenceError: there is no motion near the event, or a grazing lies too near to it.
         """
         for share in _SHARES:
-            along, change = self._along(share), share * _CHANGE * abs(value)
+            along = self._along(share)
+            change = share * _CHANGE * abs(value)
             bend = _bend(along, along)
             if not bend <= _BENT:  # or NaN
                 continue
@@ -127,10 +128,12 @@ def gradient_of_grazing(event: Event, curve: Continuation, over: Family, value: 
     """
     assert event.touch is not None
     point = apart(curve, event.point, event.touch)
-    guess, states = point.guess(point.w), point.scale.size
+    guess = point.guess(point.w)
+    states = point.scale.size
     by_p = _followed(curve.family, point, guess, event.touch)
     by_q = _followed(over, point, guess._replace(w=np.append(guess.w[:-1], value / over.unit)), event.touch)
-    equations, unit = Bordered(by_p.matrix, point.tangent), np.eye(1, by_q.matrix.shape[1], states)[0]
+    equations = Bordered(by_p.matrix, point.tangent)
+    unit = np.eye(1, by_q.matrix.shape[1], states)[0]
     tangent = equations.null_vector(point.tangent)[0]
     shift = equations.solution(np.append(-by_q.matrix[:, states], 0.0))
     along = (by_p.depth_slope(shift) + by_q.depth_slope(unit)) / by_p.depth_slope(tangent)

@@ -71,7 +71,8 @@ def polynomial_at(known: Sequence[tuple[float, Array]], at: float) -> Array:
 
 def word_but_for_touch(event: Event) -> str:
     """Return the pattern of an event's motion, a word of ``patterns``, without what it crosses at its touch."""
-    motion, touch = event.point.motion, event.touch
+    motion = event.point.motion
+    touch = event.touch
     if touch is None:
         return event.point.word
     crossings = motion.crossings
@@ -92,7 +93,10 @@ def missed_after(family: Family, point: Point, cycles: int) -> Array:
 
 def _by_secants(event: Event, curve: Continuation, begin: Point, farthest: float) -> Point:
     """The point on a branch, from one nearby, at which the test function of an event vanishes."""
-    point, test, along, step = begin, test_of(event, curve.family, begin), 0.0, _FIRST
+    point = begin
+    test = test_of(event, curve.family, begin)
+    along = 0.0
+    step = _FIRST
     tried = [(along, test, begin)]
     for _ in range(_SECANTS):
         following = _ahead(curve, point, step)

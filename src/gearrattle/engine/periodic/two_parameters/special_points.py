@@ -97,7 +97,8 @@ def _extremum(event: Event, curve: Continuation, step: float) -> tuple[float, Ev
         tests = [test_of(event, curve.family, point) for point in (behind, ahead)]
         return (tests[1] - tests[0]) / (2.0 * step)
 
-    length, now = 0.0, slope(0.0)
+    length = 0.0
+    now = slope(0.0)
     change = step
     for _ in range(_SECANTS):
         length, before, now = length + change, now, slope(length + change)
@@ -130,11 +131,14 @@ def resonance(before: tuple[float, Event], last: tuple[float, Event], follower: 
         if fall <= 0.0 or left(last[1]) > _BESIDE:
             raise ConvergenceError("the pair stays away from the real axis")
         steps = left(last[1]) / fall  # to the resonance
-        change, way = last[1].point.w - before[1].point.w, last[0] - before[0]
+        change = last[1].point.w - before[1].point.w
+        way = last[0] - before[0]
         if left(last[1]) < _ROUNDING or tried == _FEW - 1:
             break
-        following, share = last[0] + (1.0 - _LEFT) * steps * way, (1.0 - _LEFT) * steps
-        before, last = last, (following, relocated(last[1], follower(following), share * change, _FARTHEST))
+        following = last[0] + (1.0 - _LEFT) * steps * way
+        share = (1.0 - _LEFT) * steps
+        before = last
+        last = (following, relocated(last[1], follower(following), share * change, _FARTHEST))
     point = last[1].point
     parameter = point.parameter + steps * (point.parameter - before[1].point.parameter)
     return last[0] + steps * way, replace(last[1], point=replace(point, parameter=parameter))
@@ -161,7 +165,9 @@ def tangency(known: Sequence[tuple[float, Event]], follower: Follower) -> tuple[
 
     ConvergenceError: there are fewer than three, or the extremum keeps its acceleration.
     """
-    accelerations, values, acceleration = list[float](), list[tuple[float, float]](), 0.0
+    accelerations = list[float]()
+    values = list[tuple[float, float]]()
+    acceleration = 0.0
     for q, event in reversed(known):
         assert event.touch is not None
         point = event.point
@@ -193,7 +199,8 @@ def meeting_of_grazing(
         curve = follower(q)
         if q not in known:
             nearest, *others = sorted(known, key=lambda other: abs(other - q))
-            event, change = known[nearest], np.zeros_like(known[nearest].point.w)
+            event = known[nearest]
+            change = np.zeros_like(known[nearest].point.w)
             if others:
                 change = (known[others[0]].point.w - event.point.w) * (q - nearest) / (others[0] - nearest)
             known[q] = relocated(event, curve, change, _FARTHEST)
@@ -245,7 +252,8 @@ def grazing_near(fold: Event, curve: Continuation) -> Event | None:
     """Return the grazing nearest to a fold on its branch; None if there is none near."""
     nearest = []
     for side in (-1.0, 1.0):
-        before, step = replace(fold.point, length=0.0), side * _FIRST
+        before = replace(fold.point, length=0.0)
+        step = side * _FIRST
         while abs(before.length) < _AROUND:
             try:
                 after = replace(curve.moved_along(before, step), length=before.length + step)
@@ -256,17 +264,21 @@ def grazing_near(fold: Event, curve: Continuation) -> Event | None:
             if grazings:
                 nearest.append(min(grazings, key=lambda event: abs(event.point.length)))
                 break
-            before, step = after, 2.0 * step
+            before = after
+            step = 2.0 * step
     return min(nearest, key=lambda event: abs(event.point.length), default=None)
 
 
 def _root(function: Callable[[float], tuple[float, Event]], q: float, step: float) -> tuple[float, Event]:
     """The zero of a function of q by the secant method, and the event there."""
     value, _ = function(q)
-    change, scale = step, abs(step)
+    change = step
+    scale = abs(step)
     for _ in range(_SECANTS):
         following, event = function(q + change)
-        q, before, value = q + change, value, following
+        q = q + change
+        before = value
+        value = following
         if value == before or abs(change) > 1e3 * scale:
             break
         change = -value * change / (value - before)
