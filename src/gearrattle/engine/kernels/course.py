@@ -127,6 +127,7 @@ class _Series(NamedTuple):
     change: Matrix
     rate: Vector  # (_ORDER - 1,) derivatives, of one of them
     rate_change: Vector
+    looks: Matrix  # (3, _LOOKS + 1) shares of a step, the rate and its derivative there
 
 
 class _Place(NamedTuple):
@@ -425,6 +426,18 @@ def _least_at(place, s, series):
     return _Least(time, value_of(series.value[k], s), rate / h, value_slope, rate_slope, h * time_slope)
 
 
+@kernel
+def _look(series):
+    """Write a rate and its derivative at every look: all at once, which vectors do."""
+    looks = series.looks
+    for n in range(_LOOKS + 1):
+        looks[1, n] = looks[2, n] = 0.0
+    for m in range(series.rate.size - 1, -1, -1):
+        for n in range(_LOOKS + 1):
+            looks[2, n] = looks[2, n] * looks[0, n] + looks[1, n]
+            looks[1, n] = looks[1, n] * looks[0, n] + series.rate[m]
+
+
 @strict
 def _search(path, place, rises, series, found):
     """Write the turning points and dips of a clearance within a step; gives whether its rate is positive at the end."""
@@ -432,14 +445,14 @@ def _search(path, place, rises, series, found):
     for m in range(1, _ORDER):
         series.rate[m - 1] = m * series.value[k, m]
         series.rate_change[m - 1] = m * series.change[k, m]
-    rate = series.rate[0]
-    low = 0.0
-    for look in range(1, _LOOKS + 1):
-        high = look / _LOOKS
-        rate_high = value_of(series.rate, high)
+    _look(series)
+    share, rate, bend = series.looks[0], series.looks[1], series.looks[2]
+    for n in range(_LOOKS):
+        low = share[n]
+        high = share[n + 1]
         ends = (high, high)
-        is_turn = (rate_high > 0.0) != rises
-        if not is_turn and rate * slope_of(series.rate, low) < 0.0 < rate_high * slope_of(series.rate, high):
+        is_turn = (rate[n + 1] > 0.0) != rises
+        if not is_turn and rate[n] * bend[n] < 0.0 < rate[n + 1] * bend[n + 1]:  # it comes nearer to zero and goes away
             s = turn_between(series.rate, low, high)
             ends = (s, high)
             is_turn = (value_of(series.rate, s) > 0.0) != rises
@@ -452,7 +465,6 @@ def _search(path, place, rises, series, found):
                     _write_turn(path, place, s, 1 if rises else 0, series, found)
                     rises = not rises
                 low = end
-        low, rate = high, rate_high
     return rises
 
 
@@ -491,7 +503,10 @@ def write_course(driven, path, z, change, found):
     _write_sparse(driven.deflection_shift[:sought], rows.shift)
     coefficients = np.empty((2, sought, _ORDER))
     room = np.empty((2, size))
-    series = _Series(coefficients[0], coefficients[1], np.empty(_ORDER - 1), np.empty(_ORDER - 1))
+    looks = np.empty((3, _LOOKS + 1))
+    for n in range(_LOOKS + 1):
+        looks[0, n] = n / _LOOKS
+    series = _Series(coefficients[0], coefficients[1], np.empty(_ORDER - 1), np.empty(_ORDER - 1), looks)
     last = np.zeros(sought)
     sign = np.full(sought, -1)
     _copy(z, now.z)
@@ -699,7 +714,7 @@ def write_touch(driven, path, z, corner, scale, found, touched):
     region = _room_region(states, size)
     rows = np.empty((4, size))
     none = _room_rows(0, states, size)
-    series = _Series(np.empty((0, _ORDER)), np.empty((0, _ORDER)), z, z)
+    series = _Series(np.empty((0, _ORDER)), np.empty((0, _ORDER)), z, z, rows)
     _copy(driven.deflection[k], rows[0])
     _copy(driven.deflection_shift[k], rows[1])
     for _ in range(_ITERATIONS):

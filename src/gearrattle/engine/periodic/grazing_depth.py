@@ -85,9 +85,12 @@ def _approached(flow: Flow, pieces: Pieces, touch: Touch) -> tuple[Array, float]
     raise ConvergenceError("the extremum at a corner is lost")
 
 
-def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Array, tuple[int, ...], float]:
+def before_touch(
+    period_map: PeriodMap, state: State, touch: Touch, *, is_located: bool = False
+) -> tuple[Array, tuple[int, ...], float]:
     """Return a state z = (balanced y, inputs) before a touch, the pieces of its region, and its time in periods.
 
+    is_located: whether the instant of the touch is that of the extremum.
     Between that time and the touch nothing is crossed. Parameters are those of ``depth``; a touch beyond the end of the
     motion raises its error.
     """
@@ -95,7 +98,8 @@ def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Arr
     march = period_map.marched(state, samples_per_cycle=_SAMPLES)
     crossings = period_map.passages(march)
     times = crossings.time / system.inputs.period
-    limit = _begin_of(crossings, times, touch, int(march.samples.pieces[0, touch.watch]))
+    slack = 0.0 if is_located else _NEAR
+    limit = _begin_of(crossings, times, touch, int(march.samples.pieces[0, touch.watch]), slack)
     row = max(0, int(np.ceil(limit * _SAMPLES)) - 1)
     if row >= len(march.samples.states):
         raise ConvergenceError("the extremum at a corner is lost")
@@ -134,19 +138,19 @@ def pieces_before(period_map: PeriodMap, motion: Pass, touch: Touch) -> Pieces:
     crossings, system = motion.crossings, period_map.system
     times = crossings.time / motion.period
     pieces = period_map.along(motion)[0]
-    limit = _begin_of(crossings, times, touch, pieces[system.clearances[touch.watch]])
+    limit = _begin_of(crossings, times, touch, pieces[system.clearances[touch.watch]], 0.0)
     for i in np.flatnonzero(times < limit).tolist():
         pieces = system.beyond(pieces, int(crossings.watch[i]), int(crossings.upward[i]))
     return pieces
 
 
-def _begin_of(crossings: Passages, times: Array, touch: Touch, piece: int) -> float:
+def _begin_of(crossings: Passages, times: Array, touch: Touch, piece: int, slack: float) -> float:
     """When a touch begins, in periods: the corner is crossed, or where it is not, the instant of the extremum.
 
     ``piece`` is that of the clearance at the start.
     """
     begin = touch.time
-    for i, j in _visits_around(crossings, times, touch):
+    for i, j in _visits_around(crossings, times, touch, slack):
         ours = crossings.upward[:i][crossings.watch[:i] == touch.watch]
         corner = piece + int((2 * ours - 1).sum()) - 1 + touch.upward
         if corner == touch.corner or (touch.corner is None and times[j] - times[i] <= _NEAR):
@@ -154,17 +158,18 @@ def _begin_of(crossings: Passages, times: Array, touch: Touch, piece: int) -> fl
     return begin
 
 
-def _visits_around(crossings: Passages, times: Array, touch: Touch) -> list[tuple[int, int]]:
+def _visits_around(crossings: Passages, times: Array, touch: Touch, slack: float) -> list[tuple[int, int]]:
     """The crossings to and fro between which the instant of a touch lies, whichever corner they are of.
 
-    The extremum of a short visit may have moved out of it; a long one may have ended just before another touch.
+    The extremum of a short visit may have moved out of it, by a slack [periods]; none where the touch is located, for
+    another visit may lie near. A long one may have ended just before another touch.
     """
     ours = np.flatnonzero(crossings.watch == touch.watch)
     return [
         (i, j)
         for i, j in pairwise(ours.tolist())
-        for slack in [_NEAR if times[j] - times[i] <= _NEAR else 0.0]
-        if crossings.upward[i] == touch.upward and times[i] - slack < touch.time < times[j] + slack
+        for own in [slack if times[j] - times[i] <= _NEAR else 0.0]
+        if crossings.upward[i] == touch.upward and times[i] - own < touch.time < times[j] + own
     ]
 
 
@@ -173,6 +178,6 @@ def without_touch(motion: Pass, touch: Touch) -> Passages:
     crossings = motion.crossings
     times = crossings.time / motion.period
     kept = np.ones(times.size, np.bool_)
-    for i, j in _visits_around(crossings, times, touch):
+    for i, j in _visits_around(crossings, times, touch, 0.0):
         kept[[i, j]] &= times[j] - times[i] > _NEAR or crossings.upward[j] == crossings.upward[i]
     return crossings.where(kept)

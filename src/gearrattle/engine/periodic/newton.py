@@ -140,7 +140,19 @@ class Corrector:
         motion = self._with_turns_along(motion, float(direction @ own), free)
         later = None if guess.later is None else Later(guess.later, behind.reshape(guess.later.shape))
         parameter = float(guess.w[-1] * self._family.unit)
-        return Point(parameter, motion, slope, *self._units, guess.w, own, free, orientation, 0.0, 0.0, later=later)
+        scale, size = self._units
+        return Point(
+            parameter=parameter,
+            motion=motion,
+            slope=slope,
+            scale=scale,
+            size=size,
+            w=guess.w,
+            tangent=own,
+            free=free,
+            orientation=orientation,
+            later=later,
+        )
 
     def _with_turns_along(self, motion: Pass, cosine: float, free: int) -> Pass:
         """A motion with the slopes of its turning points along the tangent, not where that is one of several.

@@ -94,8 +94,18 @@ class PeriodMap:
         """Return the task of ``exact`` from a state, reference inertias at zero."""
         deflection, velocity, memory = np.split(state.y, self._parts)
         angle = self.flow.coordinates.angle_from_basis @ deflection
-        kept = memory, state.auxiliary_pieces
-        return Task(self.system, angle, velocity, cycles, samples_per_cycle, None, None, False, *kept)
+        return Task(
+            system=self.system,
+            angle=angle,
+            velocity=velocity,
+            cycles=cycles,
+            samples_per_cycle=samples_per_cycle,
+            tolerance=None,
+            step=None,
+            audit=False,
+            memory=memory,
+            auxiliary_pieces=state.auxiliary_pieces,
+        )
 
     def __call__(self, state: State) -> Pass:
         """Follow a state over n periods."""

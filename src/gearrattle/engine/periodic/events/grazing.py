@@ -78,6 +78,7 @@ _OUTSIDE = 0.1  # times what a grazing is located to, or may be missed by: so fa
 _ROUNDING = 1e-2  # of the depth before: one that lies beyond zero by less does so by rounding
 _LITTLE, _LITTLE_ARC = 1e-4, 1e-10  # by which an expected grazing may move at last: share of the way, and arclength
 _MISSED = 1e-9  # arclength by which a grazing may be missed
+_SAME = 1e-4  # periods between the instants of one extremum, whose search has ended a little before it is located
 _ANOTHER = 1.0 / 64.0  # periods: touches farther apart are different ones
 _NOT_LOCATED = "the motion that grazes is not reached"
 
@@ -117,7 +118,7 @@ def grazing_of(curve: Continuation, point: Point, touch: Touch, nearby: Approach
     with suppress(ConvergenceError):
         if family.memories and is_release(family.map_at(point.parameter), point, touch):
             return Grazing(RELEASE)
-    without_contact = apart(curve, point, touch)
+    without_contact = apart(curve, point, touch) if family.map_at(point.parameter).system.auxiliaries else point
     effect = _effect_of(family.map_at(without_contact.parameter), without_contact, touch)
     if np.sqrt(8.0 * RESOLVED) * point.motion.period * effect.rate > 1.0:
         return Grazing(RIGID)
@@ -180,9 +181,9 @@ def _effect_of(period_map: PeriodMap, point: Point, touch: Touch) -> _Effect:
     (stiffness, damping), (other, more) = (_slopes(flow, element, p) for p in (pieces, beyond))
     rate = float(max(np.sqrt(abs(other - stiffness) * lightness), abs(more - damping) * lightness))
     try:
-        located = depth(period_map, point.motion.start, touch)[1]
+        located = _located(period_map, point, touch)
         begin = replace(located, time=located.time - _AT_ONCE)
-        z, last, since = before_touch(period_map, point.motion.start, begin)
+        z, last, since = before_touch(period_map, point.motion.start, begin, is_located=True)
     except ConvergenceError:
         return _Effect(rate)
     period = system.inputs.period
@@ -203,6 +204,14 @@ def _effect_of(period_map: PeriodMap, point: Point, touch: Touch) -> _Effect:
     grown = period_map.scale * (cycle.gradient() @ (added / period_map.scale))
     gain = -float(flow.deflection[element, :n] @ grown) / period
     return _Effect(rate, float(acceleration), gain)
+
+
+def _located(period_map: PeriodMap, point: Point, touch: Touch) -> Touch:
+    """A touch with the instant of its extremum: that of its approach, where that is known."""
+    approach = point.motion.approach
+    if approach is not None and abs(approach.time % point.motion.cycles - touch.time) < _SAME:
+        return replace(touch, time=approach.time % point.motion.cycles)
+    return depth(period_map, point.motion.start, touch)[1]
 
 
 def _from_then_on(crossings: Passages, instants: tuple[float, float], length: float) -> Passages:
