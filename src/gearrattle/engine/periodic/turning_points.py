@@ -56,8 +56,6 @@ _LEAST = 1e-3  # share of the way from either end at which the branch is looked 
 _DEFECT = 0.25  # between the change of a depth and the mean of both slopes, over the larger slope
 _A_LITTLE_MORE = 1.5  # times the way to where a depth reaches zero: there the branch is looked at
 _COUNTS = 0.25  # slope over depth, from which a depth counts
-
-
 _ITERATIONS, _RETREATS = 12, 3
 _LEFT = 0.05  # of the depth that the first iteration leaves
 _OFF = 3.0  # times what the depth is expected to be off: so much is left

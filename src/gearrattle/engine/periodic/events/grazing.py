@@ -66,8 +66,6 @@ RESOLVED = 1e-8
 _AT_ONCE = 1e-9  # periods: crossings so shortly before a touch happen with it
 _ASIDE = (1e-11, 1e-10, 1e-9, 1e-8)  # arclength from a grazing to one that does not touch by rounding
 _APART = 1e-4  # arclength from a grazing, on its side without contact, to motions whose depth tells its slope
-
-
 _MOST = 40  # motions followed
 _NEARER = 0.02  # share of the way to the expected grazing that the next motion leaves, at least
 _FIRST_LEFT = 0.25  # the same, where only a tangent leads to the expected grazing

@@ -29,8 +29,6 @@ _TURNED_BACK = -0.1  # cosine between chord and tangent below which the branch h
 _CLOSER = 0.25  # of the way between two motions: by so much their cubic may be moved along to the plane
 _SAME = 1e-9  # change of w below which a motion is the same
 _FARTHEST = 2.0  # distances between both nearest motions: up to there the cubic through them is better than a tangent
-
-
 _JUMP = 1e-3  # a test function that stays farther from zero than this on both sides jumps over zero
 _CHECKS = 6  # searches for one zero
 _ROUGHER = 10.0  # times as far off as the motion at a zero: the sign at a trial is checked
