@@ -188,9 +188,10 @@ class Corrector:
         direction: (N + 1,) the tangent points to its side.
         slack: change of w at which the iteration may end; the motion is then the last one followed.
         """
-        return self.point_and_iterations(predicted, normal, direction, slack=slack, touch=touch, with_turns=with_turns)[
-            0
-        ]
+        sought = self.point_and_iterations(
+            predicted, normal, direction, slack=slack, touch=touch, with_turns=with_turns
+        )
+        return sought[0]
 
     def point_and_iterations(
         self,
