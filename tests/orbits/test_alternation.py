@@ -14,8 +14,8 @@ import pytest
 import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.events import events_between
-from gearrattle.engine.periodic.multiple import joined
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap
+from gearrattle.engine.periodic.motion import Pass, joined
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.orbits import Branch
 from gearrattle.orbits.family import follower_over
 from gearrattle.orbits.stable_ranges import losses_of, ranges_of

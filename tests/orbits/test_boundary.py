@@ -11,7 +11,7 @@ import xarray as xr
 from mpmath import mp, mpf
 
 import gearrattle as gr
-from gearrattle.engine.periodic.special import KINDS
+from gearrattle.engine.periodic.two_parameters.special_points import KINDS
 from gearrattle.orbits import Branch
 from gearrattle.report.plots.motion_map import SPECIAL
 from tests.oracles import backlash_mp as oracle

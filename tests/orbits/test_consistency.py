@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.point import Point
 from gearrattle.orbits.branch import Branch
 from gearrattle.orbits.curve import Curve

@@ -11,7 +11,8 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import DOUBLING, Event, changes_between, events_between
+from gearrattle.engine.periodic.events import changes_between, events_between
+from gearrattle.engine.periodic.events.base import DOUBLING, Event
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits import curve as curves

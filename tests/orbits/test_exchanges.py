@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.engine.periodic.events import PATTERN
+from gearrattle.engine.periodic.events.base import PATTERN
 from gearrattle.engine.periodic.point import Point
 from gearrattle.orbits import Branch, family
 

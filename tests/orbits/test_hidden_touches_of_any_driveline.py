@@ -9,9 +9,9 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 import gearrattle as gr
-from gearrattle.engine.periodic.family import CompiledFamily, GeneralFamily
-from gearrattle.engine.periodic.period_map import Dips, Turns
-from gearrattle.engine.periodic.touch import Touch, reaches
+from gearrattle.engine.periodic.course import reaches
+from gearrattle.engine.periodic.families import CompiledFamily, GeneralFamily
+from gearrattle.engine.periodic.motion import Dips, Touch, Turns
 from gearrattle.orbits import family
 from tests.engine.periodic.test_grazing import DRAG, MEAN, with_slider
 from tests.engine.periodic.test_slope import PATHS, start, train

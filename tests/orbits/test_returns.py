@@ -7,7 +7,8 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.motion import State
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.returns import at_mean_speed, orbit_of_returns
 from gearrattle.orbits.state import state_of

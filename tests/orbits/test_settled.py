@@ -9,7 +9,8 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.motion import State
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.orbits.orbit import Orbit, settled_state
 from gearrattle.orbits.settled import Settled, motion_names, settled_motions, settled_orbit
 from gearrattle.orbits.state import state_of

@@ -12,8 +12,9 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, events_between
-from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.events import events_between
+from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
+from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.point import appended, turned_around
 from gearrattle.orbits.curve import followed
 from gearrattle.orbits.family import family_of, follower_over

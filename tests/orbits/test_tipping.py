@@ -10,7 +10,8 @@ import pandas as pd
 import pytest
 
 import gearrattle as gr
-from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.motion import State
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.auxiliary import FORWARD, STICK
 from gearrattle.orbits import Orbit, tipping
 from gearrattle.orbits.destinations import BACK, ELSEWHERE, UNDECIDED, Destination

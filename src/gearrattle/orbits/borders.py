@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.events import FOLD, GRAZING
-from gearrattle.engine.periodic.grazing import JUMP, RELEASE
+from gearrattle.engine.periodic.events.base import FOLD, GRAZING
+from gearrattle.engine.periodic.events.grazing import JUMP, RELEASE
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.family_end import EDGE
 

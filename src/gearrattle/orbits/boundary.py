@@ -10,7 +10,8 @@ Where two events of one kind meet, the slope of their test function along the br
 leads farther than half the way to where the square of that slope would be zero: beyond there another event may lie.
 
 Two folds meet in a cusp, and neither exists beyond it: the curve ends there. It may end as well where a fold meets a
-grazing, or go on beyond (``engine.periodic.special``). Where a curve of folds turns back over the second value, an
+grazing, or go on beyond (``engine.periodic.two_parameters``). Where a curve of folds turns back over the second value,
+an
 isolated branch shrinks to a point, or two branches join. Two ends of families meet where their length is least: their
 test function is that length.
 
@@ -30,12 +31,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from gearrattle.engine.periodic.boundary import missed_after, polynomial_at, relocated, word_but_for_touch
-from gearrattle.engine.periodic.breaking import HalfPeriodFamily
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.drift import slope_along
-from gearrattle.engine.periodic.events import FOLD, GRAZING, NEIMARK_SACKER, Event
-from gearrattle.engine.periodic.special import (
+from gearrattle.engine.periodic.events.base import FOLD, GRAZING, NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.events.neimark_sacker import nearest_pair
+from gearrattle.engine.periodic.families import HalfPeriodFamily
+from gearrattle.engine.periodic.two_parameters.event_gradient import slope_along
+from gearrattle.engine.periodic.two_parameters.relocation import (
+    missed_after,
+    polynomial_at,
+    relocated,
+    word_but_for_touch,
+)
+from gearrattle.engine.periodic.two_parameters.special_points import (
     CUSP,
     FOLD_AT_DOUBLING,
     GRAZING_AT_DOUBLING,
@@ -51,7 +58,6 @@ from gearrattle.engine.periodic.special import (
     resonance_of,
     tangency,
 )
-from gearrattle.engine.periodic.unit_circle import nearest_pair
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label, shown_value

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import Event
+from gearrattle.engine.periodic.events.base import Event
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.model import Model

@@ -14,13 +14,14 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.breaking import as_fixed_point, breaking_near
 from gearrattle.engine.periodic.continuation import Continuation, WrongBranch
-from gearrattle.engine.periodic.events import BREAKING, FOLD, GRAZING, Event, changes_between, events_between
-from gearrattle.engine.periodic.grazing import RELEASE, Grazing
+from gearrattle.engine.periodic.events import changes_between, events_between
+from gearrattle.engine.periodic.events.base import BREAKING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.events.grazing import RELEASE, Grazing
+from gearrattle.engine.periodic.events.location import zero_between
+from gearrattle.engine.periodic.events.slider_release import end_in_release, is_near_release, is_release, passes_begin
+from gearrattle.engine.periodic.events.symmetry_breaking import as_fixed_point, breaking_near
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.release import end_in_release, is_near_release, is_release, passes_begin
-from gearrattle.engine.periodic.zero import zero_between
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.edges import followed_through_families
 from gearrattle.orbits.joints import Home, events_beside_joint, told_apart, unknown_home

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.equations import shortest_solution
-from gearrattle.engine.periodic.period_map import Marched, Pass, PeriodMap, State
-from gearrattle.engine.periodic.shooting import multipliers_of
+from gearrattle.engine.periodic.motion import Pass, State, multipliers_of
+from gearrattle.engine.periodic.period_map import Marched, PeriodMap
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]

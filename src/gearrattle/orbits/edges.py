@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import Event
-from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.events.base import Event
+from gearrattle.engine.periodic.events.slider_release import passed_begin
+from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.point import Point, appended, turned_around
-from gearrattle.engine.periodic.release import passed_begin
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.family_end import (
     EDGE,

@@ -15,9 +15,15 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble
 from gearrattle.assembly.variants import bound_of, coefficients, repeated
 from gearrattle.engine.kernels.variants import Coefficients
-from gearrattle.engine.periodic.breaking import HalfPeriodFamily, are_symmetric, half_of
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.family import CompiledFamily, Family, GeneralFamily
+from gearrattle.engine.periodic.families import (
+    CompiledFamily,
+    Family,
+    GeneralFamily,
+    HalfPeriodFamily,
+    are_symmetric,
+    half_of,
+)
 from gearrattle.engine.solvers.choice import MANY_INERTIAS, is_large_for_periods
 from gearrattle.engine.solvers.many import is_supported
 from gearrattle.engine.system.laid_out import coefficients_of as coefficients_of_system

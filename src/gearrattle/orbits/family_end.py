@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.drift import FamiliesOf
-from gearrattle.engine.periodic.events import Event
-from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.events.base import Event
+from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.engine.periodic.shooting import shoot
 from gearrattle.engine.periodic.symmetry import half_period_map
+from gearrattle.engine.periodic.two_parameters.event_gradient import FamiliesOf
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.freedom import room_of, touches_lightly, within_family
 

@@ -12,7 +12,8 @@ from typing import Literal, overload
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
-from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.motion import State
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.quantity import CALLBACK, FLAG, argument_problems

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import Event
+from gearrattle.engine.periodic.events.base import Event
 from gearrattle.engine.periodic.point import Point
 from gearrattle.model import Model
 from gearrattle.model.factors import Written

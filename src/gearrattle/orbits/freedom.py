@@ -22,8 +22,8 @@ from scipy.linalg import qr
 
 from gearrattle.assembly import assemble, free_names
 from gearrattle.engine.periodic import shooting
-from gearrattle.engine.periodic.general_turns import idle_memories
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.motion import Pass, State, idle_memories
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import pattern_along, pattern_of
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError

@@ -13,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.breaking import SAME, half_curve
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import BREAKING, DOUBLING, Event
-from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, Event
+from gearrattle.engine.periodic.events.symmetry_breaking import SAME, half_curve
+from gearrattle.engine.periodic.motion import State
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError

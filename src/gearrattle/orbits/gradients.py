@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.engine.periodic.breaking import as_doubling
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.drift import KINDS, Drift, FamiliesOf, gradient_of_grazing
-from gearrattle.engine.periodic.events import BREAKING, DOUBLING, GRAZING, Event
-from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.grazing import JUMP, RELEASE
+from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, GRAZING, Event
+from gearrattle.engine.periodic.events.grazing import JUMP, RELEASE
+from gearrattle.engine.periodic.events.symmetry_breaking import as_doubling
+from gearrattle.engine.periodic.families import Family
+from gearrattle.engine.periodic.two_parameters.event_gradient import KINDS, Drift, FamiliesOf, gradient_of_grazing
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.factors import Written

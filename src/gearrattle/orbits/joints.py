@@ -19,9 +19,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.breaking import breaking_near, half_curve, half_of
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, Event, events_between
+from gearrattle.engine.periodic.events import events_between
+from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.events.symmetry_breaking import breaking_near, half_curve
+from gearrattle.engine.periodic.families import half_of
 from gearrattle.engine.periodic.point import Point, halves_apart
 from gearrattle.errors import ConvergenceError
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import Event
-from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.events.base import Event
+from gearrattle.engine.periodic.families import Family
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.curve import Curve

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.period_map import Pass
+from gearrattle.engine.periodic.motion import Pass
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble, free_names
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.motion import Pass, State, multipliers_of, sorted_by_modulus
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError, ModelError, Problem
@@ -119,8 +120,8 @@ class Orbit(Result):
     def multipliers(self) -> NDArray[np.complex128]:
         """Floquet multipliers, the largest modulus first; 1 for the turning of every free train as a whole."""
         turning = len(relative_coordinates(assemble(self.model).system).references)
-        values = shooting.multipliers_of(self.motion.gradient)
-        return shooting.sorted_by_modulus(np.concatenate([values, np.ones(turning)]))
+        values = multipliers_of(self.motion.gradient)
+        return sorted_by_modulus(np.concatenate([values, np.ones(turning)]))
 
     @cached_property
     def own_multipliers(self) -> NDArray[np.complex128]:
@@ -151,7 +152,7 @@ class Orbit(Result):
         half = half_map(self.motion.start)
         size = max(self.period_map.size, float(np.linalg.norm(self.motion.start.y * self.period_map.scale)))
         is_mirrored = float(np.linalg.norm(half.gap * self.period_map.scale)) < _MIRRORED * size
-        return shooting.multipliers_of(half.gradient) if is_mirrored else none
+        return multipliers_of(half.gradient) if is_mirrored else none
 
     @property
     def symmetric(self) -> bool:
@@ -161,7 +162,7 @@ class Orbit(Result):
     @cached_property
     def stable(self) -> bool:
         """Whether small disturbances die out, or at least do not grow."""
-        return is_stable(shooting.multipliers_of(self.motion.gradient), self.free)
+        return is_stable(multipliers_of(self.motion.gradient), self.free)
 
     @cached_property
     def family(self) -> tuple[Interval, ...]:
@@ -373,9 +374,9 @@ def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbi
     """
     still = _without_drift(period_map, _off_edge(period_map, orbit))
     notes: tuple[str, ...] = ()
-    if not is_stable(shooting.multipliers_of(still.motion.gradient), still.free.shape[1]):
+    if not is_stable(multipliers_of(still.motion.gradient), still.free.shape[1]):
         notes = ("The motion is unstable: a simulation leaves it.",)
-    grown = float(np.abs(shooting.multipliers_of(still.motion.gradient)[0]))
+    grown = float(np.abs(multipliers_of(still.motion.gradient)[0]))
     if grown > _LOST:
         notes += (f"Disturbances grow {grown:.1g} times over the motion: its run leaves it before the end.",)
     if still.free.shape[1]:

@@ -24,7 +24,8 @@ from scipy.optimize import linear_sum_assignment
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.motion import Pass, State, multipliers_of
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import pattern_of
 from gearrattle.engine.system.levels import deflection_levels, force_levels
 from gearrattle.errors import ConvergenceError, ModelError
@@ -72,7 +73,7 @@ def orbit_gradients(model: Model, period_map: PeriodMap, motion: Pass, paths: Se
     import pandas as pd
 
     names = assemble(model).layout.clearance_names
-    multipliers = shooting.multipliers_of(motion.gradient)
+    multipliers = multipliers_of(motion.gradient)
     subjects = [(response, name) for response in (SWING, FORCE) for name in names]
     subjects += [(MULTIPLIER, str(i + 1)) for i in range(len(multipliers))]
     chosen = list(numbers_of(model, "")) if paths is None else paths_of(paths, model)
@@ -91,7 +92,7 @@ def orbit_gradients(model: Model, period_map: PeriodMap, motion: Pass, paths: Se
 
 def _slopes(model: Model, path: str, value: float, period_map: PeriodMap, motion: Pass) -> Array:
     """(2 K + N,) derivatives of responses, then of the moduli of multipliers; NaN where there are none."""
-    change, multipliers = _CHANGE * abs(value), shooting.multipliers_of(motion.gradient)
+    change, multipliers = _CHANGE * abs(value), multipliers_of(motion.gradient)
     clearances = len(period_map.system.clearances)
     try:
         maps = [
@@ -121,6 +122,6 @@ def _moved(period_map: PeriodMap, motion: Pass) -> Pass:
 
 def _matched(motion: Pass, multipliers: Complex) -> Complex:
     """(N,) multipliers of a motion in the order of those of its neighbour."""
-    own = shooting.multipliers_of(motion.gradient)
+    own = multipliers_of(motion.gradient)
     order = linear_sum_assignment(np.abs(own[None, :] - multipliers[:, None]))[1]
     return np.asarray(own[order])

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.period_map import Pass
+from gearrattle.engine.periodic.motion import Pass
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.orbits.edges import followed_through_families

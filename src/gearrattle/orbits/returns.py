@@ -2,7 +2,8 @@
 
 An irregular motion comes near to unstable periodic motions again and again. So the motion is followed for many periods,
 and Newton's method begins where it comes nearest to itself n periods later. Where that finds nothing, disturbances grow
-much within a period: then the states at every eighth of a period are sought together (``engine.periodic.multiple``).
+much within a period: then the states at every eighth of a period are sought together
+(``engine.periodic.multiple_shooting``).
 
 D. Auerbach, P. Cvitanovic, J.-P. Eckmann, G. Gunaratne, I. Procaccia, Phys. Rev. Lett. 58 (1987), 2387-2389.
 
@@ -18,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic import shooting
-from gearrattle.engine.periodic.multiple import EIGHTHS
-from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.motion import State
+from gearrattle.engine.periodic.multiple_shooting import EIGHTHS
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.settled import turning
 from gearrattle.signals.strobe import period_number

@@ -26,7 +26,7 @@ import numpy as np
 
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model

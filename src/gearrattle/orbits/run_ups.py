@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, free_of, period_of
-from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.motion import State
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
 from gearrattle.model.path_labels import in_shown_unit, path_label, shown_value

@@ -21,8 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic import shooting
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
-from gearrattle.engine.periodic.release import lets_go
+from gearrattle.engine.periodic.events.slider_release import lets_go
+from gearrattle.engine.periodic.motion import Pass, State
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.freedom import off_edge, within_family

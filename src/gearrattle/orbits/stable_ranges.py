@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
-from gearrattle.engine.periodic.grazing import RELEASE
+from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
+from gearrattle.engine.periodic.events.grazing import RELEASE
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.family_end import EDGE

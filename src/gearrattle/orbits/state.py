@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, free_of, moved, period_of, refuse_unsteady, whole
-from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.motion import State
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Initial, Model

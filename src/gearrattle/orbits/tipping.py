@@ -28,8 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, free_names
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap
-from gearrattle.engine.periodic.shooting import multipliers_of
+from gearrattle.engine.periodic.motion import Pass, multipliers_of
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown

@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.shooting import multipliers_of
+from gearrattle.engine.periodic.motion import multipliers_of
 from gearrattle.orbits.settled import motion_names
 from gearrattle.signals import SEVERITIES
 from gearrattle.signals.shares import wilson

@@ -20,11 +20,11 @@ import numpy as np
 import pytest
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, Event, events_between
-from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.period_map import Pass, State
+from gearrattle.engine.periodic.events import events_between
+from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.families import Family
+from gearrattle.engine.periodic.motion import Pass, State, Touch
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.system.passages import Passages
 
 LEFT = (0.5, 0.2)

@@ -10,8 +10,9 @@ import pytest
 from scipy.optimize import brentq
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, Event, events_between
-from gearrattle.engine.periodic.family import GeneralFamily
+from gearrattle.engine.periodic.events import events_between
+from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.families import GeneralFamily
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.shooting import shoot
 from tests.engine.periodic.test_shooting import at, oscillator

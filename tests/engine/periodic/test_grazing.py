@@ -13,8 +13,8 @@ from scipy.linalg import expm
 
 import gearrattle as gr
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import DOUBLING, GRAZING, Event
-from gearrattle.engine.periodic.grazing import grazing_of
+from gearrattle.engine.periodic.events.base import DOUBLING, GRAZING, Event
+from gearrattle.engine.periodic.events.grazing import grazing_of
 from gearrattle.orbits import Branch
 from tests.oracles import stop_slider_mp as oracle
 
@@ -193,3 +193,22 @@ def test_the_root_of_any_driveline_is_that_of_the_compiled_loop(law: str) -> Non
     assert event.touch is not None
     point = replace(event.point, motion=replace(event.point.motion, approach=None))
     assert grazing_of(curve, point, event.touch).root == pytest.approx(closed_form(law), rel=1e-4)
+
+
+@pytest.mark.slow
+def test_the_root_is_that_of_the_trace_where_other_short_visits_are_near() -> None:
+    """A loose gear with many impacts: the trace beside every grazing, on the side that touches."""
+    branch = gr.continuation(gr.example("case1"), "excitation.speed", ("1432 rpm", "1405 rpm"))
+    chosen = [(curve, e) for curve, own in zip(branch.curves, branch.events_of_curves, strict=True) for e in own]
+    roots = 0
+    for curve, event in chosen:
+        if event.grazing is None or abs(event.grazing.root) < 1e-2:
+            continue
+        follower, point = branch.follower(curve), event.point
+        sides = [follower.moved_along(point, side * 3e-9) for side in (-1.0, 1.0)]
+        touching, apart = sorted(sides, key=lambda other: len(other.word), reverse=True)
+        way = abs(touching.parameter - point.parameter)
+        gained = float(np.trace(touching.gradient) - np.trace(apart.gradient))
+        assert gained / np.sqrt(way) == pytest.approx(event.grazing.root, rel=0.03)
+        roots += 1
+    assert roots == 4

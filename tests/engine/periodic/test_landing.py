@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.corrector import Corrector
-from gearrattle.engine.periodic.events import GRAZING, events_between
-from gearrattle.engine.periodic.family import CompiledFamily
-from gearrattle.engine.periodic.landing import grazing_ahead, landed
+from gearrattle.engine.periodic.events import events_between
+from gearrattle.engine.periodic.events.base import GRAZING
+from gearrattle.engine.periodic.families import CompiledFamily
+from gearrattle.engine.periodic.newton import Corrector
 from gearrattle.engine.periodic.point import Point
+from gearrattle.engine.periodic.turning_points import grazing_ahead, landed
 from gearrattle.orbits.family import family_of
 from gearrattle.orbits.find import periodic
 from tests.engine.periodic.test_grazing import DRAG, FREQUENCY, MEAN, PATH, oscillator

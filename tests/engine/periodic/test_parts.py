@@ -6,20 +6,18 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.engine.periodic import corrector as correctors
+from gearrattle.engine.periodic import newton as correctors
 from gearrattle.engine.periodic import point as points
-from gearrattle.engine.periodic.corrector import Corrector
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING
-from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.general_turns import outside_of
-from gearrattle.engine.periodic.parts import PartedFamily
-from gearrattle.engine.periodic.period_map import Pass, Turns
+from gearrattle.engine.periodic.course import outside_of
+from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING
+from gearrattle.engine.periodic.families import Family, PartedFamily
+from gearrattle.engine.periodic.motion import Pass, Touch, Turns
+from gearrattle.engine.periodic.newton import Corrector
 from gearrattle.engine.periodic.point import Guess
-from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.system.passages import Passages
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.family import family_of, follower_over
-from tests.engine.periodic.test_family import both
+from tests.engine.periodic.test_families import both
 from tests.orbits.test_consistency import contradictions_of
 
 pytestmark = pytest.mark.compiled

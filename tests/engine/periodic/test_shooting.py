@@ -9,7 +9,8 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.period_map import DECIDED, PeriodMap, State
+from gearrattle.engine.periodic.motion import DECIDED, State
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.shooting import shoot
 from gearrattle.engine.system.auxiliary import OFF, STICK
 from gearrattle.errors import ConvergenceError

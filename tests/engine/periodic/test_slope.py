@@ -9,9 +9,9 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.family import CompiledFamily, Family, GeneralFamily
-from gearrattle.engine.periodic.period_map import State
-from gearrattle.engine.periodic.touch import Touch, depth
+from gearrattle.engine.periodic.families import CompiledFamily, Family, GeneralFamily
+from gearrattle.engine.periodic.grazing_depth import depth
+from gearrattle.engine.periodic.motion import State, Touch
 from gearrattle.engine.solvers.choice import is_large
 from gearrattle.orbits.family import family_of, family_of_excitation
 from gearrattle.orbits.gradients import number_at

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, PATTERN, events_between
-from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.period_map import Pass, State
+from gearrattle.engine.periodic.events import events_between
+from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING, PATTERN
+from gearrattle.engine.periodic.families import Family
+from gearrattle.engine.periodic.motion import Pass, State, Touch
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.system.passages import Passages
 
 Mapped = Callable[[np.ndarray, float], tuple[np.ndarray, np.ndarray, np.ndarray]]

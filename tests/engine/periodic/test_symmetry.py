@@ -9,9 +9,10 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.breaking import HalfPeriodFamily
-from gearrattle.engine.periodic.period_map import PeriodMap, State
-from gearrattle.engine.periodic.shooting import multipliers_of, shoot
+from gearrattle.engine.periodic.families import HalfPeriodFamily
+from gearrattle.engine.periodic.motion import State, multipliers_of
+from gearrattle.engine.periodic.period_map import PeriodMap
+from gearrattle.engine.periodic.shooting import shoot
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.orbits.family import family_of

@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from gearrattle.engine.periodic import touching
+from gearrattle.engine.periodic.events import grazing
+from gearrattle.engine.periodic.events.grazing import Search
+from gearrattle.engine.periodic.events.location import Stretch
+from gearrattle.engine.periodic.events.pattern import View
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.stretch import Stretch
-from gearrattle.engine.periodic.touching import Search
-from gearrattle.engine.periodic.views import View
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.family import follower_over
 from gearrattle.orbits.find import periodic
@@ -76,6 +76,6 @@ def test_where_no_motion_near_the_corner_can_be_followed_nothing_is_located(
 
 @pytest.mark.parametrize("most", [0, 1])
 def test_a_search_that_ends_too_early_locates_nothing(monkeypatch: pytest.MonkeyPatch, most: int) -> None:
-    monkeypatch.setattr(touching, "_MOST", most)
+    monkeypatch.setattr(grazing, "_MOST", most)
     with pytest.raises(ConvergenceError, match="grazes"):
         search_with(monkeypatch, lambda at: at).grazing()

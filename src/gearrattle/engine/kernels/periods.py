@@ -16,7 +16,7 @@ proportion to how it moves the deflection (``system.variation``); so does p, whi
 A, G and corners are closed forms of p. Their derivatives are central differences of these, not of motions: two
 variants beside the one that is marched are laid out in its scales.
 
-If asked, one touch (``approaches``) or all turning points (``turning_points``) are found too.
+If asked, one touch or all turning points are found too (``course``).
 
 Arrays: ``located`` (workspace), ``packed`` (regions, march, samples, log), ``variants``.
 
@@ -25,28 +25,29 @@ N. J. Higham, Functions of Matrices, SIAM 2008, section 3.2 and theorem 3.6.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearrattle.engine.kernels._jit import kernel, strict, strict_entry
-from gearrattle.engine.kernels.approaches import (
-    TERMS,
-    Course,
-    Crossings,
-    Rates,
-    Steps,
-    dot,
-    write_approach,
+from gearrattle.engine.kernels._jit import kernel, loose, strict, strict_entry
+from gearrattle.engine.kernels.arrays import Array3, Array4, IntMatrix, IntVector, Matrix, Vector
+from gearrattle.engine.kernels.course import (
+    Direction,
+    Driven,
+    Found,
+    Path,
+    Touched,
+    write_course,
+    write_direction,
+    write_outside,
+    write_touch,
 )
-from gearrattle.engine.kernels.arrays import IntMatrix, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.laid_out import lay_out
 from gearrattle.engine.kernels.levels import norm_of_square
 from gearrattle.engine.kernels.located import common_at, laws_at, region_at
 from gearrattle.engine.kernels.many import AT, SLOTS, numbers_of
 from gearrattle.engine.kernels.packed import EVENTS
 from gearrattle.engine.kernels.region import accelerate
-from gearrattle.engine.kernels.turning_points import Direction, write_direction, write_outside, write_turns
 from gearrattle.engine.kernels.workspace import PERIOD
 
 NEIGHBOURS = 2
@@ -57,6 +58,7 @@ NO_TURNS, ALONG_ROW, ALONG_CHANGE = -1, 0, 1
 Slopes of the second are along the change that keeps the gap, and of which the product with a row over the state at the
 start [SI] and the parameter is 1. Slopes of the third are along the change of both that is told.
 """
+_TERMS = 7  # of the Taylor series over the finest step
 _WIDEST = 1.0 / 64.0  # norm of the rates times the finest step: the first term left out is below 1e-16
 _LEVELS = 60
 
@@ -69,13 +71,53 @@ class Map(NamedTuple):
     gradient: Matrix  # (N, N) of the end with respect to the start [SI]
     slope: Vector  # (N,) of the end with respect to the parameter [SI], times half the distance of both neighbours
     corner: IntVector  # (2,) clearance whose approach to a corner is asked for (-1: none), and 1 for the upper corner
-    approach: Vector  # (8 + 2 N,) an instant nearby [periods]; what ``approaches`` writes; depth NaN: there is none
+    touched: Touched  # that approach
     row: Vector  # (N + 1,) the direction of slopes: see ALONG_ROW and ALONG_CHANGE
-    turns: Matrix  # (MOST_TURNS, TURN_COLUMNS) all turning points
+    turns: Matrix  # (MOST_TURNS, COLUMNS) all turning points
     turning: IntVector  # (1,) NO_TURNS, ALONG_ROW or ALONG_CHANGE; then how many there are, NO_TURNS: not known
     delay: Vector  # (MOST_TURNS,) by how much crossings come later along the direction of the turning points [periods]
-    outside: IntMatrix  # (2, K) of ``Crossings``; read along a change, written along a row
+    outside: IntMatrix  # (2, K) of ``Path``; read along a change, written along a row
     reach: Vector  # (K,) to a corner of every clearance: turning points farther away are left out
+
+
+class Rates(NamedTuple):
+    """What drives the states and their derivatives, for the S slots that a motion visits; P entries of z, K clearances.
+
+    A *shift* is a derivative with respect to the parameter, times half the distance of both neighbours.
+    """
+
+    generator: Array3  # (S, P, P) Z
+    shift: Array3  # (S, N, P) B
+    deflection: Matrix  # (K, P) of the clearances
+    deflection_shift: Matrix  # (K, P)
+    lower_shift: Vector  # of every piece
+    upper_shift: Vector
+
+
+class Steps(NamedTuple):
+    """Tables of all slots: increments over the steps h = 1, 1/2, 1/4 ..., of which a slot has a range."""
+
+    increment: Array4  # (S, levels, P, P) exp(Z h) - 1
+    moved: Array4  # (S, levels, N, P) D(h)
+    levels: IntVector  # (S,) the finest step of a slot is that of its last level
+    first: IntVector  # (S,) its longest step
+
+
+class Laid(NamedTuple):
+    """A driveline as it is laid out."""
+
+    common: Any  # see ``located``
+    laws: Any
+    regions: Any  # see ``packed``
+
+
+class Marched(NamedTuple):
+    """A motion that was marched."""
+
+    log: Any  # see ``packed``
+    events: int  # crossings
+    initial: IntVector  # (K,) pieces of the clearances at its start
+    end: float  # in periods
 
 
 class Carried(NamedTuple):
@@ -87,6 +129,15 @@ class Carried(NamedTuple):
     z_term: Vector
     columns_product: Matrix
     z_product: Vector
+
+
+@loose
+def dot(matrix, i, z):
+    """Product of a row and a vector."""
+    total = 0.0
+    for j in range(z.size):
+        total += matrix[i, j] * z[j]
+    return total
 
 
 @strict
@@ -117,7 +168,8 @@ def _write_tables(generator, shift, steps, slot):
     The inputs are oscillators: their own rows are turned exactly.
     """
     size, states = generator.shape[0], shift.shape[0]
-    pairs, finest = (size - states - 1) // 2, steps.levels[slot] - 1
+    pairs = (size - states - 1) // 2
+    finest = steps.levels[slot] - 1
     h = 0.5**finest
     term, moved_term = np.zeros((2, size, size)), np.zeros((2, states, size))
     for level in range(steps.first[slot], finest + 1):
@@ -130,7 +182,8 @@ def _write_tables(generator, shift, steps, slot):
                 moved[i, j] = 0.0
         for c in range(states + 1, states + 1 + pairs):
             angle = generator[c + pairs, c] * 0.5**level
-            turned, half = np.sin(angle), np.sin(0.5 * angle)
+            turned = np.sin(angle)
+            half = np.sin(0.5 * angle)
             increment[c, c] = increment[c + pairs, c + pairs] = -2.0 * half * half
             increment[c + pairs, c], increment[c, c + pairs] = turned, -turned
     increment, moved = steps.increment[slot, finest], steps.moved[slot, finest]
@@ -140,8 +193,9 @@ def _write_tables(generator, shift, steps, slot):
             if i < states:
                 increment[i, j] = term[0, i, j]
                 moved[i, j] = moved_term[0, i, j] = h * shift[i, j]
-    for m in range(2, TERMS + 1):
-        now, then = m % 2, 1 - m % 2
+    for m in range(2, _TERMS + 1):
+        now = m % 2
+        then = 1 - m % 2
         _multiply_term(generator, shift, h / m, (term[now], moved_term[now]), (term[then], moved_term[then]))
         for i in range(states):
             for j in range(size):
@@ -195,7 +249,8 @@ def multiply(rates, shift, columns, z, carried):
         for p in range(states + 1):
             row[p] = 0.0
         for j in range(states):
-            weight, other = rates[i, j], columns[j]
+            weight = rates[i, j]
+            other = columns[j]
             for p in range(states + 1):
                 row[p] += weight * other[p]
         row[states] += dot(shift, i, z)
@@ -223,13 +278,16 @@ def step(increment, moved, carried):
 @kernel
 def add_series(generator, shift, h, carried):
     """Carry over h shorter than the finest step, by Taylor series."""
-    columns, z, term, z_term = carried.columns, carried.z, carried.columns_term, carried.z_term
+    columns = carried.columns
+    z = carried.z
+    term = carried.columns_term
+    z_term = carried.z_term
     for i in range(columns.shape[0]):
         for p in range(columns.shape[1]):
             term[i, p] = columns[i, p]
     for i in range(z.size):
         z_term[i] = z[i]
-    for m in range(1, TERMS + 1):
+    for m in range(1, _TERMS + 1):
         multiply(generator, shift, term, z_term, carried)
         factor = h / m
         for i in range(columns.shape[0]):
@@ -244,7 +302,8 @@ def add_series(generator, shift, h, carried):
 @kernel
 def carry(steps, slot, generator, shift, h, carried):
     """Carry over an interval: steps of the tables, the longest first, then a Taylor series."""
-    left, length = h, 0.5 ** steps.first[slot]
+    left = h
+    length = 0.5 ** steps.first[slot]
     for level in range(steps.first[slot], steps.levels[slot]):
         while left >= length:
             step(steps.increment[slot, level], steps.moved[slot, level], carried)
@@ -258,7 +317,8 @@ def carry(steps, slot, generator, shift, h, carried):
 def cross(common, k, jump, corner_shift, deflection, deflection_shift, carried):
     """Kick the velocities where the damping of element k jumps at a corner that moves with the parameter."""
     columns, z = carried.columns, carried.z
-    states, inertias = columns.shape[0], common.inertia.size
+    states = columns.shape[0]
+    inertias = common.inertia.size
     moving = states - inertias
     for p in range(states + 1):
         moved = 0.0
@@ -277,7 +337,9 @@ def cross(common, k, jump, corner_shift, deflection, deflection_shift, carried):
 def _write_rows(workspace, regions, generator, deflection):
     """Write A and G of every slot's region, and the deflections of the clearances."""
     common, region = common_at(workspace), region_at(workspace)
-    clearances, states, size = common.clearances, region.matrix.shape[0], region.matrix.shape[1]
+    clearances = common.clearances
+    states = region.matrix.shape[0]
+    size = region.matrix.shape[1]
     for slot in range(generator.shape[0]):
         for i in range(clearances.size):
             region.pieces[clearances[i]] = regions.piece[slot, i]
@@ -308,32 +370,36 @@ def _write_rates(workspace, cases, scales, regions, v, rates):
     frequency = common_at(workspace).frequency
     for slot in range(slots):
         for h in range(frequency.size):
-            cosine, sine = states + 1 + h, states + 1 + frequency.size + h
-            rates.generator[slot, cosine, sine], rates.generator[slot, sine, cosine] = -frequency[h], frequency[h]
+            cosine = states + 1 + h
+            sine = states + 1 + frequency.size + h
+            rates.generator[slot, cosine, sine] = -frequency[h]
+            rates.generator[slot, sine, cosine] = frequency[h]
         for i in range(states):
             for j in range(size):
                 rates.shift[slot, i, j] = 0.5 * (generators[1, slot, i, j] - generators[0, slot, i, j])
     for i in range(deflections.shape[1]):
         for j in range(size):
             rates.deflection_shift[i, j] = 0.5 * (deflections[1, i, j] - deflections[0, i, j])
-    below, above = numbers_of(cases.numbers, v - NEIGHBOURS).laws, numbers_of(cases.numbers, v - 1).laws
+    below = numbers_of(cases.numbers, v - NEIGHBOURS).laws
+    above = numbers_of(cases.numbers, v - 1).laws
     for p in range(rates.lower_shift.size):
         rates.lower_shift[p] = 0.5 * (above.lower[p] - below.lower[p])
         rates.upper_shift[p] = 0.5 * (above.upper[p] - below.upper[p])
 
 
 @strict
-def _write_levels(common, rates, course, steps):
+def _write_levels(common, rates, path, steps):
     """Write the range of steps of every slot: from its longest interval to a step of which a Taylor series is exact."""
     slots, states, _ = rates.shift.shape
     widest = 0.0
     for h in range(common.frequency.size):
         widest = max(widest, common.frequency[h])
     for slot in range(slots):
-        norm, longest = max(widest, norm_of_square(rates.generator[slot], states)), 0.0
-        for i in range(course.slot.size):
-            if course.slot[i] == slot:
-                longest = max(longest, course.time[i + 1] - course.time[i])
+        norm = max(widest, norm_of_square(rates.generator[slot], states))
+        longest = 0.0
+        for i in range(path.slot.size):
+            if path.slot[i] == slot:
+                longest = max(longest, path.time[i + 1] - path.time[i])
         levels, first = 1, 0
         while norm * 0.5 ** (levels - 1) > _WIDEST and levels < _LEVELS:
             levels += 1
@@ -355,104 +421,145 @@ def slot_of(regions, slots, pieces):
 
 
 @strict
-def _write_course(common, laws, regions, rates, log, initial, end, course, crossings):
-    """Write when a motion is in which slot, and what it crosses."""
-    pieces, events, slots = initial.copy(), crossings.clearance.size, rates.shift.shape[0]
-    course.time[0] = 0.0
+def _write_path(laid, rates, marched, path):
+    """Write when a motion is in which slot, and what it crosses: corners of laws alone."""
+    (common, laws, regions), log, events = laid, marched.log, marched.events
+    pieces = marched.initial.copy()
+    slots = rates.shift.shape[0]
+    path.time[0] = 0.0
     for i in range(events + 1):
-        course.slot[i] = slot_of(regions, slots, pieces)
-        course.time[i + 1] = log.cycle[i] + log.fraction[i] if i < events else end
+        path.slot[i] = slot_of(regions, slots, pieces)
+        path.time[i + 1] = log.cycle[i] + log.fraction[i] if i < events else marched.end
+        for k in range(pieces.size):
+            piece = laws.first[common.clearances[k]] + pieces[k]
+            path.lower[i, k], path.upper[i, k] = laws.lower[piece], laws.upper[piece]
+            path.lower_shift[i, k] = rates.lower_shift[piece]
+            path.upper_shift[i, k] = rates.upper_shift[piece]
         if i < events:
             crossed = log.clearance[i]
-            piece = laws.first[common.clearances[crossed]] + pieces[crossed]
-            beyond = piece + 1 if log.upward[i] else piece - 1
-            pieces[crossed] += beyond - piece
-            crossings.clearance[i], crossings.upward[i] = crossed, log.upward[i]
-            crossings.jump[i] = laws.damping[beyond] - laws.damping[piece]
-            crossings.shift[i] = rates.upper_shift[piece] if log.upward[i] else rates.lower_shift[piece]
+            path.clearance[i] = crossed
+            path.upward[i] = log.upward[i]
+            path.is_law[i] = 1
+            path.tick[i] = np.nan
+            path.bound_shift[i] = path.upper_shift[i, crossed] if log.upward[i] else path.lower_shift[i, crossed]
+            for j in range(path.row.shape[1]):
+                path.row[i, j] = rates.deflection[crossed, j]
+                path.row_shift[i, j] = rates.deflection_shift[crossed, j]
+            pieces[crossed] += 1 if log.upward[i] else -1
+
+
+@kernel
+def _room_path(events, clearances, size, outside):
+    integers = np.empty((4, events + 1), np.int64)
+    numbers = np.empty((2, events))
+    corners = np.empty((4, events + 1, clearances))
+    rows = np.empty((2, events, size))
+    return Path(
+        np.empty(events + 2),
+        integers[0],
+        corners[0],
+        corners[1],
+        corners[2],
+        corners[3],
+        np.empty((events + 1, 0)),
+        np.empty((events + 1, 0)),
+        integers[1, :events],
+        integers[2, :events],
+        rows[0],
+        rows[1],
+        numbers[0],
+        numbers[1],
+        integers[3, :events],
+        outside,
+    )
 
 
 @strict
-def _write_turns(common, laws, regions, rates, steps, course, crossings, columns, scale, out):
+def _write_turns(driven, path, z, columns, scale, found, out):
     """Write the turning points along the direction that is asked for; none are known if there is no such direction."""
     states = scale.size
     direction = Direction(np.empty((states + 1, states + 1)), np.empty(states + 1, np.int64), np.empty(states + 1))
-    change = direction.change
     if out.turning[0] == ALONG_ROW:
-        write_outside(crossings.clearance, crossings.upward, np.zeros(2, np.int64), crossings.outside)
-        if not write_direction(columns, scale, out.row, direction):
+        write_outside(path.clearance, path.upward, np.zeros(2, np.int64), path.outside)
+        if not write_direction(columns, scale, out.row, 0, direction):
             out.turning[0] = NO_TURNS
             return
     else:
         for i in range(states):
-            change[i] = scale[i] * out.row[i]
-        change[states] = out.row[states]
-    clearances, reach, turns = common.clearances, out.reach, out.turns
-    write_turns(laws, clearances, regions, rates, steps, course, crossings, change, reach, turns, out.turning)
+            direction.change[i] = scale[i] * out.row[i]
+        direction.change[states] = out.row[states]
+    write_course(driven, path, z, direction.change, found)
+    for i in range(min(found.delay.size, out.delay.size)):
+        out.delay[i] = found.delay[i]
 
 
 @strict
-def _follow(common, laws, regions, rates, log, events, initial, end, carried, scale, out):
-    """Carry perturbations and s along a motion of so many crossings that ends after ``end`` periods."""
+def _follow(laid, rates, marched, carried, scale, out):
+    """Carry perturbations and s along a motion, and write what is asked for of its turning points."""
+    (common, laws, regions), events = laid, marched.events
     slots, states, size = rates.shift.shape
-    course = Course(
-        np.empty(events + 2),
-        np.empty(events + 1, np.int64),
-        np.empty((events + 2, size)),
-        np.empty((events + 1, states, states + 1)),
-    )
-    integers, numbers = np.empty((2, events), np.int64), np.empty((2, events))
-    delay = out.delay[:events] if events <= out.delay.size else np.empty(events)
-    crossings = Crossings(integers[0], integers[1], numbers[0], numbers[1], delay, out.outside)
-    _write_course(common, laws, regions, rates, log, initial, end, course, crossings)
+    path = _room_path(events, common.clearances.size, size, out.outside)
+    _write_path(laid, rates, marched, path)
     ranges = np.empty(slots, np.int64), np.empty(slots, np.int64)
     steps = Steps(np.empty((slots, 0, size, size)), np.empty((slots, 0, states, size)), ranges[0], ranges[1])
-    _write_levels(common, rates, course, steps)
-    levels, is_written = ranges[0].max(), np.zeros(slots, np.bool_)
+    _write_levels(common, rates, path, steps)
+    levels = ranges[0].max()
+    is_written = np.zeros(slots, np.bool_)
     steps = Steps(np.empty((slots, levels, size, size)), np.empty((slots, levels, states, size)), ranges[0], ranges[1])
-    for i in range(events + 1):
-        slot = course.slot[i]
-        for j in range(size):
-            course.z[i, j] = carried.z[j]
-        for j in range(states):
-            for p in range(states + 1):
-                course.columns[i, j, p] = carried.columns[j, p]
+    begin = carried.z.copy()
+    for i in range(events + 1):  # perturbations of the whole state, and s: by tables
+        slot = path.slot[i]
         generator, shift = rates.generator[slot], rates.shift[slot]
         if not is_written[slot]:
             _write_tables(generator, shift, steps, slot)
             is_written[slot] = True
-        carry(steps, slot, generator, shift, course.time[i + 1] - course.time[i], carried)
-        if i < events and crossings.jump[i] != 0.0:
-            crossed = crossings.clearance[i]
-            rows = rates.deflection[crossed], rates.deflection_shift[crossed]
-            cross(common, common.clearances[crossed], crossings.jump[i], crossings.shift[i], rows[0], rows[1], carried)
-    for j in range(size):
-        course.z[events + 1, j] = carried.z[j]
-    if out.corner[0] >= 0:
-        write_approach(common, laws, regions, rates, steps, course, crossings, out.corner, scale, out.approach)
-    if out.turning[0] != NO_TURNS:
-        _write_turns(common, laws, regions, rates, steps, course, crossings, carried.columns, scale, out)
+        carry(steps, slot, generator, shift, path.time[i + 1] - path.time[i], carried)
+        if i < events:
+            crossed = path.clearance[i]
+            element = common.clearances[crossed]
+            before = laws.first[element] + regions.piece[slot, crossed]
+            beyond = laws.first[element] + regions.piece[path.slot[i + 1], crossed]
+            jump = laws.damping[beyond] - laws.damping[before]
+            if jump != 0.0:
+                rows = rates.deflection[crossed], rates.deflection_shift[crossed]
+                cross(common, element, jump, path.bound_shift[i], rows[0], rows[1], carried)
+    if out.corner[0] >= 0 or out.turning[0] != NO_TURNS:  # one perturbation, with series of deflections
+        driven = Driven(rates.generator, rates.shift, rates.deflection, rates.deflection_shift)
+        found = Found(
+            np.empty((events + 2, size)),
+            np.empty((events + 2, states)),
+            np.empty(events),
+            np.empty((events, states)),
+            out.reach,
+            out.turns,
+            np.zeros(1, np.int64),
+        )
+        if out.corner[0] >= 0:
+            none = Found(found.z, found.v, found.delay, found.jump, out.reach, out.turns[:0], found.number)
+            write_touch(driven, path, begin, out.corner, scale, none, out.touched)
+        if out.turning[0] != NO_TURNS:
+            _write_turns(driven, path, begin, carried.columns, scale, found, out)
+            if out.turning[0] != NO_TURNS:
+                out.turning[0] = found.number[0]
 
 
 @strict_entry
 def differentiate(workspace, cases, buffers, regions, march, samples, log, cursor, out):
     """Write the end of a motion that was marched there, and its derivatives.
 
-    Parameters
-    ----------
-    workspace
-        see ``located``.
-    cases, buffers, cursor
-        of ``many``; the ``NEIGHBOURS`` variants before the present one are its neighbours.
-    regions, march, samples, log
-        see ``packed``.
-    out
-        ``Map``.
+    cases, buffers, cursor: of ``many``; the ``NEIGHBOURS`` variants before the present one are its neighbours.
+    out: ``Map``.
     """
-    v, frame, scales, slots = cursor[AT], cases.frame, buffers.scales, cursor[SLOTS]
-    r, n = frame.elements.size, cases.angle.shape[1]
-    states, inputs = r + n, scales.inputs.size
-    size, clearances = states + 2 * inputs - 1, frame.clearances.size
+    v = cursor[AT]
+    frame = cases.frame
+    scales = buffers.scales
+    slots = cursor[SLOTS]
+    r = frame.elements.size
+    n = cases.angle.shape[1]
+    states = r + n
+    inputs = scales.inputs.size
+    size = states + 2 * inputs - 1
+    clearances = frame.clearances.size
     rates = Rates(
         np.empty((slots, size, size)),
         np.empty((slots, states, size)),
@@ -462,8 +569,10 @@ def differentiate(workspace, cases, buffers, regions, march, samples, log, curso
         np.empty(cases.numbers.laws.lower.shape[1]),
     )
     _write_rates(workspace, cases, scales, regions, v, rates)
-    columns, z = np.eye(states, states + 1), np.zeros(size)
-    room, z_room = np.empty((2, states, states + 1)), np.empty((2, size))
+    columns = np.eye(states, states + 1)
+    z = np.zeros(size)
+    room = np.empty((2, states, states + 1))
+    z_room = np.empty((2, size))
     carried = Carried(columns, z, room[0], z_room[0], room[1], z_room[1])
     scale = np.empty(states)
     for i in range(states):
@@ -471,11 +580,13 @@ def differentiate(workspace, cases, buffers, regions, march, samples, log, curso
         z[i] = scale[i] * (buffers.deflection[i] if i < r else cases.velocity[v, i - r])
     for h in range(inputs):
         z[states + h] = scales.inputs[h]
-    end, common, laws = float(samples.first) / samples.per_cycle, common_at(workspace), laws_at(workspace)
-    _follow(common, laws, regions, rates, log, march.counts[EVENTS], buffers.initial, end, carried, scale, out)
+    marched = Marched(log, march.counts[EVENTS], buffers.initial, float(samples.first) / samples.per_cycle)
+    laid = Laid(common_at(workspace), laws_at(workspace), regions)
+    _follow(laid, rates, marched, carried, scale, out)
     last = samples.states[samples.states.shape[0] - 1]
     for i in range(states):
-        out.end[i], out.slope[i] = last[i] / scale[i], columns[i, states] / scale[i]
+        out.end[i] = last[i] / scale[i]
+        out.slope[i] = columns[i, states] / scale[i]
         for j in range(states):
             out.gradient[i, j] = columns[i, j] / scale[i] * scale[j]
     for i in range(frame.references.size):

@@ -1,8 +1,6 @@
 """One motion over whole periods, its gradient and its slope over a parameter, in compiled code (``kernels.periods``).
 
 For drivelines of laws and harmonics alone. What the loop cannot do, such as a start on a corner, it leaves out.
-
-Takes a system as the pattern and ``Coefficients`` of three variants; gives a Map.
 """
 
 from __future__ import annotations
@@ -10,13 +8,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import approaches, many, packed, turning_points
+from gearrattle.engine.kernels import course as kernels
+from gearrattle.engine.kernels import many, packed
 from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.many import AS_GIVEN
 from gearrattle.engine.kernels.periods import ALONG_CHANGE, ALONG_ROW, NEIGHBOURS, NO_TURNS, Map, differentiate
 from gearrattle.engine.kernels.variants import Coefficients, Judged
-from gearrattle.engine.periodic.period_map import Along, Approach, Dips, Turns
-from gearrattle.engine.periodic.touch import Touch, reaches
+from gearrattle.engine.periodic.course import approach_of, reaches, room_for_touch, turns_of
+from gearrattle.engine.periodic.motion import Along, Approach, Touch, Turns
 from gearrattle.engine.solvers.many import Batch, Pattern
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -24,24 +23,22 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 Array = NDArray[np.float64]
 
 
+NOWHERE = Touch(-1, 0, np.nan)
+
+
 class PeriodBatch(Batch):
     """The loop for one motion, used many times: buffers and compiled code are made once.
 
-    Parameters
-    ----------
-    system
-        one of the drivelines.
-    cycles
-        how many periods a motion lasts.
-    numbers
-        of three variants; only their shapes matter here.
+    numbers: of three variants; only their shapes matter here.
     """
 
     def __init__(self, system: PiecewiseSystem, cycles: int, numbers: Coefficients) -> None:
-        variants, pieces = len(numbers.inertia), [system.laws[k].pieces for k in system.clearances]
+        variants = len(numbers.inertia)
+        pieces = [system.laws[k].pieces for k in system.clearances]
         counts = np.zeros((2, len(pieces)), np.int64)
         judged = Judged(np.cumsum([0, *pieces]), counts[0], np.zeros(sum(pieces), np.int64), counts[1])
-        start, window = np.zeros((2, variants, system.size)), np.zeros((variants, 3))
+        start = np.zeros((2, variants, system.size))
+        window = np.zeros((variants, 3))
         pattern = Pattern(system, AS_GIVEN, cycles, judged)
         frame = pattern.frame()
         states = len(frame.elements) + system.size
@@ -51,11 +48,11 @@ class PeriodBatch(Batch):
             gradient=np.zeros((states, states)),
             slope=np.zeros(states),
             corner=np.full(2, -1, np.int64),
-            approach=np.full(approaches.SLOPE + 2 * (states + 1), np.nan),
+            touched=room_for_touch(states, NOWHERE),
             row=np.zeros(states + 1),
-            turns=np.zeros((turning_points.MOST_TURNS, turning_points.TURN_COLUMNS)),
+            turns=np.zeros((kernels.MOST_TURNS, kernels.COLUMNS)),
             turning=np.full(1, NO_TURNS),
-            delay=np.zeros(turning_points.MOST_TURNS),
+            delay=np.zeros(kernels.MOST_TURNS),
             outside=np.full((2, len(pieces)), -1),
             reach=reaches(system),
         )
@@ -71,24 +68,15 @@ class PeriodBatch(Batch):
     ) -> bool:
         """Follow a motion to its end, which ``out`` then holds; whether it was followed.
 
-        Parameters
-        ----------
-        numbers
-            of three variants: with a smaller, with a larger parameter, and of the motion.
-        angle, velocity
-            (n,) at the start [rad, rad/s].
-        touch
-            a corner and an instant, of which ``out.approach`` is written.
-        turns_along
-            see ``Family.follow``, the parameter counted in halves of the distance of both neighbours: ``out.turns`` are
-            written.
+        angle, velocity: (n,) at the start [rad, rad/s].
+        touch: a corner and an instant, of which ``out.approach`` is written.
         """
         self.out.corner[:] = (-1, 0) if touch is None else (touch.watch, touch.upward)
-        self.out.approach[:] = np.nan
-        self.out.approach[approaches.TIME] = np.nan if touch is None else touch.time
+        self.out.touched.number[:] = np.nan if touch is None else touch.time, np.nan, np.nan
         self.out.turning[0] = NO_TURNS
         if isinstance(turns_along, Along):
-            self.out.turning[0], self.out.outside[:] = ALONG_CHANGE, turns_along.outside
+            self.out.turning[0] = ALONG_CHANGE
+            self.out.outside[:] = turns_along.outside
             self.out.row[:-1], self.out.row[-1] = turns_along.state, turns_along.parameter
         elif turns_along is not None:
             self.out.turning[0], self.out.row[:] = ALONG_ROW, turns_along
@@ -103,7 +91,8 @@ class PeriodBatch(Batch):
 
     def passages(self) -> Passages:
         """Return the crossings of the motion."""
-        count, log = int(self.march.counts[packed.EVENTS]), self.log
+        count = int(self.march.counts[packed.EVENTS])
+        log = self.log
         period = float(self.cases.numbers.period[-1, 0])
         watch = log.clearance[:count].copy()
         velocity = log.rate[:count] * self.buffers.scales.corner[watch] / period
@@ -111,34 +100,14 @@ class PeriodBatch(Batch):
         return Passages(time, watch, log.upward[:count].copy(), velocity, np.zeros((count, 0)))
 
     def approach(self, period: float, step: float) -> Approach | None:
-        """Return the extremum that was asked for; None if there is none, or no corner near it.
-
-        Parameters
-        ----------
-        period
-            T [s].
-        step
-            half the distance of both neighbours.
+        """Return the extremum that was asked for, if there is one near a corner; ``step`` is half the distance of both
+        neighbours.
         """
-        time, depth, bend, gain, stiffness, damping = self.out.approach[: approaches.SLOPE].tolist()
-        if not np.isfinite(depth):
-            return None
-        slope, time_slope = np.split(self.out.approach[approaches.SLOPE :].copy(), 2)
-        slope[-1] /= step
-        time_slope[-1] /= step
-        rate = float(max(abs(stiffness) ** 0.5, abs(damping)))
-        return Approach(depth, time, bend / period**2, slope, time_slope, gain / period, rate)
+        return approach_of(self.out.touched, period, step) if self.out.corner[0] >= 0 else None
 
     def turns(self) -> Turns | None:
         """Return the turning points, if they were asked for and there is one direction for their slopes."""
-        count, crossings = int(self.out.turning[0]), int(self.march.counts[packed.EVENTS])
-        if count < 0 or crossings > len(self.out.delay):
-            return None
-        rows = self.out.turns[:count]
-        is_turn = rows[:, turning_points.UPWARD] < turning_points.FALLING
-        watch, upward = rows[:, : turning_points.TURN_TIME].T.astype(np.int64)
-        time, depth, slope, time_slope, level, level_slope = rows[:, turning_points.TURN_TIME :].T.copy()
-        every = watch, upward, time, depth, slope, time_slope, level, level_slope
-        dips = Dips._make(part[~is_turn] for part in every)
-        watch, upward, time, depth, slope, time_slope = (part[is_turn] for part in every[:6])
-        return Turns(watch, upward, time, depth, slope, time_slope, dips, self.out.delay[:crossings].copy())
+        count = int(self.out.turning[0])
+        crossings = int(self.march.counts[packed.EVENTS])
+        known = crossings <= len(self.out.delay)
+        return turns_of(self.out.turns, count, self.out.delay[:crossings].copy()) if known else None

@@ -4,17 +4,16 @@ A branch is a curve in w = (u, p / unit): u the balanced state at the start of a
 
     F(w) = P(u; p) - u = 0,      t . (w - w_predicted) = 0,      [dF/du, dF/dp] t = 0,  |t| = 1
 
-dF/du = M - I is exact, and so is dF/dp for drivelines of laws and harmonics (``family``). Newton's method solves both.
-Where a turning point of a deflection comes to its corner within a step the branch is first followed to the motion that
-grazes (``landing``), and from there on: the tangents of motions that touch vary like the root of the distance.
+dF/du = M - I is exact, and so is dF/dp for drivelines of laws and harmonics (``families``). Newton's method solves
+both. Where a turning point of a deflection comes to its corner within a step the branch is first followed to the motion
+that grazes (``turning_points``), and from there on: the tangents of motions that touch vary like the root of the
+distance.
 
 A step is taken if Newton's method converges, the tangent turns little, and the chord between both points is the mean of
 their tangents: a nearby branch has another direction. The two legs of a sharp fold have the same direction. So the
 determinant of [dF/du, dF/dp; t] is watched too: along a branch it keeps its sign until another branch crosses, where it
 passes zero. A step on which it jumps from one sign to the other is not taken. A fold may be so sharp that it seems to
 pass zero there: so over the shortest steps it may change its sign only if the branch has no corner to turn back at.
-
-Takes a Family and an orbit; gives Points, in the order of the branch.
 
 H. B. Keller, in Applications of Bifurcation Theory, ed. P. H. Rabinowitz, Academic Press 1977, 359-384.
 """
@@ -28,11 +27,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.corrector import Corrector, norm_of
 from gearrattle.engine.periodic.equations import Bordered
-from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.landing import first_step_beyond, grazing_ahead, landed
-from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.families import Family
+from gearrattle.engine.periodic.motion import State, Touch
+from gearrattle.engine.periodic.newton import Corrector, norm_of
 from gearrattle.engine.periodic.point import (
     Guess,
     Point,
@@ -41,8 +39,13 @@ from gearrattle.engine.periodic.point import (
     interpolated,
     turned_around,
 )
-from gearrattle.engine.periodic.touch import Touch
-from gearrattle.engine.periodic.turning import agreeing_step, rise_beyond
+from gearrattle.engine.periodic.turning_points import (
+    agreeing_step,
+    first_step_beyond,
+    grazing_ahead,
+    landed,
+    rise_beyond,
+)
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -74,10 +77,7 @@ _SAME = 1e-2  # of a step: shorter steps that pass its end nearer than this lead
 class WrongBranch(ConvergenceError):
     """A step has gone from one branch to another.
 
-    Attributes
-    ----------
-    distance
-        length of the step.
+    distance: length of the step.
     """
 
     def __init__(self, message: str, distance: float) -> None:
@@ -88,16 +88,9 @@ class WrongBranch(ConvergenceError):
 class Continuation:
     """Follows branches of periodic motions.
 
-    Parameters
-    ----------
-    family
-        the period map with its parameter.
-    longest
-        longest step, in units of w; where a state is more than twice its unit, the share of half the state.
-    step_limit
-        largest change of the parameter in a step [its own unit]; None: only ``longest`` limits steps.
-    units
-        scale (N,) and size of the states, as in a Point; None: those of the family.
+    longest: longest step, in units of w; where a state is more than twice its unit, the share of half the state.
+    step_limit: largest change of the parameter in a step [its own unit]; None: only ``longest`` limits steps.
+    units: scale (N,) and size of the states, as in a Point; None: those of the family.
     """
 
     def __init__(
@@ -123,10 +116,7 @@ class Continuation:
     def begin(self, state: State, parameter: float, *, upward: bool = True) -> Point:
         """Return the first point of a branch that goes on to larger or to smaller parameters.
 
-        Raises
-        ------
-        ConvergenceError
-            there is no periodic motion near the state.
+        ConvergenceError: there is no periodic motion near the state.
         """
         w = np.append(state.y * self._corrector.scale, parameter / self.family.unit)
         direction = np.append(np.zeros(w.size - 1), 1.0 if upward else -1.0)
@@ -140,13 +130,10 @@ class Continuation:
 
         A closed branch ends with its first point again. The first step of one that leaves another branch is no longer
         than the way from there.
-
-        Raises
-        ------
-        ConvergenceError
-            the branch cannot be followed any further.
         """
-        earlier, point, step = begin, begin, self._first
+        earlier = begin
+        point = begin
+        step = self._first
         if begin.length > 0.0:
             step = min(step, begin.length)
         self._refused = None
@@ -177,16 +164,16 @@ class Continuation:
 
         Where these would be shorter than the shortest step there is no other point.
 
-        Raises
-        ------
-        WrongBranch
-            they do not lead there.
+        WrongBranch: they do not lead there.
         """
         distance = after.length - before.length
         if _SHORTER * distance <= _SHORTEST:
             return [after]
         shorter = Continuation(self.family, longest=_SHORTER * distance, units=self._units)
-        earlier, point, step, points = before, before, _SHORTER * distance, list[Point]()
+        earlier = before
+        point = before
+        step = _SHORTER * distance
+        points = list[Point]()
         while len(points) < _MOST_SHORTER and point.length - before.length < _DETOUR * distance:
             try:
                 following, step = shorter._next(earlier, point, step)
@@ -203,13 +190,7 @@ class Continuation:
         raise WrongBranch(message, distance)
 
     def between(self, before: Point, after: Point, share: float) -> Point:
-        """Return the point at a share of the way between two points that follow one another.
-
-        Raises
-        ------
-        ConvergenceError
-            Newton's method does not converge.
-        """
+        """Return the point at a share of the way between two points that follow one another."""
         if share <= 0.0 or share >= 1.0:
             return before if share <= 0.0 else after
         chord = (after.w - before.w) / np.linalg.norm(after.w - before.w)
@@ -230,13 +211,7 @@ class Continuation:
         return point if is_along and self._keeps_way(before, point) else turned_around(point)
 
     def moved_along(self, point: Point, step: float) -> Point:
-        """Return the point a short step along the branch [arclength], backwards if it is negative.
-
-        Raises
-        ------
-        ConvergenceError
-            Newton's method does not converge.
-        """
+        """Return the point a short step along the branch [arclength], backwards if it is negative."""
         predicted = point.guess(point.w + step * point.tangent)
         return self._corrector.point(predicted, point.tangent, point.tangent)
 
@@ -251,13 +226,7 @@ class Continuation:
         return other
 
     def in_plane(self, point: Point) -> Point:
-        """Return the motion in the plane through a point (also of another driveline) at right angles to its tangent.
-
-        Raises
-        ------
-        ConvergenceError
-            Newton's method does not converge.
-        """
+        """Return the motion in the plane through a point (also of another driveline) at right angles to its tangent."""
         return self._corrector.point(point.guess(point.w), point.tangent, point.tangent)
 
     def near(
@@ -265,43 +234,21 @@ class Continuation:
     ) -> Point:
         """Return the motion in the plane through a prediction at right angles to a direction.
 
-        Parameters
-        ----------
-        predicted, normal
-            (N + 1,).
-        like
-            a motion nearby: the tangent points to the side of its tangent.
-        slack
-            change of w at which Newton's method may end; the motion is then the last one followed.
-        touch
-            a corner and an instant, for the depth of the motion.
-
-        Raises
-        ------
-        ConvergenceError
-            Newton's method does not converge.
+        predicted, normal: (N + 1,).
+        slack: change of w at which Newton's method may end; the motion is then the last one followed.
         """
         return self._corrector.point(like.guess(predicted), normal, like.tangent, slack=slack, touch=touch)
 
     def beside(self, point: Point, direction: Array, distance: float) -> Point:
         """Return a point of another branch through a point, in a direction (N,) of balanced states, at a distance [w].
 
-        Raises
-        ------
-        ConvergenceError
-            there is none at that distance.
+        ConvergenceError: there is none at that distance.
         """
         normal = np.append(direction / np.linalg.norm(direction), 0.0)
         return self._corrector.point(point.guess(point.w + distance * normal), normal, normal)
 
     def at_parameter(self, before: Point, after: Point, parameter: float) -> Point:
-        """Return the point between two others at a parameter.
-
-        Raises
-        ------
-        ConvergenceError
-            Newton's method does not converge.
-        """
+        """Return the point between two others at a parameter."""
         target = parameter / self.family.unit
         if after.w[-1] == before.w[-1]:
             raise ConvergenceError("the branch does not pass the parameter there")
@@ -331,20 +278,24 @@ class Continuation:
                     predicted, point.tangent, point.tangent, is_near=True, with_turns=True
                 )
             except ConvergenceError:
-                step, is_first = 0.4 * step, False
+                step = 0.4 * step
+                is_first = False
                 continue
-            is_short, agreeing = step < _KINK, agreeing_step(point, following)
+            is_short = step < _KINK
+            agreeing = agreeing_step(point, following)
             if point.touch is not None and not is_short:
                 agreeing = min(agreeing, _RISE / rise_beyond(point, following))
             is_smooth = is_short or (_is_straight(point, following) and not self._joins_halves(point, following))
             is_taken = agreeing >= 1.0 and is_smooth and self._is_allowed(point, following)
             if is_taken and is_short and point.orientation * following.orientation < 0.0:  # a corner, or a crossing
-                crossing, is_taken = crossing or (appended(point, following), step), False
+                crossing = crossing or (appended(point, following), step)
+                is_taken = False
             if is_taken:
                 growth = _growth(point, following) if is_first and iterations <= _EASY else 1.0
                 growth = min(max(growth, _LEAST_GROWTH) if is_short else growth, max(_SAFE * agreeing, 1.0))
                 return appended(point, following), min(own_longest, growth * step)
-            step, is_first = step * (0.5 if agreeing >= 1.0 else max(_SAFE * agreeing, _LEAST_SHARE)), False
+            step = step * (0.5 if agreeing >= 1.0 else max(_SAFE * agreeing, _LEAST_SHARE))
+            is_first = False
         try:
             return self._around_corner(point)
         except ConvergenceError:
@@ -354,7 +305,8 @@ class Continuation:
 
     def _grazing_within(self, point: Point, step: float) -> tuple[Point | None, float]:
         """The motion that grazes before a step ends; where there is none, or it is too far, the step to try."""
-        refused, self._refused = self._refused, None
+        refused = self._refused
+        self._refused = None
         ahead = grazing_ahead(point)
         if ahead is None or ahead.distance >= step:
             return None, step
@@ -363,7 +315,8 @@ class Continuation:
         if refused is None:
             return None, step
         grazing = appended(point, refused)
-        distance, agreeing = grazing.length - point.length, agreeing_step(point, grazing)
+        distance = grazing.length - point.length
+        agreeing = agreeing_step(point, grazing)
         is_straight = distance < _CORNER or _is_straight(point, grazing)
         if agreeing >= 1.0 and is_straight and self._is_allowed(point, grazing):
             return grazing, step

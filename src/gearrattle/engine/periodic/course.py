@@ -1,46 +1,32 @@
-"""A motion from crossing to crossing, with one perturbation, for drivelines of any kind: z' = Z z between crossings.
+"""The compiled course of a motion (``kernels.course``) for drivelines of any kind, and what it has found.
 
-The perturbation v begins with a change of the state at the start and of the parameter p, and obeys
-
-    v' = Z v + (dZ/dp) z dp.
-
-A bound b, crossed by a row r of z at the rate g = r Z z, is met later by
-
-    dt = -(r v + (dr/dp z - db/dp) dp) / g,        v -> v + (Z z - Z+ z+) dt,
-
-Z+ and z+ behind the bound. Memories that are known there change with what is known. Derivatives with respect to p are
-central differences of coefficients: no motion is differenced.
-
-Every interval is cut into steps, over each of which z and v are Taylor series. So a row over the whole motion is a
-polynomial on every step. Rows over v at an instant are carried backwards to the start: then they tell of every
-perturbation.
-
-Takes the flows of three neighbouring drivelines, a start and its crossings; gives a Course.
+A driveline with friction, clipped damping or alternating stiffness is described by its flow and those of its
+neighbours:
+derivatives with respect to the parameter p are central differences of coefficients; no motion is differenced.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
+from gearrattle.engine.kernels import course as kernels
+from gearrattle.engine.kernels.course import Driven, Found, Path, Touched
+from gearrattle.engine.periodic.motion import Along, Approach, Dips, Pass, Touch, Turns
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-ORDER = 26
-"""Terms of the series over a step."""
-_STEP = 2.0  # radians of the fastest mode in a step: the first term left out is below 1e-17
-_ROUNDING = 1e-18  # terms below this share of the first are left out
-_DENSE = 48  # entries of z and v up to which matrices are dense
 _SAME_TICK = 1e-9  # periods
+_REACH = 0.25  # of the corner nearest to zero: turning points farther from a corner are left out
 
 
 class Neighbours(NamedTuple):
@@ -60,42 +46,17 @@ class Bound(NamedTuple):
     shift: float
 
 
-class _Crossing(NamedTuple):
-    """A crossing, in periods."""
-
-    watch: int
-    upward: int
-    time: float
-
-
 class Setting:
-    """A driveline and how it changes with its parameter, in the scales of its own flow.
-
-    Parameters
-    ----------
-    flow
-        of the driveline.
-    neighbours
-        of the parameter.
-    """
+    """A driveline and how it changes with its parameter, in the scales of its own flow."""
 
     def __init__(self, flow: Flow, neighbours: Neighbours) -> None:
         self.flow, self.neighbours = flow, neighbours
         self.sizes = sizes_of(flow)
-        self._regions: dict[Pieces, Region] = {}
 
-    @property
-    def memories(self) -> slice:
-        """Where memories stand in z."""
-        return slice(self.flow.states - self.flow.memory.size, self.flow.states)
-
-    def region(self, pieces: Pieces) -> Region:
-        """Return what drives motions in a region."""
-        if pieces not in self._regions:
-            rates = self.flow.generator(pieces)
-            shift = self._difference([self._rates_of(flow, pieces) for flow in self._flows])
-            self._regions[pieces] = Region(rates, shift)
-        return self._regions[pieces]
+    def rates(self, pieces: Pieces) -> tuple[Array, Array]:
+        """Return (Z, Z) of z' = Z z in a region, and (N, Z) how the rows of states change with p."""
+        shift = self._difference([self._rates_of(flow, pieces) for flow in self._flows])
+        return self.flow.generator(pieces), shift[: self.flow.states]
 
     @cached_property
     def deflections(self) -> tuple[Array, Array]:
@@ -129,7 +90,8 @@ class Setting:
         """Return how the instant of a change by the clock moves with p [periods]."""
         ticks = []
         for flow in self._all:
-            clock, period = flow.system.clock, flow.system.inputs.period
+            clock = flow.system.clock
+            period = flow.system.inputs.period
             if clock is None:
                 return 0.0
             ticks.append(clock.time[clock.auxiliary == auxiliary] / period)
@@ -182,7 +144,8 @@ def sizes_of(flow: Flow) -> Array:
 
 def _row_of(flow: Flow, pieces: Pieces, watch: int) -> Array:
     """(Z,) what crosses a bound [its own unit]."""
-    clearances, auxiliary = flow.system.clearances, watch - len(flow.system.clearances)
+    clearances = flow.system.clearances
+    auxiliary = watch - len(flow.system.clearances)
     if auxiliary < 0:
         return np.asarray(flow.deflection[clearances[watch]])
     own, piece, memory = list(flow.beside(pieces))[auxiliary]
@@ -193,211 +156,184 @@ def _row_of(flow: Flow, pieces: Pieces, watch: int) -> Array:
 
 def _bound_of(flow: Flow, pieces: Pieces, watch: int, upward: int) -> float:
     """The bound; infinite where the clock decides."""
-    system, auxiliary = flow.system, watch - len(flow.system.clearances)
+    system = flow.system
+    auxiliary = watch - len(flow.system.clearances)
     if auxiliary < 0:
         element = system.clearances[watch]
         return system.laws[element].bounds(pieces[element])[1 if upward else 0]
-    own, piece = system.auxiliaries[auxiliary], pieces[len(system.laws) + auxiliary]
+    own = system.auxiliaries[auxiliary]
+    piece = pieces[len(system.laws) + auxiliary]
     return float(own.upper[piece] if upward else own.lower[piece])
 
 
-class Region:
-    """What drives a motion and its perturbation in one region.
-
-    Parameters
-    ----------
-    rates
-        (Z, Z) of z' = Z z.
-    shift
-        (Z, Z) its derivative with respect to p.
-    """
-
-    def __init__(self, rates: Array, shift: Array) -> None:
-        self.rates, self.shift = rates, shift
-        size = np.abs(rates)
-        self.speed = float(np.sqrt((size @ size.sum(axis=1)).max(initial=0.0)))  # about the fastest mode [1/period]
-        self._operators: dict[float, Any] = {}
-
-    @cached_property
-    def backwards(self) -> Any:
-        """(Z, Z) what rows over v are carried backwards by."""
-        return _stored(self.rates.T)
-
-    def operator(self, by: float) -> Any:
-        """Return (2 Z, 2 Z) rates of z and v, while p changes by an amount."""
-        if by not in self._operators:
-            zero = np.zeros_like(self.rates)
-            self._operators[by] = _stored(np.block([[self.rates, zero], [by * self.shift, self.rates]]))
-        return self._operators[by]
-
-    def series(self, operator: Any, start: Array, h: float) -> Array:
-        """Return (ORDER, .) terms of the series from a state over a step; zero where they are rounding."""
-        terms = np.zeros((ORDER, start.size))
-        terms[0], reach, share = start, self.speed * abs(h), 1.0
-        for m in range(1, ORDER):
-            share *= reach / m
-            np.multiply(operator @ terms[m - 1], h / m, out=terms[m])
-            if m > reach and share < _ROUNDING:
-                break
-        return terms
-
-    def steps(self, length: float) -> int:
-        """Return into how many steps an interval is cut."""
-        return max(1, int(np.ceil(self.speed * abs(length) / _STEP)))
-
-
-def _stored(matrix: Array) -> Any:
-    """A matrix for products with vectors."""
-    return np.ascontiguousarray(matrix) if len(matrix) <= _DENSE else csr_array(matrix)
-
-
-@dataclass(frozen=True)
-class Leap:
-    """What a crossing does to perturbations.
-
-    Attributes
-    ----------
-    row
-        (Z,) over v, what crosses the bound.
-    rate
-        of that, per period; infinite where the clock decides.
-    jump
-        (Z,) Z z before the crossing less that after it.
-    known
-        (S,) memories that are known behind it.
-    delay
-        dt along the perturbation of the Course [periods].
-    """
-
-    row: Array
-    rate: float
-    jump: Array
-    known: NDArray[np.bool_]
-    delay: float
-
-    def backwards(self, row: Array, memories: slice) -> Array:
-        """Return a row over v before the crossing, for one after it."""
-        after = row.copy()
-        after[memories][self.known] = 0.0
-        return after - float(after @ self.jump) / self.rate * self.row
-
-
-@dataclass(frozen=True)
 class Course:
-    """A motion and its perturbation on its steps, J of them in I intervals.
+    """A motion of a driveline and its crossings, along which perturbations are followed."""
 
-    Attributes
-    ----------
-    setting
-        of the driveline.
-    pieces
-        (I,) regions of the intervals.
-    leaps
-        (I - 1,) at the crossings between them.
-    interval
-        (J,) of every step.
-    begin, length
-        (J,) of every step, in periods.
-    value, change
-        (J, K, ORDER) deflections of the clearances and their perturbations: coefficients of the powers of the time in a
-        step over its length [SI].
-    z, v
-        (Z,) at the end.
+    def __init__(self, period_map: PeriodMap, setting: Setting, motion: Pass) -> None:
+        self._setting, self._motion = setting, motion
+        self._scale = setting.sizes[: setting.flow.states]
+        pieces, y, crossings, _ = period_map.along(motion)
+        self._z = np.concatenate([y, setting.flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
+        regions = [pieces]
+        for watch, upward in zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True):
+            regions.append(setting.flow.system.beyond(regions[-1], watch, upward))
+        self._driven, slots = _driven(setting, regions)
+        self._path = _path(setting, regions, slots, crossings, float(period_map.cycles))
+
+    def slope(self) -> Array:
+        """Return (N,) d end / d p [SI] of the motion with the crossings that it has.
+
+        Near a touch, a difference is that of a motion with the touch and one without it.
+        """
+        found = self._found(np.zeros(len(self._setting.flow.system.clearances)), rows=0)
+        kernels.write_course(self._driven, self._path, self._z, np.append(np.zeros(self._scale.size), 1.0), found)
+        return np.asarray(found.v[-1] / self._scale)
+
+    def turns_along(self, slope: Array, row: Array) -> Turns | None:
+        """Return the turning points, with slopes along the change that keeps the gap; None if there is no such one.
+
+        slope: (N,) d end / d p [SI].
+        row: (N + 1,) over the state at the start and p, of which the product with the change is 1 [1/SI].
+        """
+        scale = self._scale
+        size = self._scale.size
+        columns = np.column_stack([scale[:, None] * self._motion.gradient / scale, scale * slope])
+        direction = kernels.Direction(np.empty((size + 1, size + 1)), np.empty(size + 1, np.int64), np.empty(size + 1))
+        memories = self._setting.flow.memory.size
+        if not kernels.write_direction(columns, scale, np.asarray(row, dtype=float), memories, direction):
+            return None
+        change = direction.change
+        crossings = self._motion.crossings
+        return self.turns(
+            Along(change[:-1] / scale, float(change[-1]), outside_of(crossings, (0, 0), self._clearances))
+        )
+
+    def turns(self, along: Along) -> Turns | None:
+        """Return the turning points near corners, with slopes along a change."""
+        found = self._found(reaches(self._setting.flow.system), rows=kernels.MOST_TURNS)
+        path = self._path._replace(outside=along.outside)
+        change = np.append(along.state * self._scale, along.parameter)
+        kernels.write_course(self._driven, path, self._z, change, found)
+        return turns_of(found.turns, int(found.number[0]), found.delay)
+
+    def approach(self, touch: Touch) -> Approach | None:
+        """Return the extremum of a clearance near an instant; None if there is none, or no corner near it."""
+        touched = room_for_touch(self._scale.size, touch)
+        found = self._found(np.zeros(self._clearances), rows=0)
+        corner = np.array([touch.watch, touch.upward])
+        kernels.write_touch(self._driven, self._path, self._z, corner, self._scale, found, touched)
+        return approach_of(touched, self._motion.period)
+
+    @property
+    def _clearances(self) -> int:
+        return len(self._setting.flow.system.clearances)
+
+    def _found(self, reach: Array, rows: int) -> Found:
+        count = len(self._path.slot)
+        states = self._scale.size
+        return Found(
+            z=np.empty((count + 1, self._z.size)),
+            v=np.empty((count + 1, states)),
+            delay=np.empty(count - 1),
+            jump=np.empty((count - 1, states)),
+            reach=reach,
+            turns=np.zeros((rows, kernels.COLUMNS)),
+            number=np.zeros(1, np.int64),
+        )
+
+
+def _driven(setting: Setting, regions: list[Pieces]) -> tuple[Driven, IntArray]:
+    """What drives a motion through regions, and which slot each of them has."""
+    slots = {pieces: slot for slot, pieces in enumerate(dict.fromkeys(regions))}
+    generators, shifts = zip(*(setting.rates(pieces) for pieces in slots), strict=True)
+    driven = Driven(np.array(generators), np.array(shifts), *setting.deflections)
+    return driven, np.array([slots[pieces] for pieces in regions])
+
+
+def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: Passages, end: float) -> Path:
+    """The crossings of a motion that ends after so many periods."""
+    flow = setting.flow
+    count = len(regions)
+    system = flow.system
+    first = len(flow.system.laws)
+    clearances = list(system.clearances)
+    pieces = np.array(regions)[:, clearances].astype(np.int64)
+    corners = np.empty((4, *pieces.shape))
+    for k, (own, shift) in enumerate(setting.corners):
+        corners[:2, :, k], corners[2:, :, k] = own[:, pieces[:, k]], shift[:, pieces[:, k]]
+    rows = np.zeros((2, count - 1, setting.sizes.size))
+    numbers = np.zeros((2, count - 1))
+    time = np.concatenate([[0.0], crossings.time / system.inputs.period, [end]])
+    is_law = np.zeros(count - 1, np.int64)
+    for i, (watch, upward) in enumerate(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True)):
+        bound = setting.bound(regions[i], watch, upward)
+        rows[:, i], numbers[:, i] = (bound.row, bound.row_shift), (bound.shift, np.nan)
+        if not np.isfinite(bound.value):
+            numbers[1, i] = setting.tick_shift(watch - len(clearances), float(time[i + 1]))
+        is_law[i] = watch < len(clearances) and regions[i][first:] == regions[i + 1][first:]
+    return Path(
+        time=time,
+        slot=slots,
+        lower=corners[0],
+        upper=corners[1],
+        lower_shift=corners[2],
+        upper_shift=corners[3],
+        known=np.array([flow.known(region) for region in regions]),
+        known_shift=np.array([setting.known_shift(region) for region in regions]),
+        clearance=crossings.watch.astype(np.int64),
+        upward=crossings.upward.astype(np.int64),
+        row=rows[0],
+        row_shift=rows[1],
+        bound_shift=numbers[0],
+        tick=numbers[1],
+        is_law=is_law,
+        outside=np.full((2, len(clearances)), -1),
+    )
+
+
+def outside_of(crossings: Passages, begins: tuple[int, int], clearances: int) -> IntArray:
+    """Return (2, K) which way clearances cross before and after a part of a motion that repeats, as in Along.
+
+    begins: how many crossings lie before the start and before the end of the part; 0 and 0 for the whole motion.
     """
-
-    setting: Setting
-    pieces: tuple[Pieces, ...]
-    leaps: tuple[Leap, ...]
-    interval: IntArray
-    begin: Array
-    length: Array
-    value: Array
-    change: Array
-    z: Array
-    v: Array
-
-    def backwards(self, row: Array) -> Array:
-        """Return (N,) a row (Z,) over v at the end as one over v at the start, p left as it is."""
-        states, now = self.setting.flow.states, row.copy()
-        for j in range(len(self.begin) - 1, -1, -1):
-            i, earlier = int(self.interval[j]), int(self.interval[j - 1]) if j > 0 else 0
-            region = self.setting.region(self.pieces[i])
-            now = region.series(region.backwards, now, float(self.length[j])).sum(axis=0)
-            for leap in reversed(self.leaps[earlier:i]):
-                now = leap.backwards(now, self.setting.memories)
-        now[self.setting.memories][~np.isnan(self.setting.flow.known(self.pieces[0]))] = 0.0
-        return now[:states]
+    outside = np.empty((2, clearances), np.int64)
+    kernels.write_outside(
+        crossings.watch.astype(np.int64), crossings.upward.astype(np.int64), np.array(begins), outside
+    )
+    return outside
 
 
-def course_of(
-    setting: Setting, begin: tuple[Pieces, Array], path: Passages, end: float, change: tuple[Array, float]
-) -> Course:
-    """Follow a motion and its perturbation through crossings that are known.
-
-    Parameters
-    ----------
-    setting
-        of the driveline.
-    begin
-        pieces and balanced state (N,) at the start.
-    path
-        the crossings up to the end.
-    end
-        of the motion, in periods.
-    change
-        (N,) of the state at the start, balanced, and of p.
-    """
-    flow, (pieces, y), (u, by) = setting.flow, begin, change
-    z = np.concatenate([y, flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
-    v = np.concatenate([u, np.zeros(z.size - u.size)])
-    is_known = ~np.isnan(flow.known(pieces))
-    if is_known.any():
-        v[setting.memories][is_known] = by * setting.known_shift(pieces)[is_known]
-    times = np.concatenate([[0.0], path.time / flow.system.inputs.period, [end]])
-    rows, shift = setting.deflections
-    both = np.block([[rows, np.zeros_like(rows)], [by * shift, rows]])
-    regions, leaps, steps, seen = [pieces], list[Leap](), list[tuple[int, float, float]](), list[Array]()
-    now = np.concatenate([z, v])
-    for i in range(len(times) - 1):
-        region, length = setting.region(pieces), float(times[i + 1] - times[i])
-        count, operator = region.steps(length), region.operator(by)
-        h = length / count
-        for n in range(count if length > 0.0 or i == len(path.time) else 0):
-            terms = region.series(operator, now, h)
-            steps.append((i, float(times[i]) + n * h, h))
-            seen.append(terms @ both.T)
-            now = terms.sum(axis=0)
-        if i < len(path.time):
-            crossing = _Crossing(int(path.watch[i]), int(path.upward[i]), float(times[i + 1]))
-            following = flow.system.beyond(pieces, crossing.watch, crossing.upward)
-            leap, now = _leap(setting, (pieces, following), crossing, now, by)
-            pieces = following
-            leaps.append(leap)
-            regions.append(pieces)
-    interval, first, length_of_step = (np.array(part) for part in zip(*steps, strict=True))
-    value, moved = np.split(np.array(seen).transpose(0, 2, 1), 2, axis=1)
-    z, v = np.split(now, 2)
-    return Course(setting, tuple(regions), tuple(leaps), interval, first, length_of_step, value, moved, z, v)
+def reaches(system: PiecewiseSystem) -> Array:
+    """Return (K,) from how far of a corner turning points of every clearance count [SI]."""
+    corners = [law.corners[law.corners != 0.0] for law in (system.laws[k] for k in system.clearances)]
+    return _REACH * np.array([np.abs(own).min(initial=np.inf) for own in corners])
 
 
-def _leap(
-    setting: Setting, sides: tuple[Pieces, Pieces], crossing: _Crossing, now: Array, by: float
-) -> tuple[Leap, Array]:
-    """What a crossing does, and the motion and its perturbation behind it."""
-    before, after = sides
-    (z, v), memories = np.split(now, 2), setting.memories
-    z_after, known = z.copy(), setting.flow.known(after)
-    is_known = ~np.isnan(known)
-    z_after[memories][is_known] = known[is_known]
-    rates = setting.region(before).rates @ z
-    jump = rates - setting.region(after).rates @ z_after
-    bound = setting.bound(before, crossing.watch, crossing.upward)
-    if np.isfinite(bound.value):
-        rate = float(bound.row @ rates)
-        delay = -(float(bound.row @ v) + by * (float(bound.row_shift @ z) - bound.shift)) / rate
-    else:
-        auxiliary = crossing.watch - len(setting.flow.system.clearances)
-        rate, delay = np.inf, by * setting.tick_shift(auxiliary, crossing.time)
-    v = v + jump * delay
-    v[memories][is_known] = by * setting.known_shift(after)[is_known]
-    return Leap(bound.row, rate, jump, is_known, delay), np.concatenate([z_after, v])
+def turns_of(rows: Array, count: int, delay: Array) -> Turns | None:
+    """Return turning points and dips from rows of the compiled course; None where they are not known."""
+    if count < 0:
+        return None
+    rows = rows[:count]
+    is_turn = rows[:, kernels.UPWARD] < kernels.FALLING
+    watch, upward = rows[:, : kernels.TIME].T.astype(np.int64)
+    every = watch, upward, *rows[:, kernels.TIME :].T.copy()
+    dips = Dips._make(part[~is_turn] for part in every)
+    watch, upward, time, depth, slope, time_slope = (part[is_turn] for part in every[:6])
+    return Turns(watch, upward, time, depth, slope, time_slope, dips, delay)
+
+
+def room_for_touch(states: int, touch: Touch) -> Touched:
+    """Return where the compiled course writes an approach."""
+    number = np.array([touch.time, np.nan, np.nan])
+    return Touched(number, np.full(states + 1, np.nan), np.full(states + 1, np.nan))
+
+
+def approach_of(touched: Touched, period: float, step: float = 1.0) -> Approach | None:
+    """Return what the compiled course has found of an extremum, for a parameter counted in steps; None: nothing."""
+    time, depth, bend = touched.number.tolist()
+    if not np.isfinite(depth):
+        return None
+    slope, time_slope = touched.slope.copy(), touched.time_slope.copy()
+    slope[-1] /= step
+    time_slope[-1] /= step
+    return Approach(depth, time, bend / period**2, slope, time_slope)

@@ -1,7 +1,4 @@
-"""Linear equations that may be singular: the shortest solution, and the directions that are free.
-
-Takes matrices; gives vectors.
-"""
+"""Linear equations that may be singular: the shortest solution, and the directions that are free."""
 
 from __future__ import annotations
 
@@ -22,15 +19,8 @@ _ORTHOGONAL = 1e-12
 class Factored:
     """Equations A x = b, factored once.
 
-    Parameters
-    ----------
-    matrix
-        (P, P) A.
-
-    Attributes
-    ----------
-    is_regular
-        whether A is surely not singular.
+    matrix: (P, P) A.
+    is_regular: whether A is surely not singular.
     """
 
     def __init__(self, matrix: Array) -> None:
@@ -54,16 +44,13 @@ class Factored:
 class Bordered(Factored):
     """Equations A x = b with one unknown more than equations, bordered by a row: [A; row] x = (b, c), factored once.
 
-    Parameters
-    ----------
-    matrix
-        (P, P + 1) A.
-    row
-        (W,) over the first W unknowns, which norms are taken of.
+    matrix: (P, P + 1) A.
+    row: (W,) over the first W unknowns, which norms are taken of.
     """
 
     def __init__(self, matrix: Array, row: Array) -> None:
-        self._width, unknowns = len(row), matrix.shape[1]
+        self._width = len(row)
+        unknowns = matrix.shape[1]
         whole = np.zeros((unknowns, unknowns))
         whole[:-1], whole[-1, : self._width] = matrix, row
         super().__init__(whole)
@@ -86,7 +73,8 @@ class Bordered(Factored):
         tangent = nulls @ (direction @ nulls[:width])
         norm = float(np.linalg.norm(tangent[:width]))
         if norm < _ORTHOGONAL:  # at right angles to it: any of them
-            tangent, norm = nulls[:, 0], float(np.linalg.norm(nulls[:width, 0]))
+            tangent = nulls[:, 0]
+            norm = float(np.linalg.norm(nulls[:width, 0]))
         others = nulls.shape[1] - 1
         tangent = np.asarray(tangent / norm)
         if others:
@@ -98,17 +86,9 @@ class Bordered(Factored):
 def shortest_solution(matrix: Array, right: Array) -> tuple[Array, Array]:
     """Return the shortest x with A x = b, nothing done along singular directions, and these directions.
 
-    Parameters
-    ----------
-    matrix
-        (N, P) A.
-    right
-        (N,) b.
-
-    Returns
-    -------
-    tuple[Array, Array]
-        (P,) x, and (P, F) orthonormal directions with A d = 0.
+    matrix: (N, P) A.
+    right: (N,) b.
+    Returns (P,) x, and (P, F) orthonormal directions with A d = 0.
     """
     left, values, rows = np.linalg.svd(matrix)
     regular = values > _FREE + _FREE_OF_LARGEST * values[0]

@@ -2,8 +2,6 @@
 
 A crossing is a letter, a motion a word, its pattern the smallest rotation of that word. Words compare and rotate in a
 small part of the time that lists of pairs take.
-
-Takes watches and directions; gives words, and how two of them differ.
 """
 
 from __future__ import annotations

@@ -6,19 +6,17 @@ they turn is kept apart. Vectors and matrices are in SI; norms are taken of scal
 coordinates (``system.scaling``), and are roots of energies.
 
 The map is ``exact``'s: crossings certified, its gradient by exponentials and saltations (``system.variation``).
-
-Takes a PiecewiseSystem; gives Passes.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
+from gearrattle.engine.periodic.motion import DECIDED, Pass, State
 from gearrattle.engine.solvers.base import Marching, Task
 from gearrattle.engine.solvers.choice import is_large_for_periods
 from gearrattle.engine.solvers.exact import ExactMarch
@@ -37,138 +35,8 @@ from gearrattle.outcome import Outcome
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-DECIDED = -1
-"""Piece of an auxiliary that follows from the rest of the state."""
 _PERIODIC = 1e-9
 """How far cycles of a period may be from whole numbers."""
-
-
-@dataclass(frozen=True)
-class State:
-    """A state at the start of a period, which decides the motion from there.
-
-    Attributes
-    ----------
-    y
-        (N,) deflections of the basis, velocities, memories of auxiliaries [SI].
-    auxiliary_pieces
-        (C,) pieces of the auxiliaries, ``DECIDED`` for those without a memory, which deflection, rate and clock
-        decide; None: deflections and rates decide them, with no memory loaded.
-    """
-
-    y: Array
-    auxiliary_pieces: IntArray | None = None
-
-
-class Approach(NamedTuple):
-    """An extremum of a clearance's deflection near a corner; NaN and None where it is not known."""
-
-    depth: float  # how far it lies beyond the corner [SI]
-    time: float  # in periods from the start
-    acceleration: float = np.nan  # of the deflection [SI]
-    slope: Array | None = None  # (N + 1,) of the depth, by the state at the start and by a parameter [SI]
-    time_slope: Array | None = None  # (N + 1,) of the time, by the same
-    gain: float = np.nan  # what the trace of the gradient gains for a second beyond the corner [1/s]
-    rate: float = np.nan  # of what is entered there [rad/s]
-    part: int = 0  # of the motion: slopes are by the state at its start
-
-
-class Dips(NamedTuple):
-    """Where rates of deflections come nearest to zero and do not reach it: two turning points may appear there."""
-
-    watch: IntArray  # (D,) clearance
-    upward: IntArray  # (D,) ``turning_points.RISING`` or FALLING, by the sign of the rate
-    time: Array  # (D,) in periods from the start
-    depth: Array  # (D,) how far the rate lies beyond zero, a negative number [SI, per period]
-    slope: Array  # (D,) of that along a direction
-    time_slope: Array  # (D,) of the time along it
-    level: Array  # (D,) how far the deflection is from the corner nearest to it [SI]
-    level_slope: Array  # (D,) of that along the direction
-
-
-class Turns(NamedTuple):
-    """The E turning points of a motion's deflections, each by a corner that it has not reached, or has passed.
-
-    With them come its dips, and the slopes of the instants of its C crossings.
-    """
-
-    watch: IntArray  # (E,) clearance
-    upward: IntArray  # (E,) 1: its deflection grows towards the corner
-    time: Array  # (E,) in periods from the start
-    depth: Array  # (E,) how far it lies beyond the corner [SI]
-    slope: Array  # (E,) of the depth along a direction
-    time_slope: Array  # (E,) of the time along it
-    dips: Dips
-    delay: Array  # (C,) by how much each crossing of the motion comes later along it [periods]
-
-    def scaled(self, factor: float) -> Turns:
-        """Return them with slopes along a direction so many times as long."""
-        slopes = {name: factor * getattr(self.dips, name) for name in ("slope", "time_slope", "level_slope")}
-        dips = self.dips._replace(**slopes)
-        ours = {name: factor * getattr(self, name) for name in ("slope", "time_slope", "delay")}
-        return self._replace(dips=dips, **ours)
-
-
-class Along(NamedTuple):
-    """The change along which slopes of the turning points of a part of a motion are."""
-
-    state: Array  # (N,) at the start of the part [SI]
-    parameter: float
-    outside: IntArray  # (2, K) 1 upwards, 0 downwards: what clearances cross before, and after the part; -1: nothing
-
-
-class Parts(NamedTuple):
-    """The m parts of a motion, of equal length; the end of one may differ from the start of the next."""
-
-    start: Array  # (m, N) [SI]
-    end: Array  # (m, N) [SI]
-    gradient: Array  # (m, N, N) d end / d start [SI]
-    slope: Array  # (m, N) d end / d parameter for a fixed start [SI]
-
-
-@dataclass(frozen=True)
-class Pass:
-    """A motion over n periods.
-
-    Attributes
-    ----------
-    start, end
-        its states.
-    gradient
-        (N, N) d end / d start [SI].
-    turned
-        (R,) how far the reference inertia of every free train has turned [rad].
-    crossings
-        all of them and all changes by the clock, in order of time; one at a time at which the motion begins and ends
-        comes last.
-    period
-        T [s].
-    cycles
-        n.
-    approach
-        of a clearance to a corner; None: there is no extremum, or none was asked for.
-    turns
-        turning points; None: they are not known.
-    parts
-        of a motion that was followed in parts; None: it was followed as a whole.
-    """
-
-    start: State
-    end: State
-    gradient: Array
-    turned: Array
-    crossings: Passages
-    period: float
-    cycles: int
-    approach: Approach | None = None
-    turns: Turns | None = None
-    parts: Parts | None = None
-
-    @property
-    def gap(self) -> Array:
-        """(N,) end - start."""
-        return self.end.y - self.start.y
 
 
 class Marched(NamedTuple):
@@ -183,19 +51,8 @@ class Marched(NamedTuple):
 class PeriodMap:
     """The map of one driveline over n of its periods.
 
-    Parameters
-    ----------
-    system
-        the driveline; its inputs repeat.
-    cycles
-        n.
-    repeats
-        whether its inputs must repeat: those of a part of a period do not.
-
-    Raises
-    ------
-    ValueError
-        inputs that must repeat do not: signals over time, or orders without a common period.
+    system: the driveline; its inputs repeat.
+    ValueError: inputs that must repeat do not: signals over time, or orders without a common period.
     """
 
     def __init__(self, system: PiecewiseSystem, cycles: int = 1, *, repeats: bool = True) -> None:
@@ -237,21 +94,27 @@ class PeriodMap:
         """Return the task of ``exact`` from a state, reference inertias at zero."""
         deflection, velocity, memory = np.split(state.y, self._parts)
         angle = self.flow.coordinates.angle_from_basis @ deflection
-        kept = memory, state.auxiliary_pieces
-        return Task(self.system, angle, velocity, cycles, samples_per_cycle, None, None, False, *kept)
+        return Task(
+            system=self.system,
+            angle=angle,
+            velocity=velocity,
+            cycles=cycles,
+            samples_per_cycle=samples_per_cycle,
+            tolerance=None,
+            step=None,
+            audit=False,
+            memory=memory,
+            auxiliary_pieces=state.auxiliary_pieces,
+        )
 
     def __call__(self, state: State) -> Pass:
-        """Follow a state over n periods.
-
-        Raises
-        ------
-        ConvergenceError
-            the motion could not be followed.
-        """
+        """Follow a state over n periods."""
         march = self.marched(state)
         crossings = self.passages(march)
-        gradient, turned = self.gradient_along(march, crossings), self.turned(march, -1)
-        start, end = self._consistent(state, march), self.sampled(march, -1)
+        gradient = self.gradient_along(march, crossings)
+        turned = self.turned(march, -1)
+        start = self._consistent(state, march)
+        end = self.sampled(march, -1)
         return Pass(start, end, gradient, turned, crossings, self.system.inputs.period, self.cycles)
 
     def _consistent(self, state: State, march: Marched) -> State:
@@ -259,7 +122,8 @@ class PeriodMap:
         memories = self.flow.memory.size
         if not memories:
             return state
-        own, begun = state.y[-memories:], self.sampled(march, 0)
+        own = state.y[-memories:]
+        begun = self.sampled(march, 0)
         is_kept = (
             own * self.scale[-memories:] == march.samples.states[0, self.flow.states - memories : self.flow.states]
         )
@@ -284,14 +148,16 @@ class PeriodMap:
 
     def along(self, motion: Pass) -> tuple[Pieces, Array, Passages, float]:
         """Return what a motion is followed by: pieces and balanced states at its start, crossings, length [s]."""
-        task, y = self.task(motion.start, 1), motion.start.y * self.scale
+        task = self.task(motion.start, 1)
+        y = motion.start.y * self.scale
         z = np.concatenate([y, self.flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
         pieces, _ = starting_pieces(self.flow, z, task.angle, task.auxiliary_pieces)
         return pieces, y, motion.crossings, self.length
 
     def struck(self, state: State, impulse: Array) -> State:
         """Return a state after a change at once (N,) [SI]: a slider that would now slip against its rate sticks."""
-        y, pieces = state.y + impulse, state.auxiliary_pieces
+        y = state.y + impulse
+        pieces = state.auxiliary_pieces
         if pieces is None:
             return State(y)
         z = np.concatenate([y * self.scale, self.flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
@@ -320,7 +186,8 @@ class PeriodMap:
         A change at the very end is of this motion; at its start nothing changes, for it begins behind that.
         """
         path = passages_of(self.flow, march.log)
-        clock, clearances = self.system.clock, len(self.system.clearances)
+        clock = self.system.clock
+        clearances = len(self.system.clearances)
         if clock is None or not clock.repeats:
             return path
         by_clock = np.flatnonzero(np.isin(path.watch - clearances, clock.auxiliary))

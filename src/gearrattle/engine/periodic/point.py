@@ -1,7 +1,4 @@
-"""A motion of a branch: a point of the curve in w = (u, p / unit), with the direction of the branch there.
-
-Takes Passes; gives Points, and the cubic through two of them.
-"""
+"""A motion of a branch: a point of the curve in w = (u, p / unit), with the direction of the branch there."""
 
 from __future__ import annotations
 
@@ -12,10 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.periodic.motion import Pass, Touch, multipliers_of
 from gearrattle.engine.periodic.patterns import Pattern, pairs_of, rotated, word_of
-from gearrattle.engine.periodic.period_map import Pass
-from gearrattle.engine.periodic.shooting import multipliers_of
-from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.system.passages import Passages
 
 Array = NDArray[np.float64]
@@ -57,49 +52,22 @@ class Later(NamedTuple):
 class Point:
     """A periodic motion of a branch.
 
-    Attributes
-    ----------
-    parameter
-        p.
-    motion
-        over n periods.
-    slope
-        (N,) d end / d p for a fixed start [SI].
-    scale
-        (N,) factors: balanced = scale * SI.
-    size
-        norm of balanced coordinates that counts as one.
-    w
-        (N + 1,) state and parameter in the branch's units.
-    tangent
-        (N + 1,) direction of the branch, of length one.
-    free
-        number of directions in which neighbouring motions repeat as well, at the same parameter.
-    orientation
-        det [dF/du, dF/dp; t]; 0 where there are free directions.
-    error
-        estimated error of the state, over its size.
-    length
-        arclength from the start of the branch.
-    touch
-        the corner that the motion grazes, and the instant; None: it was not sought as one that grazes.
-    later
-        of a motion that was followed in parts; None: it was followed as a whole.
+    touch: the corner that the motion grazes, and the instant; None: it was not sought as one that grazes.
     """
 
-    parameter: float
-    motion: Pass
-    slope: Array
-    scale: Array
-    size: float
-    w: Array
-    tangent: Array
-    free: int
-    orientation: float
-    error: float
-    length: float
+    parameter: float  # p
+    motion: Pass  # over n periods
+    slope: Array  # (N,) d end / d p for a fixed start [SI]
+    scale: Array  # (N,) factors: balanced = scale * SI.
+    size: float  # norm of balanced coordinates that counts as one
+    w: Array  # (N + 1,) state and parameter in the branch's units
+    tangent: Array  # (N + 1,) direction of the branch, of length one
+    free: int  # number of directions in which neighbouring motions repeat as well, at the same parameter
+    orientation: float  # det [dF/du, dF/dp; t]; 0 where there are free directions.
+    error: float = 0.0  # estimated error of the state, over its size
+    length: float = 0.0  # arclength from the start of the branch
     touch: Touch | None = None
-    later: Later | None = None
+    later: Later | None = None  # of a motion that was followed in parts; None: it was followed as a whole.
 
     @property
     def state(self) -> Array:
@@ -123,7 +91,8 @@ class Point:
 
     def guess(self, w: Array) -> Guess:
         """Return what a motion nearby (N + 1,) is followed from."""
-        later, pieces = self.later, self.motion.end.auxiliary_pieces
+        later = self.later
+        pieces = self.motion.end.auxiliary_pieces
         if later is None or np.linalg.norm(self.gradient) < _SMALL:
             return Guess(w, pieces)
         return Guess(w, pieces, later.state + float(self.tangent @ (w - self.w)) * later.tangent)
@@ -157,7 +126,8 @@ def halves_apart(motion: Pass) -> float:
     """
     crossings = motion.crossings.in_order()
     half, odd = divmod(len(crossings.time), 2)
-    first, second = slice(None, half), slice(half, None)
+    first = slice(None, half)
+    second = slice(half, None)
     if odd or not half or not all(np.array_equal(p[first], p[second]) for p in (crossings.watch, crossings.upward)):
         return np.inf
     whole = motion.period * motion.cycles
@@ -181,6 +151,7 @@ def interpolated(before: Point, after: Point, share: float) -> Array:
     """Return the value (N + 1,) at a share of the cubic through two points that has their tangents."""
     chord = after.w - before.w
     length = np.linalg.norm(chord)
-    s, rest = share, 1.0 - share
+    s = share
+    rest = 1.0 - share
     bend = rest * (length * before.tangent - chord) - s * (length * after.tangent - chord)
     return np.asarray(before.w + s * chord + s * rest * bend)

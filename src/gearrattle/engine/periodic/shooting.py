@@ -5,9 +5,7 @@
 solved by singular values. Where I - M is singular the motion is one of a family: a free train without drag may have any
 speed, a slider that never slips any offset, a body that floats in its gap any place. Then d is the shortest step, so
 the motion found lies near the start; the directions of the family are given with it. Where M is large over several
-periods, the states at the start of every period are sought together (``multiple``).
-
-Takes a PeriodMap and a state; gives an Orbit.
+periods, the states at the start of every period are sought together (``multiple_shooting``).
 
 R. Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, chapter 7.
 """
@@ -20,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.equations import shortest_solution
-from gearrattle.engine.periodic.multiple import LARGEST_SYSTEM, shoot_in_parts
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.motion import Pass, State, multipliers_of
+from gearrattle.engine.periodic.multiple_shooting import LARGEST_SYSTEM, shoot_in_parts
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError
 from gearrattle.wording import counted
 
@@ -40,38 +39,19 @@ _HALVINGS = 6
 class Orbit:
     """A motion that repeats after n periods.
 
-    Attributes
-    ----------
-    motion
-        over n periods.
-    residual
-        |P(y) - y|, in units of the largest corner or of the state; of multiple shooting, the largest of all periods.
-    free
-        (N, F) directions in which neighbouring motions repeat as well [SI]; F = 0 for an isolated motion.
-    passes
-        how many times the period map was applied.
+    residual: |P(y) - y|, in units of the largest corner or of the state; of multiple shooting, the largest of all
+    periods.
     """
 
-    motion: Pass
+    motion: Pass  # over n periods
     residual: float
-    free: Array
-    passes: int
+    free: Array  # (N, F) directions in which neighbouring motions repeat as well [SI]; F = 0 for an isolated motion.
+    passes: int  # how many times the period map was applied
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
         """(N,) Floquet multipliers, the largest first: the eigenvalues of the gradient."""
         return multipliers_of(self.motion.gradient)
-
-
-def multipliers_of(gradient: Array) -> NDArray[np.complex128]:
-    """Return the eigenvalues of a gradient (N, N), the largest modulus first."""
-    return sorted_by_modulus(np.linalg.eigvals(gradient))
-
-
-def sorted_by_modulus(eigenvalues: NDArray[np.generic]) -> NDArray[np.complex128]:
-    """Return eigenvalues, the largest modulus first; of a pair the one with the positive imaginary part first."""
-    values = eigenvalues.astype(np.complex128)
-    return np.asarray(values[np.lexsort((-values.imag, -np.round(np.abs(values), 12)))])
 
 
 def shoot(
@@ -82,24 +62,11 @@ def shoot(
     Because of corners Newton's method may stop short, or go round in circles. Then the motion is followed for some
     passes, and Newton's method begins again from there, and from where the motion came nearest to repeating itself.
 
-    Parameters
-    ----------
-    period_map
-        over the n periods after which the motion is to repeat.
-    state
-        from which the search starts.
-    tolerance
-        of the residual.
-    settle
-        how often Newton's method may begin again, each time after twice as many passes; a motion found then is most
-        likely stable. Before the last time Newton's method is given up as soon as a step does not halve the residual.
-    parts_of_period
-        1 or 8: multiple shooting, so many parts a period; 0: only where disturbances grow much over several periods.
-
-    Raises
-    ------
-    ConvergenceError
-        none was found from there.
+    settle: how often Newton's method may begin again, each time after twice as many passes; a motion found then is most
+    likely stable. Before the last time Newton's method is given up as soon as a step does not halve the residual.
+    parts_of_period: 1 or 8: multiple shooting, so many parts a period; 0: only where disturbances grow much over
+    several periods.
+    ConvergenceError: none was found from there.
     """
     if parts_of_period:
         motion, residual, passes = shoot_in_parts(period_map, state, tolerance, parts_of_period)
@@ -142,7 +109,8 @@ def _newton(
     motion = period_map(state)
     if _is_sensitive(period_map, motion):
         return shoot_in_parts(period_map, motion.start, tolerance)
-    residual, passes = residual_of(period_map, motion), 1
+    residual = residual_of(period_map, motion)
+    passes = 1
     while residual > tolerance and passes < _MOST_PASSES:
         trial, taken, tried = _shortened(period_map, motion, residual, 0 if is_quick else _HALVINGS)
         passes += tried

@@ -9,8 +9,6 @@ mirror image half its length later. With S y = -y and P_half the flow over half 
 Symmetric motions are the fixed points of H. A multiplier 1 of M alone does not say what happens there; that of H does:
 1 is a fold, -1 the end of the symmetry.
 
-Takes a PiecewiseSystem; gives Passes.
-
 J. W. Swift, K. Wiesenfeld, Physical Review Letters 52 (1984), 705-708.
 """
 
@@ -22,7 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.motion import Pass, State
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.auxiliary import BACKWARD, FORWARD, OFF, STICK, Auxiliary
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.engine.system.law import PiecewiseLaw
@@ -38,19 +37,13 @@ _ODD = 1e-12  # largest relative difference between a law and its mirror image
 class Mirror:
     """The mirror image of a symmetric driveline's states: all reversed, and what is drive for what is coast.
 
-    Attributes
-    ----------
-    auxiliary
-        (C,) the image of every auxiliary element: a slider that acts in the pieces on the other side, often itself.
-    entry
-        (N,) of which entry of a state every entry of its image is the negative.
-    remembers
-        (C,) whether an auxiliary element has a memory.
+    auxiliary: (C,) the image of every auxiliary element: a slider that acts in the pieces on the other side, often
+    itself.
     """
 
     auxiliary: IntArray
-    entry: IntArray
-    remembers: NDArray[np.bool_]
+    entry: IntArray  # (N,) of which entry of a state every entry of its image is the negative
+    remembers: NDArray[np.bool_]  # (C,) whether an auxiliary element has a memory
 
     def state(self, state: State) -> State:
         """Return the image of a state."""
@@ -67,7 +60,8 @@ class Mirror:
 
 def mirror_of(system: PiecewiseSystem) -> Mirror | None:
     """Return the mirror under which a driveline is the same half a period later; None where there is none."""
-    inputs, flow = system.inputs, flow_of(system)
+    inputs = system.inputs
+    flow = flow_of(system)
     if system.signals is not None or system.clock is not None:
         return None
     is_used = np.any(inputs.torque_sine, axis=0) | np.any(inputs.torque_cosine, axis=0)
@@ -128,22 +122,8 @@ def half_period_map(system: PiecewiseSystem, cycles: int = 1) -> HalfPeriodMap |
 class HalfPeriodMap(PeriodMap):
     """The map over half of n periods, mirrored; its fixed points are the symmetric motions.
 
-    Parameters
-    ----------
-    system
-        a symmetric driveline.
-    cycles
-        n, odd.
-
-    Attributes
-    ----------
-    mirror
-        of its states.
-
-    Raises
-    ------
-    ValueError
-        the driveline is not symmetric, or n is even.
+    mirror: of its states.
+    ValueError: the driveline is not symmetric, or n is even.
     """
 
     def __init__(self, system: PiecewiseSystem, cycles: int = 1) -> None:
@@ -164,13 +144,7 @@ class HalfPeriodMap(PeriodMap):
         return False
 
     def __call__(self, state: State) -> Pass:
-        """Follow a state over half of n periods, and mirror it.
-
-        Raises
-        ------
-        ConvergenceError
-            the motion could not be followed.
-        """
+        """Follow a state over half of n periods, and mirror it."""
         march = self.marched(state, samples_per_cycle=2)
         crossings = self.passages(march)
         crossings = crossings.where(crossings.time < self.length)

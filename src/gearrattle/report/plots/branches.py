@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, PATTERN
+from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, PATTERN
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Branch

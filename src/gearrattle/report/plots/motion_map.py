@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearrattle.engine.periodic.events import FOLD
+from gearrattle.engine.periodic.events.base import FOLD
 from gearrattle.orbits.borders import SpecialPoint
 from gearrattle.orbits.family_end import EDGE
 from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, WORDS, MotionMap

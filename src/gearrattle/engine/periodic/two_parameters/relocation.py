@@ -3,8 +3,6 @@
 An event is a point w of the branch at which a test function tau vanishes. In the changed driveline Newton's method
 gives a motion in the plane at right angles to the branch; from there the secant method goes along the new branch to
 where tau vanishes. Beside a grazing, where tau has the root of a distance, it is enclosed between two signs.
-
-Takes an event and what follows the changed driveline; gives the event there.
 """
 
 from __future__ import annotations
@@ -18,14 +16,15 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.drift import test_of
-from gearrattle.engine.periodic.events import NEIMARK_SACKER, Event
-from gearrattle.engine.periodic.family import Family
+from gearrattle.engine.periodic.events.base import NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.events.neimark_sacker import nearest_pair
+from gearrattle.engine.periodic.families import Family
+from gearrattle.engine.periodic.grazing_depth import depth
+from gearrattle.engine.periodic.multipliers import is_conservative
 from gearrattle.engine.periodic.patterns import rotated, word_of
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point, turned_around
-from gearrattle.engine.periodic.touch import depth
-from gearrattle.engine.periodic.unit_circle import is_conservative, nearest_pair
+from gearrattle.engine.periodic.two_parameters.event_gradient import test_of
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -44,21 +43,9 @@ _FIRST = 1e-6  # arclength of the first step along the branch: a fold may be sha
 def relocated(event: Event, curve: Continuation, change: Array, farthest: float) -> Event:
     """Return the event at its place in the changed driveline.
 
-    Parameters
-    ----------
-    event
-        where it was, of one of ``drift.KINDS``.
-    curve
-        the Continuation of the changed driveline, in the units of the event's point.
-    change
-        (N + 1,) predicted change of w, in these units.
-    farthest
-        largest arclength along the branch from the predicted point to the event.
-
-    Raises
-    ------
-    ConvergenceError
-        it is not near.
+    event: where it was, of one of ``event_gradient.KINDS``.
+    change: (N + 1,) predicted change of w, in these units.
+    ConvergenceError: it is not near.
     """
     begin = curve.in_plane(replace(event.point, w=event.point.w + change))
     point = _by_secants(event, curve, begin, farthest)
@@ -84,7 +71,8 @@ def polynomial_at(known: Sequence[tuple[float, Array]], at: float) -> Array:
 
 def word_but_for_touch(event: Event) -> str:
     """Return the pattern of an event's motion, a word of ``patterns``, without what it crosses at its touch."""
-    motion, touch = event.point.motion, event.touch
+    motion = event.point.motion
+    touch = event.touch
     if touch is None:
         return event.point.word
     crossings = motion.crossings
@@ -96,19 +84,7 @@ def word_but_for_touch(event: Event) -> str:
 def missed_after(family: Family, point: Point, cycles: int) -> Array:
     """Return by how much a motion fails to repeat after fewer periods than its own.
 
-    Parameters
-    ----------
-    family
-        of the motion.
-    point
-        the motion.
-    cycles
-        the number of periods.
-
-    Returns
-    -------
-    Array
-        (N,) the change of the state, in units of w.
+    Returns (N,) the change of the state, in units of w.
     """
     state = point.motion.start
     later = PeriodMap(family.map_at(point.parameter).system, cycles).later(state)
@@ -117,7 +93,10 @@ def missed_after(family: Family, point: Point, cycles: int) -> Array:
 
 def _by_secants(event: Event, curve: Continuation, begin: Point, farthest: float) -> Point:
     """The point on a branch, from one nearby, at which the test function of an event vanishes."""
-    point, test, along, step = begin, test_of(event, curve.family, begin), 0.0, _FIRST
+    point = begin
+    test = test_of(event, curve.family, begin)
+    along = 0.0
+    step = _FIRST
     tried = [(along, test, begin)]
     for _ in range(_SECANTS):
         following = _ahead(curve, point, step)

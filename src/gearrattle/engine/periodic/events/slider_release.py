@@ -8,8 +8,6 @@ corner vanishes, the corner crossed at a speed v -> 0. The gradient of these gro
 in proportion to the distance from its end.
 
 Where a crossing that lets a slider go passes the begin of the period, only the state there jumps, not the motion.
-
-Takes points of a branch; gives torques, where a branch ends, and the other state at the begin.
 """
 
 from __future__ import annotations
@@ -19,9 +17,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import expm
 
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.grazing_depth import before_touch, depth
+from gearrattle.engine.periodic.motion import Pass, State, Touch
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.touch import Touch, before_touch, depth
 from gearrattle.engine.system.auxiliary import OFF
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.variation import torque_let_go
@@ -41,10 +40,7 @@ def lets_go(system: PiecewiseSystem) -> bool:
 def is_release(period_map: PeriodMap, point: Point, touch: Touch) -> bool:
     """Return whether a motion that grazes a corner loses the torque of a slider as soon as it touches it.
 
-    Raises
-    ------
-    ConvergenceError
-        the touch is lost.
+    ConvergenceError: the touch is lost.
     """
     flow, system = period_map.flow, period_map.system
     if not lets_go(system):
@@ -59,20 +55,7 @@ def is_release(period_map: PeriodMap, point: Point, touch: Touch) -> bool:
 
 
 def end_in_release(period_map: PeriodMap, before: Point, last: Point) -> tuple[Point, Touch] | None:
-    """Return where a branch ends because a visit that lets a slider go vanishes, and the touch; None if none does.
-
-    Parameters
-    ----------
-    period_map
-        of the last point.
-    before, last
-        the last points of the branch.
-
-    Returns
-    -------
-    tuple[Point, Touch] | None
-        The last point moved along the branch by as much as its visit is still fast.
-    """
+    """Return where a branch ends because a visit that lets a slider go vanishes, and the touch; None if none does."""
     visits, earlier = _visits(period_map, last), _visits(period_map, before)
     if not visits or not earlier:
         return None
@@ -119,28 +102,22 @@ def passed_begin(period_map: PeriodMap, motion: Pass) -> State | None:
     Just before that crossing the slider holds its torque, just behind it it holds none: where the crossing passes from
     the end of the period to its begin or back the motion stays as it is, but its start does not.
 
-    Parameters
-    ----------
-    period_map
-        of the driveline.
-    motion
-        with a crossing near its begin or its end.
-
-    Returns
-    -------
-    State | None
-        None if no such crossing is near.
+    Returns None if no such crossing is near.
     """
     system, crossings = period_map.system, motion.crossings
-    pieces, length = period_map.along(motion)[0], motion.cycles * motion.period
-    nearest, passed = _AT_BEGIN * motion.period, None
+    pieces = period_map.along(motion)[0]
+    length = motion.cycles * motion.period
+    nearest = _AT_BEGIN * motion.period
+    passed = None
     for i, (watch, upward) in enumerate(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True)):
-        before, pieces = pieces, system.beyond(pieces, watch, upward)
+        before = pieces
+        pieces = system.beyond(pieces, watch, upward)
         first = len(system.laws)
         let_go = [c for c in system.memories if before[first + c] != OFF == pieces[first + c]]
         away = min(crossings.time[i], length - crossings.time[i])
         if let_go and away < nearest:
-            is_at_end, nearest = bool(crossings.time[i] > 0.5 * length), away
+            is_at_end = bool(crossings.time[i] > 0.5 * length)
+            nearest = away
             kept = [before[first + c] if is_at_end else OFF for c in let_go]
             memory = [crossings.memory[i, system.memories.index(c)] if is_at_end else 0.0 for c in let_go]
             passed = let_go, kept, memory
@@ -154,8 +131,11 @@ def passed_begin(period_map: PeriodMap, motion: Pass) -> State | None:
 
 def _visits(period_map: PeriodMap, point: Point) -> list[tuple[Touch, float]]:
     """The short visits of a motion beyond corners that let a slider go with its torque, and their speeds [SI]."""
-    flow, system, crossings = period_map.flow, period_map.system, point.motion.crossings
-    pieces, visits = period_map.along(point.motion)[0], list[tuple[Touch, float]]()
+    flow = period_map.flow
+    system = period_map.system
+    crossings = point.motion.crossings
+    pieces = period_map.along(point.motion)[0]
+    visits = list[tuple[Touch, float]]()
     times = crossings.time / point.motion.period
     for i, (watch, upward) in enumerate(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True)):
         after = system.beyond(pieces, watch, upward)

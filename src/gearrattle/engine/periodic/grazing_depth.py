@@ -3,23 +3,21 @@
 In the region that the motion lies in before it touches, the deflection has an extremum there. How far that lies beyond
 the corner is the *depth* of the touch: zero at a grazing, negative without contact. The region is extended beyond the
 corner, so the contact has no effect on the depth: it is smooth where the period map is not.
-
-Takes a PeriodMap, a state and an instant nearby; gives the depth.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
+from gearrattle.engine.periodic.motion import Pass, State, Touch
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
-from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -28,48 +26,12 @@ _SAMPLES = 64  # a period
 _NEAR = 1.0 / 64.0  # periods that the extremum may have moved
 _ITERATIONS = 30
 _SETTLED = 1e-12  # periods: the next change of Newton would be of the order of its square
-_REACH = 0.25  # of the corner nearest to zero: turning points farther from a corner are left out
-
-
-@dataclass(frozen=True)
-class Touch:
-    """Which corner is touched, and about when.
-
-    Attributes
-    ----------
-    watch
-        the clearance; behind all of them, the auxiliary.
-    upward
-        1: its deflection, or what it watches, grows towards the corner.
-    time
-        of the extremum, in periods from the start of the motion.
-    corner
-        which one of the clearance's law, counted from below; None: the next one where the extremum lies, but for visits
-        beyond a corner that are so short that they may be rounding.
-    """
-
-    watch: int
-    upward: int
-    time: float
-    corner: int | None = None
 
 
 def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Touch]:
     """Return how far an extremum lies beyond a corner [SI], and the touch with the instant of the extremum.
 
-    Parameters
-    ----------
-    period_map
-        of the driveline.
-    state
-        of the motion at its start.
-    touch
-        the corner, and the instant near which the extremum lies.
-
-    Raises
-    ------
-    ConvergenceError
-        there is no extremum nearby.
+    ConvergenceError: there is no extremum nearby.
     """
     beyond, _, there = _extremum(period_map, state, touch)
     return beyond, there
@@ -86,7 +48,8 @@ def bend(period_map: PeriodMap, state: State, touch: Touch) -> float:
 def _extremum(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, float, Touch]:
     """How far an extremum lies beyond a corner, its second derivative, and the touch with its instant."""
     z, pieces, start = before_touch(period_map, state, touch)
-    generator, time = period_map.flow.generator(pieces), touch.time
+    generator = period_map.flow.generator(pieces)
+    time = touch.time
     row, bound = _approached(period_map.flow, pieces, touch)
     rate = row @ generator
     for _ in range(_ITERATIONS):
@@ -103,29 +66,31 @@ def _extremum(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float,
 def _approached(flow: Flow, pieces: Pieces, touch: Touch) -> tuple[Array, float]:
     """What comes to a bound, as a row times z [SI], and that bound: a corner, or that of a limiter.
 
-    Raises
-    ------
-    ConvergenceError
-        there is no such bound.
+    ConvergenceError: there is no such bound.
     """
     system = flow.system
     if touch.watch >= len(system.clearances):
         index = touch.watch - len(system.clearances)
-        auxiliary, piece = system.auxiliaries[index], pieces[len(system.laws) + index]
+        auxiliary = system.auxiliaries[index]
+        piece = pieces[len(system.laws) + index]
         bound = float((auxiliary.upper if touch.upward else auxiliary.lower)[piece])
         if np.isfinite(bound):
             return flow.limit_rows(pieces)[index] * flow.corner_scale[touch.watch], bound
     else:
         element = system.clearances[touch.watch]
-        corners, nearest = system.laws[element].corners, pieces[element] - 1 + touch.upward
+        corners = system.laws[element].corners
+        nearest = pieces[element] - 1 + touch.upward
         if 0 <= nearest < len(corners) and touch.corner in (None, nearest):
             return flow.deflection[element], float(corners[nearest])
     raise ConvergenceError("the extremum at a corner is lost")
 
 
-def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Array, tuple[int, ...], float]:
+def before_touch(
+    period_map: PeriodMap, state: State, touch: Touch, *, is_located: bool = False
+) -> tuple[Array, tuple[int, ...], float]:
     """Return a state z = (balanced y, inputs) before a touch, the pieces of its region, and its time in periods.
 
+    is_located: whether the instant of the touch is that of the extremum.
     Between that time and the touch nothing is crossed. Parameters are those of ``depth``; a touch beyond the end of the
     motion raises its error.
     """
@@ -133,7 +98,8 @@ def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Arr
     march = period_map.marched(state, samples_per_cycle=_SAMPLES)
     crossings = period_map.passages(march)
     times = crossings.time / system.inputs.period
-    limit = _begin_of(crossings, times, touch, int(march.samples.pieces[0, touch.watch]))
+    slack = 0.0 if is_located else _NEAR
+    limit = _begin_of(crossings, times, touch, int(march.samples.pieces[0, touch.watch]), slack)
     row = max(0, int(np.ceil(limit * _SAMPLES)) - 1)
     if row >= len(march.samples.states):
         raise ConvergenceError("the extremum at a corner is lost")
@@ -143,35 +109,22 @@ def before_touch(period_map: PeriodMap, state: State, touch: Touch) -> tuple[Arr
     all_pieces = [0] * (len(system.laws) + len(system.auxiliaries))
     for k, piece in zip(system.places, march.samples.pieces[row], strict=True):
         all_pieces[k] = int(piece)
-    pieces, time = tuple(all_pieces), row / _SAMPLES
+    pieces = tuple(all_pieces)
+    time = row / _SAMPLES
     for i in np.flatnonzero((times > time) & (times < limit)).tolist():
         z = expm(flow.generator(pieces) * (times[i] - time)) @ z
-        pieces, time = system.beyond(pieces, int(crossings.watch[i]), int(crossings.upward[i])), float(times[i])
+        pieces = system.beyond(pieces, int(crossings.watch[i]), int(crossings.upward[i]))
+        time = float(times[i])
         known = flow.known(pieces)
         memories = z[flow.states - known.size : flow.states]
         memories[:] = np.where(np.isnan(known), memories, known)
     return z, pieces, time
 
 
-def crossings_before(crossings: Passages, period: float, touch: Touch, piece: int) -> Passages:
-    """Return the crossings up to where a touch begins, for a period [s] and the clearance's piece at the start."""
-    times = crossings.time / period
-    return crossings.where(times < _begin_of(crossings, times, touch, piece))
-
-
-def reaches(system: PiecewiseSystem) -> Array:
-    """Return (K,) from how far of a corner turning points of every clearance count [SI]."""
-    corners = [law.corners[law.corners != 0.0] for law in (system.laws[k] for k in system.clearances)]
-    return _REACH * np.array([np.abs(own).min(initial=np.inf) for own in corners])
-
-
 def with_corner(period_map: PeriodMap, motion: Pass, touch: Touch) -> Touch:
     """Return the touch of a motion that grazes with the corner that it touches.
 
-    Raises
-    ------
-    ConvergenceError
-        there is no corner on that side: the motion does not graze.
+    ConvergenceError: there is no corner on that side: the motion does not graze.
     """
     element = period_map.system.clearances[touch.watch]
     corner = pieces_before(period_map, motion, touch)[element] - 1 + touch.upward
@@ -183,20 +136,21 @@ def with_corner(period_map: PeriodMap, motion: Pass, touch: Touch) -> Touch:
 def pieces_before(period_map: PeriodMap, motion: Pass, touch: Touch) -> Pieces:
     """Return the pieces of the region in which a motion is before a touch."""
     crossings, system = motion.crossings, period_map.system
-    times, pieces = crossings.time / motion.period, period_map.along(motion)[0]
-    limit = _begin_of(crossings, times, touch, pieces[system.clearances[touch.watch]])
+    times = crossings.time / motion.period
+    pieces = period_map.along(motion)[0]
+    limit = _begin_of(crossings, times, touch, pieces[system.clearances[touch.watch]], 0.0)
     for i in np.flatnonzero(times < limit).tolist():
         pieces = system.beyond(pieces, int(crossings.watch[i]), int(crossings.upward[i]))
     return pieces
 
 
-def _begin_of(crossings: Passages, times: Array, touch: Touch, piece: int) -> float:
+def _begin_of(crossings: Passages, times: Array, touch: Touch, piece: int, slack: float) -> float:
     """When a touch begins, in periods: the corner is crossed, or where it is not, the instant of the extremum.
 
     ``piece`` is that of the clearance at the start.
     """
     begin = touch.time
-    for i, j in _visits_around(crossings, times, touch):
+    for i, j in _visits_around(crossings, times, touch, slack):
         ours = crossings.upward[:i][crossings.watch[:i] == touch.watch]
         corner = piece + int((2 * ours - 1).sum()) - 1 + touch.upward
         if corner == touch.corner or (touch.corner is None and times[j] - times[i] <= _NEAR):
@@ -204,17 +158,18 @@ def _begin_of(crossings: Passages, times: Array, touch: Touch, piece: int) -> fl
     return begin
 
 
-def _visits_around(crossings: Passages, times: Array, touch: Touch) -> list[tuple[int, int]]:
+def _visits_around(crossings: Passages, times: Array, touch: Touch, slack: float) -> list[tuple[int, int]]:
     """The crossings to and fro between which the instant of a touch lies, whichever corner they are of.
 
-    The extremum of a short visit may have moved out of it; a long one may have ended just before another touch.
+    The extremum of a short visit may have moved out of it, by a slack [periods]; none where the touch is located, for
+    another visit may lie near. A long one may have ended just before another touch.
     """
     ours = np.flatnonzero(crossings.watch == touch.watch)
     return [
         (i, j)
         for i, j in pairwise(ours.tolist())
-        for slack in [_NEAR if times[j] - times[i] <= _NEAR else 0.0]
-        if crossings.upward[i] == touch.upward and times[i] - slack < touch.time < times[j] + slack
+        for own in [slack if times[j] - times[i] <= _NEAR else 0.0]
+        if crossings.upward[i] == touch.upward and times[i] - own < touch.time < times[j] + own
     ]
 
 
@@ -223,6 +178,6 @@ def without_touch(motion: Pass, touch: Touch) -> Passages:
     crossings = motion.crossings
     times = crossings.time / motion.period
     kept = np.ones(times.size, np.bool_)
-    for i, j in _visits_around(crossings, times, touch):
+    for i, j in _visits_around(crossings, times, touch, 0.0):
         kept[[i, j]] &= times[j] - times[i] > _NEAR or crossings.upward[j] == crossings.upward[i]
     return crossings.where(kept)

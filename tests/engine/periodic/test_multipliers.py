@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from gearrattle.engine.periodic.unit_circle import pairs_crossed
+from gearrattle.engine.periodic.events.neimark_sacker import pairs_crossed
 
 
 def pair(modulus: float, angle: float) -> list[complex]:

@@ -16,8 +16,6 @@ At a grazing itself, motions on the touching side have such a root. There no mot
 slopes of the motion by q and by p, and tau is the depth of the touch, whose slopes by the state, by p and by q are
 known, but for the touch of a limiter, whose depth is differenced. They are those of the motion that grazes, followed
 without contact.
-
-Takes an event and families: on both sides of q, or over q; gives a derivative.
 """
 
 from __future__ import annotations
@@ -29,15 +27,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.corrector import Corrector
 from gearrattle.engine.periodic.equations import Bordered
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, TESTS, Event
-from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.grazing import apart
-from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.events import LOSSES
+from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.events.grazing import apart
+from gearrattle.engine.periodic.events.neimark_sacker import pair_product
+from gearrattle.engine.periodic.families import Family
+from gearrattle.engine.periodic.grazing_depth import depth
+from gearrattle.engine.periodic.motion import State, Touch
+from gearrattle.engine.periodic.newton import Corrector
 from gearrattle.engine.periodic.point import Guess, Point
-from gearrattle.engine.periodic.touch import Touch, depth
-from gearrattle.engine.periodic.unit_circle import pair_product
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -58,12 +57,7 @@ Pair = tuple[float, float]
 class Drift:
     """How an event moves with numbers of the driveline; not for grazings, see ``gradient_of_grazing``.
 
-    Parameters
-    ----------
-    event
-        of one of the ``KINDS``.
-    curve
-        the Continuation of its branch.
+    event: of one of the ``KINDS``.
     """
 
     def __init__(self, event: Event, curve: Continuation) -> None:
@@ -73,20 +67,13 @@ class Drift:
     def gradient(self, families_of: FamiliesOf, value: float) -> float:
         """Return dp / dq.
 
-        Parameters
-        ----------
-        families_of
-            gives the driveline with q smaller, and with q larger, by a change [SI].
-        value
-            of q [SI], not zero.
-
-        Raises
-        ------
-        ConvergenceError
-            there is no motion near the event, or a grazing lies too near to it.
+        families_of: gives the driveline with q smaller, and with q larger, by a change [SI].
+        value: of q [SI], not zero.
+        ConvergenceError: there is no motion near the event, or a grazing lies too near to it.
         """
         for share in _SHARES:
-            along, change = self._along(share), share * _CHANGE * abs(value)
+            along = self._along(share)
+            change = share * _CHANGE * abs(value)
             bend = _bend(along, along)
             if not bend <= _BENT:  # or NaN
                 continue
@@ -136,28 +123,17 @@ def slope_along(event: Event, curve: Continuation) -> float:
 def gradient_of_grazing(event: Event, curve: Continuation, over: Family, value: float) -> float:
     """Return dp / dq of a grazing at which the gradient is continuous.
 
-    Parameters
-    ----------
-    event
-        the grazing.
-    curve
-        the Continuation of its branch.
-    over
-        the driveline at the event, over q.
-    value
-        of q [SI].
-
-    Raises
-    ------
-    ConvergenceError
-        there is no extremum at the corner.
+    value: of q [SI].
+    ConvergenceError: there is no extremum at the corner.
     """
     assert event.touch is not None
     point = apart(curve, event.point, event.touch)
-    guess, states = point.guess(point.w), point.scale.size
+    guess = point.guess(point.w)
+    states = point.scale.size
     by_p = _followed(curve.family, point, guess, event.touch)
     by_q = _followed(over, point, guess._replace(w=np.append(guess.w[:-1], value / over.unit)), event.touch)
-    equations, unit = Bordered(by_p.matrix, point.tangent), np.eye(1, by_q.matrix.shape[1], states)[0]
+    equations = Bordered(by_p.matrix, point.tangent)
+    unit = np.eye(1, by_q.matrix.shape[1], states)[0]
     tangent = equations.null_vector(point.tangent)[0]
     shift = equations.solution(np.append(-by_q.matrix[:, states], 0.0))
     along = (by_p.depth_slope(shift) + by_q.depth_slope(unit)) / by_p.depth_slope(tangent)
@@ -219,5 +195,5 @@ def test_of(event: Event, family: Family, point: Point) -> float:
         return depth(family.map_at(point.parameter), point.motion.start, event.touch)[0]
     if event.kind == NEIMARK_SACKER:
         return pair_product(point, event.point)
-    test: Callable[[Point], float] = TESTS[event.kind]
+    test: Callable[[Point], float] = LOSSES[event.kind].test
     return test(point)

@@ -1,40 +1,22 @@
-"""Multipliers and the unit circle: how many lie outside, which come near it, which have crossed it.
+"""Neimark-Sacker bifurcations: a complex pair of multipliers crosses the unit circle.
 
-A branch loses its stability where multipliers leave the circle: a real one through 1 or -1, a complex pair in between.
-Directions in which neighbouring motions repeat as well have a multiplier 1 and do not count. Without damping the
-multipliers are inverse in pairs, and leave the circle only where two pairs meet on it.
-
-Takes Points; gives numbers, of which those that change their signs where a multiplier crosses the circle are test
-functions.
+The test function is its modulus less 1. Without damping pairs lie on the circle all along, and leave it where two meet.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from gearrattle.engine.periodic.multipliers import REAL, is_conservative, not_free, outside
 from gearrattle.engine.periodic.point import Point
 
-_REAL = 1e-9  # a multiplier with a smaller imaginary part is real but for rounding
 _NEAR = 0.02  # a multiplier whose distances from the circle add up to less may have been there in between
-_CONSERVED = 1e-9  # the product of all multipliers is one but for so much where nothing is lost
-_LEAVES = 1e-6  # a pair that leaves the circle there goes with the root of the distance, and rounding moves it less
 _FARTHER = 3.0  # times the way between both ends that a multiplier may go in between
 _FEWEST = 4  # multipliers with two pairs
 _FAR = 0.3  # of its size and at least of one: a multiplier that goes farther in a step may have gone anywhere
-
-
-def det_plus(point: Point) -> float:
-    """Return det(I + M): zero where a multiplier is -1."""
-    return float(np.prod(1.0 + point.multipliers).real)
-
-
-def det_minus(point: Point) -> float:
-    """Return det(I - M), without the factors of free directions: zero where a multiplier is 1."""
-    return float(np.prod(1.0 - _not_free(point)).real)
 
 
 def pair_size(point: Point) -> float:
@@ -45,7 +27,7 @@ def pair_size(point: Point) -> float:
     """
     if not is_conservative(point):
         return abs(nearest_pair(point)[0]) - 1.0
-    upper = point.multipliers[point.multipliers.imag > _REAL]
+    upper = point.multipliers[point.multipliers.imag > REAL]
     one, other = np.triu_indices(len(upper), 1)
     squares = ((upper + 1.0 / upper)[one] - (upper + 1.0 / upper)[other]) ** 2
     return -float(squares[np.argmin(np.abs(squares))].real) if squares.size else -1.0
@@ -69,35 +51,8 @@ def pair_product(point: Point, like: Point) -> float:
 
 def has_pair_on_circle(point: Point) -> bool:
     """Return whether it is a complex pair that crosses the circle; beside a grazing it leaps, and is not just on it."""
-    real = point.multipliers[np.abs(point.multipliers.imag) <= _REAL].real
+    real = point.multipliers[np.abs(point.multipliers.imag) <= REAL].real
     return min(nearest_pair(point)[1], _NEAR) < float(np.abs(1.0 + real).min(initial=np.inf))
-
-
-def _not_free(point: Point) -> NDArray[np.complex128]:
-    """The multipliers without those nearest to 1 that belong to free directions."""
-    return np.asarray(point.multipliers[np.argsort(np.abs(point.multipliers - 1.0))[point.free :]])
-
-
-def number_outside(point: Point, crossing: Sequence[complex] = ()) -> int:
-    """Return how many multipliers lie outside the unit circle, but for those nearest to some values on it."""
-    above, below, pairs = _outside(point, crossing)
-    return above + below + 2 * pairs
-
-
-def _outside(point: Point, crossing: Sequence[complex] = ()) -> tuple[int, int, int]:
-    """Numbers of multipliers outside the unit circle: real ones above 1, real ones below -1, complex pairs."""
-    values = _not_free(point)
-    for value in crossing:
-        values = np.delete(values, np.argmin(np.abs(values - value)))
-    is_real = np.abs(values.imag) <= _REAL
-    above, below = is_real & (values.real > 1.0), is_real & (values.real < -1.0)
-    circle = 1.0 + _LEAVES if is_conservative(point) else 1.0
-    return int(above.sum()), int(below.sum()), int((~is_real & (np.abs(values) > circle)).sum()) // 2
-
-
-def is_conservative(point: Point) -> bool:
-    """Return whether nothing is lost over a period: then pairs lie on the circle, and leave it where two meet."""
-    return bool(abs(np.prod(point.multipliers) - 1.0) < _CONSERVED)
 
 
 def pairs_crossed(before: Point, after: Point) -> int:
@@ -106,7 +61,7 @@ def pairs_crossed(before: Point, after: Point) -> int:
     Two real multipliers outside that meet become a pair without crossing the circle. One of them may have come from
     inside shortly before, at a fold for example: then the product of both has not passed 1.
     """
-    above, below, pairs = np.subtract(_outside(after), _outside(before))
+    above, below, pairs = np.subtract(outside(after), outside(before))
     crossed = int(pairs + np.trunc(above / 2.0) + np.trunc(below / 2.0))
     if is_ambiguous(before, after):
         is_odd = _sign_of_products(before) != _sign_of_products(after)
@@ -119,7 +74,7 @@ def _sign_of_products(point: Point) -> float:
 
     It changes where a complex pair crosses the circle, and where two real ones are inverse.
     """
-    values = _not_free(point)
+    values = not_free(point)
     one, other = np.triu_indices(len(values), 1)
     return float(np.sign(np.prod(values[one] * values[other] - 1.0).real))
 
@@ -129,7 +84,7 @@ def is_ambiguous(before: Point, after: Point) -> bool:
 
     Or, the other way round, a pair may have entered the circle while a real one has left it: then there are two events.
     """
-    above, below, pairs = (int(change) for change in np.subtract(_outside(after), _outside(before)))
+    above, below, pairs = (int(change) for change in np.subtract(outside(after), outside(before)))
     return any(change % 2 == 1 and change * pairs < 0 for change in (above, below))
 
 
@@ -143,28 +98,15 @@ def may_hide_pair(before: Point, after: Point) -> bool:
         return False
     one, other = linear_sum_assignment(np.abs(m[:, None] - n))
     m, n = m[one], n[other]
-    is_pair = (np.abs(m.imag) > _REAL) | (np.abs(n.imag) > _REAL)
+    is_pair = (np.abs(m.imag) > REAL) | (np.abs(n.imag) > REAL)
     if not is_pair.any():
         return False
     m, n = m[is_pair], n[is_pair]
     size, following = np.abs(m), np.abs(n)
     goes_far = np.abs(n - m) > _FAR * np.maximum(np.maximum(size, following), 1.0)
-    leaves, enters = (size < 1.0) & (following > 1.0), (size > 1.0) & (following < 1.0)
+    leaves = (size < 1.0) & (following > 1.0)
+    enters = (size > 1.0) & (following < 1.0)
     return bool(goes_far.any() or (leaves.any() and enters.any()))
-
-
-def nearest_to_minus_one(point: Point) -> tuple[complex, float]:
-    """Return the multiplier nearest to -1, and how near it is."""
-    away = np.abs(point.multipliers + 1.0)
-    nearest = int(np.argmin(away))
-    return complex(point.multipliers[nearest]), float(away[nearest])
-
-
-def nearest_to_one(point: Point) -> tuple[complex, float]:
-    """Return the multiplier nearest to 1, but for free directions, and its distance; infinite where there is none."""
-    values = _not_free(point)
-    away = np.abs(values - 1.0)
-    return (complex(values[np.argmin(away)]), float(away.min())) if values.size else (0j, np.inf)
 
 
 def nearest_pair(point: Point) -> tuple[complex, float]:
@@ -172,7 +114,7 @@ def nearest_pair(point: Point) -> tuple[complex, float]:
 
     Infinity without one; pairs that lie on it all along are not counted.
     """
-    pairs = point.multipliers[point.multipliers.imag > _REAL]
+    pairs = point.multipliers[point.multipliers.imag > REAL]
     if not pairs.size or is_conservative(point):
         return 0j, np.inf
     away = np.abs(np.abs(pairs) - 1.0)
@@ -187,3 +129,14 @@ def may_return(before: tuple[complex, float], after: tuple[complex, float], near
     """
     way = before[1] + after[1]
     return way < max(near, _FARTHER * abs(after[0] - before[0]))
+
+
+def crossing_after(before: Point) -> Callable[[Point], float]:
+    """Return a test function that changes its sign where a pair crosses the unit circle after a point."""
+    return lambda point: abs(pair_size(point)) * (1.0 if pairs_crossed(before, point) == 0 else -1.0)
+
+
+def pair_of(point: Point) -> list[complex]:
+    """Return the complex pair nearest to the unit circle."""
+    pair, _ = nearest_pair(point)
+    return [pair, pair.conjugate()]

@@ -3,10 +3,8 @@
     F(w) = P(u; p) - u = 0,      normal . (w - w_predicted) = 0,      [dF/du, dF/dp] t = 0,  |t| = 1
 
 w = (u, p / unit), u the balanced state at the start of a period over the size; t is the tangent of the branch. Where a
-disturbance grows much over the motion, the states at the start of its parts (``parts``) are unknown too: F has a row of
-equations for each of them, and normal none.
-
-Takes a Family and predictions; gives Points.
+disturbance grows much over the motion, the states at the start of its parts (``families``) are unknown too: F has a row
+of equations for each of them, and normal none.
 """
 
 from __future__ import annotations
@@ -19,12 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.equations import Bordered
-from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.general_turns import idle_memories
-from gearrattle.engine.periodic.parts import PartedFamily
-from gearrattle.engine.periodic.period_map import Pass, State
+from gearrattle.engine.periodic.families import Family, PartedFamily
+from gearrattle.engine.periodic.motion import Pass, State, Touch, idle_memories
 from gearrattle.engine.periodic.point import Guess, Later, Point
-from gearrattle.engine.periodic.touch import Touch
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -40,17 +35,7 @@ _LAST = 1.0  # times what rounding leaves: an expected residual below it is like
 class Corrector:
     """Finds motions of a branch near predictions.
 
-    Parameters
-    ----------
-    family
-        the period map with its parameter.
-    units
-        scale (N,) and size of the states, as in a Point.
-
-    Attributes
-    ----------
-    scale
-        (N,) the part of w of a state is scale * state.
+    scale: (N,) the part of w of a state is scale * state.
     """
 
     def __init__(self, family: Family, units: tuple[Array, float]) -> None:
@@ -81,7 +66,8 @@ class Corrector:
         if guess.later is None:
             return self.followed(guess, None, turns_along)
         tangent, _, _ = Bordered(self.matrix(motion, slope), turns_along).null_vector(turns_along)
-        parameter, along = float(guess.w[-1] * self._family.unit), float(turns_along @ tangent[: len(turns_along)])
+        parameter = float(guess.w[-1] * self._family.unit)
+        along = float(turns_along @ tangent[: len(turns_along)])
         return replace(motion, turns=self._parts.turns(motion, parameter, self._changes(tangent / along))), slope
 
     def matrix(self, motion: Pass, slope: Array) -> Array:
@@ -113,11 +99,14 @@ class Corrector:
 
     def row(self, row: Array, part: int, motion: Pass) -> Array:
         """Return a row (N + 1,) over the state at the start of a part and p [1/SI] as one over all P + 1 unknowns."""
-        states, own = len(self.scale), np.asarray(row / self._to_units)
+        states = len(self.scale)
+        own = np.asarray(row / self._to_units)
         if motion.parts is None:
             return own
-        unknowns, first = np.zeros(motion.parts.start.size + 1), self._first(part)
-        unknowns[first : first + states], unknowns[states] = own[:-1], own[-1]
+        unknowns = np.zeros(motion.parts.start.size + 1)
+        first = self._first(part)
+        unknowns[first : first + states] = own[:-1]
+        unknowns[states] = own[-1]
         return unknowns
 
     def residual(self, motion: Pass) -> Array:
@@ -132,13 +121,7 @@ class Corrector:
         return _TOLERANCE * max(1.0, norm_of(guess.w[:-1])) + _ROUNDING * norm_of(matrix.ravel())
 
     def in_parts(self, guess: Guess, motion: Pass) -> Guess:
-        """Return what a motion is followed from, in parts if a disturbance grows much over it.
-
-        Raises
-        ------
-        ConvergenceError
-            the motion could not be followed.
-        """
+        """Return what a motion is followed from, in parts if a disturbance grows much over it."""
         growth = norm_of((self._balance * motion.gradient).ravel())
         if guess.later is not None or self._family.parts == 1 or growth < _LARGE:
             return guess
@@ -148,37 +131,33 @@ class Corrector:
     def point_at(self, guess: Guess, motion: Pass, slope: Array, direction: Array, equations: Bordered) -> Point:
         """Return the point of the branch at a motion.
 
-        Parameters
-        ----------
-        guess
-            it was followed from.
-        motion, slope
-            of ``followed``, with slopes of its turning points along the change for a direction.
-        direction
-            (N + 1,) the tangent points to its side.
-        equations
-            of ``matrix``.
+        motion, slope: of ``followed``, with slopes of its turning points along the change for a direction.
+        direction: (N + 1,) the tangent points to its side.
+        equations: of ``matrix``.
         """
         tangent, free, orientation = equations.null_vector(direction)
         own, behind = np.split(tangent, [len(direction)])
         motion = self._with_turns_along(motion, float(direction @ own), free)
         later = None if guess.later is None else Later(guess.later, behind.reshape(guess.later.shape))
         parameter = float(guess.w[-1] * self._family.unit)
-        return Point(parameter, motion, slope, *self._units, guess.w, own, free, orientation, 0.0, 0.0, later=later)
+        scale, size = self._units
+        return Point(
+            parameter=parameter,
+            motion=motion,
+            slope=slope,
+            scale=scale,
+            size=size,
+            w=guess.w,
+            tangent=own,
+            free=free,
+            orientation=orientation,
+            later=later,
+        )
 
     def _with_turns_along(self, motion: Pass, cosine: float, free: int) -> Pass:
         """A motion with the slopes of its turning points along the tangent, not where that is one of several.
 
         A memory that may be anything makes no other tangent.
-
-        Parameters
-        ----------
-        motion
-            with slopes along the change for a row.
-        cosine
-            product of the tangent and that row.
-        free
-            number of directions in which neighbouring motions repeat as well.
         """
         if motion.turns is None:
             return motion
@@ -188,7 +167,8 @@ class Corrector:
     def _changes(self, change: Array) -> Array:
         """(m, N + 1) changes of the states at the start of the parts [SI] and of p, from one of all unknowns."""
         states = len(self.scale)
-        own, behind = change[: states + 1], change[states + 1 :].reshape(-1, states)
+        own = change[: states + 1]
+        behind = change[states + 1 :].reshape(-1, states)
         parameter = np.full((len(behind) + 1, 1), own[-1] * self._family.unit)
         return np.hstack([np.vstack([own[:-1], behind]) / self.scale, parameter])
 
@@ -204,29 +184,14 @@ class Corrector:
     ) -> Point:
         """Return the motion in the plane through a prediction at right angles to ``normal``.
 
-        Parameters
-        ----------
-        predicted
-            what Newton's method begins with.
-        normal
-            (N + 1,).
-        direction
-            (N + 1,) the tangent points to its side.
-        slack
-            change of w at which the iteration may end; the motion is then the last one followed.
-        touch
-            a corner and an instant, for the depth of the motion.
-        with_turns
-            whether the turning points of the motion are wanted.
-
-        Raises
-        ------
-        ConvergenceError
-            Newton's method does not converge.
+        normal: (N + 1,).
+        direction: (N + 1,) the tangent points to its side.
+        slack: change of w at which the iteration may end; the motion is then the last one followed.
         """
-        return self.point_and_iterations(predicted, normal, direction, slack=slack, touch=touch, with_turns=with_turns)[
-            0
-        ]
+        sought = self.point_and_iterations(
+            predicted, normal, direction, slack=slack, touch=touch, with_turns=with_turns
+        )
+        return sought[0]
 
     def point_and_iterations(
         self,
@@ -244,13 +209,19 @@ class Corrector:
         A prediction that is near is given up once the residual grows: then Newton's method goes round in circles
         between two patterns of crossings, and a shorter step costs less.
         """
-        guess, last, error, is_last, is_corrected = predicted, np.inf, np.inf, False, False
+        guess = predicted
+        last = np.inf
+        error = np.inf
+        is_last = False
+        is_corrected = False
         for iteration in range(_ITERATIONS):
             has_turns = with_turns and is_last and guess.later is None
             motion, slope = self.followed(guess, touch, direction if has_turns else None)
             parted = self.in_parts(guess, motion)
             if parted is not guess:
-                guess, last, is_last = parted, np.inf, False
+                guess = parted
+                last = np.inf
+                is_last = False
                 continue
             matrix = self.matrix(motion, slope)
             residual = self.residual(motion)
@@ -267,7 +238,9 @@ class Corrector:
             if (is_settled or error <= slack) and abs(plane) < _IN_PLANE * max(1.0, norm_of(guess.w)):
                 if not is_corrected and not _sliders_repeat(motion):
                     guess = guess._replace(pieces=motion.end.auxiliary_pieces)
-                    last, is_last, is_corrected = np.inf, False, True
+                    last = np.inf
+                    is_last = False
+                    is_corrected = True
                     continue
                 if with_turns and not has_turns:
                     motion, slope = self.with_turns(guess, motion, slope, direction)
@@ -276,7 +249,8 @@ class Corrector:
                 return replace(point, w=w, error=norm_of(change[: len(normal)])), iteration + 1
             expected = norm**3 / last**2 if iteration and last > 0.0 else error**2  # residuals fall by their squares
             is_last = expected < _LAST * least
-            guess, last = guess.moved(change), norm
+            guess = guess.moved(change)
+            last = norm
         raise ConvergenceError("Newton's method does not converge")
 
 

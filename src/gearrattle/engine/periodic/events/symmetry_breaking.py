@@ -5,26 +5,21 @@ over n / 2 periods; for an odd number, of a symmetric driveline, the half-period
 P = H(H(y)). Where a multiplier of H is -1 the period doubles, or the symmetry breaks; I - DH is regular there, and the
 branch goes on smoothly. P has a multiplier 1 there. Three branches of its fixed points cross, and to a residual r the
 motion is known to the cube root of r alone, the event to its square.
-
-Takes a Continuation of whole lengths and its Points; gives Points, also of half the length.
 """
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.family import Family
-from gearrattle.engine.periodic.period_map import Along, Pass, State
+from gearrattle.engine.periodic.events.location import zero_between
+from gearrattle.engine.periodic.events.period_doubling import det_plus, nearest_to_minus_one
+from gearrattle.engine.periodic.families import are_symmetric, half_of
+from gearrattle.engine.periodic.multipliers import not_free
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
-from gearrattle.engine.periodic.touch import Touch
-from gearrattle.engine.periodic.unit_circle import det_plus, nearest_to_minus_one
-from gearrattle.engine.periodic.zero import zero_between
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -32,98 +27,21 @@ Array = NDArray[np.float64]
 SAME = 1e-4
 """Of w, the cube root of the residual: motions of the branch nearer than this to a fixed point of H are one."""
 _NEARER = (1.0, 0.1, 0.01)  # shares of a distance in which a breaking is sought
-_BESIDE = 1e-6  # of the parameter's unit: a driveline so near is of the same kind
 _ALONG = 0.999999  # cosine between the tangents of a motion and of the fixed point of H: both are known
 
 
-class HalfPeriodFamily(Family):
-    """The family of the half-period maps of symmetric drivelines. Its motions have no turning points.
-
-    Parameters
-    ----------
-    whole
-        the family over all periods, an odd number.
-    """
-
-    def __init__(self, whole: Family) -> None:
-        self._whole, self._half = whole, whole.part(0.0, 0.5 * whole.cycles)
-        self.scale, self.size, self.unit, self.shown = whole.scale, whole.size, whole.unit, whole.shown
-        self.cycles, self.clearances, self.memories = whole.cycles, whole.clearances, whole.memories
-
-    def map_at(self, parameter: float) -> HalfPeriodMap:
-        """Return the half-period map of one driveline."""
-        return HalfPeriodMap(self._whole.map_at(parameter).system, self.cycles)
-
-    def follow(
-        self, state: State, parameter: float, touch: Touch | None = None, turns_along: Array | Along | None = None
-    ) -> tuple[Pass, Array]:
-        """Follow a state over half of its periods, and mirror it; see ``Family.follow``.
-
-        Raises
-        ------
-        NotImplementedError
-            a touch is asked for.
-        """
-        if touch is not None:
-            raise NotImplementedError
-        del turns_along  # which are not sought
-        motion, slope = self._half.follow(state, parameter)
-        if motion.end.auxiliary_pieces is None:
-            end, gradient, slope = State(-motion.end.y), -motion.gradient, -slope
-        else:
-            mirror = self.map_at(parameter).mirror
-            end, gradient, slope = mirror.state(motion.end), mirror.rows(motion.gradient), mirror.rows(slope)
-        return replace(motion, end=end, gradient=gradient, turned=-motion.turned), slope
-
-
-def half_of(family: Family) -> Family:
-    """Return the family of H.
-
-    Parameters
-    ----------
-    family
-        of motions over an even number of periods, or of symmetric drivelines.
-    """
-    return HalfPeriodFamily(family) if family.cycles % 2 == 1 else family.over(family.cycles // 2)
-
-
 def half_curve(curve: Continuation, parameter: float) -> Continuation | None:
-    """Return what follows the motions that repeat after half their length, or are symmetric; None: there is no H.
-
-    Parameters
-    ----------
-    curve
-        follows all motions.
-    parameter
-        of the driveline.
-    """
+    """Return what follows the motions that repeat after half their length, or are symmetric; None: there is no H."""
     family = curve.family
     if family.cycles % 2 == 1 and not are_symmetric(family, parameter):
         return None
     return curve.of(half_of(family))
 
 
-def are_symmetric(family: Family, parameter: float) -> bool:
-    """Return whether drivelines are symmetric at a parameter and beside it: not where a mean torque is zero."""
-    if not is_symmetric(family.map_at(parameter).system):
-        return False
-    for side in (1.0, -1.0):
-        with suppress(ConvergenceError):
-            return is_symmetric(family.map_at(parameter + side * _BESIDE * family.unit).system)
-    return True
-
-
 def as_doubling(curve: Continuation, point: Point) -> tuple[Continuation, Point] | None:
     """Return the motion of half the length whose period doubles at a point, and what follows it; None: none does.
 
     That is where a branch of twice the period or without symmetry joins the other one, seen from the other one.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch of whole lengths.
-    point
-        of an event on it.
     """
     halves = half_curve(curve, point.parameter)
     if halves is None:
@@ -142,15 +60,6 @@ def as_fixed_point(curve: Continuation, point: Point, *, upward: bool) -> Point:
     """Return the symmetric motion that one of an odd number of periods is but for rounding; any other as it is.
 
     Beside a breaking P tells the motion to the cube root of its residual, and its tangent may have any direction.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    point
-        a motion of it.
-    upward
-        whether the branch goes on to larger parameters there.
     """
     is_odd = curve.cycles % 2 == 1
     halves = half_curve(curve, point.parameter) if is_odd and not point.free else None
@@ -169,15 +78,7 @@ def as_fixed_point(curve: Continuation, point: Point, *, upward: bool) -> Point:
 
 
 def breaking_between(curve: Continuation, before: Point, after: Point) -> Point | None:
-    """Return the fixed point of H between two others at which one of its multipliers is -1; None where none is.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    before, after
-        points that follow one another.
-    """
+    """Return the fixed point of H between two others at which one of its multipliers is -1; None where none is."""
     halves = half_curve(curve, before.parameter)
     if halves is None:
         return None
@@ -194,17 +95,7 @@ def breaking_between(curve: Continuation, before: Point, after: Point) -> Point 
 
 
 def breaking_near(curve: Continuation, point: Point, farthest: float) -> Point | None:
-    """Return the nearest fixed point of H at which one of its multipliers is -1; None where none is near.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    point
-        a motion of it, nearly a fixed point of H.
-    farthest
-        arclength of the fixed points of H on either side.
-    """
+    """Return the nearest fixed point of H at which one of its multipliers is -1; None where none is near."""
     halves = half_curve(curve, point.parameter)
     if halves is None:
         return None
@@ -226,3 +117,15 @@ def breaking_near(curve: Continuation, point: Point, farthest: float) -> Point |
 def _among(halves: Continuation, point: Point) -> Point:
     """A motion among the fixed points of H."""
     return replace(halves.in_plane(replace(point, later=None)), length=point.length)
+
+
+def det_minus(point: Point) -> float:
+    """Return det(I - M), without the factors of free directions: zero where a multiplier is 1."""
+    return float(np.prod(1.0 - not_free(point)).real)
+
+
+def nearest_to_one(point: Point) -> tuple[complex, float]:
+    """Return the multiplier nearest to 1, but for free directions, and its distance; infinite where there is none."""
+    values = not_free(point)
+    away = np.abs(values - 1.0)
+    return (complex(values[np.argmin(away)]), float(away.min())) if values.size else (0j, np.inf)

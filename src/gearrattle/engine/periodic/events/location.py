@@ -1,11 +1,9 @@
-"""The stretch of a branch between two points that follow one another, and the motions that are followed on it.
+"""Motions between two points of a branch that follow one another, and where a test function is zero on the way.
 
 Every motion of the stretch lies in a plane at right angles to its chord, as in ``Continuation.between``. Where the
 branch turns back in a corner such planes miss it or meet it twice; there they are at right angles to the sum of the
 tangents at both ends. A motion is predicted by the cubic through the two nearest motions known. So the nearer an event
 is enclosed, the fewer iterations a motion takes: in the end one, whose change is below what matters.
-
-Takes a Continuation and two of its Points; gives Points between them.
 """
 
 from __future__ import annotations
@@ -15,11 +13,12 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.motion import Touch
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point, interpolated
-from gearrattle.engine.periodic.touch import Touch
 
 Array = NDArray[np.float64]
 
@@ -30,28 +29,23 @@ _TURNED_BACK = -0.1  # cosine between chord and tangent below which the branch h
 _CLOSER = 0.25  # of the way between two motions: by so much their cubic may be moved along to the plane
 _SAME = 1e-9  # change of w below which a motion is the same
 _FARTHEST = 2.0  # distances between both nearest motions: up to there the cubic through them is better than a tangent
+_JUMP = 1e-3  # a test function that stays farther from zero than this on both sides jumps over zero
+_CHECKS = 6  # searches for one zero
+_ROUGHER = 10.0  # times as far off as the motion at a zero: the sign at a trial is checked
 
 
 class Stretch:
     """Motions between two points, by their share of the way.
 
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    before, after
-        both points.
-
-    Attributes
-    ----------
-    distance
-        between both [w].
-    located
-        how near an event can be located, as a share of the way: no motion is known better than to so much arclength.
+    distance: between both [w].
+    located: how near an event can be located, as a share of the way: no motion is known better than to so much
+    arclength.
     """
 
     def __init__(self, curve: Continuation, before: Point, after: Point) -> None:
-        self._curve, self.before, self.after = curve, before, after
+        self._curve = curve
+        self.before = before
+        self.after = after
         self._known: list[tuple[float, Point]] = [(0.0, before), (1.0, after)]
         self.distance = float(np.linalg.norm(after.w - before.w))
         self.located = min(0.1, _LOCATED * max(1.0, 1.0 / (after.length - before.length)))
@@ -67,21 +61,7 @@ class Stretch:
     ) -> Point:
         """Return the motion at a share of the way.
 
-        Parameters
-        ----------
-        share
-            from 0 to 1.
-        is_trial
-            whether it may be off by an amount that vanishes with the square of the distance to the nearest one known.
-        touch
-            a corner and an instant, for the depth of the motion.
-        among
-            which motions the prediction is made from; None: all.
-
-        Raises
-        ------
-        ConvergenceError
-            Newton's method does not converge.
+        among: which motions the prediction is made from; None: all.
         """
         known = [one for one in self._known if among is None or among(one[1])]
         known.sort(key=lambda one: abs(one[0] - share))
@@ -106,10 +86,12 @@ class Stretch:
         """(N + 1,) a prediction in the plane of a share, from known motions, the nearest first."""
         nearest, point = known[0]
         target = interpolated(self.before, self.after, share)
-        w, apart = point.w, abs(known[1][0] - nearest) if len(known) > 1 else 0.0
+        w = point.w
+        apart = abs(known[1][0] - nearest) if len(known) > 1 else 0.0
         if apart > 0.0 and abs(share - nearest) <= _FARTHEST * apart:
             (low, lower), (high, upper) = sorted(known[:2], key=lambda one: one[0])
-            own, length = (share - low) / (high - low), float(self._normal @ (upper.w - lower.w))
+            own = (share - low) / (high - low)
+            length = float(self._normal @ (upper.w - lower.w))
             w = interpolated(lower, upper, own)
             change = float(self._normal @ (target - w))
             if abs(change) < _CLOSER * length:
@@ -126,3 +108,38 @@ def _normal_between(before: Point, after: Point) -> Array:
         return np.asarray(chord)
     both = before.tangent + after.tangent
     return np.asarray(both / np.linalg.norm(both))
+
+
+def zero_between(
+    curve: Continuation, before: Point, after: Point, test: Callable[[Point], float]
+) -> tuple[Point, bool]:
+    """Return the point where a test function changes its sign, and whether it jumps over zero there."""
+    stretch = Stretch(curve, before, after)
+    sides: dict[float, float] = {0.0: test(before), 1.0: test(after)}
+    errors = {0.0: 0.0, 1.0: 0.0}
+
+    def value(share: float) -> float:
+        if share in sides:
+            return sides[share]
+        point = stretch.at(share, is_trial=True)
+        value = test(point)
+        nearest = min(abs(other - share) for other, at_other in sides.items() if at_other * value <= 0.0)
+        sides[share] = value
+        errors[share] = point.error
+        return value if nearest * stretch.distance > point.error else 0.0  # nearer than the motion itself is known
+
+    for _ in range(_CHECKS):
+        share = float(brentq(value, 0.0, 1.0, xtol=stretch.located, rtol=1e-14))
+        point = stretch.at(share)
+        other = _other_side(sides, share, test(point))
+        if errors[other] <= _ROUGHER * point.error:
+            break
+        sides[other] = test(stretch.at(other))
+        errors[other] = 0.0  # a trial so far, whose sign may be wrong
+    nearest = [sides[other] for other in sorted(sides, key=lambda other: abs(other - share))[:4]]
+    return point, min(map(abs, nearest)) > _JUMP and min(nearest) < 0.0 < max(nearest)
+
+
+def _other_side(sides: dict[float, float], share: float, value: float) -> float:
+    """The nearest share at which a test function has another sign than the value at this one."""
+    return min((other for other, at_other in sides.items() if at_other * value <= 0.0), key=lambda o: abs(o - share))

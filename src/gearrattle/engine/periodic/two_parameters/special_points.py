@@ -15,8 +15,6 @@ fold where the square of how far its motion misses, extrapolated, is zero. The e
 a minimum a maximum, in a *cubic tangency*: at a corner the deflection has neither velocity nor acceleration. Both
 vanish there; q has an extremum over the acceleration, so it is extrapolated over its square and cube.
 
-Takes an event and what follows the driveline q; gives the special point.
-
 Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, 4th ed., Springer 2023, chapter 8.
 """
 
@@ -28,12 +26,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearrattle.engine.periodic.boundary import missed_after, polynomial_at, relocated
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.drift import test_of
-from gearrattle.engine.periodic.events import DOUBLING, FOLD, GRAZING, TESTS, Event, events_between
-from gearrattle.engine.periodic.touch import bend
-from gearrattle.engine.periodic.unit_circle import nearest_pair
+from gearrattle.engine.periodic.events import LOSSES, events_between
+from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.events.neimark_sacker import nearest_pair
+from gearrattle.engine.periodic.grazing_depth import bend
+from gearrattle.engine.periodic.two_parameters.event_gradient import test_of
+from gearrattle.engine.periodic.two_parameters.relocation import missed_after, polynomial_at, relocated
 from gearrattle.errors import ConvergenceError
 
 CUSP, TURNING, MEETING = "cusp", "turning point", "fold meets grazing"
@@ -65,21 +64,7 @@ _FIRST, _AROUND = 1e-6, 0.03  # arclength of the first step from a fold, and wit
 def meeting_of_two(event: Event, follower: Follower, q: float, step: float) -> tuple[float, Event]:
     """Return where an event meets another one of its kind and both vanish: q, and the event there.
 
-    Parameters
-    ----------
-    event
-        one of them, shortly before they meet.
-    follower
-        gives the Continuation of the driveline q.
-    q
-        of the event.
-    step
-        a small change of q towards the point.
-
-    Raises
-    ------
-    ConvergenceError
-        they do not meet near.
+    ConvergenceError: they do not meet near.
     """
     along = _step_along(event, follower(q))
     return _root(lambda value: _extremum(event, follower(value), along), q, step)
@@ -112,7 +97,8 @@ def _extremum(event: Event, curve: Continuation, step: float) -> tuple[float, Ev
         tests = [test_of(event, curve.family, point) for point in (behind, ahead)]
         return (tests[1] - tests[0]) / (2.0 * step)
 
-    length, now = 0.0, slope(0.0)
+    length = 0.0
+    now = slope(0.0)
     change = step
     for _ in range(_SECANTS):
         length, before, now = length + change, now, slope(length + change)
@@ -134,17 +120,7 @@ def resonance_of(event: Event) -> str:
 def resonance(before: tuple[float, Event], last: tuple[float, Event], follower: Follower) -> tuple[float, Event]:
     """Return where the pair of a Neimark-Sacker bifurcation comes to 1 or to -1: q, and the event moved there.
 
-    Parameters
-    ----------
-    before, last
-        the last events known and their q, shortly before that point.
-    follower
-        gives the Continuation of the driveline q.
-
-    Raises
-    ------
-    ConvergenceError
-        it comes to neither.
+    ConvergenceError: it comes to neither.
     """
 
     def left(event: Event) -> float:
@@ -155,11 +131,14 @@ def resonance(before: tuple[float, Event], last: tuple[float, Event], follower: 
         if fall <= 0.0 or left(last[1]) > _BESIDE:
             raise ConvergenceError("the pair stays away from the real axis")
         steps = left(last[1]) / fall  # to the resonance
-        change, way = last[1].point.w - before[1].point.w, last[0] - before[0]
+        change = last[1].point.w - before[1].point.w
+        way = last[0] - before[0]
         if left(last[1]) < _ROUNDING or tried == _FEW - 1:
             break
-        following, share = last[0] + (1.0 - _LEFT) * steps * way, (1.0 - _LEFT) * steps
-        before, last = last, (following, relocated(last[1], follower(following), share * change, _FARTHEST))
+        following = last[0] + (1.0 - _LEFT) * steps * way
+        share = (1.0 - _LEFT) * steps
+        before = last
+        last = (following, relocated(last[1], follower(following), share * change, _FARTHEST))
     point = last[1].point
     parameter = point.parameter + steps * (point.parameter - before[1].point.parameter)
     return last[0] + steps * way, replace(last[1], point=replace(point, parameter=parameter))
@@ -171,15 +150,7 @@ def fold_at_doubling(folds: Sequence[tuple[float, float, Event]]) -> tuple[float
     Over the square of how far they miss their begin after n / 2 periods, q and the parameter are smooth: extrapolated
     to zero.
 
-    Parameters
-    ----------
-    folds
-        of three folds, the nearest one first: how far their motions miss, q, the event.
-
-    Raises
-    ------
-    ConvergenceError
-        there are fewer.
+    ConvergenceError: there are fewer.
     """
     if len(folds) < _PARABOLA_OF:
         raise ConvergenceError("too few folds are known")
@@ -192,19 +163,11 @@ def fold_at_doubling(folds: Sequence[tuple[float, float, Event]]) -> tuple[float
 def tangency(known: Sequence[tuple[float, Event]], follower: Follower) -> tuple[float, Event]:
     """Return where the extremum that grazes meets the next one: q, and the last grazing moved there.
 
-    Parameters
-    ----------
-    known
-        the last grazings before that, with their q.
-    follower
-        gives the Continuation of the driveline q.
-
-    Raises
-    ------
-    ConvergenceError
-        there are fewer than three, or the extremum keeps its acceleration.
+    ConvergenceError: there are fewer than three, or the extremum keeps its acceleration.
     """
-    accelerations, values, acceleration = list[float](), list[tuple[float, float]](), 0.0
+    accelerations = list[float]()
+    values = list[tuple[float, float]]()
+    acceleration = 0.0
     for q, event in reversed(known):
         assert event.touch is not None
         point = event.point
@@ -225,21 +188,8 @@ def meeting_of_grazing(
 ) -> tuple[float, Event]:
     """Return where a grazing meets a fold, or an event of another kind: q, and the grazing there.
 
-    Parameters
-    ----------
-    grazings
-        by q, what is known of the grazing near; the search starts at the first.
-    follower
-        gives the Continuation of the driveline q.
-    step
-        a small change of q towards the point.
-    kind
-        of the other event.
-
-    Raises
-    ------
-    ConvergenceError
-        they do not meet near.
+    grazings: by q, what is known of the grazing near; the search starts at the first.
+    ConvergenceError: they do not meet near.
     """
     known = dict(grazings)
     if not known:
@@ -249,7 +199,8 @@ def meeting_of_grazing(
         curve = follower(q)
         if q not in known:
             nearest, *others = sorted(known, key=lambda other: abs(other - q))
-            event, change = known[nearest], np.zeros_like(known[nearest].point.w)
+            event = known[nearest]
+            change = np.zeros_like(known[nearest].point.w)
             if others:
                 change = (known[others[0]].point.w - event.point.w) * (q - nearest) / (others[0] - nearest)
             known[q] = relocated(event, curve, change, _FARTHEST)
@@ -261,15 +212,7 @@ def meeting_of_grazing(
 def grazing_at_doubling(grazings: Mapping[float, Event], follower: Follower, step: float) -> tuple[float, Event]:
     """Return where a grazing of motions of n periods is one of n / 2 periods, at their doubling: q, and the grazing.
 
-    Parameters
-    ----------
-    grazings, follower, step
-        see ``meeting_of_grazing``.
-
-    Raises
-    ------
-    ConvergenceError
-        the motions near do not come to n / 2 periods.
+    ConvergenceError: the motions near do not come to n / 2 periods.
     """
 
     def of_half(q: float) -> Continuation:
@@ -295,16 +238,13 @@ def _of_half_as_many_periods(grazing: Event, curve: Continuation) -> Event:
 def limit_at(grazing: Event, curve: Continuation, kind: str) -> float:
     """Return the test function of a kind of event at a grazing, in the limit from the side without contact.
 
-    Raises
-    ------
-    ConvergenceError
-        no motions without contact are near.
+    ConvergenceError: no motions without contact are near.
     """
     for side in (_NEAR, -_NEAR):
         with suppress(ConvergenceError):  # where motions touch, they may change too fast
             points = [curve.moved_along(grazing.point, (i + 1.0) * side) for i in range(len(_EXTRAPOLATED))]
             if test_of(grazing, curve.family, points[0]) < 0.0:
-                return float(np.dot(_EXTRAPOLATED, [TESTS[kind](point) for point in points]))
+                return float(np.dot(_EXTRAPOLATED, [LOSSES[kind].test(point) for point in points]))
     raise ConvergenceError("no motions without contact are near the grazing")
 
 
@@ -312,7 +252,8 @@ def grazing_near(fold: Event, curve: Continuation) -> Event | None:
     """Return the grazing nearest to a fold on its branch; None if there is none near."""
     nearest = []
     for side in (-1.0, 1.0):
-        before, step = replace(fold.point, length=0.0), side * _FIRST
+        before = replace(fold.point, length=0.0)
+        step = side * _FIRST
         while abs(before.length) < _AROUND:
             try:
                 after = replace(curve.moved_along(before, step), length=before.length + step)
@@ -323,17 +264,21 @@ def grazing_near(fold: Event, curve: Continuation) -> Event | None:
             if grazings:
                 nearest.append(min(grazings, key=lambda event: abs(event.point.length)))
                 break
-            before, step = after, 2.0 * step
+            before = after
+            step = 2.0 * step
     return min(nearest, key=lambda event: abs(event.point.length), default=None)
 
 
 def _root(function: Callable[[float], tuple[float, Event]], q: float, step: float) -> tuple[float, Event]:
     """The zero of a function of q by the secant method, and the event there."""
     value, _ = function(q)
-    change, scale = step, abs(step)
+    change = step
+    scale = abs(step)
     for _ in range(_SECANTS):
         following, event = function(q + change)
-        q, before, value = q + change, value, following
+        q = q + change
+        before = value
+        value = following
         if value == before or abs(change) > 1e3 * scale:
             break
         change = -value * change / (value - before)

@@ -7,8 +7,6 @@ for the end. Over a part of them it grows little. So the states at the start of 
 
 A part is a period, or an eighth of one: with many impacts a disturbance may grow a million times within one period.
 
-Takes a PeriodMap and a state; gives a Pass.
-
 H. B. Keller, Numerical Methods for Two-Point Boundary-Value Problems, Blaisdell 1968, section 2.4.
 """
 
@@ -21,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.equations import Factored
-from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
-from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.periodic.motion import Pass, State, joined
+from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -59,29 +57,13 @@ def parts_of(period_map: PeriodMap) -> int:
 def shoot_in_parts(
     period_map: PeriodMap, state: State, tolerance: float, parts_of_period: int = 1
 ) -> tuple[Pass, float, int]:
-    """Return the motion near a state, its residual over the size of the state, and how many passes were used.
-
-    Parameters
-    ----------
-    period_map
-        over n periods.
-    state
-        at the start.
-    tolerance
-        of the residual.
-    parts_of_period
-        1 or 8.
-
-    Raises
-    ------
-    ConvergenceError
-        the motion could not be followed.
-    """
+    """Return the motion near a state, its residual over the size of the state, and how many passes were used."""
     maps = maps_of_parts(period_map, parts_of_period)
     parts = [maps[0](state)]
     for part_map in maps[1:]:
         parts.append(part_map(parts[-1].end))
-    residual, passes = _residual(period_map, parts), 1
+    residual = _residual(period_map, parts)
+    passes = 1
     while residual > tolerance and passes < _MOST_STEPS:
         shortened, tried = _shortened(maps, parts, residual)
         passes += tried
@@ -90,23 +72,6 @@ def shoot_in_parts(
         parts = shortened
         residual = _residual(period_map, parts)
     return joined(parts, period_map.system.inputs.period, period_map.cycles), residual, passes
-
-
-def joined(parts: Sequence[Pass], period: float, cycles: int) -> Pass:
-    """Return motions of one length that follow one another as one over so many periods [s]."""
-    gradient, length = np.eye(len(parts[0].gradient)), cycles * period / len(parts)
-    for part in parts:
-        gradient = part.gradient @ gradient
-    logs = [part.crossings for part in parts]
-    crossings = Passages(
-        np.concatenate([i * length + log.time for i, log in enumerate(logs)]),
-        np.concatenate([log.watch for log in logs]),
-        np.concatenate([log.upward for log in logs]),
-        np.concatenate([log.velocity for log in logs]),
-        np.concatenate([log.memory for log in logs]),
-    )
-    turned = np.sum([part.turned for part in parts], axis=0)
-    return Pass(parts[0].start, parts[-1].end, gradient, turned, crossings, period, cycles)
 
 
 def _jumps(parts: list[Pass]) -> list[Array]:

@@ -1,19 +1,23 @@
-"""What the crossings of two motions of a branch tell: what touches in one and not in the other, what comes first.
+"""Patterns of two motions of a branch: what touches in one and not in the other, which crossings exchange their order.
 
-Takes Points; gives words (``patterns``), Touches and times.
+*Hidden exchanges.* Both motions then have the same pattern. The time between two crossings that follow one another is
+positive at both, as a depth that stays on one side of its corner (``turning_points``); with the slopes of the instants
+along the branch it is looked at in the same way. Two crossings of one clearance are a touch, and no exchange.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from gearrattle.engine.periodic import patterns
+from gearrattle.engine.periodic.motion import Touch
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.touch import Touch
+from gearrattle.engine.periodic.turning_points import beyond_zero, length_between
 from gearrattle.engine.system.passages import Passages
 from gearrattle.errors import ConvergenceError
 
@@ -44,13 +48,12 @@ def touch_between(apart: Point, touching: Point, view: View) -> tuple[float, Tou
     If several are left, such as those of a run of impacts, then those without which the instants agree best. Where
     several touch at once, as both halves of a symmetric motion do, the slowest of those that the other motion lacks.
 
-    Raises
-    ------
-    ConvergenceError
-        there are none.
+    ConvergenceError: there are none.
     """
-    crossings, motion = view.crossings(touching), touching.motion
-    word, length = patterns.word_of(crossings), motion.cycles * motion.period
+    crossings = view.crossings(touching)
+    motion = touching.motion
+    word = patterns.word_of(crossings)
+    length = motion.cycles * motion.period
     pairs = [(i, (i + 1) % len(word)) for i in patterns.touches(view(apart), word)]
     if len(pairs) > 1:
         others = view.crossings(apart)
@@ -72,8 +75,10 @@ def touch_between(apart: Point, touching: Point, view: View) -> tuple[float, Tou
 
 def time_between(point: Point, other: str, view: View) -> float:
     """Return the shortest time between two crossings whose exchange gives another pattern [s]; 0 if there are none."""
-    crossings, motion = view.crossings(point), point.motion
-    word, length = patterns.word_of(crossings), motion.cycles * motion.period
+    crossings = view.crossings(point)
+    motion = point.motion
+    word = patterns.word_of(crossings)
+    length = motion.cycles * motion.period
     times = crossings.time
     return float(
         min(((times[(i + 1) % len(word)] - times[i]) % length for i in patterns.swaps(word, other)), default=0)
@@ -82,7 +87,8 @@ def time_between(point: Point, other: str, view: View) -> float:
 
 def exchanged_at(point: Point, view: View) -> int:
     """Return the first of the two watches whose crossings come nearest to each other; -1: only one crosses."""
-    crossings, motion = view.crossings(point), point.motion
+    crossings = view.crossings(point)
+    motion = point.motion
     following = np.roll(crossings.watch, -1)
     apart = (np.roll(crossings.time, -1) - crossings.time) % (motion.cycles * motion.period)
     chosen = np.flatnonzero(crossings.watch != following)
@@ -96,7 +102,9 @@ def _difference(touching: Passages, pair: tuple[int, int], apart: Passages, leng
     """By how much instants of a motion [s] differ from those of another one that has a pair of crossings less."""
     kept = np.ones(touching.time.size, np.bool_)
     kept[list(pair)] = False
-    times, word, fewer = touching.time[kept], patterns.word_of(touching.where(kept)), patterns.word_of(apart)
+    times = touching.time[kept]
+    word = patterns.word_of(touching.where(kept))
+    fewer = patterns.word_of(apart)
     differences = [
         float(np.abs((np.roll(times, shift) - apart.time + 0.5 * length) % length - 0.5 * length).sum())
         for shift in range(-_SHIFTS, _SHIFTS + 1)
@@ -121,5 +129,66 @@ def _lacking(touching: Point, apart: Point, view: View) -> NDArray[np.bool_]:
 
 def _next_of_same(word: str, i: int) -> int:
     """Index of the next crossing of what crosses at i."""
-    count, watch = len(word), patterns.watch_of(word[i])
+    count = len(word)
+    watch = patterns.watch_of(word[i])
     return next((i + k) % count for k in range(1, count + 1) if patterns.watch_of(word[(i + k) % count]) == watch)
+
+
+class _Order(NamedTuple):
+    """The C crossings of a motion in order of time."""
+
+    word: str
+    time: Array  # (C,) in periods from the start
+    delay: Array  # (C,) slope of the time along the branch
+    cycles: int
+
+    def rolled(self, shift: int) -> _Order:
+        """Return the crossings from one of them on, those before it a motion later."""
+        time = np.append(self.time[shift:], self.time[:shift] + self.cycles)
+        return _Order(self.word[shift:] + self.word[:shift], time, np.roll(self.delay, -shift), self.cycles)
+
+    def intervals(self) -> tuple[Array, Array]:
+        """Return (C,) times from every crossing to the next [periods], and their slopes."""
+        return np.diff(self.time, append=self.time[0] + self.cycles), np.roll(self.delay, -1) - self.delay
+
+
+def exchange_between(before: Point, after: Point) -> float | None:
+    """Return the share of the way at which crossings may have exchanged their order and will do so again, or None."""
+    if before.word != after.word or len(set(map(patterns.watch_of, before.word))) < 2:
+        return None
+    one, other = _order_of(before), _order_of(after)
+    if one is None or other is None:
+        return None
+    length = length_between(before, after)
+    other = _alike(one, other, length)
+    (low, slope), (high, slope_after) = one.intervals(), other.intervals()
+    watches = np.array([patterns.watch_of(letter) for letter in one.word])
+    differ = watches != np.roll(watches, -1)
+    share, excess = beyond_zero(low[differ], high[differ], length * slope[differ], length * slope_after[differ])
+    return share if excess > 0.0 else None
+
+
+def _order_of(point: Point) -> _Order | None:
+    """The crossings of a motion in order of time; None where their slopes are not known."""
+    turns, crossings = point.motion.turns, point.motion.crossings
+    if turns is None or len(turns.delay) != len(crossings.time):
+        return None
+    ordered = crossings.in_order()
+    delay = turns.delay[crossings.order()]
+    return _Order(patterns.word_of(ordered), ordered.time / point.motion.period, delay, point.motion.cycles)
+
+
+def _alike(one: _Order, other: _Order, length: float) -> _Order:
+    """The crossings of another motion with the same pattern, from the one on that agrees best with the first."""
+    twice = other.word + other.word
+    shift = -1
+    rolled = list[_Order]()
+    while (shift := twice.find(one.word, shift + 1)) >= 0 and shift < len(one.word):
+        rolled.append(other.rolled(shift))
+    return min(rolled, key=lambda order: _apart(one, order, length))
+
+
+def _apart(one: _Order, other: _Order, length: float) -> float:
+    """By how much instants of two motions differ over what their slopes say, whichever way round the periods."""
+    apart = other.time - one.time - 0.5 * length * (one.delay + other.delay)
+    return float(np.abs(apart - one.cycles * np.rint(apart / one.cycles)).sum())

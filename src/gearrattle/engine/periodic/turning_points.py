@@ -1,7 +1,7 @@
-"""What the turning points of two motions tell of the branch between them: whether it may do more than it seems to.
+"""What the turning points of a motion tell of the branch: which one grazes next, what two motions hide between them.
 
 Every turning point of a deflection has a depth, by which it lies beyond a corner, and a slope of that along the branch
-(``kernels.approaches``, ``general_turns``).
+(``kernels.course``).
 
 *Hidden touches.* If a touch comes and goes between two points, or goes and comes back, both have the same pattern, and
 the crossings say nothing. But a depth that is negative at both can be positive in between only if it grows at the first
@@ -11,27 +11,37 @@ same with the opposite sign. So is a pair of turning points that appears and van
 zero at both points, and its distance beyond zero is the depth. And a turning point that one motion alone has, or such a
 rate, may be led to zero by its slope before the other motion: the branch is looked at a little beyond. Where one touch
 goes and another one comes, at the other corner, the pattern is the same as well, but a depth changes its sign. If a
-motion touches what one beside it grazes (``landing``), although the slope of that one's depth leads away from the
-corner, there is another grazing between both.
+motion touches what one beside it grazes, although the slope of that one's depth leads away from the corner, there is
+another grazing between both.
 
 *Hidden loops.* Near grazings a branch may go back and forth in a loop too small for its tangent to tell. The depths
 tell: over a step their change is the mean of both slopes, but for what is cubic in the step; and none that comes nearer
 to its corner appears or is lost. The depth of what grazes at one end of a step and touches at the other has different
 slopes on both sides: along the first step beyond it may become a few times as steep.
 
-Takes Points that follow one another; gives a share of the way, how long a step may be, and which turning point touches.
+*The next grazing.* It is found by Newton's method for the motion and its depth together:
+
+    P(u; p) - u = 0,      depth(u, p) = -e,      e -> 0
+
+The depth of a turning point (``kernels.course``) and its gradient are exact and smooth on the
+side without contact, and so is the map there. Every iteration leaves as much of the depth as the last one was off, so
+no motion touches.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.period_map import Dips, Turns
-from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.touch import Touch
+from gearrattle.engine.periodic import patterns
+from gearrattle.engine.periodic.equations import Bordered
+from gearrattle.engine.periodic.motion import Dips, Pass, Touch, Turns
+from gearrattle.engine.periodic.newton import Corrector
+from gearrattle.engine.periodic.point import Guess, Point, turned_around
+from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -46,6 +56,17 @@ _LEAST = 1e-3  # share of the way from either end at which the branch is looked 
 _DEFECT = 0.25  # between the change of a depth and the mean of both slopes, over the larger slope
 _A_LITTLE_MORE = 1.5  # times the way to where a depth reaches zero: there the branch is looked at
 _COUNTS = 0.25  # slope over depth, from which a depth counts
+_ITERATIONS, _RETREATS = 12, 3
+_LEFT = 0.05  # of the depth that the first iteration leaves
+_OFF = 3.0  # times what the depth is expected to be off: so much is left
+_CLOSE = 1e-12  # of w: so near to the corner a motion grazes
+_AIM = 0.3  # of that: the depth to aim at
+_NEAR = 1e-6  # change of w from which the next motion is likely to be the last one
+_BEYOND = 0.2  # of the way to a grazing with contact before it: so far beyond it Newton's method begins
+_WITH_IT = 1e-10  # of w: what comes to its corner so near beyond another turning point does so with it
+_SAME_TURN = 1e-3  # periods: a turning point that moves by less is the same
+_ANGLE, _LARGEST_ANGLE = 0.2, 0.25  # [rad] by which the tangent may turn: aimed at, and at most
+_LEAST_OF_STEP, _MOST_OF_STEP = 0.01, 0.3  # shares by which a step is shortened
 
 
 class _Depths(NamedTuple):
@@ -61,13 +82,7 @@ class _Depths(NamedTuple):
 
 
 def hidden_between(before: Point, after: Point) -> float | None:
-    """Return the share of the way at which a touch may have come or gone; None: there is none.
-
-    Parameters
-    ----------
-    before, after
-        two points that follow one another.
-    """
+    """Return the share of the way at which a touch may have come or gone; None: there is none."""
     one, other = before.motion.turns, after.motion.turns
     if one is None or other is None:
         return None
@@ -75,10 +90,12 @@ def hidden_between(before: Point, after: Point) -> float | None:
         return 0.5
     length = length_between(before, after)
     one, other = (turns._replace(dips=_near_corners(turns.dips, length)) for turns in (one, other))
-    common, dips = _same(before, after, one, other), _same(before, after, one.dips, other.dips)
+    common = _same(before, after, one, other)
+    dips = _same(before, after, one.dips, other.dips)
     if before.word == after.word and _passes_corner(before, after, one, other, common):
         return 0.5
-    touches, pairs = _hidden(length, one, other, common), _hidden(length, one.dips, other.dips, dips)
+    touches = _hidden(length, one, other, common)
+    pairs = _hidden(length, one.dips, other.dips, dips)
     share, excess = max(touches, pairs, key=lambda pair: pair[1])
     return share if excess > 0.0 else _lost(before.motion.cycles, length, one, other, common)
 
@@ -115,18 +132,10 @@ def _hidden(
 def beyond_zero(before: Array, after: Array, slope_before: Array, slope_after: Array) -> tuple[float, float]:
     """Return where values of one sign at both ends of a step lie farthest beyond zero, as their slopes tell.
 
-    Parameters
-    ----------
-    before, after
-        (E,) values at both ends.
-    slope_before, slope_after
-        (E,) their slopes there, over the whole step.
-
-    Returns
-    -------
-    tuple[float, float]
-        The share of the way, and how far beyond zero both tangents meet there, over the sum of both values; 0 where no
-        value comes nearer to zero from both ends.
+    before, after: (E,) values at both ends.
+    slope_before, slope_after: (E,) their slopes there, over the whole step.
+    Returns the share of the way, and how far beyond zero both tangents meet there, over the sum of both values; 0 where
+    no value comes nearer to zero from both ends.
     """
     side = -np.sign(before)
     rises, falls = side * slope_before, -side * slope_after
@@ -283,14 +292,17 @@ def _same(before: Point, after: Point, one: Turns | Dips, other: Turns | Dips) -
     Their instants move along the branch, in a row of rebounds by more than the time from one to the next. So the change
     of the instant is compared with the mean of both slopes.
     """
-    cycles, length = before.motion.cycles, length_between(before, after)
-    middle, other_middle = one.time + 0.5 * length * one.time_slope, other.time - 0.5 * length * other.time_slope
+    cycles = before.motion.cycles
+    length = length_between(before, after)
+    middle = one.time + 0.5 * length * one.time_slope
+    other_middle = other.time - 0.5 * length * other.time_slope
     apart = _times_between(middle, other_middle, cycles)
     kinds, other_kinds = (_KINDS * turns.watch + turns.upward for turns in (one, other))
     apart[(kinds[:, None] != other_kinds) | ~(apart <= _MOVED)] = np.inf
     if not apart.size:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
-    i, j = np.arange(len(one.time)), np.argmin(apart, axis=1)
+    i = np.arange(len(one.time))
+    j = np.argmin(apart, axis=1)
     is_mutual = np.isfinite(apart[i, j]) & (np.argmin(apart, axis=0)[j] == i)
     return i[is_mutual], j[is_mutual]
 
@@ -299,3 +311,164 @@ def _times_between(times: Array, others: Array, cycles: int) -> Array:
     """How far apart instants of a motion are from others, whichever way round its periods."""
     apart = times[:, None] - others
     return np.asarray(np.abs(apart - cycles * np.rint(apart / cycles)))
+
+
+class Ahead(NamedTuple):
+    """A turning point that is expected to graze."""
+
+    distance: float  # along the tangent [arclength]
+    touch: Touch
+    time_slope: float  # of its instant, along the tangent [periods]
+    depth: float  # [SI]
+
+    @property
+    def touches(self) -> bool:
+        """Whether the motions before the grazing touch."""
+        return self.depth > 0.0
+
+    def is_of(self, grazing: Point) -> bool:
+        """Whether it is what a motion grazes."""
+        touch, own = grazing.touch, self.touch
+        if touch is None or (touch.watch, touch.upward) != (own.watch, own.upward):
+            return False
+        return abs(touch.time - own.time) < _SAME_TURN
+
+
+def grazing_ahead(point: Point) -> Ahead | None:
+    """Return the turning point that comes to its corner next, as the tangent tells; None if none does."""
+    turns = point.motion.turns
+    if turns is None or not len(turns.depth):
+        return None
+    is_nearing = (turns.slope * turns.depth < 0.0) & ~grazes(point, turns)
+    distance = np.full(len(turns.slope), np.inf)
+    distance[is_nearing] = np.abs(turns.depth[is_nearing] / turns.slope[is_nearing])
+    distance[distance < _WITH_IT] = np.inf
+    k = int(np.argmin(distance))
+    if not np.isfinite(distance[k]):
+        return None
+    touch = Touch(int(turns.watch[k]), int(turns.upward[k]), float(turns.time[k]))
+    return Ahead(float(distance[k]), touch, float(turns.time_slope[k]), float(turns.depth[k]))
+
+
+def landed(corrector: Corrector, point: Point, ahead: Ahead, farthest: float) -> Point | None:
+    """Return the motion that grazes, from the side without contact.
+
+    farthest: from the point [w].
+    Returns None if it is not found.
+    """
+    try:
+        return _Landing(corrector, point, ahead).run(farthest)
+    except ConvergenceError:
+        return None
+
+
+def first_step_beyond(corrector: Corrector, grazing: Point, step: float, shortest: float) -> float:
+    """Return the step from a motion that grazes to those that touch, as long as the tangent turns little over it.
+
+    It turns in proportion to the root of the step.
+    """
+    while step > shortest:
+        try:
+            motion, slope = corrector.followed(grazing.guess(grazing.w + step * grazing.tangent))
+        except ConvergenceError:
+            step *= _MOST_OF_STEP
+            continue
+        equations = Bordered(corrector.matrix(motion, slope), grazing.tangent)
+        tangent = equations.null_vector(grazing.tangent)[0][: len(grazing.tangent)]
+        angle = float(np.arccos(min(abs(float(tangent @ grazing.tangent)), 1.0)))
+        if angle < _LARGEST_ANGLE:
+            break
+        step *= float(np.clip((_ANGLE / angle) ** 2, _LEAST_OF_STEP, _MOST_OF_STEP))
+    return step
+
+
+class _Landing:
+    """Newton's method for one grazing."""
+
+    def __init__(self, corrector: Corrector, point: Point, ahead: Ahead) -> None:
+        self._corrector = corrector
+        self._point = point
+        self._ahead = ahead
+        share = 1.0 + _BEYOND if ahead.touches else 1.0 - _LEFT
+        distance = share * ahead.distance
+        self._guess = point.guess(point.w + distance * point.tangent)
+        self._time = ahead.touch.time + distance * ahead.time_slope
+        without_contact = None if ahead.touches else (point.guess(point.w), ahead.touch.time)
+        self._last: tuple[Guess, float] | None = without_contact  # the last such motion, and its instant
+        self._retreats = 0
+        self._target = np.nan
+        self._depth = np.nan
+        self._is_near = False
+
+    def run(self, farthest: float) -> Point | None:
+        """Return the motion that grazes; None if it is not found."""
+        for _ in range(_ITERATIONS):
+            if np.linalg.norm(self._guess.w - self._point.w) > farthest:
+                return None
+            touch = replace(self._ahead.touch, time=self._time)
+            row = self._point.tangent if self._is_near else None
+            motion, slope = self._corrector.followed(self._guess, touch, row)
+            approach = motion.approach
+            if approach is None or approach.slope is None or approach.time_slope is None or approach.depth > 0.0:
+                if not self._retreat():
+                    return None
+                continue
+            residual = self._corrector.residual(motion)
+            matrix = self._corrector.matrix(motion, slope)
+            row, time_row = (
+                self._corrector.row(slope, approach.part, motion) for slope in (approach.slope, approach.time_slope)
+            )
+            steep = float(np.linalg.norm(row))
+            now = approach.depth
+            self._time = approach.time
+            is_motion = np.linalg.norm(residual) <= self._corrector.least(self._guess, matrix)
+            if is_motion and -now <= _CLOSE * steep and motion.turns is not None:
+                return self._point_at(motion, slope, matrix)
+            target = self._next_target(now, _CLOSE * steep)
+            right = np.append(-residual, (target - now) / steep)
+            change = Bordered(matrix, row / steep).solution(right)
+            self._last = self._guess, self._time
+            self._is_near = bool(np.linalg.norm(change) < _NEAR)
+            self._guess = self._guess.moved(change)
+            self._time = self._time + float(time_row @ change)
+        return None
+
+    def _retreat(self) -> bool:
+        """Go half of the way back to the last motion without contact; whether there is one."""
+        if self._last is None or self._retreats == _RETREATS:
+            return False
+        guess, time = self._last
+        self._guess = self._guess.halfway(guess)
+        self._time = 0.5 * (self._time + time)
+        self._retreats = self._retreats + 1
+        self._target = np.nan
+        return True
+
+    def _next_target(self, now: float, close: float) -> float:
+        """The depth to aim at: less of it is left the better the last one was met."""
+        left = _LEFT * abs(now)
+        if np.isfinite(self._target):
+            left = min(left, _OFF * abs(now - self._target) * (now / self._depth) ** 2)
+        self._target = -max(left, _AIM * close)
+        self._depth = now if now < 0.0 else -close
+        return self._target
+
+    def _point_at(self, motion: Pass, slope: Array, matrix: Array) -> Point | None:
+        """The point of the branch at a motion that grazes; None if other crossings are missing or added."""
+        before = self._point
+        touch = replace(self._ahead.touch, time=self._time % motion.cycles)
+        point = self._corrector.point_at(self._guess, motion, slope, before.tangent, Bordered(matrix, before.tangent))
+        if point.orientation * before.orientation < 0.0:
+            point = turned_around(point)
+        point = replace(point, touch=touch)
+        same = bool(patterns.touches(point.word, before.word)) if self._ahead.touches else point.word == before.word
+        return point if same and not _touches_at_once(point) else None
+
+
+def _touches_at_once(point: Point) -> bool:
+    """Whether another turning point lies at its corner as well; True where that is not known."""
+    turns = point.motion.turns
+    if turns is None:
+        return True
+    is_near = np.abs(turns.depth) < _WITH_IT * np.abs(turns.slope)
+    return bool((is_near & ~grazes(point, turns)).any())

@@ -17,8 +17,6 @@ Where a slider begins to slip the gradient jumps (``grazing``): then a determina
 zero, and the motion folds or doubles its period in a corner of the branch (*border collision*). Patterns are compared
 by the crossings of clearances first; where these are the same, by those of sliders and limiters as well.
 
-Takes a Continuation and two of its Points; gives Events, in the order of the branch.
-
 Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, 4th ed., Springer 2023; M. di Bernardo, C. J. Budd, A. R.
 Champneys, P. Kowalczyk, Piecewise-smooth Dynamical Systems, Springer 2008.
 """
@@ -26,37 +24,50 @@ Champneys, P. Kowalczyk, Piecewise-smooth Dynamical Systems, Springer 2008.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import compress, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic import patterns, unit_circle
-from gearrattle.engine.periodic.breaking import breaking_between
+from gearrattle.engine.periodic import patterns
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.exchanges import exchange_between
-from gearrattle.engine.periodic.grazing import JUMP, RELEASE, RIGID, VERTICAL, Grazing, grazing_of
-from gearrattle.engine.periodic.period_map import Approach
+from gearrattle.engine.periodic.events.base import (
+    BREAKING,
+    DOUBLING,
+    FOLD,
+    GRAZING,
+    NEIMARK_SACKER,
+    PATTERN,
+    Event,
+    Loss,
+)
+from gearrattle.engine.periodic.events.fold import VERTICAL, along_parameter, hidden_fold, is_vertical
+from gearrattle.engine.periodic.events.grazing import JUMP, RELEASE, RIGID, Search, grazing_of
+from gearrattle.engine.periodic.events.location import zero_between
+from gearrattle.engine.periodic.events.neimark_sacker import (
+    crossing_after,
+    has_pair_on_circle,
+    is_ambiguous,
+    may_hide_pair,
+    may_return,
+    nearest_pair,
+    pair_of,
+    pair_size,
+    pairs_crossed,
+)
+from gearrattle.engine.periodic.events.pattern import View, exchange_between, exchanged_at, time_between
+from gearrattle.engine.periodic.events.period_doubling import det_plus, nearest_to_minus_one
+from gearrattle.engine.periodic.events.symmetry_breaking import breaking_between, det_minus, nearest_to_one
+from gearrattle.engine.periodic.grazing_depth import with_corner
+from gearrattle.engine.periodic.motion import Approach, Touch
+from gearrattle.engine.periodic.multipliers import is_conservative, number_outside
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.symmetry import is_symmetric
-from gearrattle.engine.periodic.touch import Touch, with_corner
-from gearrattle.engine.periodic.touching import Search
-from gearrattle.engine.periodic.turning import hidden_between, touches_beyond
-from gearrattle.engine.periodic.views import View, exchanged_at, time_between
-from gearrattle.engine.periodic.zero import zero_between
+from gearrattle.engine.periodic.turning_points import hidden_between, touches_beyond
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
-
-FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, GRAZING, PATTERN = (
-    "fold",
-    "period doubling",
-    "symmetry breaking",
-    "Neimark-Sacker",
-    "grazing",
-    "pattern",
-)
 _DEEPEST = 12  # halvings of a step that holds more than one change of the pattern
 _PARABOLAS = 12  # to the minimum of a test function
 _SAME = 1e-9  # of a step: a minimum is not known better
@@ -70,42 +81,8 @@ _ASIDE = 1e-8  # arclength from a change to the points on either side
 _SAME_EVENT = 3e-8  # arclength from an event to the same one, located again from there
 
 
-@dataclass(frozen=True)
-class Event:
-    """Something that happens along a branch.
-
-    Attributes
-    ----------
-    kind
-        of event.
-    point
-        of the branch at the event, located to rounding.
-    watch
-        index of what touches or crosses its bound: clearances first, then auxiliary elements; -1: none.
-    is_collision
-        whether the gradient jumps there.
-    touch
-        of a grazing: the corner and the instant.
-    grazing
-        of a grazing: what it does to the gradient.
-    """
-
-    kind: str
-    point: Point
-    watch: int = -1
-    is_collision: bool = False
-    touch: Touch | None = None
-    grazing: Grazing | None = None
-
-
 def events_between(curve: Continuation, before: Point, after: Point, depth: int = 0) -> list[Event]:
-    """Locate what happens between two points that follow one another, in the order of the branch.
-
-    Raises
-    ------
-    ConvergenceError
-        the branch cannot be followed in between.
-    """
+    """Locate what happens between two points that follow one another, in the order of the branch."""
     hidden = hidden_between(before, after) or exchange_between(before, after)
     if hidden is not None and depth < _DEEPEST:
         return _events_of_parts(curve, before, after, hidden, depth)
@@ -156,13 +133,7 @@ def _events_of_parts(curve: Continuation, before: Point, after: Point, share: fl
 
 
 def _smooth_events(curve: Continuation, before: Point, after: Point, changes: list[Event]) -> list[Event]:
-    """The events of a step with a smooth test function, up to its grazing and from there on.
-
-    Raises
-    ------
-    ConvergenceError
-        the branch cannot be followed in between.
-    """
+    """The events of a step with a smooth test function, up to its grazing and from there on."""
     points = [before, after]
     if len(changes) == 1 and changes[0].kind == GRAZING:
         grazing = changes[0].point
@@ -180,9 +151,11 @@ def _beside_grazing(curve: Continuation, grazing: Event, touching: Point) -> Ite
     The trace of the gradient changes with the root of the distance. So close to the grazing multipliers may go to the
     unit circle and back: up to where that root moves them by less than they are from it.
     """
-    point, root = grazing.point, _root_of(grazing)
-    way = min(nearest(point)[1] for nearest in _NEAREST.values())
-    distance, share = abs(touching.parameter - point.parameter), _TOWARDS
+    point = grazing.point
+    root = _root_of(grazing)
+    way = min(loss.nearest(point)[1] for loss in LOSSES.values() if loss.nearest is not None)
+    distance = abs(touching.parameter - point.parameter)
+    share = _TOWARDS
     shortest = _APART / max(abs(touching.length - point.length), _APART)
     while distance > 0.0 and root * np.sqrt(share * distance) > way and share > shortest:
         try:
@@ -197,7 +170,7 @@ def _root_of(grazing: Event) -> float:
     """How strong the root of a grazing is; infinite where it is rigid, a release or vertical, NaN where it has none."""
     if grazing.grazing is None:
         return np.nan
-    is_vertical = abs(_fold(grazing.point)) < VERTICAL
+    is_vertical = abs(along_parameter(grazing.point)) < VERTICAL
     return np.inf if grazing.grazing.kind in (RELEASE, RIGID) or is_vertical else abs(grazing.grazing.root)
 
 
@@ -209,7 +182,7 @@ def _losses(curve: Continuation, before: Point, after: Point, depth: int = 0) ->
     """
     if after.length <= before.length:  # a change at an end of the step leaves no part on one side of it
         return
-    hidden = _hidden_fold(curve, before, after) or _hidden_loss(curve, before, after)
+    hidden = hidden_fold(curve, before, after) or _hidden_loss(curve, before, after)
     if hidden is None and _may_hide_pair(before, after, depth):
         hidden = curve.between(before, after, 0.5)
     if hidden is None:
@@ -229,9 +202,9 @@ def _losses(curve: Continuation, before: Point, after: Point, depth: int = 0) ->
 def _may_hide_pair(before: Point, after: Point, depth: int) -> bool:
     """Whether a step must be divided to tell which pairs cross the unit circle within it."""
     length = after.length - before.length
-    if length > _APART and unit_circle.is_ambiguous(before, after):
+    if length > _APART and is_ambiguous(before, after):
         return True
-    return depth < _MOST_DIVIDED and length > _SHORT and unit_circle.may_hide_pair(before, after)
+    return depth < _MOST_DIVIDED and length > _SHORT and may_hide_pair(before, after)
 
 
 def _apart(curve: Continuation, before: Point, after: Point, events: list[Event], depth: int) -> list[Event]:
@@ -255,71 +228,38 @@ def _lies_within(before: Point, point: Point, after: Point) -> bool:
 
 def _tells_all(before: Point, event: Event, after: Point) -> bool:
     """Whether the multipliers outside the unit circle at both ends of a step differ by those that cross at an event."""
-    if event.is_collision or unit_circle.is_conservative(event.point):
+    if event.is_collision or is_conservative(event.point):
         return not event.is_collision
-    pair, _ = unit_circle.nearest_pair(event.point)
-    values: dict[str, list[complex]] = {DOUBLING: [-1.0], NEIMARK_SACKER: [pair, pair.conjugate()]}
-    crossing = values.get(event.kind, [1.0])
-    others = unit_circle.number_outside(event.point, crossing)
-    ends = [unit_circle.number_outside(point) for point in (before, after)]
+    crossing = LOSSES[event.kind].crossing(event.point)
+    others = number_outside(event.point, crossing)
+    ends = [number_outside(point) for point in (before, after)]
     return sorted(ends) == [others, others + len(crossing)]
 
 
 def _located_loss(curve: Continuation, before: Point, after: Point, kind: str) -> Event:
     """The fold, doubling, breaking or Neimark-Sacker bifurcation between two points."""
     if kind != NEIMARK_SACKER:
-        return _located(curve, before, after, kind, TESTS[kind])
-    event = _located(curve, before, after, kind, _neimark_sacker(before))
-    return replace(event, is_collision=event.is_collision and not unit_circle.is_conservative(event.point))
+        return _located(curve, before, after, kind, LOSSES[kind].test)
+    event = _located(curve, before, after, kind, crossing_after(before))
+    return replace(event, is_collision=event.is_collision and not is_conservative(event.point))
 
 
 def _crosses(point: Point) -> bool:
     """Whether a pair crosses the unit circle; where nothing is lost two of them meet on it."""
-    return unit_circle.is_conservative(point) or unit_circle.has_pair_on_circle(point)
+    return is_conservative(point) or has_pair_on_circle(point)
 
 
 def _changed(before: Point, after: Point) -> list[str]:
     """The kinds of events whose test functions have different signs at two points."""
-    kinds = [kind for kind in (FOLD, DOUBLING, BREAKING) if TESTS[kind](before) * TESTS[kind](after) < 0.0]
-    if _is_vertical(before, after):
+    signs = {kind: LOSSES[kind].test(before) * LOSSES[kind].test(after) for kind in (FOLD, DOUBLING, BREAKING)}
+    kinds = [kind for kind, sign in signs.items() if sign < 0.0]
+    if is_vertical(before, after):
         kinds = [kind for kind in kinds if kind not in (FOLD, BREAKING)]
     if FOLD in kinds and BREAKING in kinds:  # at a fold det(I - M) is zero as well
         kinds.remove(BREAKING)
-    if unit_circle.pairs_crossed(before, after):
+    if pairs_crossed(before, after):
         kinds.append(NEIMARK_SACKER)
     return kinds
-
-
-def _is_vertical(before: Point, after: Point) -> bool:
-    """Whether a branch is vertical: a family of motions at one parameter, with a multiplier at 1 all along.
-
-    So is its motion that grazes, beyond which it may go either way: the signs of its test functions are rounding.
-    """
-    is_vertical = [abs(_fold(point)) < VERTICAL for point in (before, after)]
-    grazes = [point.touch is not None for point in (before, after)]
-    return all(is_vertical) or (is_vertical[0] and grazes[0]) or (is_vertical[1] and grazes[1])
-
-
-def _hidden_fold(curve: Continuation, before: Point, after: Point) -> Point | None:
-    """A point at which the parameter goes the other way than at both ends of a step; None if there is none."""
-    if _is_vertical(before, after):
-        return None
-    for _ in range(_DEEPEST):
-        if not _goes_back(before, after):
-            return None
-        middle = curve.between(before, after, 0.5)
-        if _fold(middle) * _fold(before) < 0.0:
-            return middle
-        before, after = (before, middle) if _goes_back(before, middle) else (middle, after)
-    return None
-
-
-def _goes_back(before: Point, after: Point) -> bool:
-    """Whether the parameter goes one way at both ends of a step, and the other way in the middle of their cubic."""
-    first, last = _fold(before), _fold(after)
-    chord = after.w - before.w
-    middle = 1.5 * float(chord[-1]) - 0.25 * (first + last) * float(np.linalg.norm(chord))
-    return first * last > 0.0 and first * middle < 0.0
 
 
 def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | None:
@@ -328,19 +268,18 @@ def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | No
     Two doublings, two Neimark-Sacker bifurcations, or two breakings of a symmetric driveline may lie within one step: a
     multiplier comes to the unit circle and back.
     """
-    for kind, nearest in _NEAREST.items():
-        test, ends = TESTS[kind], (nearest(before), nearest(after))
-        if test(before) * test(after) <= 0.0:
+    for kind, loss in LOSSES.items():
+        if loss.nearest is None or loss.test(before) * loss.test(after) <= 0.0:
             continue
+        ends = loss.nearest(before), loss.nearest(after)
         if kind == BREAKING:  # a multiplier that leaves the circle at 1 comes back without a fold
-            may_return = unit_circle.may_return(*ends, near=_NEAR_ONE)
-            may_return = may_return and is_symmetric(curve.family.map_at(before.parameter).system)
+            is_near = may_return(*ends, near=_NEAR_ONE)
+            is_near = is_near and is_symmetric(curve.family.map_at(before.parameter).system)
         else:
-            may_return = unit_circle.may_return(*ends)
-        if may_return:
-            point = _beyond_zero(curve, before, after, test)
-            if point is not None:
-                return point
+            is_near = may_return(*ends)
+        point = _beyond_zero(curve, before, after, loss.test) if is_near else None
+        if point is not None:
+            return point
     return None
 
 
@@ -349,7 +288,8 @@ def _beyond_zero(curve: Continuation, before: Point, after: Point, test: Callabl
 
     Parabolas through its three least values lead to its minimum, while they tell of a value much smaller than those.
     """
-    sign, share = np.sign(test(before)), 0.5
+    sign = np.sign(test(before))
+    share = 0.5
     values = {0.0: abs(test(before)), 1.0: abs(test(after))}
     for _ in range(_PARABOLAS):
         point = curve.between(before, after, share)
@@ -369,7 +309,8 @@ def _beyond_zero(curve: Continuation, before: Point, after: Point, test: Callabl
 def _sides(curve: Continuation, before: Point, after: Point, change: Point) -> tuple[Point, Point]:
     """The points just before and just beyond a change between two points."""
     step = after.length - before.length
-    share, aside = (change.length - before.length) / step, min(_ASIDE / step, 1e-3)
+    share = (change.length - before.length) / step
+    aside = min(_ASIDE / step, 1e-3)
     left, right = (curve.between(before, after, share + side * aside) for side in (-1.0, 1.0))
     return left, right
 
@@ -387,7 +328,7 @@ def _located(curve: Continuation, before: Point, after: Point, kind: str, test: 
         if breaking is not None:
             return Event(kind, breaking)
     point, jumps = zero_between(curve, before, after, test)
-    return Event(kind, point, is_collision=jumps and kind in TESTS)
+    return Event(kind, point, is_collision=jumps and kind in LOSSES)
 
 
 def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: View) -> Iterator[Event]:
@@ -451,26 +392,10 @@ def _sign(holds: bool) -> float:
     return 1.0 if holds else -1.0
 
 
-def _fold(point: Point) -> float:
-    return float(point.tangent[-1])
-
-
-def _neimark_sacker(before: Point) -> Callable[[Point], float]:
-    """A test function that changes its sign where a pair crosses the unit circle after a point."""
-    return lambda point: abs(unit_circle.pair_size(point)) * _sign(unit_circle.pairs_crossed(before, point) == 0)
-
-
-TESTS: dict[str, Callable[[Point], float]] = {
-    FOLD: _fold,
-    DOUBLING: unit_circle.det_plus,
-    BREAKING: unit_circle.det_minus,
-    NEIMARK_SACKER: unit_circle.pair_size,
+LOSSES = {
+    FOLD: Loss(along_parameter, lambda _: [1.0]),
+    DOUBLING: Loss(det_plus, lambda _: [-1.0], nearest_to_minus_one),
+    NEIMARK_SACKER: Loss(pair_size, pair_of, nearest_pair),
+    BREAKING: Loss(det_minus, lambda _: [1.0], nearest_to_one),
 }
-"""By kind of event, a test function that is smooth along a branch and zero at the event."""
-
-
-_NEAREST = {
-    DOUBLING: unit_circle.nearest_to_minus_one,
-    NEIMARK_SACKER: unit_circle.nearest_pair,
-    BREAKING: unit_circle.nearest_to_one,
-}
+"""The kinds of events at which multipliers cross the unit circle."""

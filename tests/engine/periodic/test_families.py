@@ -10,8 +10,8 @@ import pytest
 import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.assembly.variants import coefficients
-from gearrattle.engine.periodic.family import CompiledFamily, GeneralFamily
-from gearrattle.engine.periodic.period_map import State
+from gearrattle.engine.periodic.families import CompiledFamily, GeneralFamily
+from gearrattle.engine.periodic.motion import State
 from tests.engine.periodic.test_shooting import OSCILLATOR, pair
 
 TRAIN: dict[str, Any] = {

@@ -1,0 +1,40 @@
+"""What an event of a branch is, and the names of its kinds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from gearrattle.engine.periodic.events.grazing import Grazing
+from gearrattle.engine.periodic.motion import Touch
+from gearrattle.engine.periodic.point import Point
+
+FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, GRAZING, PATTERN = (
+    "fold",
+    "period doubling",
+    "symmetry breaking",
+    "Neimark-Sacker",
+    "grazing",
+    "pattern",
+)
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happens along a branch."""
+
+    kind: str  # of event
+    point: Point  # of the branch at the event, located to rounding
+    watch: int = -1  # index of what touches or crosses its bound: clearances first, then auxiliary elements; -1: none.
+    is_collision: bool = False  # whether the gradient jumps there
+    touch: Touch | None = None  # of a grazing: the corner and the instant.
+    grazing: Grazing | None = None  # of a grazing: what it does to the gradient.
+
+
+class Loss(NamedTuple):
+    """A kind of event at which multipliers cross the unit circle."""
+
+    test: Callable[[Point], float]  # smooth along a branch, and zero at the event
+    crossing: Callable[[Point], list[complex]]  # what crosses in the motion of an event
+    nearest: Callable[[Point], tuple[complex, float]] | None = None  # the multiplier that may cross, and its distance

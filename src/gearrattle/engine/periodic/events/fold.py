@@ -1,0 +1,48 @@
+"""Folds: the parameter turns back, T_p = 0, T_p the tangent's part along the parameter; a multiplier passes 1."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.point import Point
+
+VERTICAL = 1e-9
+"""Part of a tangent along the parameter that is rounding: the branch is vertical there, or folds."""
+_HALVINGS = 12  # of a step with a fold that both ends do not tell
+
+
+def along_parameter(point: Point) -> float:
+    """Return T_p."""
+    return float(point.tangent[-1])
+
+
+def is_vertical(before: Point, after: Point) -> bool:
+    """Return whether a branch is vertical: a family of motions at one parameter, with a multiplier at 1 all along.
+
+    So is its motion that grazes, beyond which it may go either way: the signs of its test functions are rounding.
+    """
+    ends = [(abs(along_parameter(point)) < VERTICAL, point.touch is not None) for point in (before, after)]
+    return all(vertical for vertical, _ in ends) or any(vertical and grazes for vertical, grazes in ends)
+
+
+def hidden_fold(curve: Continuation, before: Point, after: Point) -> Point | None:
+    """Return a point at which the parameter goes the other way than at both ends of a step; None if there is none."""
+    if is_vertical(before, after):
+        return None
+    for _ in range(_HALVINGS):
+        if not _goes_back(before, after):
+            return None
+        middle = curve.between(before, after, 0.5)
+        if along_parameter(middle) * along_parameter(before) < 0.0:
+            return middle
+        before, after = (before, middle) if _goes_back(before, middle) else (middle, after)
+    return None
+
+
+def _goes_back(before: Point, after: Point) -> bool:
+    """Whether the parameter goes one way at both ends of a step, and the other way in the middle of their cubic."""
+    first, last = along_parameter(before), along_parameter(after)
+    chord = after.w - before.w
+    middle = 1.5 * float(chord[-1]) - 0.25 * (first + last) * float(np.linalg.norm(chord))
+    return first * last > 0.0 and first * middle < 0.0
