@@ -14,8 +14,8 @@ from gearrattle.advice.others import ADVISED, PASSING, PERIODS, PILOTS, SMALL, T
 from gearrattle.advice.pilot import run_pilot
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.period_map import PeriodMap
-from gearrattle.orbits.settled import BLOCK, settled_motions
-from gearrattle.orbits.state import state_of
+from gearrattle.orbits.attractors import BLOCK, settled_motions
+from gearrattle.orbits.start_states import state_of
 from gearrattle.report.summary import findings_content
 from tests.comparison.cases import case
 from tests.orbits.test_freedom import train

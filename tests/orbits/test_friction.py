@@ -11,7 +11,7 @@ import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.orbits.curve import followed
-from gearrattle.orbits.family import follower_over
+from gearrattle.orbits.over_value import follower_over
 
 SPEED = "excitation.speed"
 

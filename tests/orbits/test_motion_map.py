@@ -13,9 +13,9 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.errors import Cancelled
 from gearrattle.orbits import MotionMap
-from gearrattle.orbits.borders import borders_of, special_points_of
 from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, Cell, cells_of
-from gearrattle.orbits.rows import Plane, Row
+from gearrattle.orbits.rows_of_branches import Plane, Row
+from gearrattle.orbits.two_parameters.borders import borders_of, special_points_of
 from gearrattle.report.kinds import presentation_of
 from tests.orbits.test_branch import over_frequency
 
@@ -104,7 +104,7 @@ def test_what_settles_after_two_periods_is_known_where_no_doubling_leads_to_it()
 
 
 def test_a_branch_that_leaves_and_is_not_followed_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gearrattle.orbits.further._leaving", lambda *_: [])
+    monkeypatch.setattr("gearrattle.orbits.branch_switching._leaving", lambda *_: [])
     path = "torque.0.harmonics.0.amplitude"
     branch = gr.continuation(gr.example("rattle_oscillator"), path, (3.0, 6.5), start="linear")
     assert "Not everything that leaves at 1 period doubling" in branch.notes[0]
@@ -113,7 +113,7 @@ def test_a_branch_that_leaves_and_is_not_followed_is_a_note(monkeypatch: pytest.
 
 
 def test_what_cannot_be_followed_to_the_next_row_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gearrattle.orbits.rows._MOST_POINTS", 2)
+    monkeypatch.setattr("gearrattle.orbits.rows_of_branches._MOST_POINTS", 2)
     motions = over_frequency().map(MEAN, (0.06, 0.46), across=2, up=1)
     assert any("could not be followed from one row to the next" in note for note in motions.notes)
 

@@ -21,15 +21,15 @@ from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.model import Model
 from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label
-from gearrattle.orbits.boundary import boundary_of
 from gearrattle.orbits.curve import Curve
-from gearrattle.orbits.ends import check_index, unit_of
-from gearrattle.orbits.family import family_of, watched_names
 from gearrattle.orbits.gradients import gradients_of, scatter_of, tolerances_of
-from gearrattle.orbits.means import Levels, corners_of, levels_of, mean_events
+from gearrattle.orbits.mean_at_corner import Levels, corners_of, levels_of, mean_events
 from gearrattle.orbits.motion_map import MotionMap, map_of
 from gearrattle.orbits.orbit import Orbit
+from gearrattle.orbits.over_value import family_of, watched_names
+from gearrattle.orbits.range_ends import check_index, unit_of
 from gearrattle.orbits.run_ups import RunUpJumps, run_up_of
+from gearrattle.orbits.two_parameters.boundary import boundary_of
 from gearrattle.result import Result
 from gearrattle.wording import counted
 

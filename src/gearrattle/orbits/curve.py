@@ -22,9 +22,9 @@ from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.release import end_in_release, is_near_release, is_release, passes_begin
 from gearrattle.engine.periodic.zero import zero_between
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.edges import followed_through_families
-from gearrattle.orbits.joints import Home, events_beside_joint, told_apart, unknown_home
+from gearrattle.orbits.branch_points import Home, events_beside_joint, told_apart, unknown_home
 from gearrattle.orbits.orbit import is_stable
+from gearrattle.orbits.through_families import followed_through_families
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]

@@ -16,15 +16,15 @@ from gearrattle.model.factors import Written
 from gearrattle.model.path_values import change_in_si
 from gearrattle.model.quantity import CALLBACK, FLAG, Reader, argument_problems
 from gearrattle.orbits.branch import Branch
+from gearrattle.orbits.branch_switching import branches_missed, doublings_left, followers_of, further_curves
 from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.ends import ends_of
-from gearrattle.orbits.family import check_begin, follower_over, notes_at_end
 from gearrattle.orbits.find import periodic
-from gearrattle.orbits.further import branches_missed, doublings_left, followers_of, further_curves
+from gearrattle.orbits.known_motions import states_of_periods
 from gearrattle.orbits.orbit import CYCLES, Orbit
+from gearrattle.orbits.over_value import check_begin, follower_over, notes_at_end
 from gearrattle.orbits.progress import never_falling, part_of, stretch_of
-from gearrattle.orbits.search import states_of_periods
-from gearrattle.orbits.state import Start, check_repeats
+from gearrattle.orbits.range_ends import ends_of
+from gearrattle.orbits.start_states import Start, check_repeats
 from gearrattle.wording import counted
 
 

@@ -23,9 +23,9 @@ from gearrattle.model.path_labels import shown_value
 from gearrattle.model.path_values import change_in_si
 from gearrattle.model.paths import expanded, path_names, value_at
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.orbits.ends import ends_of
-from gearrattle.orbits.family import alike, check_alike, family_of
-from gearrattle.orbits.family_end import EDGE, gradient_of_end
+from gearrattle.orbits.family_ends import EDGE, gradient_of_end
+from gearrattle.orbits.over_value import alike, check_alike, family_of
+from gearrattle.orbits.range_ends import ends_of
 
 if TYPE_CHECKING:
     import pandas as pd

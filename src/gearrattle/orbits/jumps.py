@@ -1,8 +1,8 @@
 """Where a run leaves a motion that has ended, or has become unstable.
 
-Events at which motions end are the losses of stability of ``stable_ranges``; those from which a stable motion leads on
+Events at which motions end are the losses of stability of ``stability``; those from which a stable motion leads on
 are left out. A run was on the motion that ends if, at the start of one of the periods before that, its state is nearer
-to that motion than to any other one, stable or not, and would settle there, held at this speed (``on_motion``). So it
+to that motion than to any other one, stable or not, and would settle there, held at this speed. So it
 does not matter how far the run lags behind the motion, or how it or the branch is sampled. Beside a fold a run that
 lags may have passed the unstable motion already, so periods ever farther before it are tried.
 
@@ -37,11 +37,11 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, period_of
 from gearrattle.model import Model
-from gearrattle.orbits.deflections import Course
-from gearrattle.orbits.followed import Followed
-from gearrattle.orbits.on_motion import was_on
-from gearrattle.orbits.parts import BranchPart, RunParts
-from gearrattle.orbits.stable_ranges import Loss, losses_of
+from gearrattle.orbits.branch_members import Followed
+from gearrattle.orbits.run_distance import Course
+from gearrattle.orbits.run_on_motion import was_on
+from gearrattle.orbits.run_parts import BranchPart, RunParts
+from gearrattle.orbits.stability import Loss, losses_of
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

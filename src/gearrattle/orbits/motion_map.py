@@ -2,7 +2,7 @@
 
 In the middle of every cell all motions of the branches of its row are taken. Their stability is that of their
 multipliers, whether they rattle that of the criteria. The signs of det(I - M) over all of them add up to 1
-if the motions are bounded and none is missing (``every``); so a cell says as well whether one is missing.
+if the motions are bounded and none is missing (``all_motions``); so a cell says as well whether one is missing.
 
 Takes a Branch and a second value; gives a MotionMap.
 """
@@ -25,16 +25,16 @@ from gearrattle.model import Model
 from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, FLAG, Count, Reader, argument_problems
-from gearrattle.orbits.borders import Border, SpecialPoint, borders_of
+from gearrattle.orbits.branch_members import Followed
+from gearrattle.orbits.branch_switching import branches_missed, doublings_left
 from gearrattle.orbits.curve import Curve
-from gearrattle.orbits.family import notes_at_end
-from gearrattle.orbits.followed import Followed
-from gearrattle.orbits.further import branches_missed, doublings_left
 from gearrattle.orbits.gradients import second_of
+from gearrattle.orbits.known_motions import Known
 from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
+from gearrattle.orbits.over_value import notes_at_end
 from gearrattle.orbits.progress import stretch_of
-from gearrattle.orbits.rows import Plane, Row, in_contact, own_row, rows_of
-from gearrattle.orbits.search import Known
+from gearrattle.orbits.rows_of_branches import Plane, Row, in_contact, own_row, rows_of
+from gearrattle.orbits.two_parameters.borders import Border, SpecialPoint, borders_of
 from gearrattle.result import Result
 from gearrattle.wording import counted
 

@@ -28,10 +28,10 @@ from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.quantity import CALLBACK, FLAG, Count, argument_problems
-from gearrattle.orbits.family import family_of_excitation
-from gearrattle.orbits.freedom import Interval, intervals_of, off_edge
+from gearrattle.orbits.families import Interval, intervals_of, off_edge
 from gearrattle.orbits.orbit_gradients import orbit_gradients
-from gearrattle.orbits.state import initial_of, plan_of, state_of
+from gearrattle.orbits.over_value import family_of_excitation
+from gearrattle.orbits.start_states import initial_of, plan_of, state_of
 from gearrattle.orbits.tipping import check_pulses, tipping_table
 from gearrattle.quantities.criteria import criteria
 from gearrattle.result import Result

@@ -30,12 +30,12 @@ from gearrattle.model import Model, units
 from gearrattle.model.path_labels import in_shown_unit, path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, Plain, checked
 from gearrattle.model.table import shown
-from gearrattle.orbits.followed import Followed
+from gearrattle.orbits.branch_members import Followed
 from gearrattle.orbits.jumps import NOT_ON, Jump, jumps_of, periods_between, speed_of
 from gearrattle.orbits.orbit import Orbit
-from gearrattle.orbits.parts import RunParts, branch_parts
 from gearrattle.orbits.progress import Progress, never_falling, part_of
-from gearrattle.orbits.state import plan_from, state_at
+from gearrattle.orbits.run_parts import RunParts, branch_parts
+from gearrattle.orbits.start_states import plan_from, state_at
 from gearrattle.result import Result
 from gearrattle.simulation.integrate import integrate
 from gearrattle.simulation.simulate import Plan

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.orbits.state import check_repeats
+from gearrattle.orbits.start_states import check_repeats
 from gearrattle.quantities import CRITERIA, METRICS, WITHOUT_DIMENSION, Row, add, rows_of
 from gearrattle.quantities.criteria import criteria
 from gearrattle.quantities.metrics import inputs_of

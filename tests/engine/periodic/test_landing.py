@@ -13,8 +13,8 @@ from gearrattle.engine.periodic.events import GRAZING, events_between
 from gearrattle.engine.periodic.family import CompiledFamily
 from gearrattle.engine.periodic.landing import grazing_ahead, landed
 from gearrattle.engine.periodic.point import Point
-from gearrattle.orbits.family import family_of
 from gearrattle.orbits.find import periodic
+from gearrattle.orbits.over_value import family_of
 from tests.engine.periodic.test_grazing import DRAG, FREQUENCY, MEAN, PATH, oscillator
 from tests.orbits.test_curve import paper_case
 

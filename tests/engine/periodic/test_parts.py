@@ -18,7 +18,7 @@ from gearrattle.engine.periodic.point import Guess
 from gearrattle.engine.periodic.touch import Touch
 from gearrattle.engine.system.passages import Passages
 from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.family import family_of, follower_over
+from gearrattle.orbits.over_value import family_of, follower_over
 from tests.engine.periodic.test_family import both
 from tests.orbits.test_consistency import contradictions_of
 

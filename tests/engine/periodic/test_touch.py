@@ -9,7 +9,7 @@ from gearrattle.engine.periodic import touch
 from gearrattle.engine.periodic.period_map import State, Turns
 from gearrattle.engine.periodic.touch import Touch, before_touch
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.family import family_of
+from gearrattle.orbits.over_value import family_of
 from tests.engine.periodic.test_slope import PATHS, start, train
 
 pytestmark = pytest.mark.compiled  # without compiled kernels every family is a general one

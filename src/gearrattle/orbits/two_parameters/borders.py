@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.events import FOLD, GRAZING
 from gearrattle.engine.periodic.grazing import JUMP, RELEASE
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.family_end import EDGE
+from gearrattle.orbits.family_ends import EDGE
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -20,11 +20,11 @@ from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
+from gearrattle.orbits.branch_points import Home, shared_with
 from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.joints import Home, shared_with
+from gearrattle.orbits.known_motions import Known, search, starts_of
 from gearrattle.orbits.orbit import CYCLES
 from gearrattle.orbits.progress import Progress, part_of
-from gearrattle.orbits.search import Known, search, starts_of
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]

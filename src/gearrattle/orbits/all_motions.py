@@ -32,14 +32,14 @@ from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
-from gearrattle.orbits.family import is_compiled
-from gearrattle.orbits.freedom import room_of
+from gearrattle.orbits.branch_over_speed import OverSpeed
+from gearrattle.orbits.close_returns import orbits_of_returns
+from gearrattle.orbits.families import room_of
+from gearrattle.orbits.known_motions import Known, deflated, free_directions, search, search_symmetric, starts_of
 from gearrattle.orbits.orbit import Orbit, linear_state, settled_state
-from gearrattle.orbits.over_speed import OverSpeed
+from gearrattle.orbits.over_value import is_compiled
 from gearrattle.orbits.progress import Progress, never_falling, stretch_of
-from gearrattle.orbits.returns import orbits_of_returns
-from gearrattle.orbits.search import Known, deflated, free_directions, search, search_symmetric, starts_of
-from gearrattle.orbits.state import state_of
+from gearrattle.orbits.start_states import state_of
 from gearrattle.wording import counted
 
 _STARTS = 32

@@ -19,10 +19,10 @@ from typing import NamedTuple
 
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.followed import Followed
+from gearrattle.orbits.attractors import Attractor, passes_to_settle
+from gearrattle.orbits.branch_members import Followed
 from gearrattle.orbits.orbit import Orbit
-from gearrattle.orbits.parts import BranchPart, RunParts
-from gearrattle.orbits.settled import Attractor, passes_to_settle
+from gearrattle.orbits.run_parts import BranchPart, RunParts
 
 _SAME_STATE = 1e-4  # of the units of a motion: states that differ by less are one
 _MOST_PASSES = 2000  # of a motion in which a run is held, where another motion of the part needs no more

@@ -25,7 +25,7 @@ from gearrattle.engine.periodic.period_map import Pass, PeriodMap, State
 from gearrattle.engine.periodic.release import lets_go
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.freedom import off_edge, within_family
+from gearrattle.orbits.families import off_edge, within_family
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ train turns as a whole, which drag alone decides, may differ. What counts as nea
 of the state, and by the smallest clearance where it swings less: a soft part that is wound up far, or swings far, hides
 nothing of the others.
 
-``settled_motions`` draws states within the reach of a driveline (``search.starts_of``) and follows each until it
+``settled_motions`` draws states within the reach of a driveline (``known_motions.starts_of``) and follows each until it
 repeats. The trains turn as fast as in a given motion, which would else take thousands of periods to come back to, and
 parts without a clearance are wound up as in that one: all that begins far from there would come from one side. The
 states are evenly spread, so the share that settles in a motion estimates the share of the reach that its basin has.
@@ -31,9 +31,9 @@ from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
-from gearrattle.orbits.effort import BLOCK, BLOCKS, STARTS
+from gearrattle.orbits.known_motions import starts_of, states_of_periods, without
 from gearrattle.orbits.orbit import Orbit, orbit_of
-from gearrattle.orbits.search import starts_of, states_of_periods, without
+from gearrattle.orbits.settling_limits import BLOCK, BLOCKS, STARTS
 from gearrattle.signals.shares import wilson
 from gearrattle.signals.strobe import period_number
 

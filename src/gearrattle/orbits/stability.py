@@ -29,8 +29,8 @@ from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING,
 from gearrattle.engine.periodic.grazing import RELEASE
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.family_end import EDGE
-from gearrattle.orbits.followed import Followed
+from gearrattle.orbits.branch_members import Followed
+from gearrattle.orbits.family_ends import EDGE
 from gearrattle.orbits.orbit import is_stable
 
 CHANGES = frozenset({FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, EDGE})

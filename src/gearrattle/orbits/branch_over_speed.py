@@ -14,8 +14,8 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.period_map import Pass
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
-from gearrattle.orbits.edges import followed_through_families
-from gearrattle.orbits.family import family_of
+from gearrattle.orbits.over_value import family_of
+from gearrattle.orbits.through_families import followed_through_families
 
 _PATH = "excitation.speed"
 _SPAN = 0.6  # of the speed, to both sides

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.engine.periodic.point import Point
-from gearrattle.orbits.deflections import Grid
-from gearrattle.orbits.followed import Followed
-from gearrattle.orbits.stable_ranges import courses_of
+from gearrattle.orbits.branch_members import Followed
+from gearrattle.orbits.run_distance import Grid
+from gearrattle.orbits.stability import courses_of
 
 Array = NDArray[np.float64]
 

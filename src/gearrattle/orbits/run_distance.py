@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.point import Point
+from gearrattle.orbits.branch_members import Followed
 from gearrattle.orbits.curve import Curve
-from gearrattle.orbits.followed import Followed
 from gearrattle.orbits.orbit import sampled
-from gearrattle.orbits.stable_ranges import halfway
+from gearrattle.orbits.stability import halfway
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

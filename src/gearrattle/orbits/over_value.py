@@ -25,7 +25,7 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_labels import shown_value
-from gearrattle.orbits.ends import unit_of
+from gearrattle.orbits.range_ends import unit_of
 from gearrattle.wording import listed
 
 Array = NDArray[np.float64]

@@ -22,7 +22,7 @@ from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.engine.periodic.shooting import shoot
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.freedom import room_of, touches_lightly, within_family
+from gearrattle.orbits.families import room_of, touches_lightly, within_family
 
 Array = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.multiple import EIGHTHS
 from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.settled import turning
+from gearrattle.orbits.attractors import turning
 from gearrattle.signals.strobe import period_number
 from gearrattle.wording import counted
 

@@ -25,7 +25,8 @@ from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.periodic.point import Point, appended, turned_around
 from gearrattle.engine.periodic.release import passed_begin
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.family_end import (
+from gearrattle.orbits.families import moving_directions_of, room_of, touches_lightly
+from gearrattle.orbits.family_ends import (
     EDGE,
     LEAST,
     Line,
@@ -36,7 +37,6 @@ from gearrattle.orbits.family_end import (
     state_of,
     tangent_line,
 )
-from gearrattle.orbits.freedom import moving_directions_of, room_of, touches_lightly
 
 Array = NDArray[np.float64]
 Step = tuple[Point, Sequence[Event] | None]

@@ -56,10 +56,10 @@ from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, checked
-from gearrattle.orbits.family import alike, family_of, watched_names
-from gearrattle.orbits.family_end import EDGE, end_again, slope_of_length
-from gearrattle.orbits.followed import Followed
+from gearrattle.orbits.branch_members import Followed
+from gearrattle.orbits.family_ends import EDGE, end_again, slope_of_length
 from gearrattle.orbits.gradients import moved_as, second_of
+from gearrattle.orbits.over_value import alike, family_of, watched_names
 from gearrattle.orbits.progress import Progress, part_of
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ The branches at the model's own second value are those of the first end of the r
 settle at both ends. The branches of a row end where the range of the first value ends. There each motion is
 followed over the second value, the first one held, to the next row, and begins a branch of that row unless it lies on
 one already. So does the motion in which a simulation settles at an end of the range, if it settles soon. Where the
-signs of the motions at an end show that one is missing, they are followed over the speed (``over_speed``). What rows
+signs of the motions at an end show that one is missing, they are followed over the speed. What rows
 have of their own in this way is followed back to the rows on the other side.
 
 A pair of motions that is born inside the plane may still be missed. Of those in which no corner is passed none is,
@@ -30,14 +30,14 @@ from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model
+from gearrattle.orbits.branch_over_speed import OverSpeed
+from gearrattle.orbits.branch_switching import Followers, followers_of, further_curves
 from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.family import follower_over
 from gearrattle.orbits.find import periodic
-from gearrattle.orbits.further import Followers, followers_of, further_curves
+from gearrattle.orbits.known_motions import Known, states_of_periods
 from gearrattle.orbits.orbit import contact_state, is_stable, settled_state
-from gearrattle.orbits.over_speed import OverSpeed
-from gearrattle.orbits.search import Known, states_of_periods
-from gearrattle.orbits.state import state_of
+from gearrattle.orbits.over_value import follower_over
+from gearrattle.orbits.start_states import state_of
 
 _MOST_POINTS = 400  # over the second value, from one row to the next
 
