@@ -15,7 +15,7 @@ from gearrattle.errors import Cancelled
 from gearrattle.orbits import MotionMap
 from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, Cell, cells_of
 from gearrattle.orbits.rows_of_branches import Plane, Row
-from gearrattle.orbits.two_parameters.borders import borders_of, special_points_of
+from gearrattle.orbits.two_parameters.boundary import borders_of, special_points_of
 from gearrattle.report.kinds import presentation_of
 from tests.orbits.test_branch import over_frequency
 

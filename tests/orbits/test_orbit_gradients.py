@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 
 import gearrattle as gr
 from gearrattle.orbits import Orbit
-from gearrattle.orbits.orbit_gradients import FORCE, MULTIPLIER, SWING, responses_of
+from gearrattle.orbits.gradients import FORCE, MULTIPLIER, SWING, responses_of
 from tests.orbits.test_branch import oscillator
 from tests.orbits.test_freedom import train
 

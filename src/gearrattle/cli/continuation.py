@@ -183,7 +183,7 @@ def _check_values(
         such a value.
     """
     from gearrattle.orbits.gradients import second_of, tolerances_of
-    from gearrattle.orbits.range_ends import ends_of
+    from gearrattle.orbits.over_value import ends_of
     from gearrattle.orbits.run_ups import rate_of
 
     path, ends = first

@@ -3,5 +3,5 @@ from .find import periodic as periodic
 from .follow import continuation as continuation
 from .motion_map import MotionMap as MotionMap
 from .orbit import Orbit as Orbit
-from .periodic_motions import PeriodicMotions as PeriodicMotions
+from .orbit import PeriodicMotions as PeriodicMotions
 from .run_ups import RunUpJumps as RunUpJumps

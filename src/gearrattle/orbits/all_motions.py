@@ -15,32 +15,78 @@ Newton's method from a grid of starts misses motions: on piecewise-linear maps i
    the map is continuous (no slider is let go with its torque), the sum of the signs of det(I - M) over them is 1
    (Brouwer's degree): a sum that differs says that one is missing. Then Newton's method goes on from further starts,
    repelled by what is known.
-
-Takes a Model; gives Orbits.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 
 import numpy as np
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
-from gearrattle.engine.periodic.period_map import PeriodMap
+from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.period_map import Pass, PeriodMap
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
-from gearrattle.orbits.branch_over_speed import OverSpeed
 from gearrattle.orbits.close_returns import orbits_of_returns
 from gearrattle.orbits.families import room_of
+from gearrattle.orbits.family_ends import followed_through_families
 from gearrattle.orbits.known_motions import Known, deflated, free_directions, search, search_symmetric, starts_of
 from gearrattle.orbits.orbit import Orbit, linear_state, settled_state
-from gearrattle.orbits.over_value import is_compiled
+from gearrattle.orbits.over_value import family_of, is_compiled
 from gearrattle.orbits.progress import Progress, never_falling, stretch_of
 from gearrattle.orbits.start_states import state_of
 from gearrattle.wording import counted
+
+_PATH = "excitation.speed"
+_SPAN = 0.6  # of the speed, to both sides
+_STEP = 0.05
+_POINTS = 600  # of one branch
+_ALL_POINTS = 6000  # of all branches
+
+
+class OverSpeed:
+    """What follows motions over the speed."""
+
+    def __init__(self, model: Model, cycles: int, at_point: Callable[[], None] | None = None) -> None:
+        self._speed, self._at_point = model.excitation.omega, at_point
+        self._span = _SPAN * self._speed
+        self._curve = Continuation(family_of(model, _PATH, self._speed, cycles, self._span), longest=_STEP)
+        self.points, self.left = 0, 0
+
+    @property
+    def is_used_up(self) -> bool:
+        """Whether no further points are followed."""
+        return self.points >= _ALL_POINTS
+
+    def met_again(self, motion: Pass) -> Iterator[Pass]:
+        """Yield the further motions at the model's speed on the branch through a motion."""
+        for upward in (True, False):
+            yield from self._one_way(motion, upward)
+
+    def _one_way(self, motion: Pass, upward: bool) -> Iterator[Pass]:
+        speed, ends = self._speed, (self._speed - self._span, self._speed + self._span)
+        if self.is_used_up:
+            return
+        last = self.points + _POINTS
+        try:
+            before = self._curve.begin(motion.start, speed, upward=upward)
+            for point, _ in followed_through_families(self._curve, before, ends):
+                if (before.parameter - speed) * (point.parameter - speed) < 0.0:
+                    yield self._curve.at_parameter(before, point, speed).motion
+                before = point
+                self.points += 1
+                if self._at_point is not None:
+                    self._at_point()
+                if self.points >= last or self.is_used_up:
+                    self.left += 1
+                    return
+        except ConvergenceError:
+            self.left += 1
+
 
 _STARTS = 32
 _FURTHER = 64  # starts of the deflated Newton method
@@ -81,15 +127,7 @@ def _searched(model: Model, cycles: int, progress: Progress | None) -> list[_Sea
 
 
 class _Search:
-    """The search for motions of n periods.
-
-    Attributes
-    ----------
-    known
-        so far.
-    taken
-        how many of them the searches for divisors of n gave; their branches have been followed.
-    """
+    """The search for motions of n periods."""
 
     def __init__(self, model: Model, cycles: int, progress: Progress) -> None:
         system = assemble(model).system

@@ -11,8 +11,6 @@ repeats. The trains turn as fast as in a given motion, which would else take tho
 parts without a clearance are wound up as in that one: all that begins far from there would come from one side. The
 states are evenly spread, so the share that settles in a motion estimates the share of the reach that its basin has.
 That no start settles in a further motion does not show that there is none.
-
-Takes a Model and states; gives Orbits.
 """
 
 from __future__ import annotations
@@ -61,15 +59,7 @@ _STILL = 1e-6  # of the largest part of a free direction: a deflection that move
 
 
 def motion_names(kinds: Sequence[tuple[str, int]], families: Sequence[bool] = ()) -> list[str]:
-    """Return what motions are: "single-sided rattle, 2 T"; those that would have one name are numbered.
-
-    Parameters
-    ----------
-    kinds
-        of every motion its verdict, and after how many periods T it repeats.
-    families
-        of every motion whether it is one of a family; none of them by default.
-    """
+    """Return what motions are: "single-sided rattle, 2 T"; those that would have one name are numbered."""
     is_family = [*families, *[False] * (len(kinds) - len(families))]
     plain = [
         f"{KINDS[verdict]}, {cycles} T{', a family' if family else ''}"
@@ -84,13 +74,7 @@ def motion_names(kinds: Sequence[tuple[str, int]], families: Sequence[bool] = ()
 
 
 class Attractor:
-    """A periodic motion that states are compared with.
-
-    Parameters
-    ----------
-    orbit
-        the motion.
-    """
+    """A periodic motion that states are compared with."""
 
     def __init__(self, orbit: Orbit) -> None:
         period_map = orbit.period_map
@@ -118,17 +102,7 @@ class Attractor:
         It is given up once it is farther away than what settles evenly in so many passes, times three. A motion that
         wanders between others first may settle in this one in the end, but rounding decides that.
 
-        Parameters
-        ----------
-        state
-            where it begins.
-        passes
-            of this motion that it is followed for at most.
-
-        Raises
-        ------
-        ConvergenceError
-            it could not be followed.
+        Raises ConvergenceError: it could not be followed.
         """
         begin = self.distance(state)
         for done in range(0, passes, _CHUNK):
@@ -150,15 +124,7 @@ class Attractor:
 
 
 def passes_to_settle(multipliers: NDArray[np.complex128], free: int) -> int:
-    """Return after how many passes of a stable motion others have settled in it.
-
-    Parameters
-    ----------
-    multipliers
-        of the motion.
-    free
-        number of its free directions, which do not settle.
-    """
+    """Return after how many passes of a stable motion others have settled in it."""
     others = np.abs(np.delete(multipliers, np.argsort(np.abs(multipliers - 1.0))[:free]))
     largest = float(np.clip(others.max(initial=0.0), _SAME, 1.0 - 1e-12))
     return int(np.ceil(_SETTLING * np.log(_SAME) / np.log(largest))) + _CHUNK
@@ -169,13 +135,6 @@ def units_of(period_map: PeriodMap, state: State) -> Array:
 
     It is half the swing about the mean, which has no static part, and at least the smallest clearance: what swings less
     is as good as still.
-
-    Parameters
-    ----------
-    period_map
-        of the driveline.
-    state
-        of the motion at the start of a period.
     """
     march = period_map.marched(state, 1, _SAMPLES)
     y = march.samples.states[:, : period_map.flow.states]
@@ -202,19 +161,7 @@ def turning(period_map: PeriodMap) -> Array:
 def settled_orbit(model: Model, state: State, cycles: int) -> Orbit | None:
     """Return the stable motion in which a motion has settled, with the fewest periods after which it repeats.
 
-    Parameters
-    ----------
-    model
-        the driveline; its inputs repeat.
-    state
-        of the settled motion at the start of a period.
-    cycles
-        periods after which it about repeats.
-
-    Returns
-    -------
-    Orbit or None
-        None where Newton's method leads to none that is near and stable.
+    None where Newton's method leads to none that is near and stable.
     """
     system = assemble(model).system
     period_map = PeriodMap(system, cycles)
@@ -232,27 +179,14 @@ def settled_orbit(model: Model, state: State, cycles: int) -> Orbit | None:
 
 @dataclass(frozen=True)
 class Settled:
-    """In which stable motions motions from many starts settle.
+    """In which stable motions motions from many starts settle."""
 
-    Attributes
-    ----------
-    orbits
-        the motions, the one that most starts settle in first.
-    counts
-        (A,) how many starts settle in each.
-    starts
-        how many there are.
-    own
-        index of the motion in which the given state settles; -1 if it does not settle, or was not followed so far.
-    left_out
-        how many further starts were to be followed, had the periods allowed sufficed.
-    """
-
-    orbits: tuple[Orbit, ...]
-    counts: tuple[int, ...]
-    starts: int
+    orbits: tuple[Orbit, ...]  # the motions, the one that most starts settle in first
+    counts: tuple[int, ...]  # (A,) how many starts settle in each
+    starts: int  # how many there are
+    # index of the motion in which the given state settles; -1 if it does not settle, or was not followed so far
     own: int
-    left_out: int = 0
+    left_out: int = 0  # how many further starts were to be followed, had the periods allowed sufficed
 
     @property
     def unsettled(self) -> int:
@@ -279,22 +213,7 @@ def settled_motions(
     *,
     most_periods: float = np.inf,
 ) -> Settled:
-    """Return the motions in which a driveline settles from states within its reach.
-
-    Parameters
-    ----------
-    model
-        the driveline; its inputs repeat.
-    state
-        of a motion of its own at the start of a period: trains turn as fast as in that one, and parts without a
-        clearance are wound up as far.
-    starts
-        how many states are drawn besides.
-    progress
-        called with the finished share; what it raises ends the work.
-    most_periods
-        that are followed in all; the starts that these do not suffice for are left out.
-    """
+    """Return the motions in which a driveline settles from states within its reach."""
     search = _Search(model, most_periods)
     counts = Counter[int | None]()
     own = None

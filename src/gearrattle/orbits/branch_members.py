@@ -1,7 +1,4 @@
-"""What a Branch knows, as the files that it calls take it: they cannot import it.
-
-Takes nothing; gives a Protocol.
-"""
+"""What a Branch knows, as the files that it calls take it: they cannot import it."""
 
 from __future__ import annotations
 

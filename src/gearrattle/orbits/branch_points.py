@@ -5,8 +5,6 @@ driveline, has its mirror image half of its length later. Both are motions of th
 the same the branch joins that of motions of n periods, or of symmetric ones. There it passes over into its own images:
 the difference between a motion and its image goes through zero. So a step holds a joint if that difference is zero at
 its end or has turned around. The other branch tells where: its own equations are regular there (``breaking``).
-
-Takes Continuations, Events and Points; gives Events.
 """
 
 from __future__ import annotations
@@ -42,15 +40,7 @@ _ROUNDING = 4e-13  # the same, times the square of that way [w]: a residual over
 
 
 class Home:
-    """The branch that another one has left, or joins, where its period doubles or its symmetry breaks.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch that has left or joins.
-    events
-        of the branch that it has left; none: it is not known.
-    """
+    """The branch that another one has left, or joins, where its period doubles or its symmetry breaks."""
 
     def __init__(self, curve: Continuation, events: Sequence[Event] = ()) -> None:
         self.events, self._curve, self._half = events, curve, half_of(curve.family)
@@ -70,15 +60,7 @@ class Home:
     def arrival(self, before: Point, after: Point) -> list[Event] | None:
         """Return the events of a step on which the branch joins this one, up to there; None: it does not.
 
-        Parameters
-        ----------
-        before, after
-            two points of the branch that follow one another.
-
-        Raises
-        ------
-        ConvergenceError
-            the step leads to a motion of this branch, and no joint is known.
+        Raises ConvergenceError: the step leads to a motion of this branch, and no joint is known.
         """
         if not self._is_joined_between(before, after):
             return None
@@ -150,15 +132,7 @@ class Home:
 
 
 def unknown_home(curve: Continuation, begin: Point) -> Home | None:
-    """Return the branch that one of even periods, or without symmetry, may join; None for others, and families.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    begin
-        a motion of it.
-    """
+    """Return the branch that one of even periods, or without symmetry, may join; None for others, and families."""
     if begin.free or half_curve(curve, begin.parameter) is None:
         return None
     home = Home(curve)
@@ -169,17 +143,6 @@ def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: 
     """Return the event at which a branch leaves or joins another one, with its motion over as many periods.
 
     Its tangent is the chord to or from a neighbouring point, for its own equations are those of both branches.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    event
-        of the other branch.
-    neighbour
-        the point of the branch next to it.
-    is_end
-        whether the branch ends there.
     """
     motion, slope = curve.family.follow(event.point.motion.start, event.point.parameter)
     chord = (event.point.w - neighbour.w) * (1.0 if is_end else -1.0)
@@ -200,15 +163,7 @@ def events_beside_joint(curve: Continuation, before: Point, after: Point) -> lis
 
 
 def told_apart(events: Sequence[Event], joint: Point) -> list[Event]:
-    """Return events without the folds and breakings so near to a joint that they are the joint itself, by rounding.
-
-    Parameters
-    ----------
-    events
-        of a branch.
-    joint
-        its end.
-    """
+    """Return events without the folds and breakings so near to a joint that they are the joint itself, by rounding."""
     return [event for event in events if event.kind not in (FOLD, BREAKING) or not _is_joint_itself(event, joint)]
 
 

@@ -1,7 +1,4 @@
-"""Isolated branches, and branches that leave another one where it loses its stability.
-
-Takes a Continuation and the branches known so far; gives further ones.
-"""
+"""Isolated branches, and branches that leave another one where it loses its stability."""
 
 from __future__ import annotations
 
@@ -48,18 +45,10 @@ _ALONG = 1e-9  # cosine between a tangent and the direction in which a branch le
 
 
 class Followers(NamedTuple):
-    """What follows motions by the periods after which they repeat: of n, of 2 n, and of n / 2 where n is even.
+    """What follows motions by the periods after which they repeat: of n, of 2 n, and of n / 2 where n is even."""
 
-    Attributes
-    ----------
-    cycles
-        n.
-    of
-        Continuations by periods; those of too many are missing.
-    """
-
-    cycles: int
-    of: Mapping[int, Continuation]
+    cycles: int  # n
+    of: Mapping[int, Continuation]  # Continuations by periods; those of too many are missing
 
     def points_at(self, curves: Sequence[Curve], value: float) -> list[Point]:
         """Return the points of branches at a value of the parameter."""
@@ -68,15 +57,7 @@ class Followers(NamedTuple):
 
 
 def followers_of(cycles: int, follower: Callable[[int], Continuation]) -> Followers:
-    """Return what follows motions of some periods, and those that these join or that leave them.
-
-    Parameters
-    ----------
-    cycles
-        n.
-    follower
-        makes a Continuation for a number of periods.
-    """
+    """Return what follows motions of some periods, and those that these join or that leave them."""
     counts = [n for n in (cycles, 2 * cycles, cycles // 2) if n <= CYCLES.most]
     return Followers(cycles, {n: follower(n) for n in (counts if cycles % 2 == 0 else counts[:2]) if n > 0})
 
@@ -93,22 +74,7 @@ def further_curves(
 ) -> list[Curve]:
     """Return the branches that leave known ones, and on request those that are connected to none.
 
-    Parameters
-    ----------
-    followers
-        of motions of n and of other periods.
-    curves
-        the branches known, of n periods.
-    ends
-        of the range, ascending.
-    isolated
-        whether branches are sought that are connected to none.
-    others
-        branches that are known as well, what leaves them too.
-    progress
-        called with the finished share: searches and branches that leave count as equal parts.
-    so_far
-        called with these branches as far as they are followed, after every step.
+    ``ends``: of the range, ascending.
     """
     parts, further = 1 + 2 * isolated, list[Curve]()
     part = part_of(progress, 0, parts)
@@ -306,17 +272,7 @@ def _home_of(follower: Continuation, known: Curve, event: Event) -> Home | None:
 
 
 def doublings_left(curves: Sequence[Curve], cycles: int, shown: Callable[[float], str]) -> list[str]:
-    """Return what the user must know of period doublings from which no branch is followed.
-
-    Parameters
-    ----------
-    curves
-        all branches.
-    cycles
-        periods of the motions that branches of doubled period are followed from.
-    shown
-        writes a parameter value.
-    """
+    """Return what the user must know of period doublings from which no branch is followed."""
     doublings = [
         event.point.parameter
         for known in curves
@@ -333,16 +289,7 @@ def branches_missed(
 ) -> list[str]:
     """Return what the user must know of events from which fewer branches are followed than leave there.
 
-    Parameters
-    ----------
-    curves
-        all branches.
-    cycles
-        periods of the motions that branches are followed from.
-    ends
-        of the range, ascending: beside them branches may leave it at once.
-    shown
-        writes a parameter value.
+    ``ends``: of the range, ascending: beside them branches may leave it at once.
     """
     same, notes = _SAME_EVENT * float(np.ptp(ends)), list[str]()
     for kind, leaving in ((DOUBLING, 1), (BREAKING, 2)):
@@ -375,19 +322,7 @@ def _counted(values: Sequence[float], kind: str, of: str, shown: Callable[[float
 
 
 def _is_known(follower: Continuation, event: Event, first: Point, curves: Sequence[Curve]) -> bool:
-    """Whether a motion lies on a known branch, wherever it begins, or repeats after half its periods already.
-
-    Parameters
-    ----------
-    follower
-        of the motion.
-    event
-        from which it is sought.
-    first
-        the motion.
-    curves
-        the branches.
-    """
+    """Whether a motion lies on a known branch, wherever it begins, or repeats after half its periods already."""
     scale = first.scale
     size = max(first.size, float(np.linalg.norm(first.state * scale)))
     away = first.size * float(np.linalg.norm(first.w[:-1] - event.point.w[:-1]))
@@ -445,10 +380,7 @@ def _first_along(curve: Continuation, event: Event, ends: tuple[float, float], d
 def _mirror_image(curve: Continuation, event: Event, first: Point) -> Point | None:
     """The mirror image of a motion beside one of an event, half of its length later; None: there is none.
 
-    Raises
-    ------
-    ConvergenceError
-        Newton's method does not converge.
+    Raises ConvergenceError: Newton's method does not converge.
     """
     halves = half_period_map(curve.family.map_at(first.parameter).system, curve.cycles)
     if halves is None:

@@ -5,8 +5,6 @@ and Newton's method begins where it comes nearest to itself n periods later. Whe
 much within a period: then the states at every eighth of a period are sought together (``engine.periodic.multiple``).
 
 D. Auerbach, P. Cvitanovic, J.-P. Eckmann, G. Gunaratne, I. Procaccia, Phys. Rev. Lett. 58 (1987), 2387-2389.
-
-Takes a PeriodMap and a state; gives an Orbit of the engine.
 """
 
 from __future__ import annotations
@@ -39,17 +37,8 @@ _LONGEST = 64  # periods after which a motion may repeat
 def orbit_of_returns(period_map: PeriodMap, state: State) -> shooting.Orbit:
     """Return a periodic motion that the motion from a state nearly repeats.
 
-    Parameters
-    ----------
-    period_map
-        over the n periods after which the motion is to repeat.
-    state
-        of a motion that does not settle.
-
-    Raises
-    ------
-    ConvergenceError
-        none was found; the message says after how many periods the motion itself repeats, if it does.
+    Raises ConvergenceError: none was found; the message says after how many periods the motion itself repeats, if
+    it does.
     """
     n = period_map.cycles
     orbit = next(orbits_of_returns(period_map, state), None)
@@ -63,10 +52,7 @@ def orbit_of_returns(period_map: PeriodMap, state: State) -> shooting.Orbit:
 def orbits_of_returns(period_map: PeriodMap, state: State) -> Iterator[shooting.Orbit]:
     """Yield periodic motions that the motion from a state nearly repeats, some of them twice; as ``orbit_of_returns``.
 
-    Raises
-    ------
-    ConvergenceError
-        the motion settles in one that repeats after another number of periods.
+    Raises ConvergenceError: the motion settles in one that repeats after another number of periods.
     """
     n, states, y, repeats = period_map.cycles, *_followed(period_map, state, _PERIODS)
     nearest = np.argsort(np.linalg.norm(y[n:] - y[:-n], axis=1))
@@ -79,10 +65,7 @@ def orbits_of_returns(period_map: PeriodMap, state: State) -> Iterator[shooting.
 def check_repeats_elsewhere(period_map: PeriodMap, state: State) -> None:
     """Follow a motion of which none that repeats was found, and say so if it settles in one of another number.
 
-    Raises
-    ------
-    ConvergenceError
-        it settles in one that repeats after another number of periods.
+    Raises ConvergenceError: it settles in one that repeats after another number of periods.
     """
     _followed(period_map, state, _FEW_PERIODS)
 
@@ -90,10 +73,7 @@ def check_repeats_elsewhere(period_map: PeriodMap, state: State) -> None:
 def _followed(period_map: PeriodMap, state: State, periods: int) -> tuple[list[State], Array, int]:
     """The states of a motion at the start of every period, balanced too, and after how many it repeats; 0: unknown.
 
-    Raises
-    ------
-    ConvergenceError
-        it repeats after another number of periods than those of the map.
+    Raises ConvergenceError: it repeats after another number of periods than those of the map.
     """
     once, n = PeriodMap(period_map.system, 1), period_map.cycles
     march = once.marched(at_mean_speed(once, state), periods)

@@ -1,7 +1,4 @@
-"""One branch of periodic motions: its points in order, what happens between them, and why it ends where it does.
-
-Takes a Continuation and a point; gives a Curve.
-"""
+"""One branch of periodic motions: its points in order, what happens between them, and why it ends where it does."""
 
 from __future__ import annotations
 
@@ -23,8 +20,8 @@ from gearrattle.engine.periodic.release import end_in_release, is_near_release, 
 from gearrattle.engine.periodic.zero import zero_between
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.branch_points import Home, events_beside_joint, told_apart, unknown_home
+from gearrattle.orbits.family_ends import followed_through_families
 from gearrattle.orbits.orbit import is_stable
-from gearrattle.orbits.through_families import followed_through_families
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
@@ -40,23 +37,14 @@ _LARGE = 1000.0  # times the first motion, and the largest corner: motions that 
 
 @dataclass(frozen=True)
 class Unlocated:
-    """A step of a branch whose events could not be located.
+    """A step of a branch whose events could not be located."""
 
-    Attributes
-    ----------
-    before, after
-        its points. The branch is sure to lead from one to the other: followed with shorter steps, where there are any,
-        it does so again.
-    reason
-        why they could not.
-    shown
-        writes a parameter value.
-    """
-
+    # its points. The branch is sure to lead from one to the other: followed with shorter steps, where there are any,
+    # it does so again
     before: Point
     after: Point
-    reason: str
-    shown: Callable[[float], str]
+    reason: str  # why they could not
+    shown: Callable[[float], str]  # writes a parameter value
 
     @property
     def note(self) -> str:
@@ -68,30 +56,14 @@ class Unlocated:
 
 @dataclass(frozen=True)
 class Curve:
-    """One branch.
+    """One branch."""
 
-    Attributes
-    ----------
-    cycles
-        periods after which its motions repeat.
-    points
-        in order.
-    events
-        between them, in order.
-    note
-        why it ends inside the range; empty where it does not.
-    origin
-        kind of the event at which it leaves another branch, its first point; empty where it leaves none.
-    unlocated
-        steps whose events could not be located, in order.
-    """
-
-    cycles: int
-    points: tuple[Point, ...]
-    events: tuple[Event, ...]
-    note: str = ""
-    origin: str = ""
-    unlocated: tuple[Unlocated, ...] = ()
+    cycles: int  # periods after which its motions repeat
+    points: tuple[Point, ...]  # in order
+    events: tuple[Event, ...]  # between them, in order
+    note: str = ""  # why it ends inside the range; empty where it does not
+    origin: str = ""  # kind of the event at which it leaves another branch, its first point; empty where it leaves none
+    unlocated: tuple[Unlocated, ...] = ()  # steps whose events could not be located, in order
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -119,12 +91,7 @@ class Curve:
     def motions_at(self, follower: Continuation, value: float) -> Iterator[tuple[int, Point]]:
         """Yield the motions at a parameter value: index of the point before, and the motion.
 
-        Parameters
-        ----------
-        follower
-            the Continuation of the branch.
-        value
-            the parameter [SI].
+        ``value``: the parameter [SI].
         """
         for i, point in enumerate(self.points):
             if point.parameter == value:
@@ -155,23 +122,8 @@ def followed(
 ) -> Curve:
     """Follow one branch to an end of the range, and locate what happens along it.
 
-    Parameters
-    ----------
-    curve
-        the Continuation that follows it.
-    begin
-        its first point.
-    ends
-        of the range, ascending.
-    home
-        for a branch of doubled period or broken symmetry: it ends where its motions are those of the branch again that
-        it has left. None: any other branch.
-    origin
-        the event at which it leaves another branch, its motion over as many periods; the branch begins there.
-    progress
-        called with how far the parameter has come, as a share of the range.
-    so_far
-        called with the branch as far as it is followed, after every step.
+    ``ends``: of the range, ascending; ``home``: for a branch of doubled period or broken symmetry: it ends where
+    its motions are those of the branch again that it has left. None: any other branch.
     """
     walk = _Walk(curve, begin, home, origin)
     steps = curve
@@ -197,15 +149,7 @@ def followed(
 
 
 class _Walk:
-    """A branch while it is followed.
-
-    Attributes
-    ----------
-    points, events, unlocated, note
-        as of a Curve, so far.
-    is_done
-        whether it is not followed any further.
-    """
+    """A branch while it is followed."""
 
     def __init__(self, follower: Continuation, begin: Point, home: Home | None, origin: Event | None) -> None:
         self._follower, self._origin = follower, origin
@@ -226,10 +170,7 @@ class _Walk:
     def take(self, point: Point, known: Sequence[Event] | None) -> None:
         """Go on to a point, with the events before it; None: they are to be located.
 
-        Raises
-        ------
-        ConvergenceError
-            the branch does not lead there.
+        Raises ConvergenceError: the branch does not lead there.
         """
         if bool(point.free) != bool(self.points[-1].free) and (self._home is None or not self._home.events):
             self._home = unknown_home(self._follower, point)

@@ -6,8 +6,6 @@ order stay the same the map is linear in s, so the family is an interval of s. I
 Outside its ends the motions touch, and do not repeat: but at the depth d what is left is of the order d^(3/2). So
 Newton's method ends at motions that touch by less than any residual tells. They are members of the family: without the
 touch their I - M is singular, and from there on along d all motions repeat.
-
-Takes a periodic motion; gives Intervals, and the motion of the family that stands for one at its edge.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""``periodic``: motions of a model that repeat, one or all of them.
-
-Takes a Model and a start; gives an Orbit, or a list of them.
-"""
+"""``periodic``: motions of a model that repeat, one or all of them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""``continuation``: periodic motions followed over a value of the model, stable or not, with every change named.
-
-Takes a Model, a path and a range; gives a Branch.
-"""
+"""``continuation``: periodic motions followed over a value of the model, stable or not, with every change named."""
 
 from __future__ import annotations
 
@@ -21,9 +18,8 @@ from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.find import periodic
 from gearrattle.orbits.known_motions import states_of_periods
 from gearrattle.orbits.orbit import CYCLES, Orbit
-from gearrattle.orbits.over_value import check_begin, follower_over, notes_at_end
+from gearrattle.orbits.over_value import check_begin, ends_of, follower_over, notes_at_end
 from gearrattle.orbits.progress import never_falling, part_of, stretch_of
-from gearrattle.orbits.range_ends import ends_of
 from gearrattle.orbits.start_states import Start, check_repeats
 from gearrattle.wording import counted
 

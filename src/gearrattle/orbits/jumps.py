@@ -22,29 +22,278 @@ only later. A run that is nearer to the other motion already when it passes the 
 A jump belongs to one event: the last one before it at which a motion ended that the run was on. So a run that is on the
 motion again where that is stable beyond the event did not jump there, and neither did one that has gone on to another
 motion which ends as well before the jump, or within a period of it.
-
-Takes a Branch and a run in parts of a period; gives Jumps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, period_of
+from gearrattle.engine.periodic.period_map import PeriodMap, State
+from gearrattle.engine.periodic.point import Point
+from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
+from gearrattle.orbits.attractors import Attractor, passes_to_settle
 from gearrattle.orbits.branch_members import Followed
-from gearrattle.orbits.run_distance import Course
-from gearrattle.orbits.run_on_motion import was_on
-from gearrattle.orbits.run_parts import BranchPart, RunParts
-from gearrattle.orbits.stability import Loss, losses_of
+from gearrattle.orbits.curve import Curve
+from gearrattle.orbits.orbit import Orbit, sampled
+from gearrattle.orbits.stability import Loss, courses_of, halfway, losses_of
 
 Array = NDArray[np.float64]
+
+_REACHED = 1e-6  # of a value: an end that is nearer is reached
+_ROUNDING = 1e-13  # of a value: a smaller step does not turn back
+
+
+@dataclass(frozen=True)
+class BranchPart:
+    """A part of a branch of one stability over which its value only grows, or only falls."""
+
+    is_stable: bool  # whether its motions are
+    line: int  # a number: parts of one line follow each other with no fold in between
+    value: Array  # (N,) growing [SI]
+    peak_to_peak: Array  # (N, K) deflections of the K clearances [rad or m]
+    branch: int  # number of the branch
+    nodes: tuple[Point, ...]  # N motions, those of events included
+    events: tuple[int, int]  # those at its two ends: rows of ``Branch.events``, or -1
+
+    def at(self, value: float | Array) -> Array:
+        """(..., K) peak-to-peak deflections at values; those of the end beyond it."""
+        swings: Array = np.stack([np.interp(value, self.value, column) for column in self.peak_to_peak.T], axis=-1)
+        return swings
+
+    def reaches(self, value: float) -> bool:
+        """Whether there is a motion at a value; ends but for rounding included."""
+        rounding = _REACHED * abs(value)
+        return bool(self.value[0] - rounding <= value <= self.value[-1] + rounding)
+
+
+@dataclass(frozen=True)
+class RunParts:
+    """A run in parts of a period."""
+
+    upward: bool  # whether the speed grows
+    per_period: int  # parts of a period T
+    value: Array  # (Q,) in the middle of every part [SI]
+    highest: Array  # (Q, K) deflections in every part [rad or m]
+    lowest: Array
+    deflection: Array  # (Q, M, K) at M instants of every part, evenly spread from its begin on [rad or m]
+    starts: Array  # (P,) at the starts of the periods T, in the order of the run [SI]
+    # gives, for a value and a period map, the state at the start of the period in which the value is reached
+    state_before: Callable[[float, PeriodMap], State]
+
+    @property
+    def grid(self) -> Grid:
+        """The instants of a period."""
+        return Grid(self.per_period, self.deflection.shape[1])
+
+    def passed(self, value: float) -> NDArray[np.bool_]:
+        """(Q,) whether the middle of a part lies beyond a value."""
+        return self.value > value if self.upward else self.value < value
+
+
+def branch_parts(branch: Followed) -> Sequence[BranchPart]:
+    """The parts of all branches of one stability, ends at events included."""
+    swings, event_swings = branch.data["peak_to_peak"].values, branch.event_levels[:, 1] - branch.event_levels[:, 0]
+    located = [event.point for events in branch.events_of_curves for event in events]
+    motions, first_line = list[BranchPart](), 0
+    for number, course in enumerate(courses_of(branch)):
+        lines = first_line + _turns(course.value)
+        first_line = int(lines[-1]) + 1 if course.stable else first_line
+        steps = enumerate(zip(course.stable, lines.tolist(), strict=True))
+        for (is_stable, line), group in groupby(steps, key=lambda step: step[1]):
+            own = [step for step, _ in group]
+            part = slice(own[0], own[-1] + 2)
+            value, nodes = course.value[part], course.nodes[part]
+            swing = np.array([swings[i] if e < 0 else event_swings[e] for i, e in nodes])
+            order = np.argsort(value, kind="stable")
+            every = tuple(branch.points[i] if e < 0 else located[e] for i, e in (nodes[k] for k in order))
+            ends = nodes[0][1], nodes[-1][1]
+            known = (number, every, ends)
+            motions.append(BranchPart(is_stable, line, value[order], swing[order], *known))
+    return motions
+
+
+def _turns(value: Array) -> NDArray[np.int64]:
+    """(N - 1,) how often (N,) values have turned back before each of their steps."""
+    steps = np.diff(value)
+    signs = np.sign(np.where(np.abs(steps) <= _ROUNDING * np.abs(value[1:]), 0.0, steps))
+    moved = np.maximum.accumulate(np.where(signs != 0.0, np.arange(len(signs)), 0))
+    filled = signs[moved]
+    return np.concatenate([[0], np.cumsum(filled[1:] * filled[:-1] < 0.0)])[: len(steps)]
+
+
 IntArray = NDArray[np.int64]
+
+_FINE = 2e-4  # of the swing: the mean of two motions is as near to the one between
+_NARROWEST = 1e-9  # of a value: no motion is added between two that are nearer
+
+
+class Grid(NamedTuple):
+    """Instants of a period: its parts, and how many instants every part has."""
+
+    parts: int
+    instants: int
+
+
+class DeflectionsAlong:
+    """Motions along a branch over values that only grow; beyond its ends those of the ends.
+
+    ``value``: (N,) growing [SI].
+    """
+
+    def __init__(self, branch: Followed, curve: Curve, value: Array, points: Sequence[Point], grid: Grid) -> None:
+        self.value = value
+        self._branch, self._curve, self._points, self._grid = branch, curve, list(points), grid
+        self._known = list[Array | None]([None] * len(self._points))
+        self._is_fine = [bool(width <= _NARROWEST * abs(value[-1])) for width in np.diff(value)]
+
+    def reaches(self, value: Array) -> NDArray[np.bool_]:
+        """Whether there are motions at values."""
+        return np.asarray((self.value[0] <= value) & (value <= self.value[-1]))
+
+    def off(self, deflection: Array, value: Array, part: IntArray, scale: Array) -> Array:
+        """Return the (B,) squared distances of parts of a run.
+
+        ``deflection``: (B, M, K) of the run at M instants of every part [rad or m]; ``value``: (B,) in every
+        part [SI]; ``part``: (B,) which part of a period each is; ``scale``: (K,) by which deflections of the
+        clearances are measured [rad or m].
+        """
+        difference = (deflection[:, None] - self.at(value, part)) / scale
+        difference -= difference.mean(axis=2, keepdims=True)
+        squares: Array = np.mean(difference**2, axis=2).sum(axis=-1).min(axis=1)
+        return squares
+
+    def at(self, value: Array, part: IntArray) -> Array:
+        """Return (B, n, M, K) deflections at B values in parts of each of the n periods."""
+        k = np.clip(np.searchsorted(self.value, value) - 1, 0, max(len(self.value) - 2, 0))
+        then = np.minimum(k + 1, len(self.value) - 1)
+        width = self.value[then] - self.value[k]
+        share = np.clip((value - self.value[k]) / np.where(width > 0.0, width, 1.0), 0.0, 1.0)
+        needed = np.unique(np.concatenate([k[share < 1.0], then[share > 0.0]]))
+        motions = np.stack([self._motion(int(i)) for i in needed])
+        last = len(needed) - 1  # a motion that is not needed has no share: another one may stand for it
+        before, after = (motions[np.minimum(np.searchsorted(needed, i), last), :, part] for i in (k, then))
+        weight = share[:, None, None, None]
+        return np.asarray((1.0 - weight) * before + weight * after)
+
+    def refine(self, value: Array) -> bool:
+        """Add motions around values, where the mean of two is not near to the one between; return whether it did."""
+        around = np.unique(np.searchsorted(self.value, value) - 1)
+        coarse = [k for k in around.tolist() if 0 <= k < len(self._is_fine) and not self._is_fine[k]]
+        for k in coarse[::-1]:
+            self._is_fine[k] = True
+            between = halfway(self._branch.follower(self._curve), *sorted(self._points[k : k + 2], key=_length))
+            if between is None or not self.value[k] < between.parameter < self.value[k + 1]:
+                continue
+            self.value = np.insert(self.value, k + 1, between.parameter)
+            self._points.insert(k + 1, between)
+            self._known.insert(k + 1, None)
+            before, own, after = (self._motion(i) for i in (k, k + 1, k + 2))
+            share = (self.value[k + 1] - self.value[k]) / (self.value[k + 2] - self.value[k])
+            off = np.abs(before + share * (after - before) - own).max()
+            self._is_fine[k : k + 1] = [bool(off <= _FINE * np.ptp(own, axis=(0, 1, 2)).max())] * 2
+        return bool(coarse)
+
+    def _motion(self, i: int) -> Array:
+        """(n, P, M, K) deflections of a motion in the parts of its periods."""
+        known = self._known[i]
+        if known is None:
+            orbit = self._branch.orbit_at(self._points[i], self._curve.cycles)
+            deflection = sampled(orbit, self._grid.parts * self._grid.instants).trajectory.deflection[:-1]
+            known = deflection.reshape(self._curve.cycles, *self._grid, deflection.shape[-1])
+            self._known[i] = known
+        return known
+
+
+def _length(point: Point) -> float:
+    return point.length
+
+
+_SAME_STATE = 1e-4  # of the units of a motion: states that differ by less are one
+_MOST_PASSES = 2000  # of a motion in which a run is held, where another motion of the part needs no more
+_SHARES = (0.125, 0.25, 0.5)  # of the width of a part, from the end that the run passes last
+
+
+class _Compared(NamedTuple):
+    """What a run is compared with at a value."""
+
+    value: float  # of the branch [SI]
+    own: Orbit  # the motion of the part
+    passes: int  # after which motions have settled in it
+    all: tuple[Orbit, ...]  # motions of all branches
+
+
+def was_on(branch: Followed, run: RunParts, part: BranchPart, beyond: float | None = None) -> bool:
+    """Return whether a run was on a motion of a part, beyond a value.
+
+    Motions that settle too slowly are left out, unless all of those that are tried do.
+    """
+    slowly = list[_Compared]()
+    is_slow = True
+    for value in _values_tried(run, part, beyond):
+        compared = _compared_at(branch, part, value)
+        if compared is None:
+            continue
+        if compared.passes > _MOST_PASSES:
+            slowly.append(compared)
+        elif _is_on(run, compared):
+            return True
+        else:
+            is_slow = False
+    fastest = min(slowly, key=lambda one: one.passes, default=None)
+    return is_slow and fastest is not None and _is_on(run, fastest)
+
+
+def _values_tried(run: RunParts, part: BranchPart, beyond: float | None) -> Iterator[float]:
+    """Values in a part beyond a value, at starts of periods if it has any: the last, and each next one twice as far."""
+    low, high = float(part.value[0]), float(part.value[-1])
+    if beyond is not None:
+        low, high = (max(low, beyond), high) if run.upward else (low, min(high, beyond))
+    if low >= high:
+        return
+    starts = run.starts[(low <= run.starts) & (run.starts <= high)][::-1]
+    if not starts.size:
+        last, first = (high, low) if run.upward else (low, high)
+        yield from (last + share * (first - last) for share in _SHARES)
+    for n in range(len(starts).bit_length()):
+        yield float(starts[2**n - 1])
+
+
+def _compared_at(branch: Followed, part: BranchPart, value: float) -> _Compared | None:
+    """The motion of a part at a value, and all that are known there; None: Newton's method gives none."""
+    lengths = sorted((part.nodes[0].length, part.nodes[-1].length))
+    own, orbits = list[tuple[Orbit, Point]](), list[Orbit]()
+    for number, curve in enumerate(branch.curves):
+        for _, point in curve.motions_at(branch.follower(curve), value):
+            orbits.append(branch.orbit_at(point, curve.cycles))
+            if number == part.branch and lengths[0] <= point.length <= lengths[1]:
+                own.append((orbits[-1], point))
+    if not own:
+        return None
+    orbit, point = own[0]
+    return _Compared(value, orbit, passes_to_settle(point.multipliers, point.free), tuple(orbits))
+
+
+def _is_on(run: RunParts, compared: _Compared) -> bool:
+    """Whether a run is nearest to a motion, and settles there."""
+    motion = Attractor(compared.own)
+    state = run.state_before(compared.value, motion.orbit.period_map)
+    try:
+        if not motion.attracts(state, compared.passes):
+            return False
+    except ConvergenceError:
+        return False
+    rivals = [Attractor(other) for other in compared.all if not motion.is_near(other.motion.start, _SAME_STATE)]
+    return all(motion.distance(state) < rival.distance(state) for rival in rivals)
+
 
 _SAME = 1e-6  # of the swings at an event: motions that differ by less are copies
 _NEAR = 0.5  # of the distance of two motions: a run is near to one of them, or has left it
@@ -100,33 +349,16 @@ class Jump:
 
 @dataclass(frozen=True)
 class _Ending:
-    """A loss of stability, and the other motions.
+    """A loss of stability, and the other motions."""
 
-    Attributes
-    ----------
-    loss
-        where the motion ends.
-    own
-        the motion that ends.
-    copies
-        the motion that ends and those with the same swings that end there, such as its mirror image.
-    others
-        stable motions with other swings.
-    again
-        stable parts of the lines of the motions that end, these included.
-    courses
-        all motions line by line, unstable ones included.
-    scale
-        (K,) by which swings of the clearances compare [rad or m].
-    """
-
-    loss: Loss
-    own: BranchPart
+    loss: Loss  # where the motion ends
+    own: BranchPart  # the motion that ends
+    # the motion that ends and those with the same swings that end there, such as its mirror image
     copies: tuple[BranchPart, ...]
-    others: tuple[BranchPart, ...]
-    again: tuple[BranchPart, ...]
-    courses: Mapping[int, Course]
-    scale: Array
+    others: tuple[BranchPart, ...]  # stable motions with other swings
+    again: tuple[BranchPart, ...]  # stable parts of the lines of the motions that end, these included
+    courses: Mapping[int, DeflectionsAlong]  # all motions line by line, unstable ones included
+    scale: Array  # (K,) by which swings of the clearances compare [rad or m]
 
     @property
     def swing(self) -> Array:
@@ -206,16 +438,16 @@ def _is_copy(one: BranchPart, own: BranchPart, end: float) -> bool:
     return one.reaches(end) and bool(np.allclose(one.at(end), swing, rtol=_SAME, atol=_TINY * float(swing.max())))
 
 
-def _course(branch: Followed, run: RunParts, line: int, motions: Sequence[BranchPart]) -> Course:
+def _course(branch: Followed, run: RunParts, line: int, motions: Sequence[BranchPart]) -> DeflectionsAlong:
     """The motions of a line, stable or not."""
     parts = sorted((one for one in motions if one.line == line), key=lambda one: float(one.value[0]))
     value = np.concatenate([one.value for one in parts])
     curve = branch.curves[parts[0].branch]
-    return Course(branch, curve, value, [node for one in parts for node in one.nodes], run.grid)
+    return DeflectionsAlong(branch, curve, value, [node for one in parts for node in one.nodes], run.grid)
 
 
 def _ending(
-    loss: Loss, copies: Sequence[BranchPart], motions: Sequence[BranchPart], courses: Mapping[int, Course]
+    loss: Loss, copies: Sequence[BranchPart], motions: Sequence[BranchPart], courses: Mapping[int, DeflectionsAlong]
 ) -> _Ending:
     """A loss with the other stable motions; copies of the ended one, and what leaves it there, are left out."""
     own, lines = copies[0], {one.line for one in copies}
@@ -280,7 +512,7 @@ def _is_on_again(branch: Followed, run: RunParts, ending: _Ending, value: float)
     return any(low < one.value[begin] < high and was_on(branch, run, one) for one in ending.again)
 
 
-def _lean(run: RunParts, ending: _Ending, other: Course, parts: IntArray) -> Array:
+def _lean(run: RunParts, ending: _Ending, other: DeflectionsAlong, parts: IntArray) -> Array:
     """How much nearer to another motion than to the one that has ended a run is in parts: a difference of squares.
 
     Where there is no motion on the other course it is as far as can be.

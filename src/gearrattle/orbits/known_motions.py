@@ -7,8 +7,6 @@ States spread over the reach of the driveline are followed until they settle. Ne
 states and from the first ones. With deflation it is repelled by the known motions.
 
 P. E. Farrell, A. Birkisson, S. W. Funke, SIAM J. Sci. Comput. 37 (2015), A2026-A2045, for the deflation.
-
-Takes a PeriodMap; gives Passes of motions that repeat.
 """
 
 from __future__ import annotations
@@ -38,31 +36,18 @@ _DEFLATED = 40  # steps of Newton's method from each start
 
 @dataclass
 class Known:
-    """Motions that repeat after n periods, no two of them the same but for a shift by whole periods.
+    """Motions that repeat after n periods, no two of them the same but for a shift by whole periods."""
 
-    Attributes
-    ----------
-    period_map
-        of the driveline, over n periods.
-    passes
-        the motions.
-    shifts
-        of each motion its states (N,) at the start of every period, in balanced coordinates.
-    free
-        of each motion the directions (N, F) in which its neighbours repeat as well, balanced and orthonormal: these
-        count as the same motion.
-    mirror
-        over half of one period, for a symmetric driveline of which mirror images are kept too; else None.
-    images
-        indices of the motions that were kept as mirror images of others.
-    """
-
-    period_map: PeriodMap
-    passes: list[Pass] = field(default_factory=list)
+    period_map: PeriodMap  # of the driveline, over n periods
+    passes: list[Pass] = field(default_factory=list)  # the motions
+    # of each motion its states (N,) at the start of every period, in balanced coordinates
     shifts: list[list[Array]] = field(default_factory=list)
+    # of each motion the directions (N, F) in which its neighbours repeat as well, balanced and orthonormal: these
+    # count as the same motion
     free: list[Array] = field(default_factory=list)
+    # over half of one period, for a symmetric driveline of which mirror images are kept too; else None
     mirror: HalfPeriodMap | None = None
-    images: set[int] = field(default_factory=set)
+    images: set[int] = field(default_factory=set)  # indices of the motions that were kept as mirror images of others
 
     def add(self, motion: Pass) -> bool:
         """Keep a motion, or the family at whose edge it lies, and its mirror image; False if it is known."""
@@ -135,17 +120,7 @@ def states_of_periods(period_map: PeriodMap, motion: Pass) -> list[Array]:
 
 
 def starts_of(period_map: PeriodMap, count: int, seed: int = 0) -> Iterator[State]:
-    """Yield states spread over the reach of a driveline: up to 4 times the largest corner in balanced coordinates.
-
-    Parameters
-    ----------
-    period_map
-        of the driveline.
-    count
-        how many.
-    seed
-        of the sequence (Halton's).
-    """
+    """Yield states spread over the reach of a driveline: up to 4 times the largest corner in balanced coordinates."""
     from scipy.stats import qmc
 
     scale = period_map.scale

@@ -3,8 +3,6 @@
 In the middle of every cell all motions of the branches of its row are taken. Their stability is that of their
 multipliers, whether they rattle that of the criteria. The signs of det(I - M) over all of them add up to 1
 if the motions are bounded and none is missing (``all_motions``); so a cell says as well whether one is missing.
-
-Takes a Branch and a second value; gives a MotionMap.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
 from gearrattle.orbits.over_value import notes_at_end
 from gearrattle.orbits.progress import stretch_of
 from gearrattle.orbits.rows_of_branches import Plane, Row, in_contact, own_row, rows_of
-from gearrattle.orbits.two_parameters.borders import Border, SpecialPoint, borders_of
+from gearrattle.orbits.two_parameters.boundary import Border, SpecialPoint, borders_of
 from gearrattle.result import Result
 from gearrattle.wording import counted
 
@@ -200,10 +198,7 @@ def map_of(
 ) -> MotionMap:
     """Return the map of a branch over a second value; see ``Branch.map``.
 
-    Raises
-    ------
-    ModelError
-        a path that leads nowhere, a range without sense; too few or too many cells.
+    Raises ModelError: a path that leads nowhere, a range without sense; too few or too many cells.
     """
     across, up = counts
     rules: dict[str, tuple[Reader, Any]] = {"across": (CELLS, across), "up": (CELLS, up), "isolated": (FLAG, isolated)}
@@ -269,16 +264,7 @@ def cells_of(
 ) -> tuple[tuple[Cell, ...], ...]:
     """Return the cells of some rows.
 
-    Parameters
-    ----------
-    plane
-        the two values.
-    rows
-        branches at second values.
-    values
-        (A,) first values [SI].
-    progress
-        called with the finished share; an exception from it ends the work.
+    ``values``: (A,) first values [SI].
     """
     cells = []
     for done, row in enumerate(rows, 1):

@@ -3,8 +3,6 @@
 A motion of n periods T is a zero of P(y) - y, P the map of a state to the state n T later. ``exact`` gives P and its
 gradient M (``engine.periodic``). The eigenvalues of M are the Floquet multipliers: a small disturbance is multiplied by
 them every n T.
-
-Takes a Model and what the engine found; gives an Orbit.
 """
 
 from __future__ import annotations
@@ -29,7 +27,7 @@ from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.quantity import CALLBACK, FLAG, Count, argument_problems
 from gearrattle.orbits.families import Interval, intervals_of, off_edge
-from gearrattle.orbits.orbit_gradients import orbit_gradients
+from gearrattle.orbits.gradients import orbit_gradients
 from gearrattle.orbits.over_value import family_of_excitation
 from gearrattle.orbits.start_states import initial_of, plan_of, state_of
 from gearrattle.orbits.tipping import check_pulses, tipping_table
@@ -316,17 +314,7 @@ def contact_state(period_map: PeriodMap, rest: State) -> State | None:
 
     It is a linear function of the size of all harmonics, so two of small ones tell it.
 
-    Parameters
-    ----------
-    period_map
-        of the driveline.
-    rest
-        its static equilibrium.
-
-    Returns
-    -------
-    State or None
-        None where that motion passes a corner.
+    None where that motion passes a corner.
     """
     family = family_of_excitation(period_map.system, period_map.cycles)
     try:
@@ -342,17 +330,7 @@ def contact_state(period_map: PeriodMap, rest: State) -> State | None:
 def linear_state(period_map: PeriodMap, rest: State) -> State:
     """Return the start of the motion that grows out of the rest as all harmonics grow from zero to their full size.
 
-    Parameters
-    ----------
-    period_map
-        of the driveline.
-    rest
-        its static equilibrium.
-
-    Raises
-    ------
-    ConvergenceError
-        it cannot be followed so far.
+    Raises ConvergenceError: it cannot be followed so far.
     """
     curve = Continuation(family_of_excitation(period_map.system, period_map.cycles))
     smallest = curve.family.map_at(_SMALLEST)
@@ -402,3 +380,32 @@ def _without_drift(period_map: PeriodMap, orbit: shooting.Orbit) -> shooting.Orb
     y = orbit.motion.start.y.copy()
     y[deflections : deflections + system.size] -= motion @ drift
     return shooting.shoot(period_map, State(y, orbit.motion.start.auxiliary_pieces))
+
+
+@dataclass(frozen=True)
+class PeriodicMotions(Result):
+    """Motions of one driveline that repeat: what the command ``gearrattle periodic --every`` shows.
+
+    Attributes
+    ----------
+    model
+        the driveline.
+    orbits
+        the motions, those with the largest swings last.
+
+    Examples
+    --------
+    >>> from gearrattle.orbits import PeriodicMotions
+    >>> model = gr.example("rattle_oscillator")
+    >>> PeriodicMotions(model, (gr.periodic(model),)).sentence
+    '1 motion repeats: 1 stable, 0 unstable.'
+    """
+
+    kind: ClassVar[str] = "periodic motions"
+    model: Model = field(repr=False, compare=False)
+    orbits: tuple[Orbit, ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user must know about them, once each."""
+        return tuple(dict.fromkeys(note for orbit in self.orbits for note in orbit.notes))

@@ -1,7 +1,4 @@
-"""How far work of several parts has come, as one share that never falls.
-
-Takes a function that is told the finished share; gives such functions for the parts.
-"""
+"""How far work of several parts has come, as one share that never falls."""
 
 from __future__ import annotations
 

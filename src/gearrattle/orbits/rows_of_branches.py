@@ -9,8 +9,6 @@ have of their own in this way is followed back to the rows on the other side.
 
 A pair of motions that is born inside the plane may still be missed. Of those in which no corner is passed none is,
 without sliders: there is one or none, that of the linear driveline, and ``in_contact`` gives it.
-
-Takes the branches at the model's own second value; gives Rows.
 """
 
 from __future__ import annotations
@@ -30,7 +28,7 @@ from gearrattle.engine.periodic.period_map import State
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model
-from gearrattle.orbits.branch_over_speed import OverSpeed
+from gearrattle.orbits.all_motions import OverSpeed
 from gearrattle.orbits.branch_switching import Followers, followers_of, further_curves
 from gearrattle.orbits.curve import Curve, followed
 from gearrattle.orbits.find import periodic
@@ -44,26 +42,14 @@ _MOST_POINTS = 400  # over the second value, from one row to the next
 
 @dataclass(frozen=True)
 class Plane:
-    """Two values of a model, and the ranges in which motions of n periods are followed.
+    """Two values of a model, and the ranges in which motions of n periods are followed."""
 
-    Attributes
-    ----------
-    model
-        the driveline.
-    path, second
-        of the values.
-    ends, second_ends
-        ascending ends of their ranges [SI].
-    cycles
-        n.
-    """
-
-    model: Model
-    path: str
+    model: Model  # the driveline
+    path: str  # of the values
     second: str
-    ends: tuple[float, float]
+    ends: tuple[float, float]  # ascending ends of their ranges [SI]
     second_ends: tuple[float, float]
-    cycles: int
+    cycles: int  # n
 
     def model_at(self, first: float, second: float) -> Model:
         """Return the driveline at a point of the plane."""
@@ -86,21 +72,11 @@ class Plane:
 
 @dataclass(frozen=True)
 class Row:
-    """The branches at one second value.
+    """The branches at one second value."""
 
-    Attributes
-    ----------
-    second
-        the value [SI].
-    curves
-        the branches of n periods, and those of 2 n periods.
-    lost
-        how many ends of branches of the neighbouring row could not be followed to this one.
-    """
-
-    second: float
-    curves: tuple[Curve, ...]
-    lost: int = 0
+    second: float  # the value [SI]
+    curves: tuple[Curve, ...]  # the branches of n periods, and those of 2 n periods
+    lost: int = 0  # how many ends of branches of the neighbouring row could not be followed to this one
 
 
 def own_row(
@@ -116,20 +92,7 @@ def own_row(
 
     Beyond a fold the motions that settle are often not connected inside the range to those before it.
 
-    Parameters
-    ----------
-    plane
-        the two values.
-    second
-        the model's own second value [SI].
-    curves
-        the branches from the first end of the range.
-    last
-        the last end [SI].
-    isolated
-        whether branches are sought that are not connected to these.
-    progress
-        called with zero again and again; an exception from it ends the work.
+    ``second``: the model's own second value [SI]; ``last``: the last end [SI].
     """
     report = _repeated(progress, 0.0)
     followers, row = plane.followers(second), [*curves]
@@ -153,18 +116,7 @@ def rows_of(
 ) -> list[Row]:
     """Return the branches at some second values, ascending.
 
-    Parameters
-    ----------
-    plane
-        the two values.
-    own
-        the branches at the model's own second value.
-    seconds
-        the second values, ascending [SI].
-    isolated
-        whether branches are sought in every row that are not connected to those of the row before.
-    progress
-        called with the finished share; an exception from it ends the work.
+    ``seconds``: the second values, ascending [SI].
     """
     rows = _Rows(plane, own, seconds)
     up = [s for s in rows.seconds if s >= own.second]
@@ -198,16 +150,7 @@ def _repeated(progress: Callable[[float], None] | None, done: float) -> Callable
 class _Rows:
     """Rows while branches are added to them.
 
-    Attributes
-    ----------
-    seconds
-        the second values, with the model's own one, ascending [SI].
-    curves
-        the branches of every row.
-    sought
-        those of n periods of every row to which none of a neighbouring row led.
-    lost
-        how many ends of branches of neighbouring rows could not be followed to every row.
+    ``seconds``: the second values, with the model's own one, ascending [SI].
     """
 
     def __init__(self, plane: Plane, own: Row, seconds: Sequence[float]) -> None:
@@ -317,10 +260,7 @@ def _add_settled(
 def _across(plane: Plane, point: Point, second: float, following: float) -> State | None:
     """The motion at the following second value to which one is followed, the first value held; None: it folds before.
 
-    Raises
-    ------
-    ConvergenceError
-        it is lost on the way.
+    Raises ConvergenceError: it is lost on the way.
     """
     across = plane.follower_across(point.parameter, second)
     ends = min(second, following), max(second, following)

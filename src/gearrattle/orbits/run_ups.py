@@ -10,8 +10,6 @@ parts as fit between its two speeds; a sample that lies before the begin of a pa
 
 P. Jung, G. Gray, R. Roy, P. Mandel, "Scaling law for dynamical hysteresis", Physical Review Letters 65 (1990)
 1873-1876.
-
-Takes a Branch over the speed and a rate; gives RunUpJumps.
 """
 
 from __future__ import annotations
@@ -31,10 +29,9 @@ from gearrattle.model.path_labels import in_shown_unit, path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, Plain, checked
 from gearrattle.model.table import shown
 from gearrattle.orbits.branch_members import Followed
-from gearrattle.orbits.jumps import NOT_ON, Jump, jumps_of, periods_between, speed_of
+from gearrattle.orbits.jumps import NOT_ON, Jump, RunParts, branch_parts, jumps_of, periods_between, speed_of
 from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.progress import Progress, never_falling, part_of
-from gearrattle.orbits.run_parts import RunParts, branch_parts
 from gearrattle.orbits.start_states import plan_from, state_at
 from gearrattle.result import Result
 from gearrattle.simulation.integrate import integrate
@@ -147,10 +144,8 @@ class RunUpJumps(Result):
 def run_up_of(branch: Followed, rate: float | str, progress: Callable[[float], None] | None) -> RunUpJumps:
     """Return the jumps of a run-up and a run-down; see ``Branch.run_up``.
 
-    Raises
-    ------
-    ModelError
-        a branch over something else than the speed, a rate without sense or at which the runs are too short or long.
+    Raises ModelError: a branch over something else than the speed, a rate without sense or at which the runs are
+    too short or long.
     """
     checked(CALLBACK, progress, "progress")
     speed_rate = rate_of(branch.model, branch.path, branch.range, rate)
@@ -212,10 +207,8 @@ def _settles_later(branch: Followed, jump: Jump) -> str:
 def rate_of(model: Model, path: str, ends: tuple[float, float], rate: float | str) -> float:
     """Return the rate of a run-up over a range of the value of a branch [rad/s^2].
 
-    Raises
-    ------
-    ModelError
-        the value is not the speed, a rate without sense or too fast, or a model that cannot follow a run-up.
+    Raises ModelError: the value is not the speed, a rate without sense or too fast, or a model that cannot follow a
+    run-up.
     """
     if path not in PATHS:
         raise ModelError(Problem("path", path, f"a run-up changes {' or '.join(PATHS)}", "follow that"))
@@ -267,39 +260,20 @@ def _turns(model: Model) -> float:
 
 
 class _RunPlan(NamedTuple):
-    """A run that is possible.
+    """A run that is possible."""
 
-    Attributes
-    ----------
-    orbit
-        the motion on which it begins.
-    model
-        with the run-up.
-    simulation
-        of the run.
-    to_value
-        of the branch, for a unit of the speed.
-    speeds
-        the first one and the last one [rad/s].
-    rate
-        of the speed, with its sign [rad/s^2].
-    """
-
-    orbit: Orbit
-    model: Model
-    simulation: Plan
-    to_value: float
-    speeds: tuple[float, float]
-    rate: float
+    orbit: Orbit  # the motion on which it begins
+    model: Model  # with the run-up
+    simulation: Plan  # of the run
+    to_value: float  # of the branch, for a unit of the speed
+    speeds: tuple[float, float]  # the first one and the last one [rad/s]
+    rate: float  # of the speed, with its sign [rad/s^2]
 
 
 def _planned(branch: Followed, orbit: Orbit, ends: tuple[float, float], rate: float) -> _RunPlan:
     """Prepare a run from a motion on.
 
-    Raises
-    ------
-    ModelError
-        the run would be too long.
+    Raises ModelError: the run would be too long.
     """
     first, last = (speed_of(branch.model, branch.path, value) for value in ends)
     cycles = int(np.ceil(abs(last - first) / rate * first / (2.0 * np.pi * _turns(orbit.model))))

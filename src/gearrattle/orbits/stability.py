@@ -11,8 +11,6 @@ Where the parameter runs over a fold the motion jumps, and so it does where a sl
 may lie at the fold itself. Where the parameter runs over a period doubling or a symmetry breaking, the motion goes on
 along what leaves there, if that is stable just beyond (a *soft* loss of stability); if it is unstable, leads backwards
 or is vertical, the motion jumps (a *hard* loss). Of a Neimark-Sacker bifurcation nothing is known.
-
-Takes a Branch; gives ranges and losses of stability.
 """
 
 from __future__ import annotations
@@ -41,78 +39,37 @@ _SAME = 1e-6  # of swings: motions that differ by less are one
 
 @dataclass(frozen=True)
 class Range:
-    """Neighbouring points of a branch with the same stability and no fold between them.
+    """Neighbouring points of a branch with the same stability and no fold between them."""
 
-    Attributes
-    ----------
-    branch
-        number of the branch.
-    begin, end
-        values of the parameter at its two ends, in the order of the branch [SI].
-    stable
-        whether the motions are.
-    points
-        how many.
-    cause
-        of its end: the kind of an event, or what else ends it.
-    """
-
-    branch: int
-    begin: float
+    branch: int  # number of the branch
+    begin: float  # values of the parameter at its two ends, in the order of the branch [SI]
     end: float
-    stable: bool
-    points: int
-    cause: str
+    stable: bool  # whether the motions are
+    points: int  # how many
+    cause: str  # of its end: the kind of an event, or what else ends it
 
 
 @dataclass(frozen=True)
 class Loss:
-    """An event at which stable motions end, or become unstable, as the value slowly goes one way.
+    """An event at which stable motions end, or become unstable, as the value slowly goes one way."""
 
-    Attributes
-    ----------
-    event
-        its row in ``Branch.events``.
-    branch
-        number of the branch.
-    kind
-        of the event.
-    value
-        of the parameter [SI].
-    upward
-        whether it is met with a growing value.
-    jumps
-        whether the motion jumps there; None: that is not known.
-    """
-
-    event: int
-    branch: int
-    kind: str
-    value: float
-    upward: bool
-    jumps: bool | None = True
+    event: int  # its row in ``Branch.events``
+    branch: int  # number of the branch
+    kind: str  # of the event
+    value: float  # of the parameter [SI]
+    upward: bool  # whether it is met with a growing value
+    jumps: bool | None = True  # whether the motion jumps there; None: that is not known
 
 
 @dataclass(frozen=True)
 class Course:
-    """A branch from node to node.
+    """A branch from node to node."""
 
-    Attributes
-    ----------
-    nodes
-        its N points and events: a point and -1, or the point before an event and the event.
-    value
-        (N,) of the parameter [SI].
-    kinds
-        N kinds of events; empty for points.
-    stable
-        (N - 1,) whether motions are, between every node and the next.
-    """
-
+    # its N points and events: a point and -1, or the point before an event and the event
     nodes: tuple[tuple[int, int], ...]
-    value: NDArray[np.float64]
-    kinds: tuple[str, ...]
-    stable: tuple[bool, ...]
+    value: NDArray[np.float64]  # (N,) of the parameter [SI]
+    kinds: tuple[str, ...]  # N kinds of events; empty for points
+    stable: tuple[bool, ...]  # (N - 1,) whether motions are, between every node and the next
 
     def points_of(self, first: int, end: int) -> int:
         """How many of the nodes from ``first`` up to ``end`` are points."""

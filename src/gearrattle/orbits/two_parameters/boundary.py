@@ -13,8 +13,6 @@ Two folds meet in a cusp, and neither exists beyond it: the curve ends there. It
 grazing, or go on beyond (``engine.periodic.special``). Where a curve of folds turns back over the second value, an
 isolated branch shrinks to a point, or two branches join. Two ends of families meet where their length is least: their
 test function is that length.
-
-Takes a Branch and an event; gives a Dataset.
 """
 
 from __future__ import annotations
@@ -35,6 +33,7 @@ from gearrattle.engine.periodic.breaking import HalfPeriodFamily
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.drift import slope_along
 from gearrattle.engine.periodic.events import FOLD, GRAZING, NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.grazing import JUMP, RELEASE
 from gearrattle.engine.periodic.special import (
     CUSP,
     FOLD_AT_DOUBLING,
@@ -63,6 +62,7 @@ from gearrattle.orbits.over_value import alike, family_of, watched_names
 from gearrattle.orbits.progress import Progress, part_of
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 Array = NDArray[np.float64]
@@ -120,21 +120,7 @@ def boundary_of(
     range: Sequence[Written],
     progress: Progress | None,
 ) -> xr.Dataset:
-    """Follow an event from the model's own second value to both ends of its range; see ``Branch.boundary``.
-
-    Parameters
-    ----------
-    branch
-        that the event lies on.
-    event
-        the event, and the Continuation of its curve.
-    second
-        path of the other value.
-    range
-        its ends.
-    progress
-        called with the finished share; an exception from it ends the work.
-    """
+    """Follow an event from the model's own second value to both ends of its range; see ``Branch.boundary``."""
     import xarray as xr
 
     checked(CALLBACK, progress, "progress")
@@ -186,10 +172,7 @@ def boundary_of(
 def _check_symmetry(follower: Follower, second: str, own: float) -> None:
     """Refuse a second value without which there is no symmetry that could break.
 
-    Raises
-    ------
-    ModelError
-        the driveline is not symmetric beside its own second value.
+    Raises ModelError: the driveline is not symmetric beside its own second value.
     """
     try:
         follower(own * (1.0 + _BESIDE))
@@ -491,3 +474,118 @@ def _growth(move: Array, change: Array, is_short: bool) -> float:
     if distance > _EASY:
         return 1.0
     return 3.0 if off < _STRAIGHT * distance else 1.5
+
+
+DRAWN = (FOLD, GRAZING, EDGE)
+"""Kinds of events whose curves are followed."""
+_SAME = 1e-5  # of both ranges: special points of two curves that lie nearer are the same
+_LOST = "not found further"
+_BEYOND = "beyond the range of the first value"
+
+
+@dataclass(frozen=True)
+class Border:
+    """An event over the second value.
+
+    Attributes
+    ----------
+    event
+        its row in the events of the branch.
+    kind
+        of event.
+    clearance
+        what grazes; empty for another event.
+    second, value
+        (N,) the second value, ascending, and the first one at the event [SI].
+    ends_below, ends_above
+        why it ends inside the range there: a special point, "beyond the range of the first value", where it is not
+        followed to the end, or "not found further"; empty where it does not.
+    """
+
+    event: int
+    kind: str
+    clearance: str
+    second: Array
+    value: Array
+    ends_below: str
+    ends_above: str
+
+
+@dataclass(frozen=True)
+class SpecialPoint:
+    """A point at which curves of events end or meet.
+
+    Attributes
+    ----------
+    kind
+        one of ``special`` in ``Branch.boundary``.
+    value, second
+        where [SI].
+    """
+
+    kind: str
+    value: float
+    second: float
+
+
+def borders_of(
+    events: pd.DataFrame,
+    boundary: Callable[[int], xr.Dataset],
+    ranges: tuple[tuple[float, float], tuple[float, float]],
+    progress: Callable[[float], None] | None,
+    shown: Callable[[float], str],
+) -> tuple[list[Border], list[SpecialPoint], list[str]]:
+    """Follow every fold, grazing and end of a family of a branch.
+
+    ``ranges``: ascending ends of the value and of the second one [SI].
+    The curves, their special points, and notes on events that could not be followed.
+    """
+    is_drawn, jumps = events["kind"].isin(DRAWN), events["grazing"].isin([JUMP, RELEASE])
+    chosen = events.index[is_drawn & ~events["collision"] & ~jumps]
+    borders, curves = list[Border](), list["xr.Dataset"]()
+    notes = [
+        f"The grazing at {shown(value)} is not followed: the motion or its gradient jumps there."
+        for value in events.loc[is_drawn & jumps, "value"].tolist()
+    ]
+    spans = ranges[0][1] - ranges[0][0], ranges[1][1] - ranges[1][0]
+    for done, row in enumerate(chosen, 1):
+        kind, clearance = str(events["kind"][row]), str(events["clearance"][row])
+        try:
+            curve = boundary(int(row))
+        except (ConvergenceError, np.linalg.LinAlgError) as error:
+            notes.append(f"The {kind} at {shown(float(events['value'][row]))} was not followed: {error}.")
+            continue
+        curves.append(curve)
+        second, special = curve["second"].values, [str(kind) for kind in curve["special"].values]
+        is_inside = second[0] > ranges[1][0] + _SAME * spans[1], second[-1] < ranges[1][1] - _SAME * spans[1]
+        in_range = [ranges[0][0] <= curve["value"].values[i] <= ranges[0][1] for i in (0, -1)]
+        reasons = [
+            (special[i] or (_LOST if in_plane else _BEYOND)) if inside else ""
+            for i, inside, in_plane in zip((0, -1), is_inside, in_range, strict=True)
+        ]
+        borders.append(Border(int(row), kind, clearance, second, curve["value"].values, reasons[0], reasons[1]))
+        if progress is not None:
+            progress(done / len(chosen))
+    if progress is not None:
+        progress(1.0)  # where no event was there, or the last one could not be followed
+    return borders, special_points_of(curves, spans), notes
+
+
+def special_points_of(curves: Sequence[xr.Dataset], spans: tuple[float, float]) -> list[SpecialPoint]:
+    """Return the special points of curves, once each: a cusp is the end of two folds.
+
+    ``spans``: lengths of the ranges of value and second [SI].
+    """
+    points: list[SpecialPoint] = []
+    for curve in curves:
+        columns = (curve[name].values.tolist() for name in ("special", "value", "second"))
+        for kind, value, second in zip(*columns, strict=True):
+            is_known = any(
+                point.kind == kind
+                and abs(point.value - value) < _SAME * spans[0]
+                and abs(point.second - second) < _SAME * spans[1]
+                for point in points
+            )
+            if kind and not is_known:
+                points.append(SpecialPoint(str(kind), float(value), float(second)))
+    return points
