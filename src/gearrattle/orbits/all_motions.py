@@ -100,7 +100,7 @@ def every_orbit(model: Model, cycles: int, progress: Callable[[float], None] | N
     points shows that a motion is missing, or that it cannot show it, and where branches were not followed to their
     ends.
     """
-    searches = _searched(model, cycles, None if progress is None else never_falling(progress))
+    searches = _searched(model, cycles, never_falling(progress))
     known, notes = searches[-1].known, searches[-1].notes(sum(work.left for work in searches))
     if not known.passes:
         message = f"no motion that repeats after {counted(cycles, 'period')} was found"
@@ -109,13 +109,13 @@ def every_orbit(model: Model, cycles: int, progress: Callable[[float], None] | N
     return sorted(orbits, key=lambda orbit: float(np.ptp(orbit.run.trajectory.deflection, axis=0).max(initial=0.0)))
 
 
-def _searched(model: Model, cycles: int, progress: Progress | None) -> list[_Search]:
+def _searched(model: Model, cycles: int, progress: Progress) -> list[_Search]:
     """The finished searches for all divisors of a number of periods, that for the number itself last."""
     searches: list[_Search] = []
     divisors = [n for n in range(1, cycles + 1) if cycles % n == 0]
     for i, n in enumerate(divisors):
         begin, end = (sum(divisors[:j]) / sum(divisors) for j in (i, i + 1))  # work grows with the periods
-        work = _Search(model, n, stretch_of(progress, begin, end) or (lambda _: None))
+        work = _Search(model, n, stretch_of(progress, begin, end))
         for earlier in searches:
             if n % earlier.known.period_map.cycles == 0:
                 work.take(earlier)

@@ -31,6 +31,7 @@ from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.orbits.known_motions import starts_of, states_of_periods, without
 from gearrattle.orbits.orbit import Orbit, orbit_of
+from gearrattle.orbits.progress import never_falling
 from gearrattle.orbits.settling_limits import BLOCK, BLOCKS, STARTS
 from gearrattle.signals.shares import wilson
 from gearrattle.signals.strobe import period_number
@@ -215,6 +216,7 @@ def settled_motions(
 ) -> Settled:
     """Return the motions in which a driveline settles from states within its reach."""
     search = _Search(model, most_periods)
+    report = never_falling(progress)
     counts = Counter[int | None]()
     own = None
     followed = 0
@@ -225,8 +227,7 @@ def settled_motions(
             begun = search.turned_like(state, State(start.y + wound_up, start.auxiliary_pieces))
             counts[search.settled_in(begun)] += 1
             followed += 1
-            if progress is not None:
-                progress(followed / starts)
+            report(followed / starts)
     except _Spent:
         pass
     known = list(range(len(search.attractors)))

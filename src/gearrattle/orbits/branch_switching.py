@@ -1,11 +1,10 @@
-"""Isolated branches, and branches that leave another one where it loses its stability."""
+"""Isolated branches, and branches that leave another one where its period doubles or its symmetry breaks."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +17,13 @@ from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.branch_points import Home, shared_with
-from gearrattle.orbits.curve import Curve, followed
+from gearrattle.orbits.curve import UNTOLD, Curve, Work, followed
 from gearrattle.orbits.known_motions import Known, search, starts_of
 from gearrattle.orbits.orbit import CYCLES
-from gearrattle.orbits.progress import Progress, part_of
+from gearrattle.orbits.progress import silent
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
-SoFar = Callable[[Sequence[Curve]], None]
 _VALUES = 9
 """Number of parameter values, the ends of the range included, at which isolated branches are sought."""
 _STARTS = 24
@@ -44,11 +42,13 @@ _BESIDE_JOINT = 1e-3  # of the parameter's unit: so far from a joint the branch 
 _ALONG = 1e-9  # cosine between a tangent and the direction in which a branch leaves that is rounding
 
 
-class Followers(NamedTuple):
-    """What follows motions by the periods after which they repeat: of n, of 2 n, and of n / 2 where n is even."""
+@dataclass(frozen=True)
+class Followers:
+    """What follows motions over a range by the periods after which they repeat: n, 2 n, and n / 2 where n is even."""
 
     cycles: int  # n
-    of: Mapping[int, Continuation]  # Continuations by periods; those of too many are missing
+    ends: tuple[float, float]  # of the range, ascending
+    of: Mapping[int, Continuation]  # by periods; those of too many are missing
 
     def points_at(self, curves: Sequence[Curve], value: float) -> list[Point]:
         """Return the points of branches at a value of the parameter."""
@@ -56,182 +56,130 @@ class Followers(NamedTuple):
         return [point for known in followed_ones for _, point in known.motions_at(self.of[known.cycles], value)]
 
 
-def followers_of(cycles: int, follower: Callable[[int], Continuation]) -> Followers:
-    """Return what follows motions of some periods, and those that these join or that leave them."""
+def followers_of(cycles: int, ends: tuple[float, float], follower: Callable[[int], Continuation]) -> Followers:
+    """Return what follows motions of some periods over a range, and those that these join or that leave them."""
     counts = [n for n in (cycles, 2 * cycles, cycles // 2) if n <= CYCLES.most]
-    return Followers(cycles, {n: follower(n) for n in (counts if cycles % 2 == 0 else counts[:2]) if n > 0})
+    return Followers(cycles, ends, {n: follower(n) for n in (counts if cycles % 2 == 0 else counts[:2]) if n > 0})
 
 
 def further_curves(
     followers: Followers,
     curves: Sequence[Curve],
-    ends: tuple[float, float],
     *,
     isolated: bool,
     others: Sequence[Curve] = (),
-    progress: Progress | None = None,
-    so_far: SoFar | None = None,
+    work: Work = UNTOLD,
 ) -> list[Curve]:
-    """Return the branches that leave known ones, and on request those that are connected to none.
+    """Return the branches that leave known ones of n periods, and on request those that are connected to none.
 
-    ``ends``: of the range, ascending.
+    ``others`` are known as well, with what leaves them. Searches and branches that leave count as equal parts of work.
     """
-    parts, further = 1 + 2 * isolated, list[Curve]()
-    part = part_of(progress, 0, parts)
-    further += _leaving_all(followers, curves, ends, others=others, progress=part, so_far=so_far)
+    parts = 1 + 2 * isolated
+    further = _leaving_all(followers, curves, others, work.part(0, parts))
     sought = [n for n in (followers.cycles, 2 * followers.cycles) if isolated and n in followers.of]
     for i, cycles in enumerate(sought, 1):
-        known, part, tell = [*others, *curves, *further], part_of(progress, i, parts), _beside(further, so_far)
-        more = _isolated_curves(followers, followers.of[cycles], ends, known, progress=part, so_far=tell)
+        known = [*others, *curves, *further]
+        more = _isolated_curves(followers, followers.of[cycles], known, work.part(i, parts).beside(further))
         further += more
-        tell = _beside(further, so_far)
-        further += _leaving_all(followers, more, ends, others=known, progress=None, so_far=tell)
+        further += _leaving_all(followers, more, known, work._replace(progress=silent).beside(further))
     return further
 
 
-def _leaving_all(
-    followers: Followers,
-    curves: Sequence[Curve],
-    ends: tuple[float, float],
-    *,
-    others: Sequence[Curve] = (),
-    progress: Progress | None,
-    so_far: SoFar | None,
-) -> list[Curve]:
+def _leaving_all(followers: Followers, curves: Sequence[Curve], others: Sequence[Curve], work: Work) -> list[Curve]:
     """The branches that leave some, and those that leave branches of broken symmetry; ``others`` are known as well."""
-    further, left = list[Curve](), [*curves]
+    further = list[Curve]()
+    left = [*curves]
     for i, origin in enumerate(left):  # which grows
-        part, tell = part_of(progress, i, len(left)), _beside(further, so_far)
         known = [*others, *curves, *further]
-        leaving = _branches_off(followers, origin, known, ends, progress=part, so_far=tell)
+        leaving = _branches_off(followers, origin, known, work.part(i, len(left)).beside(further))
         further += leaving
         left += [branch for branch in leaving if branch.cycles <= followers.cycles]
     return further
 
 
-def _beside(further: Sequence[Curve], so_far: SoFar | None) -> SoFar | None:
-    """What tells of branches under way beside those that are complete."""
-    complete = tuple(further)
-    return None if so_far is None else lambda growing: so_far([*complete, *growing])
-
-
-def _isolated_curves(
-    followers: Followers,
-    curve: Continuation,
-    ends: tuple[float, float],
-    curves: Sequence[Curve],
-    *,
-    progress: Progress | None,
-    so_far: SoFar | None,
-) -> list[Curve]:
+def _isolated_curves(followers: Followers, curve: Continuation, curves: Sequence[Curve], work: Work) -> list[Curve]:
     """Branches that are connected to none of the known ones; ``curve`` follows them."""
-    further: list[Curve] = []
-    for i, value in enumerate(np.linspace(*ends, _VALUES)):
-        part = part_of(progress, i, _VALUES)
-        if part is not None:
-            part(0.0)
-        period_map = curve.family.map_at(float(value))
-        known, on_branches = Known(period_map, mirror=half_period_map(period_map.system)), Known(period_map)
+    further = list[Curve]()
+    for i, value in enumerate(np.linspace(*followers.ends, _VALUES).tolist()):
+        part = work.part(i, _VALUES)
+        part.progress(0.0)
+        # motions of the branches that are known
+        period_map = curve.family.map_at(value)
+        on_branches = Known(period_map)
         alike = [one for one in [*curves, *further] if curve.cycles % one.cycles == 0]
-        for point in followers.points_at(alike, float(value)):
+        for point in followers.points_at(alike, value):
             on_branches.add(point.motion)
+        # motions from many starts
+        known = Known(period_map, mirror=half_period_map(period_map.system))
         for state in starts_of(period_map, _STARTS):
             search(known, state)
         for motion, states in zip(known.passes, known.shifts, strict=True):
             if len(states) == curve.cycles and not on_branches.holds(motion.start):
                 try:
-                    tell = _with(further, so_far)
-                    isolated = _both_ways(curve, motion.start, float(value), ends=ends, progress=part, so_far=tell)
+                    isolated = _both_ways(curve, motion.start, value, followers.ends, part.beside(further))
                 except ConvergenceError:
                     continue
                 further.append(isolated)
-                for point in followers.points_at([isolated], float(value)):
+                for point in followers.points_at([isolated], value):
                     on_branches.add(point.motion)
                 on_branches.add(motion)
     return further
 
 
-def _with(further: list[Curve], so_far: SoFar | None) -> Callable[[Curve], None] | None:
-    """What tells of one branch under way beside those that are complete."""
-    tell = _beside(further, so_far)
-    return None if tell is None else lambda growing: tell([growing])
-
-
-def _both_ways(
-    curve: Continuation,
-    state: State,
-    value: float,
-    *,
-    ends: tuple[float, float],
-    progress: Progress | None,
-    so_far: Callable[[Curve], None] | None,
-) -> Curve:
+def _both_ways(curve: Continuation, state: State, value: float, ends: tuple[float, float], work: Work) -> Curve:
     """The branch through a motion, followed upward and downward and put together."""
     first = curve.begin(state, value)
-    ahead = followed(curve, first, ends, progress=progress, so_far=so_far)
+    ahead = followed(curve, first, ends, work=work)
     if len(ahead.points) > 2 and ahead.points[-1].w is first.w:  # closed
         return ahead
     downward = curve.begin(state, value, upward=False)
-    tell = None if so_far is None else lambda growing: so_far(_joined(growing, ahead))
-    return _joined(followed(curve, downward, ends, progress=progress, so_far=tell), ahead)
+    behind = followed(curve, downward, ends, work=work.telling(lambda growing: [_joined(growing[0], ahead)]))
+    return _joined(behind, ahead)
 
 
 def _joined(behind: Curve, ahead: Curve) -> Curve:
     """One branch from two that begin at the same motion, the first of them passed backwards."""
     length = behind.points[-1].length
-    points = [_reversed(point, length) for point in reversed(behind.points[1:])]
-    points += [replace(point, length=length + point.length) for point in ahead.points]
-    events = [replace(event, point=_reversed(event.point, length)) for event in reversed(behind.events)]
-    events += [replace(e, point=replace(e.point, length=length + e.point.length)) for e in ahead.events]
+
+    def backwards(point: Point) -> Point:
+        return replace(turned_around(point), length=length - point.length)
+
+    def onwards(point: Point) -> Point:
+        return replace(point, length=length + point.length)
+
+    points = [*map(backwards, reversed(behind.points[1:])), *map(onwards, ahead.points)]
+    events = [replace(event, point=backwards(event.point)) for event in reversed(behind.events)]
+    events += [replace(event, point=onwards(event.point)) for event in ahead.events]
     unlocated = [replace(step, before=step.after, after=step.before) for step in reversed(behind.unlocated)]
-    every = *unlocated, *ahead.unlocated
-    return Curve(ahead.cycles, tuple(points), tuple(events), behind.note or ahead.note, unlocated=every)
+    note = behind.note or ahead.note
+    return Curve(ahead.cycles, tuple(points), tuple(events), note, unlocated=(*unlocated, *ahead.unlocated))
 
 
-def _reversed(point: Point, length: float) -> Point:
-    """A point of a branch of a length, as seen when the branch is passed backwards."""
-    return replace(turned_around(point), length=length - point.length)
-
-
-def _branches_off(
-    followers: Followers,
-    known: Curve,
-    curves: Sequence[Curve],
-    ends: tuple[float, float],
-    *,
-    progress: Progress | None,
-    so_far: SoFar | None,
-) -> list[Curve]:
+def _branches_off(followers: Followers, known: Curve, curves: Sequence[Curve], work: Work) -> list[Curve]:
     """The branches that leave one of some known ones where its period doubles or its symmetry breaks."""
-    own, doubled = followers.of[known.cycles], followers.of.get(2 * known.cycles)
-    further: list[Curve] = []
-    reached: list[tuple[str, float]] = []
+    further = list[Curve]()
+    reached = list[tuple[str, float]]()
+    same = _SAME_EVENT * float(np.ptp(followers.ends))
     events = [event for event in known.events if event.kind in (DOUBLING, BREAKING) and not event.is_collision]
     for i, event in enumerate(events):
-        part, value = part_of(progress, i, len(events)), event.point.parameter
+        part = work.part(i, len(events))
         if event.point.w is known.points[-1].w or event.point.w is known.points[0].w:
             if not known.origin:
-                tell, every = _with(further, so_far), [*curves, *further]
-                further += _branch_joined(followers, known, event, every, ends, progress=part, so_far=tell)
+                further += _branch_joined(followers, known, event, [*curves, *further], part.beside(further))
             continue
-        follower = doubled if event.kind == DOUBLING else own
-        is_reached = any(kind == event.kind and abs(value - end) < _SAME_EVENT * np.ptp(ends) for kind, end in reached)
+        follower = followers.of.get(known.cycles * (2 if event.kind == DOUBLING else 1))
+        is_reached = any(kind == event.kind and abs(event.point.parameter - end) < same for kind, end in reached)
         is_left = event.kind == BREAKING and known.origin == BREAKING  # the symmetric branch at the other end
         if is_reached or is_left or follower is None:
             continue
-        leaving = _leaving(follower, event, ends)
+        leaving = _leaving(follower, event, followers.ends)
         for j, first in enumerate(leaving):
             if _is_known(follower, event, first, [*curves, *further]):
                 continue
-            branch = followed(
-                follower,
-                first,
-                ends,
-                home=_home_of(follower, known, event),
-                origin=shared_with(follower, event, first),
-                progress=part_of(part, j, len(leaving)),
-                so_far=_with(further, so_far),
-            )
+            home = None if half_curve(follower, event.point.parameter) is None else Home(follower, known.events)
+            origin = shared_with(follower, event, first)
+            own = part.part(j, len(leaving)).beside(further)
+            branch = followed(follower, first, followers.ends, home=home, origin=origin, work=own)
             further.append(branch)
             if branch.events and branch.events[-1].kind == event.kind:
                 reached.append((event.kind, branch.events[-1].point.parameter))
@@ -239,14 +187,7 @@ def _branches_off(
 
 
 def _branch_joined(
-    followers: Followers,
-    known: Curve,
-    joint: Event,
-    curves: Sequence[Curve],
-    ends: tuple[float, float],
-    *,
-    progress: Progress | None,
-    so_far: Callable[[Curve], None] | None,
+    followers: Followers, known: Curve, joint: Event, curves: Sequence[Curve], work: Work
 ) -> list[Curve]:
     """The branch that another one joins at its end, if it is not known: of half its periods, or symmetric."""
     point, own = joint.point, followers.of[known.cycles]
@@ -258,17 +199,11 @@ def _branch_joined(
     for side in (-_BESIDE_JOINT, _BESIDE_JOINT):
         with suppress(ConvergenceError):
             first = halves.near(point.w + side * along, along, replace(point, later=None))
-            if ends[0] <= first.parameter <= ends[1]:
+            if followers.ends[0] <= first.parameter <= followers.ends[1]:
                 if _is_known(follower, joint, first, curves):
                     return []
-                start = first.motion.start
-                return [_both_ways(follower, start, first.parameter, ends=ends, progress=progress, so_far=so_far)]
+                return [_both_ways(follower, first.motion.start, first.parameter, followers.ends, work)]
     return []
-
-
-def _home_of(follower: Continuation, known: Curve, event: Event) -> Home | None:
-    """What tells where a branch that leaves at an event joins the one that it leaves; None: nothing does."""
-    return None if half_curve(follower, event.point.parameter) is None else Home(follower, known.events)
 
 
 def doublings_left(curves: Sequence[Curve], cycles: int, shown: Callable[[float], str]) -> list[str]:

@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.branch_points import Home, events_beside_joint, told_apart, unknown_home
 from gearrattle.orbits.family_ends import followed_through_families
 from gearrattle.orbits.orbit import is_stable
+from gearrattle.orbits.progress import Progress, part_of, silent
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
@@ -110,6 +112,30 @@ class Curve:
         return pairwise(self.points)
 
 
+class Work(NamedTuple):
+    """Who is told how far branches are followed, and what they are so far."""
+
+    progress: Progress = silent
+    so_far: Callable[[Sequence[Curve]], None] | None = None
+
+    def part(self, number: int, count: int) -> Work:
+        """Return the work of part ``number``, from 0, of ``count`` equal ones."""
+        return self._replace(progress=part_of(self.progress, number, count))
+
+    def beside(self, complete: Sequence[Curve]) -> Work:
+        """Return the work on branches that are told of beside those that are complete."""
+        return self.telling(lambda growing: [*complete, *growing])
+
+    def telling(self, words: Callable[[Sequence[Curve]], Sequence[Curve]]) -> Work:
+        """Return the work on branches that are told of as something else."""
+        so_far = self.so_far
+        return self if so_far is None else self._replace(so_far=lambda growing: so_far(words(growing)))
+
+
+UNTOLD = Work()
+"""Work of which nobody is told."""
+
+
 def followed(
     curve: Continuation,
     begin: Point,
@@ -117,13 +143,12 @@ def followed(
     *,
     home: Home | None = None,
     origin: Event | None = None,
-    progress: Callable[[float], None] | None = None,
-    so_far: Callable[[Curve], None] | None = None,
+    work: Work = UNTOLD,
 ) -> Curve:
-    """Follow one branch to an end of the range, and locate what happens along it.
+    """Follow one branch to an end of the range, whose ``ends`` ascend, and locate what happens along it.
 
-    ``ends``: of the range, ascending; ``home``: for a branch of doubled period or broken symmetry: it ends where
-    its motions are those of the branch again that it has left. None: any other branch.
+    ``home``: for a branch of doubled period or broken symmetry, which ends where its motions are those of the branch
+    again that it has left. ``origin``: the event at which it has left that, its motion over as many periods.
     """
     walk = _Walk(curve, begin, home, origin)
     steps = curve
@@ -133,10 +158,9 @@ def followed(
                 walk.take(point, known)
                 if walk.is_done:
                     break
-                if progress is not None:
-                    progress(min(1.0, abs(point.parameter - begin.parameter) / (ends[1] - ends[0])))
-                if so_far is not None:
-                    so_far(walk.curve)
+                work.progress(min(1.0, abs(point.parameter - begin.parameter) / (ends[1] - ends[0])))
+                if work.so_far is not None:
+                    work.so_far([walk.curve])
         except ConvergenceError as error:
             walk.stop()
             if isinstance(error, WrongBranch) and not (walk.is_done or is_last):

@@ -1,5 +1,4 @@
-"""The period map of a model as a function of one of its values: the range that users give, and what follows motions.
-"""
+"""The period map of a model as a function of one of its values: the range that users give, and what follows motions."""
 
 from __future__ import annotations
 

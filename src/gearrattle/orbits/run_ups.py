@@ -161,7 +161,7 @@ def run_up_of(branch: Followed, rate: float | str, progress: Callable[[float], N
             plans.append(_planned(branch, start, ends, speed_rate))
     motions = list(branch_parts(branch))
     envelopes, jumps = list[Envelope](), list[Jump]()
-    work = None if progress is None else never_falling(progress)
+    work = never_falling(progress)
     for number, plan in enumerate(plans):
         parts = _run(plan, part_of(work, number, len(plans)))
         envelopes.append(_envelope(parts))
@@ -172,8 +172,7 @@ def run_up_of(branch: Followed, rate: float | str, progress: Callable[[float], N
         if seen and all(jump.words == NOT_ON for jump in seen):
             notes.append(_on_none(parts.upward))
         jumps += seen
-    if work is not None:
-        work(1.0)
+    work(1.0)
     return RunUpJumps(branch, speed_rate, tuple(envelopes), tuple(jumps), (*branch.notes, *notes))
 
 
@@ -303,7 +302,7 @@ def _parts(model: Model) -> int:
     return min(_load_cycles(model), _MOST_PARTS)
 
 
-def _run(run: _RunPlan, progress: Progress | None) -> RunParts:
+def _run(run: _RunPlan, progress: Progress) -> RunParts:
     """Simulate the run, and reduce every part of a period to its extrema."""
     (first, last), signed, plan = run.speeds, run.rate, run.simulation
     load_cycles, turns = _load_cycles(run.orbit.model), _turns(run.orbit.model)

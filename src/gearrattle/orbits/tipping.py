@@ -33,7 +33,7 @@ from gearrattle.engine.periodic.shooting import multipliers_of
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.orbits.progress import Progress
+from gearrattle.orbits.progress import Progress, never_falling
 from gearrattle.wording import counted, listed, measured
 
 if TYPE_CHECKING:
@@ -336,7 +336,8 @@ def tipping_table(
     levels = max(0, int(np.ceil(np.log2(_SAMPLES / instants))))
     finer = max(0, int(np.ceil(np.log2(_FEWEST / instants)))) if best else 0
     borders = len(_SIGNS) * ((instants << finer) + (2 * (levels - finer) * _VALLEYS if best else 0))
-    basin = _Basin(period_map, motion, inertia, instants << levels, _Count(borders, progress))
+    work = never_falling(progress)
+    basin = _Basin(period_map, motion, inertia, instants << levels, _Count(borders, work))
     samples = range(0, basin.samples, 1 << levels)
     tried = range(0, basin.samples, samples.step >> finer)
     ways = [basin.sizes(sign, tried, best=best) for sign in _SIGNS]
@@ -347,8 +348,7 @@ def tipping_table(
         borders_there = [basin.border(sample, sign) for sign in _SIGNS]
         sizes = (sign * border.size for sign, border in zip(_SIGNS, borders_there, strict=True))
         rows.append((share, share * period_map.length, *sizes, *(border.error for border in borders_there)))
-    if progress is not None:
-        progress(1.0)
+    work(1.0)
     columns = ["share", "time", "forward", "backward", "forward_error", "backward_error"]
     table = pd.DataFrame(rows, columns=columns)
     table.attrs["notes"] = [*basin.notes, *_missing(table, basin.largest, unit)]
@@ -386,14 +386,13 @@ def _passes_until_back(motion: Pass, largest: float) -> int:
 class _Count:
     """Counts borders, of about so many, and says what share of them is known."""
 
-    def __init__(self, most: int, progress: Progress | None) -> None:
+    def __init__(self, most: int, progress: Progress) -> None:
         self._most, self._known, self._progress = most, 0, progress
 
     def one_more(self) -> None:
         """Take note of one more."""
         self._known += 1
-        if self._progress is not None:
-            self._progress(min(1.0, self._known / self._most))
+        self._progress(min(1.0, self._known / self._most))
 
 
 class _Border(NamedTuple):

@@ -59,7 +59,7 @@ from gearrattle.orbits.branch_members import Followed
 from gearrattle.orbits.family_ends import EDGE, end_again, slope_of_length
 from gearrattle.orbits.gradients import moved_as, second_of
 from gearrattle.orbits.over_value import alike, family_of, watched_names
-from gearrattle.orbits.progress import Progress, part_of
+from gearrattle.orbits.progress import Progress, never_falling, part_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -140,12 +140,12 @@ def boundary_of(
         family = family_of(model.with_({path: value}), second, near, curve.family.cycles, abs(own) or 1.0)
         return curve.of(family)
 
-    parts = part_of(progress, 0, 2), part_of(progress, 1, 2)
+    work = never_falling(progress)
+    parts = part_of(work, 0, 2), part_of(work, 1, 2)
     low, high = (_one_way(follower, chosen, (own, end), part) for end, part in zip(ends, parts, strict=True))
     sides = [_ended((follower, across), side, end) for side, end in ((low, ends[0]), (high, ends[1]))]
     rows = [*reversed(sides[0][1:]), *sides[1]]
-    if progress is not None:
-        progress(1.0)
+    work(1.0)
     shown = partial(shown_value, second, model, digits=6, largest=max(abs(row.second) for row in rows))
     notes = [_note(second, shown, side) for side, end in zip(sides, ends, strict=True) if side[-1].second != end]
     attributes = {
@@ -382,15 +382,14 @@ def _turning_of_end(rows: list[_Row]) -> tuple[float, Event]:
     return second, replace(last, point=replace(last.point, parameter=value))
 
 
-def _one_way(follower: Follower, event: Event, ends: tuple[float, float], progress: Progress | None) -> list[_Row]:
+def _one_way(follower: Follower, event: Event, ends: tuple[float, float], progress: Progress) -> list[_Row]:
     """The event from a start value to an end value, as far as it exists."""
     start, end = ends
     located = [_row(event, follower(start), start)]
     even = (end - start) / _STEPS
     step = _FIRST * even
     while located[-1].second != end and abs(step) >= _SHORTEST * abs(even) and len(located) < _MOST:
-        if progress is not None:
-            progress((located[-1].second - start) / (end - start))
+        progress((located[-1].second - start) / (end - start))
         following = located[-1].second + step
         if (end - following) * (end - start) <= 0.0:
             following = end
@@ -532,7 +531,7 @@ def borders_of(
     events: pd.DataFrame,
     boundary: Callable[[int], xr.Dataset],
     ranges: tuple[tuple[float, float], tuple[float, float]],
-    progress: Callable[[float], None] | None,
+    progress: Progress,
     shown: Callable[[float], str],
 ) -> tuple[list[Border], list[SpecialPoint], list[str]]:
     """Follow every fold, grazing and end of a family of a branch.
@@ -564,10 +563,8 @@ def borders_of(
             for i, inside, in_plane in zip((0, -1), is_inside, in_range, strict=True)
         ]
         borders.append(Border(int(row), kind, clearance, second, curve["value"].values, reasons[0], reasons[1]))
-        if progress is not None:
-            progress(done / len(chosen))
-    if progress is not None:
-        progress(1.0)  # where no event was there, or the last one could not be followed
+        progress(done / len(chosen))
+    progress(1.0)  # where no event was there, or the last one could not be followed
     return borders, special_points_of(curves, spans), notes
 
 
