@@ -29,7 +29,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -41,10 +41,12 @@ from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.orbits.attractors import Attractor, passes_to_settle
-from gearrattle.orbits.branch_members import Followed
 from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.orbit import Orbit, sampled
 from gearrattle.orbits.stability import Loss, courses_of, halfway, losses_of
+
+if TYPE_CHECKING:
+    from gearrattle.orbits.branch import Branch
 
 Array = NDArray[np.float64]
 
@@ -99,7 +101,7 @@ class RunParts:
         return self.value > value if self.upward else self.value < value
 
 
-def branch_parts(branch: Followed) -> Sequence[BranchPart]:
+def branch_parts(branch: Branch) -> Sequence[BranchPart]:
     """The parts of all branches of one stability, ends at events included."""
     swings, event_swings = branch.data["peak_to_peak"].values, branch.event_levels[:, 1] - branch.event_levels[:, 0]
     located = [event.point for events in branch.events_of_curves for event in events]
@@ -149,7 +151,7 @@ class DeflectionsAlong:
     ``value``: (N,) growing [SI].
     """
 
-    def __init__(self, branch: Followed, curve: Curve, value: Array, points: Sequence[Point], grid: Grid) -> None:
+    def __init__(self, branch: Branch, curve: Curve, value: Array, points: Sequence[Point], grid: Grid) -> None:
         self.value = value
         self._branch, self._curve, self._points, self._grid = branch, curve, list(points), grid
         self._known = list[Array | None]([None] * len(self._points))
@@ -231,7 +233,7 @@ class _Compared(NamedTuple):
     all: tuple[Orbit, ...]  # motions of all branches
 
 
-def was_on(branch: Followed, run: RunParts, part: BranchPart, beyond: float | None = None) -> bool:
+def was_on(branch: Branch, run: RunParts, part: BranchPart, beyond: float | None = None) -> bool:
     """Return whether a run was on a motion of a part, beyond a value.
 
     Motions that settle too slowly are left out, unless all of those that are tried do.
@@ -267,7 +269,7 @@ def _values_tried(run: RunParts, part: BranchPart, beyond: float | None) -> Iter
         yield float(starts[2**n - 1])
 
 
-def _compared_at(branch: Followed, part: BranchPart, value: float) -> _Compared | None:
+def _compared_at(branch: Branch, part: BranchPart, value: float) -> _Compared | None:
     """The motion of a part at a value, and all that are known there; None: Newton's method gives none."""
     lengths = sorted((part.nodes[0].length, part.nodes[-1].length))
     own, orbits = list[tuple[Orbit, Point]](), list[Orbit]()
@@ -390,7 +392,7 @@ def speed_of(model: Model, path: str, value: float) -> float:
     return model.with_({path: value}).excitation.omega
 
 
-def jumps_of(branch: Followed, run: RunParts, motions: Sequence[BranchPart], rate: float) -> list[Jump]:
+def jumps_of(branch: Branch, run: RunParts, motions: Sequence[BranchPart], rate: float) -> list[Jump]:
     """The losses of stability that a run passes, in its order; those of copies of a motion once."""
     ended = list[tuple[Loss, list[BranchPart]]]()
     courses = {line: _course(branch, run, line, motions) for line in {one.line for one in motions}}
@@ -406,7 +408,7 @@ def jumps_of(branch: Followed, run: RunParts, motions: Sequence[BranchPart], rat
     return [_once(branch, one, jumps[k + 1 :], rate) for k, one in enumerate(jumps)]
 
 
-def _once(branch: Followed, jump: Jump, later: Sequence[Jump], rate: float) -> Jump:
+def _once(branch: Branch, jump: Jump, later: Sequence[Jump], rate: float) -> Jump:
     """A jump, unless it belongs to a later event: the run was on what ends there, or that jump is less than T away."""
     sign = 1.0 if jump.upward else -1.0
     if any(
@@ -418,7 +420,7 @@ def _once(branch: Followed, jump: Jump, later: Sequence[Jump], rate: float) -> J
     return jump
 
 
-def _periods(branch: Followed, values: tuple[float, float], rate: float) -> float:
+def _periods(branch: Branch, values: tuple[float, float], rate: float) -> float:
     """The periods T that a run takes from one value to another; NaN where one is."""
     if np.isnan(values).any():
         return np.nan
@@ -438,7 +440,7 @@ def _is_copy(one: BranchPart, own: BranchPart, end: float) -> bool:
     return one.reaches(end) and bool(np.allclose(one.at(end), swing, rtol=_SAME, atol=_TINY * float(swing.max())))
 
 
-def _course(branch: Followed, run: RunParts, line: int, motions: Sequence[BranchPart]) -> DeflectionsAlong:
+def _course(branch: Branch, run: RunParts, line: int, motions: Sequence[BranchPart]) -> DeflectionsAlong:
     """The motions of a line, stable or not."""
     parts = sorted((one for one in motions if one.line == line), key=lambda one: float(one.value[0]))
     value = np.concatenate([one.value for one in parts])
@@ -461,7 +463,7 @@ def _ending(
     return _Ending(loss, own, tuple(copies), others, again, courses, np.maximum(scale, least))
 
 
-def _jump(branch: Followed, run: RunParts, ending: _Ending, rate: float) -> Jump:
+def _jump(branch: Branch, run: RunParts, ending: _Ending, rate: float) -> Jump:
     """Where a run jumps after a motion has ended."""
     loss, names = ending.loss, assemble(branch.model).layout.clearance_names
 
@@ -505,7 +507,7 @@ def _ahead(run: RunParts, part: BranchPart, value: float) -> float:
     return np.inf if end < 0.0 else max(begin, 0.0)
 
 
-def _is_on_again(branch: Followed, run: RunParts, ending: _Ending, value: float) -> bool:
+def _is_on_again(branch: Branch, run: RunParts, ending: _Ending, value: float) -> bool:
     """Whether, beyond the loss and before a value, the motion is stable again and the run on it."""
     low, high = sorted((ending.loss.value, value))
     begin = 0 if run.upward else -1

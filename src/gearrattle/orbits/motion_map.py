@@ -21,7 +21,6 @@ from gearrattle.model import Model
 from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, FLAG, Count, Reader, argument_problems
-from gearrattle.orbits.branch_members import Followed
 from gearrattle.orbits.branch_switching import branches_missed, doublings_left
 from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.gradients import second_of
@@ -36,6 +35,8 @@ from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from gearrattle.orbits.branch import Branch
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -186,7 +187,7 @@ class MotionMap(Result):
 
 
 def map_of(
-    branch: Followed,
+    branch: Branch,
     second: str,
     range: Sequence[Written],
     counts: tuple[int, int],

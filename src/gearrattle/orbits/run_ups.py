@@ -28,7 +28,6 @@ from gearrattle.model import Model, units
 from gearrattle.model.path_labels import in_shown_unit, path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, Plain, checked
 from gearrattle.model.table import shown
-from gearrattle.orbits.branch_members import Followed
 from gearrattle.orbits.jumps import NOT_ON, Jump, RunParts, branch_parts, jumps_of, periods_between, speed_of
 from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.progress import Progress, never_falling, part_of
@@ -39,6 +38,8 @@ from gearrattle.simulation.simulate import Plan
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from gearrattle.orbits.branch import Branch
 
 Array = NDArray[np.float64]
 
@@ -98,7 +99,7 @@ class RunUpJumps(Result):
     """
 
     kind: ClassVar[str] = "jumps of run-ups"
-    branch: Followed = field(repr=False, compare=False)
+    branch: Branch = field(repr=False, compare=False)
     rate: float
     envelopes: tuple[Envelope, ...] = field(repr=False, compare=False)
     jumps: tuple[Jump, ...]
@@ -141,7 +142,7 @@ class RunUpJumps(Result):
         return xr.Dataset({**variables, **texts, **runs}, {"clearance": names}, about)
 
 
-def run_up_of(branch: Followed, rate: float | str, progress: Callable[[float], None] | None) -> RunUpJumps:
+def run_up_of(branch: Branch, rate: float | str, progress: Callable[[float], None] | None) -> RunUpJumps:
     """Return the jumps of a run-up and a run-down; see ``Branch.run_up``.
 
     Raises ModelError: a branch over something else than the speed, a rate without sense or at which the runs are
@@ -181,7 +182,7 @@ def _way(upward: bool) -> str:
     return "up" if upward else "down"
 
 
-def _shown(branch: Followed, value: float) -> str:
+def _shown(branch: Branch, value: float) -> str:
     """A value of the branch, as notes write it."""
     return shown_value(branch.path, branch.model, value, 6, max(map(abs, branch.range)))
 
@@ -194,7 +195,7 @@ def _on_none(upward: bool) -> str:
     )
 
 
-def _settles_later(branch: Followed, jump: Jump) -> str:
+def _settles_later(branch: Branch, jump: Jump) -> str:
     """What happens where the motion that a run leaves for is unstable at first."""
     return (
         f"Going {_way(jump.upward)}, the motion that the run leaves for at {branch.path} = "
@@ -223,7 +224,7 @@ def rate_of(model: Model, path: str, ends: tuple[float, float], rate: float | st
     return speed_rate
 
 
-def _start(branch: Followed, value: float) -> Orbit | None:
+def _start(branch: Branch, value: float) -> Orbit | None:
     """The stable motion at an end of the range: of the first branch that has one."""
     data = branch.data
     chosen = np.flatnonzero((data["value"].values == value) & data["stable"].values)
@@ -269,7 +270,7 @@ class _RunPlan(NamedTuple):
     rate: float  # of the speed, with its sign [rad/s^2]
 
 
-def _planned(branch: Followed, orbit: Orbit, ends: tuple[float, float], rate: float) -> _RunPlan:
+def _planned(branch: Branch, orbit: Orbit, ends: tuple[float, float], rate: float) -> _RunPlan:
     """Prepare a run from a motion on.
 
     Raises ModelError: the run would be too long.

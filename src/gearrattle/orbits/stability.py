@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +28,11 @@ from gearrattle.engine.periodic.events import BREAKING, DOUBLING, FOLD, GRAZING,
 from gearrattle.engine.periodic.grazing import RELEASE
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.branch_members import Followed
 from gearrattle.orbits.family_ends import EDGE
 from gearrattle.orbits.orbit import is_stable
+
+if TYPE_CHECKING:
+    from gearrattle.orbits.branch import Branch
 
 CHANGES = frozenset({FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, EDGE})
 """Events at which the stability may change."""
@@ -76,13 +79,13 @@ class Course:
         return sum(not kind for kind in self.kinds[first:end])
 
 
-def slices_of(branch: Followed) -> list[slice]:
+def slices_of(branch: Branch) -> list[slice]:
     """Return the points of every branch."""
     ends = np.cumsum([0, *(len(curve.points) for curve in branch.curves)]).tolist()
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
-def courses_of(branch: Followed) -> list[Course]:
+def courses_of(branch: Branch) -> list[Course]:
     """Return every branch from node to node."""
     values, events = branch.data["value"].values, branch.events
     kinds, event_values = events["kind"].tolist(), events["value"].to_numpy(np.float64)
@@ -102,7 +105,7 @@ def courses_of(branch: Followed) -> list[Course]:
     return courses
 
 
-def _stability_of_step(branch: Followed, number: int, point: int, events: Sequence[int]) -> list[bool]:
+def _stability_of_step(branch: Branch, number: int, point: int, events: Sequence[int]) -> list[bool]:
     """Whether motions are stable before, between and after the events of a step."""
     if not events:
         return [bool(branch.data["stable"].values[point])]
@@ -133,7 +136,7 @@ def halfway(curve: Continuation, first: Point, last: Point) -> Point | None:
         return None
 
 
-def ranges_of(branch: Followed) -> list[Range]:
+def ranges_of(branch: Branch) -> list[Range]:
     """Return ranges of one stability that end at folds, branch by branch, in the order of each."""
     ranges, stable = list[Range](), branch.data["stable"].values
     for number, course in enumerate(courses_of(branch)):
@@ -151,7 +154,7 @@ def ranges_of(branch: Followed) -> list[Range]:
     return ranges
 
 
-def _no_width(branch: Followed) -> float:
+def _no_width(branch: Branch) -> float:
     return _NO_WIDTH * abs(branch.range[1] - branch.range[0])
 
 
@@ -162,7 +165,7 @@ def _change(course: Course, i: int) -> tuple[float, str]:
     return float(0.5 * (course.value[i - 1] + course.value[i])), "not located"
 
 
-def _end(branch: Followed, number: int, value: float) -> str:
+def _end(branch: Branch, number: int, value: float) -> str:
     """What ends a branch: the range, the event at which it joins another one, or something else."""
     if value in branch.range:
         return "end of the range"
@@ -170,7 +173,7 @@ def _end(branch: Followed, number: int, value: float) -> str:
     return curve.events[-1].kind if curve.happens_at(-1) else "end of the branch"
 
 
-def losses_of(branch: Followed) -> list[Loss]:
+def losses_of(branch: Branch) -> list[Loss]:
     """Return the events at which stable motions end or lose their stability, by their values."""
     losses, courses = list[Loss](), courses_of(branch)
     for number, course in enumerate(courses):
@@ -196,7 +199,7 @@ def _first_change(value: NDArray[np.float64], least: float) -> float:
     return float(change[np.argmax(np.abs(change) > least)])
 
 
-def _ends_in_release(branch: Followed, number: int, course: Course) -> list[Loss]:
+def _ends_in_release(branch: Branch, number: int, course: Course) -> list[Loss]:
     """The end of a branch whose stable motions let a slider go with its torque there."""
     event = course.nodes[-1][1]
     if event < 0 or branch.events["grazing"].iloc[event] != RELEASE or not course.stable[-1]:
@@ -205,7 +208,7 @@ def _ends_in_release(branch: Followed, number: int, course: Course) -> list[Loss
     return [Loss(event, number, GRAZING, end, end >= before)]
 
 
-def _jumps(branch: Followed, courses: Sequence[Course], loss: Loss) -> bool | None:
+def _jumps(branch: Branch, courses: Sequence[Course], loss: Loss) -> bool | None:
     """Whether the motion jumps at an event; None: not known."""
     if loss.kind == FOLD:
         return True
@@ -213,7 +216,7 @@ def _jumps(branch: Followed, courses: Sequence[Course], loss: Loss) -> bool | No
     return not any(beyond) if beyond else None
 
 
-def _stable_beyond(branch: Followed, courses: Sequence[Course], loss: Loss) -> list[bool]:
+def _stable_beyond(branch: Branch, courses: Sequence[Course], loss: Loss) -> list[bool]:
     """Of every branch that leaves or ends at an event whether its motions are stable just beyond that."""
     swings, least = branch.data["peak_to_peak"].values, _no_width(branch)
     apart = _SAME * float(swings.max(initial=0.0))

@@ -55,7 +55,6 @@ from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, checked
-from gearrattle.orbits.branch_members import Followed
 from gearrattle.orbits.family_ends import EDGE, end_again, slope_of_length
 from gearrattle.orbits.gradients import moved_as, second_of
 from gearrattle.orbits.over_value import alike, family_of, watched_names
@@ -64,6 +63,8 @@ from gearrattle.orbits.progress import Progress, never_falling, part_of
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+    from gearrattle.orbits.branch import Branch
 
 Array = NDArray[np.float64]
 
@@ -114,7 +115,7 @@ class _Row:
 
 
 def boundary_of(
-    branch: Followed,
+    branch: Branch,
     event: tuple[Event, Continuation],
     second: str,
     range: Sequence[Written],
