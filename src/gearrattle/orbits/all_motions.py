@@ -48,14 +48,23 @@ _POINTS = 600  # of one branch
 _ALL_POINTS = 6000  # of all branches
 
 
+_STARTS = 32
+_FURTHER = 64  # starts of the deflated Newton method
+# shares of the work: the first searches, and the deflated ones
+_SETTLED = 0.3
+_DEFLATED = 0.2
+
+
 class OverSpeed:
     """What follows motions over the speed."""
 
     def __init__(self, model: Model, cycles: int, at_point: Callable[[], None] | None = None) -> None:
-        self._speed, self._at_point = model.excitation.omega, at_point
+        self._speed = model.excitation.omega
+        self._at_point = at_point
         self._span = _SPAN * self._speed
         self._curve = Continuation(family_of(model, _PATH, self._speed, cycles, self._span), longest=_STEP)
-        self.points, self.left = 0, 0
+        self.points = 0
+        self.left = 0
 
     @property
     def is_used_up(self) -> bool:
@@ -68,7 +77,8 @@ class OverSpeed:
             yield from self._one_way(motion, upward)
 
     def _one_way(self, motion: Pass, upward: bool) -> Iterator[Pass]:
-        speed, ends = self._speed, (self._speed - self._span, self._speed + self._span)
+        speed = self._speed
+        ends = (self._speed - self._span, self._speed + self._span)
         if self.is_used_up:
             return
         last = self.points + _POINTS
@@ -88,11 +98,6 @@ class OverSpeed:
             self.left += 1
 
 
-_STARTS = 32
-_FURTHER = 64  # starts of the deflated Newton method
-_SETTLED, _DEFLATED = 0.3, 0.2  # shares of the work: the first searches, and the deflated ones
-
-
 def every_orbit(model: Model, cycles: int, progress: Callable[[float], None] | None = None) -> list[Orbit]:
     """Return all motions that repeat after ``cycles`` periods, those with the largest swings last.
 
@@ -101,7 +106,8 @@ def every_orbit(model: Model, cycles: int, progress: Callable[[float], None] | N
     ends.
     """
     searches = _searched(model, cycles, never_falling(progress))
-    known, notes = searches[-1].known, searches[-1].notes(sum(work.left for work in searches))
+    known = searches[-1].known
+    notes = searches[-1].notes(sum(work.left for work in searches))
     if not known.passes:
         message = f"no motion that repeats after {counted(cycles, 'period')} was found"
         raise ConvergenceError(message, remedy="another number of cycles, or a start near one")
@@ -133,7 +139,8 @@ class _Search:
         system = assemble(model).system
         self.known = Known(PeriodMap(system, cycles), mirror=half_period_map(system))
         self.taken = 0
-        self._model, self._progress = model, progress
+        self._model = model
+        self._progress = progress
         self._over_speed = OverSpeed(model, cycles, lambda: progress(_SETTLED))
 
     @property
@@ -154,7 +161,8 @@ class _Search:
 
     def settle(self) -> None:
         """Search from the model's own start and from states spread over its reach."""
-        known, period_map = self.known, self.known.period_map
+        known = self.known
+        period_map = self.known.period_map
         states = [settled_state(self._model, period_map), *starts_of(period_map, _STARTS)]
         if period_map.cycles == 1:
             with suppress(ConvergenceError):
@@ -219,7 +227,9 @@ def _notes(known: Known) -> tuple[str, ...]:
 
 def _orbit(model: Model, known: Known, i: int, notes: Sequence[str]) -> Orbit:
     """An orbit with the fewest periods after which it repeats."""
-    period_map, motion, cycles = known.period_map, known.passes[i], len(known.shifts[i])
+    period_map = known.period_map
+    motion = known.passes[i]
+    cycles = len(known.shifts[i])
     if cycles == period_map.cycles:
         residual = shooting.residual_of(period_map, motion)
         return Orbit(model, cycles, motion, residual, free_directions(period_map, motion), tuple(notes))

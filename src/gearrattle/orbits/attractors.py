@@ -66,7 +66,8 @@ def motion_names(kinds: Sequence[tuple[str, int]], families: Sequence[bool] = ()
         f"{KINDS[verdict]}, {cycles} T{', a family' if family else ''}"
         for (verdict, cycles), family in zip(kinds, is_family, strict=True)
     ]
-    total, so_far = Counter(plain), Counter[str]()
+    total = Counter(plain)
+    so_far = Counter[str]()
     names = []
     for name in plain:
         so_far[name] += 1
@@ -79,7 +80,8 @@ class Attractor:
 
     def __init__(self, orbit: Orbit) -> None:
         period_map = orbit.period_map
-        self.orbit, self._scale = orbit, period_map.scale
+        self.orbit = orbit
+        self._scale = period_map.scale
         self._states = states_of_periods(period_map, orbit.motion)
         self._units = units_of(period_map, orbit.motion.start)
         free = shooting.newton_step(period_map, orbit.motion)[1]

@@ -42,6 +42,9 @@ MEAN = "mean at corner"
 _LOCATED = 1e-12  # of the way between two points
 
 
+_COLUMNS = ("branch", "kind", "value", "point", "clearance", "collision", "grazing", "root")
+
+
 @dataclass(frozen=True)
 class Levels:
     """How far a motion deflects the clearances, and where their corners are."""
@@ -100,9 +103,6 @@ def _away(levels: Levels, watch: int) -> Array:
     return np.asarray(levels.deflections[2, watch] - levels.corners[watch])
 
 
-_COLUMNS = ("branch", "kind", "value", "point", "clearance", "collision", "grazing", "root")
-
-
 @dataclass(frozen=True)
 class Branch(Result):
     """Branches of periodic motions over a value of the model.
@@ -153,7 +153,8 @@ class Branch(Result):
         """
         import xarray as xr
 
-        points, names = self.points, assemble(self.model).layout.clearance_names
+        points = self.points
+        names = assemble(self.model).layout.clearance_names
         turning = len(relative_coordinates(assemble(self.model).system).references)
         multipliers = np.array([np.append(point.multipliers, np.ones(turning)) for point in points])
         order = np.argsort(-np.round(np.abs(multipliers), 12), axis=1, kind="stable")
@@ -416,7 +417,8 @@ class Branch(Result):
         return Orbit(model, cycles, point.motion, point.error, point.free)
 
     def __repr__(self) -> str:
-        points, branches = counted(len(self.points), "point"), counted(len(self.curves), "branch", "branches")
+        points = counted(len(self.points), "point")
+        branches = counted(len(self.curves), "branch", "branches")
         return f"<Branch of {self.model.name!r} over {self.path}: {branches}, {points}>"
 
     @cached_property

@@ -43,7 +43,9 @@ class Home:
     """The branch that another one has left, or joins, where its period doubles or its symmetry breaks."""
 
     def __init__(self, curve: Continuation, events: Sequence[Event] = ()) -> None:
-        self.events, self._curve, self._half = events, curve, half_of(curve.family)
+        self.events = events
+        self._curve = curve
+        self._half = half_of(curve.family)
         self._kind = DOUBLING if curve.cycles % 2 == 0 else BREAKING
         self._last: tuple[Point, Array] | None = None
 
@@ -147,7 +149,8 @@ def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: 
     motion, slope = curve.family.follow(event.point.motion.start, event.point.parameter)
     chord = (event.point.w - neighbour.w) * (1.0 if is_end else -1.0)
     distance = float(np.linalg.norm(chord))
-    length, orientation = neighbour.length + distance if is_end else 0.0, neighbour.orientation
+    length = neighbour.length + distance if is_end else 0.0
+    orientation = neighbour.orientation
     own = replace(event.point, motion=motion, slope=slope, tangent=chord / distance)
     return replace(event, point=replace(own, orientation=orientation, length=length))
 
@@ -176,7 +179,9 @@ def _is_joint_itself(event: Event, joint: Point) -> bool:
 
 def _events_up_to(curve: Continuation, before: Point, joint: Point) -> list[Event]:
     """The events between a point of a branch and its joint, those of the last small part as beside a joint."""
-    points, events, left = [before], list[Event](), _NEARER_BY
+    points = [before]
+    events = list[Event]()
+    left = _NEARER_BY
     way = float(np.linalg.norm(joint.w - before.w))
     with suppress(ConvergenceError):
         while left * way > _NEARER_BY * _SINGULAR:

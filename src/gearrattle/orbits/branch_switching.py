@@ -190,7 +190,8 @@ def _branch_joined(
     followers: Followers, known: Curve, joint: Event, curves: Sequence[Curve], work: Work
 ) -> list[Curve]:
     """The branch that another one joins at its end, if it is not known: of half its periods, or symmetric."""
-    point, own = joint.point, followers.of[known.cycles]
+    point = joint.point
+    own = followers.of[known.cycles]
     follower = own if joint.kind == BREAKING else followers.of.get(known.cycles // 2)
     halves = half_curve(own, point.parameter)
     if halves is None or follower is None:
@@ -226,7 +227,8 @@ def branches_missed(
 
     ``ends``: of the range, ascending: beside them branches may leave it at once.
     """
-    same, notes = _SAME_EVENT * float(np.ptp(ends)), list[str]()
+    same = _SAME_EVENT * float(np.ptp(ends))
+    notes = list[str]()
     for kind, leaving in ((DOUBLING, 1), (BREAKING, 2)):
         joints = np.array([value for known in curves for value in _joints(known, kind)])
         left = [known for known in curves if known.cycles <= cycles and not known.origin == kind == BREAKING]
@@ -262,7 +264,9 @@ def _is_known(follower: Continuation, event: Event, first: Point, curves: Sequen
     size = max(first.size, float(np.linalg.norm(first.state * scale)))
     away = first.size * float(np.linalg.norm(first.w[:-1] - event.point.w[:-1]))
     least = min(_SAME * size, _SAME_BESIDE * away)
-    once, state, states = PeriodMap(follower.family.map_at(first.parameter).system), first.motion.start, [first.state]
+    once = PeriodMap(follower.family.map_at(first.parameter).system)
+    state = first.motion.start
+    states = [first.state]
     for _ in range(follower.cycles - 1):
         state = once.later(state)
         states.append(state.y)

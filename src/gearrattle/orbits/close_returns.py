@@ -29,7 +29,9 @@ _PERIODS = 2048  # in which returns are looked for
 _FEW_PERIODS = 256  # in which a motion is to settle where no returns are looked for
 _TRIES = ((0, 32), (EIGHTHS, 8))  # parts of a period, and periods of all motions that Newton's method begins with
 _ONE_TRY = ((0, 1),)  # where the motion has settled: all returns lead to the same one
-_SETTLING, _CORRECTIONS = 128, 2  # periods over which the mean speed of a train is taken, and how often
+# periods over which the mean speed of a train is taken, and how often
+_SETTLING = 128
+_CORRECTIONS = 2
 _REPEATS = 1e-3  # of the size of the state: what repeats as well as this has settled
 _LONGEST = 64  # periods after which a motion may repeat
 
@@ -75,7 +77,8 @@ def _followed(period_map: PeriodMap, state: State, periods: int) -> tuple[list[S
 
     Raises ConvergenceError: it repeats after another number of periods than those of the map.
     """
-    once, n = PeriodMap(period_map.system, 1), period_map.cycles
+    once = PeriodMap(period_map.system, 1)
+    n = period_map.cycles
     march = once.marched(at_mean_speed(once, state), periods)
     states = [once.sampled(march, row) for row in range(periods + 1)]
     y = np.array([state.y for state in states]) * once.scale

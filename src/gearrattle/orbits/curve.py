@@ -29,7 +29,9 @@ from gearrattle.wording import counted
 Array = NDArray[np.float64]
 
 _MOST_POINTS = 20_000
-_CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they must pass
+# so many points, and the arclength that they must pass
+_CREEPING = 250
+_NOWHERE = 1e-5
 _ROUNDING = 1e-12  # of the parameter
 _GROWN = 1e4  # multiplier: from it on motions may end where a visit beyond a corner vanishes
 _AT_BREAKING = 1e-7  # arclength to a breaking from a motion that cannot be told from it
@@ -176,14 +178,19 @@ class _Walk:
     """A branch while it is followed."""
 
     def __init__(self, follower: Continuation, begin: Point, home: Home | None, origin: Event | None) -> None:
-        self._follower, self._origin = follower, origin
+        self._follower = follower
+        self._origin = origin
         begin, self._at_begin = (begin, []) if origin is not None else _at_breaking(follower, begin)
-        self.points, self.events, self.unlocated = [begin], [*self._at_begin], list[Unlocated]()
-        self.note, self.is_done = "", False
+        self.points = [begin]
+        self.events = [*self._at_begin]
+        self.unlocated = list[Unlocated]()
+        self.note = ""
+        self.is_done = False
         self._home = unknown_home(follower, begin) if home is None else home
         if origin is not None:
             begin = replace(begin, length=float(np.linalg.norm(begin.w - origin.point.w)))
-            self.points, self.events = [origin.point, begin], events_beside_joint(follower, origin.point, begin)
+            self.points = [origin.point, begin]
+            self.events = events_beside_joint(follower, origin.point, begin)
 
     @property
     def curve(self) -> Curve:

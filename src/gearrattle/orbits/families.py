@@ -36,7 +36,10 @@ _EXACT = 1e-14  # of the size of the state
 _BRIEF = 1e-2  # of the period: a longer touch leaves a residual that tells
 _LIGHT = 1e-4  # of the period: the time of a touch so light that its residual does not tell
 _NEARLY = 1e-6  # singular value of I - M along a direction that may be free
-_NEAREST, _FURTHER, _WITHIN = 1e-10, 4.0, 1e-3  # of the size of the state: steps from a light touch into a family
+# of the size of the state: steps from a light touch into a family
+_NEAREST = 1e-10
+_FURTHER = 4.0
+_WITHIN = 1e-3
 
 
 @dataclass(frozen=True)
@@ -73,11 +76,13 @@ def intervals_of(model: Model, period_map: PeriodMap, motion: Pass) -> tuple[Int
 
     With several free directions one state each is chosen, and the others of these stay as they are.
     """
-    names, scale = state_names(model), period_map.scale
+    names = state_names(model)
+    scale = period_map.scale
     intervals = []
     for chosen, direction in directions_of(period_map, motion):
         unit = direction / np.linalg.norm(direction * scale)
-        value, pace = float(motion.start.y[chosen]), float(unit[chosen])
+        value = float(motion.start.y[chosen])
+        pace = float(unit[chosen])
         ends = [value + side * pace * reach_of(period_map, motion, side * unit) for side in (-1.0, 1.0)]
         intervals.append(Interval(names[chosen], min(ends), max(ends), value))
     return tuple(intervals)
@@ -158,7 +163,8 @@ def _soon_followed(motion: Pass, times: Array, share: float) -> NDArray[np.bool_
 
 def _slipping_lightly(period_map: PeriodMap, motion: Pass) -> Iterator[Array]:
     """Yield the directions (N,) [SI] of the memories of sliders that slip for a short time."""
-    system, size = period_map.system, len(motion.gap)
+    system = period_map.system
+    size = len(motion.gap)
     for memory, auxiliary in enumerate(system.memories):
         if _comes_back_soon(motion, len(system.clearances) + auxiliary, _BRIEF):
             yield np.eye(size)[size - len(system.memories) + memory]
@@ -238,7 +244,8 @@ def _without_light_touches(period_map: PeriodMap, motion: Pass) -> tuple[NDArray
 
     Also (K,) by how much the pieces of clearances at the start then differ: a touch may last beyond the end.
     """
-    crossings, system = motion.crossings, period_map.system
+    crossings = motion.crossings
+    system = period_map.system
     elements = np.array([*system.clearances, *(auxiliary.element for auxiliary in system.auxiliaries)])
     is_kept = np.ones(len(crossings.time), dtype=np.bool_)
     changed = np.zeros(len(system.clearances), dtype=np.int64)
@@ -261,12 +268,14 @@ def _without_light_touches(period_map: PeriodMap, motion: Pass) -> tuple[NDArray
 def reach_of(period_map: PeriodMap, motion: Pass, direction: Array) -> float:
     """Return the largest s for which the motion from y + s direction (N,) [SI] repeats; infinite if there is no end."""
     size = max(period_map.size, float(np.linalg.norm(motion.start.y * period_map.scale)))
-    near, far = 0.0, _FARTHEST * size
+    near = 0.0
+    far = _FARTHEST * size
     if _repeats(period_map, motion, far * direction, size):
         return np.inf
     step = 1e-6 * size
     while step < far and _repeats(period_map, motion, step * direction, size):
-        near, step = step, 2.0 * step
+        near = step
+        step = 2.0 * step
     far = min(far, step)
     for _ in range(_HALVINGS):
         if far - near < _EXACT * size:

@@ -53,6 +53,21 @@ _BENT = 1e-3  # of a difference: by how much its halves may differ
 _KNOWN = 1e-9  # of the unit of the parameter: to so much ends are known where lengths change slowly
 
 
+Step = tuple[Point, Sequence[Event] | None]
+"""A point of a branch, and the events before it; None: not located yet."""
+_MIDDLE = 0.1  # of the length of a family: a shorter way to the middle is not gone
+_BEYOND = (1e-4, 1e-3, 1e-5, 1e-6, 1e-7)  # of the unit of the parameter: from the end of a family to motions that touch
+_FARTHEST = 0.1  # of the unit of the parameter: the end of a family from the last motion of it
+_AHEAD = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4)  # of the unit of the parameter: past the begin of the period
+_STRAIGHT = 100.0  # times that: the state changes by less
+_NEAREST = 1e-8  # of the unit of the parameter: nearer to the end of a family rounding decides which motions touch
+_NEAR = (_NEAREST, 1e-7, 1e-6)  # the same, where Newton's method does not converge so near
+_INSIDE = (1e-6, 1e-4)  # of the unit of the parameter: of a family that a branch comes into
+_SLACK = 1e-6  # change of w at the end of a family, where Newton's method may not converge
+_AT_END = 1e-3  # from w of the last motion of a family to one that touches and is so near to its end, at most
+_MOST = 100  # motions that touch, from the first one beyond a family to its end
+
+
 @dataclass(frozen=True)
 class Line:
     """States over the parameter, on a straight line."""
@@ -68,7 +83,8 @@ class Line:
 
 def tangent_line(curve: Continuation, point: Point) -> Line:
     """Return the tangent of a branch at a point; where that is nearly upright, the same state all along."""
-    slope, unit = point.tangent[:-1] * point.size / point.scale, curve.family.unit
+    slope = point.tangent[:-1] * point.size / point.scale
+    unit = curve.family.unit
     is_upright = abs(float(point.tangent[-1])) < _UPRIGHT
     slope = np.zeros_like(slope) if is_upright else slope / point.tangent[-1] / unit
     return Line(state_of(point), point.parameter, slope)
@@ -97,13 +113,16 @@ def end_near(curve: Continuation, line: Line, way: float) -> tuple[Point, Line]:
     line = replace(line, state=state_of(near), parameter=near.parameter)
     steepest = float(np.linalg.norm(line.slope * near.scale)) * curve.family.unit
     far, far_length = _inside(curve, line, (min(_BACK[0], _WITHIN * length / max(steepest, length)),), way, length)
-    middle, share, unit = _through(far, near), _NEARER, curve.family.unit
+    middle = _through(far, near)
+    share = _NEARER
+    unit = curve.family.unit
     for _ in range(_STEPS):
         left = (near.parameter - far.parameter) * length / (far_length - length)
         if abs(left) < _LOCATED * unit:
             return _last_at(near, left, middle, curve)
         parameter = near.parameter + (1.0 - share) * left
-        following, shorter = near, 0.0
+        following = near
+        shorter = 0.0
         with suppress(ConvergenceError):  # too far from a middle that does not move evenly
             following, shorter = in_middle(curve, middle.at(parameter), parameter)
         if not 0.0 < shorter < length:
@@ -116,7 +135,10 @@ def end_near(curve: Continuation, line: Line, way: float) -> tuple[Point, Line]:
         share *= _NEARER
         if abs(left) > _APART * unit:
             middle = _through(near, following)
-        far, far_length, near, length = near, length, following, shorter
+        far = near
+        far_length = length
+        near = following
+        length = shorter
     raise ConvergenceError("the length of the family does not come to zero")
 
 
@@ -195,7 +217,8 @@ def end_again(event: Event, curve: Continuation, change: Array) -> Event:
 
 def slope_of_length(point: Point, curve: Continuation) -> float:
     """Return the slope of the length of a family over the parameter at its end [SI], by a parabola; NaN: not known."""
-    line, step = tangent_line(curve, point), _ALONG * curve.family.unit
+    line = tangent_line(curve, point)
+    step = _ALONG * curve.family.unit
     for way in (1.0, -1.0):
         with suppress(ConvergenceError):
             near, far = (_inside(curve, line, (share * _ALONG,), way, 0.0)[1] for share in (1.0, 2.0))
@@ -208,30 +231,16 @@ def gradient_of_end(event: Event, curve: Continuation, families_of: FamiliesOf, 
 
     Raises ConvergenceError: the end moves too fast: it turns back over q near.
     """
-    unchanged, rounding = np.zeros_like(event.point.w), _KNOWN * curve.family.unit
+    unchanged = np.zeros_like(event.point.w)
+    rounding = _KNOWN * curve.family.unit
     for change in (share * abs(value) for share in _CHANGES):
         with suppress(ConvergenceError):
             ends = [end_again(event, curve.of(family), unchanged).point.parameter for family in families_of(change)]
-            behind, ahead = event.point.parameter - ends[0], ends[1] - event.point.parameter
+            behind = event.point.parameter - ends[0]
+            ahead = ends[1] - event.point.parameter
             if abs(ahead - behind) <= max(_BENT * abs(ahead + behind), rounding):
                 return (ahead + behind) / (2.0 * change)
     raise ConvergenceError("the end of the family turns back over the number near")
-
-
-Step = tuple[Point, Sequence[Event] | None]
-"""A point of a branch, and the events before it; None: not located yet."""
-
-_MIDDLE = 0.1  # of the length of a family: a shorter way to the middle is not gone
-_BEYOND = (1e-4, 1e-3, 1e-5, 1e-6, 1e-7)  # of the unit of the parameter: from the end of a family to motions that touch
-_FARTHEST = 0.1  # of the unit of the parameter: the end of a family from the last motion of it
-_AHEAD = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4)  # of the unit of the parameter: past the begin of the period
-_STRAIGHT = 100.0  # times that: the state changes by less
-_NEAREST = 1e-8  # of the unit of the parameter: nearer to the end of a family rounding decides which motions touch
-_NEAR = (_NEAREST, 1e-7, 1e-6)  # the same, where Newton's method does not converge so near
-_INSIDE = (1e-6, 1e-4)  # of the unit of the parameter: of a family that a branch comes into
-_SLACK = 1e-6  # change of w at the end of a family, where Newton's method may not converge
-_AT_END = 1e-3  # from w of the last motion of a family to one that touches and is so near to its end, at most
-_MOST = 100  # motions that touch, from the first one beyond a family to its end
 
 
 def followed_through_families(curve: Continuation, begin: Point, ends: tuple[float, float]) -> Iterator[Step]:
@@ -241,9 +250,12 @@ def followed_through_families(curve: Continuation, begin: Point, ends: tuple[flo
     Raises ConvergenceError: the branch cannot be followed any further; also where there are no motions beyond a
     family.
     """
-    start, earlier = begin, None
+    start = begin
+    earlier = None
     while True:
-        recent, passed = [start], list[Step]()  # what touches lightly waits: it may be too near to the end of a family
+        # what touches lightly waits: it may be too near to the end of a family
+        recent = [start]
+        passed = list[Step]()
         try:
             for point in _followed(curve, start, ends):
                 passed = _past_edge(curve, recent, point, ends)
@@ -263,7 +275,8 @@ def followed_through_families(curve: Continuation, begin: Point, ends: tuple[flo
                 raise
         yield from _unlocated(recent[1:])
         yield from passed
-        earlier, start = start, passed[-1][0]
+        earlier = start
+        start = passed[-1][0]
 
 
 def _unlocated(points: Sequence[Point]) -> list[Step]:
@@ -302,7 +315,8 @@ def _past_begin(curve: Continuation, last: Point, ends: tuple[float, float]) -> 
     state = passed_begin(curve.family.map_at(last.parameter), last.motion)
     if state is None:
         return None
-    way, is_kept = _way(last), state.y == last.state
+    way = _way(last)
+    is_kept = state.y == last.state
     for ahead in _AHEAD:
         parameter = last.parameter + way * ahead * curve.family.unit
         if not ends[0] < parameter < ends[1]:
@@ -362,7 +376,8 @@ def _within(curve: Continuation, last: Point, point: Point) -> list[Step]:
 
 def _off_edge(curve: Continuation, point: Point, ends: tuple[float, float]) -> list[Step]:
     """The motion in the middle of a point's family, or those beyond its end; empty for a family without ends near."""
-    room, way = room_of(curve.family.map_at(point.parameter), point.motion), _way(point)
+    room = room_of(curve.family.map_at(point.parameter), point.motion)
+    way = _way(point)
     if room is None:
         return []
     centre = State(point.state + room[0], point.motion.end.auxiliary_pieces)
@@ -382,7 +397,8 @@ def _off_edge(curve: Continuation, point: Point, ends: tuple[float, float]) -> l
 
 def _last_of(curve: Continuation, at: tuple[Point, Line], limit: float, way: float) -> Point:
     """The motion at an end of the range up to which a family reaches, but for rounding."""
-    (end, middle), unit = at, curve.family.unit
+    (end, middle) = at
+    unit = curve.family.unit
     if way * (end.parameter - limit) > _NEAREST * unit:
         return _middle_at(curve, middle, limit, way)
     w = np.append(middle.at(limit).y * end.scale / end.size, limit / unit)
@@ -395,7 +411,9 @@ def _out_of_family(curve: Continuation, last: Point, at: tuple[Point, Line], lim
 
     Raises ConvergenceError: no motion touches there, or its branch does not lead to the end.
     """
-    (end, middle), way, unit = at, _way(last), curve.family.unit
+    (end, middle) = at
+    way = _way(last)
+    unit = curve.family.unit
     nearest = end.parameter - way * _NEAREST * unit
     for ahead in _BEYOND:
         parameter = way * min(way * limit, way * end.parameter + ahead * unit)
@@ -418,7 +436,8 @@ def _into_family(
 
     Raises ConvergenceError: the branch does not lead to the end.
     """
-    (end, middle), nearest = at, _NEAREST * curve.family.unit
+    (end, middle) = at
+    nearest = _NEAREST * curve.family.unit
     is_near = [abs(point.parameter - end.parameter) <= nearest for point in recent[1:]]
     count = 1 + (is_near.index(True) if True in is_near else len(is_near))
     last = recent[count - 1]
@@ -426,7 +445,8 @@ def _into_family(
     ahead = way * np.array([end.parameter - last.parameter, (ends[1] if way > 0.0 else ends[0]) - end.parameter])
     if ahead.min() <= -nearest:
         return []
-    touching, inside = _up_to_end(curve, last, end), list[Point]()
+    touching = _up_to_end(curve, last, end)
+    inside = list[Point]()
     for distance in (_NEAREST, *_INSIDE):
         parameter = end.parameter + way * distance * curve.family.unit
         with suppress(ConvergenceError):
@@ -457,8 +477,10 @@ def _up_to_end(curve: Continuation, begin: Point, end: Point) -> list[Point]:
 
     Raises ConvergenceError: the branch does not lead there.
     """
-    unit, distance = curve.family.unit, begin.parameter - end.parameter
-    side, first = (1.0 if distance > 0.0 else -1.0), curve.beginning_with(abs(distance) / unit)
+    unit = curve.family.unit
+    distance = begin.parameter - end.parameter
+    side = 1.0 if distance > 0.0 else -1.0
+    first = curve.beginning_with(abs(distance) / unit)
     for near in _NEAR:
         if abs(distance) <= near * unit:
             return []

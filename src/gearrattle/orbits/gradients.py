@@ -54,6 +54,16 @@ _SAME = {_SPEED, "excitation.frequency"}
 _LEFT_OUT = ("simulation", "schema", "name", "units")
 
 
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+SWING = "peak-to-peak deflection"
+FORCE = "largest force"
+MULTIPLIER = "multiplier modulus"
+"""Responses: of every clearance the first two, of every multiplier, by its number from 1, the last."""
+_CHANGE = 1e-5  # of a number, to both sides
+_KINK = 1e-3  # of a response per change of the number by itself: gradients on both sides that differ by more
+
+
 def _moves_nothing(other: str) -> str:
     """Why no motion moves smoothly with the number at a path; empty where it may."""
     if other.rpartition(".")[2] == "order":
@@ -162,7 +172,8 @@ def gradients_of(
     import pandas as pd
 
     event, curve = moved_as(event, curve)
-    rows, gradient = [], _gradient_by(model, path, curve, event)
+    rows = []
+    gradient = _gradient_by(model, path, curve, event)
     for other in numbers_of(model, path) if paths is None else paths_of(paths, model):
         value = number_at(model, path, other)
         try:
@@ -194,10 +205,13 @@ def _gradient_by(model: Model, path: str, curve: Continuation, event: Event) -> 
 
 def _families(model: Model, path: str, curve: Continuation, event: Event, number: tuple[str, float]) -> FamiliesOf:
     """What gives the families of the driveline with a number a little smaller, and a little larger."""
-    (other, value), family = number, curve.family
+    (other, value) = number
+    family = curve.family
 
     def families_of(change: float) -> tuple[Family, Family]:
-        first, cycles, unit = event.point.parameter, family.cycles, family.unit
+        first = event.point.parameter
+        cycles = family.cycles
+        unit = family.unit
         low, high = (
             alike(family_of(model.with_({other: value + side}), path, first, cycles, unit), family, first)
             for side in (-change, change)
@@ -231,15 +245,6 @@ def scatter_of(gradients: Mapping[Any, Any], tolerances: Mapping[str, float]) ->
     """
     parts: list[Any] = [gradients[path] * deviation for path, deviation in tolerances.items()]
     return float(np.sqrt(np.sum(np.square(parts))))
-
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
-SWING, FORCE, MULTIPLIER = "peak-to-peak deflection", "largest force", "multiplier modulus"
-"""Responses: of every clearance the first two, of every multiplier, by its number from 1, the last."""
-_CHANGE = 1e-5  # of a number, to both sides
-_KINK = 1e-3  # of a response per change of the number by itself: gradients on both sides that differ by more
 
 
 def responses_of(period_map: PeriodMap, motion: Pass) -> Array:
@@ -277,7 +282,8 @@ def orbit_gradients(model: Model, period_map: PeriodMap, motion: Pass, paths: Se
 
 def _slopes(model: Model, path: str, value: float, period_map: PeriodMap, motion: Pass) -> Array:
     """(2 K + N,) derivatives of responses, then of the moduli of multipliers; NaN where there are none."""
-    change, multipliers = _CHANGE * abs(value), shooting.multipliers_of(motion.gradient)
+    change = _CHANGE * abs(value)
+    multipliers = shooting.multipliers_of(motion.gradient)
     clearances = len(period_map.system.clearances)
     try:
         maps = [

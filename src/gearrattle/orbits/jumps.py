@@ -54,6 +54,27 @@ _REACHED = 1e-6  # of a value: an end that is nearer is reached
 _ROUNDING = 1e-13  # of a value: a smaller step does not turn back
 
 
+IntArray = NDArray[np.int64]
+_FINE = 2e-4  # of the swing: the mean of two motions is as near to the one between
+_NARROWEST = 1e-9  # of a value: no motion is added between two that are nearer
+_SAME_STATE = 1e-4  # of the units of a motion: states that differ by less are one
+_MOST_PASSES = 2000  # of a motion in which a run is held, where another motion of the part needs no more
+_SHARES = (0.125, 0.25, 0.5)  # of the width of a part, from the end that the run passes last
+_SAME = 1e-6  # of the swings at an event: motions that differ by less are copies
+_NEAR = 0.5  # of the distance of two motions: a run is near to one of them, or has left it
+_BLOCK = 256  # parts of a run that are compared at once
+_TINY = 1e-9  # of the largest scale: a swing below it is rounding
+_NONE_KNOWN = "no other stable motion is known there"
+NOT_ON = "the run was not on the motion that ends there"
+_NOT_YET = "the run ends before it jumps"
+_EARLY = "the run is nearer to another motion already where that one ends"
+_ELSEWHERE = "the run leaves for no stable motion that is known"
+_AGAIN = "the run is still on the motion where that is stable again"
+_ANOTHER = "the run goes on to another motion, which ends as well before it jumps"
+_LEFT_LATER = frozenset({"", _NOT_YET, _ELSEWHERE})
+"""Where there is a jump, or one of these words, the run was on the motion up to its end."""
+
+
 @dataclass(frozen=True)
 class BranchPart:
     """A part of a branch of one stability over which its value only grows, or only falls."""
@@ -103,9 +124,11 @@ class RunParts:
 
 def branch_parts(branch: Branch) -> Sequence[BranchPart]:
     """The parts of all branches of one stability, ends at events included."""
-    swings, event_swings = branch.data["peak_to_peak"].values, branch.event_levels[:, 1] - branch.event_levels[:, 0]
+    swings = branch.data["peak_to_peak"].values
+    event_swings = branch.event_levels[:, 1] - branch.event_levels[:, 0]
     located = [event.point for events in branch.events_of_curves for event in events]
-    motions, first_line = list[BranchPart](), 0
+    motions = list[BranchPart]()
+    first_line = 0
     for number, course in enumerate(courses_of(branch)):
         lines = first_line + _turns(course.value)
         first_line = int(lines[-1]) + 1 if course.stable else first_line
@@ -113,7 +136,8 @@ def branch_parts(branch: Branch) -> Sequence[BranchPart]:
         for (is_stable, line), group in groupby(steps, key=lambda step: step[1]):
             own = [step for step, _ in group]
             part = slice(own[0], own[-1] + 2)
-            value, nodes = course.value[part], course.nodes[part]
+            value = course.value[part]
+            nodes = course.nodes[part]
             swing = np.array([swings[i] if e < 0 else event_swings[e] for i, e in nodes])
             order = np.argsort(value, kind="stable")
             every = tuple(branch.points[i] if e < 0 else located[e] for i, e in (nodes[k] for k in order))
@@ -132,12 +156,6 @@ def _turns(value: Array) -> NDArray[np.int64]:
     return np.concatenate([[0], np.cumsum(filled[1:] * filled[:-1] < 0.0)])[: len(steps)]
 
 
-IntArray = NDArray[np.int64]
-
-_FINE = 2e-4  # of the swing: the mean of two motions is as near to the one between
-_NARROWEST = 1e-9  # of a value: no motion is added between two that are nearer
-
-
 class Grid(NamedTuple):
     """Instants of a period: its parts, and how many instants every part has."""
 
@@ -153,7 +171,10 @@ class DeflectionsAlong:
 
     def __init__(self, branch: Branch, curve: Curve, value: Array, points: Sequence[Point], grid: Grid) -> None:
         self.value = value
-        self._branch, self._curve, self._points, self._grid = branch, curve, list(points), grid
+        self._branch = branch
+        self._curve = curve
+        self._points = list(points)
+        self._grid = grid
         self._known = list[Array | None]([None] * len(self._points))
         self._is_fine = [bool(width <= _NARROWEST * abs(value[-1])) for width in np.diff(value)]
 
@@ -219,11 +240,6 @@ def _length(point: Point) -> float:
     return point.length
 
 
-_SAME_STATE = 1e-4  # of the units of a motion: states that differ by less are one
-_MOST_PASSES = 2000  # of a motion in which a run is held, where another motion of the part needs no more
-_SHARES = (0.125, 0.25, 0.5)  # of the width of a part, from the end that the run passes last
-
-
 class _Compared(NamedTuple):
     """What a run is compared with at a value."""
 
@@ -272,7 +288,8 @@ def _values_tried(run: RunParts, part: BranchPart, beyond: float | None) -> Iter
 def _compared_at(branch: Branch, part: BranchPart, value: float) -> _Compared | None:
     """The motion of a part at a value, and all that are known there; None: Newton's method gives none."""
     lengths = sorted((part.nodes[0].length, part.nodes[-1].length))
-    own, orbits = list[tuple[Orbit, Point]](), list[Orbit]()
+    own = list[tuple[Orbit, Point]]()
+    orbits = list[Orbit]()
     for number, curve in enumerate(branch.curves):
         for _, point in curve.motions_at(branch.follower(curve), value):
             orbits.append(branch.orbit_at(point, curve.cycles))
@@ -295,21 +312,6 @@ def _is_on(run: RunParts, compared: _Compared) -> bool:
         return False
     rivals = [Attractor(other) for other in compared.all if not motion.is_near(other.motion.start, _SAME_STATE)]
     return all(motion.distance(state) < rival.distance(state) for rival in rivals)
-
-
-_SAME = 1e-6  # of the swings at an event: motions that differ by less are copies
-_NEAR = 0.5  # of the distance of two motions: a run is near to one of them, or has left it
-_BLOCK = 256  # parts of a run that are compared at once
-_TINY = 1e-9  # of the largest scale: a swing below it is rounding
-_NONE_KNOWN = "no other stable motion is known there"
-NOT_ON = "the run was not on the motion that ends there"
-_NOT_YET = "the run ends before it jumps"
-_EARLY = "the run is nearer to another motion already where that one ends"
-_ELSEWHERE = "the run leaves for no stable motion that is known"
-_AGAIN = "the run is still on the motion where that is stable again"
-_ANOTHER = "the run goes on to another motion, which ends as well before it jumps"
-_LEFT_LATER = frozenset({"", _NOT_YET, _ELSEWHERE})
-"""Where there is a jump, or one of these words, the run was on the motion up to its end."""
 
 
 @dataclass(frozen=True)
@@ -452,7 +454,8 @@ def _ending(
     loss: Loss, copies: Sequence[BranchPart], motions: Sequence[BranchPart], courses: Mapping[int, DeflectionsAlong]
 ) -> _Ending:
     """A loss with the other stable motions; copies of the ended one, and what leaves it there, are left out."""
-    own, lines = copies[0], {one.line for one in copies}
+    own = copies[0]
+    lines = {one.line for one in copies}
     again = tuple(one for one in motions if one.is_stable and one.line in lines)
     others = tuple(
         one for one in motions if one.is_stable and one.line != own.line and not _is_copy(one, own, loss.value)
@@ -465,7 +468,8 @@ def _ending(
 
 def _jump(branch: Branch, run: RunParts, ending: _Ending, rate: float) -> Jump:
     """Where a run jumps after a motion has ended."""
-    loss, names = ending.loss, assemble(branch.model).layout.clearance_names
+    loss = ending.loss
+    names = assemble(branch.model).layout.clearance_names
 
     def without(words: str, clearance: str = "") -> Jump:
         return Jump(run.upward, loss.kind, loss.value, np.nan, np.nan, np.nan, clearance, words)
@@ -530,7 +534,9 @@ def _crossing(run: RunParts, ending: _Ending, other: BranchPart) -> float | None
 
     Where it is nearer already in the last part before, it is the end.
     """
-    end, last, width = ending.loss.value, len(run.value), run.per_period
+    end = ending.loss.value
+    last = len(run.value)
+    width = run.per_period
     compared = [ending.courses[line] for line in {other.line, *(one.line for one in ending.copies)}]
     beyond = np.flatnonzero(run.passed(end))
     for begin in beyond[::_BLOCK].tolist():
@@ -554,7 +560,8 @@ def _crossing(run: RunParts, ending: _Ending, other: BranchPart) -> float | None
 def _has_left(run: RunParts, ending: _Ending, neighbour: BranchPart) -> bool:
     """Whether at its end a run is farther from the ended motion than the middle to its neighbour was at the event."""
     parts = np.arange(len(run.value))[-run.per_period :]
-    phase, value = parts % run.per_period, run.value[parts]
+    phase = parts % run.per_period
+    value = run.value[parts]
     at_end = np.full(len(parts), ending.loss.value)
     lost = [ending.courses[one.line] for one in ending.copies]
     while any(one.refine(value) for one in lost):

@@ -108,8 +108,10 @@ def states_of_periods(period_map: PeriodMap, motion: Pass) -> list[Array]:
 
     Where the motion repeats sooner than after all periods of the map, each state is given once.
     """
-    once, scale = PeriodMap(period_map.system, 1), period_map.scale
-    states, state = [motion.start.y * scale], motion.start
+    once = PeriodMap(period_map.system, 1)
+    scale = period_map.scale
+    states = [motion.start.y * scale]
+    state = motion.start
     for _ in range(period_map.cycles - 1):
         state = once.later(state)
         y = state.y * scale
@@ -157,7 +159,8 @@ def free_directions(period_map: PeriodMap, motion: Pass) -> int:
 def deflated(known: Known, state: State) -> Pass | None:
     """Return the motion that the deflated Newton method finds from a state; None if it finds none."""
     period_map = known.period_map
-    scale, size = period_map.scale, period_map.size
+    scale = period_map.scale
+    size = period_map.size
     try:
         motion = period_map(state)
         for _ in range(_DEFLATED):

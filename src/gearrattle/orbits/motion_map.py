@@ -28,8 +28,9 @@ from gearrattle.orbits.known_motions import Known
 from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
 from gearrattle.orbits.over_value import notes_at_end
 from gearrattle.orbits.progress import Progress, never_falling, stretch_of
-from gearrattle.orbits.two_parameters.boundary import Border, SpecialPoint, borders_of
+from gearrattle.orbits.two_parameters.boundary import Border, borders_of
 from gearrattle.orbits.two_parameters.branches_at_second_value import Plane, Row, own_row, rows_of
+from gearrattle.orbits.two_parameters.special_points import SpecialPoint
 from gearrattle.result import Result
 from gearrattle.wording import counted
 
@@ -208,7 +209,8 @@ def map_of(
         raise ModelError(Problem("branch", repr(branch), left[0], "follow it to a value a little before that"))
     first, last = sorted(branch.range)
     plane = Plane(branch.model, branch.path, second, (first, last), ends, branch.cycles)
-    values, seconds = middles(plane.ends, across), middles(plane.second_ends, up)
+    values = middles(plane.ends, across)
+    seconds = middles(plane.second_ends, up)
     work = never_falling(progress)
     # the branches of every row, and what is not followed of them
     own_branches = own_row(plane, own, branch.curves, branch.range[1], isolated=isolated, progress=work)
@@ -245,7 +247,8 @@ def map_of(
 
 def _notes_of(rows: Sequence[Row], shown: Callable[[float], str], *, isolated: bool) -> list[str]:
     """What the user must know of the branches of the rows, and of those that are not among them."""
-    plane, curves = rows[0].plane, [curve for row in rows for curve in row.curves]
+    plane = rows[0].plane
+    curves = [curve for row in rows for curve in row.curves]
     notes = [*dict.fromkeys(note for curve in curves for note in curve.notes)]
     notes += doublings_left(curves, plane.cycles, shown)
     if missed := [row for row in rows if branches_missed(row.curves, plane.cycles, plane.ends, shown)]:
@@ -255,7 +258,8 @@ def _notes_of(rows: Sequence[Row], shown: Callable[[float], str], *, isolated: b
         ends_lost = counted(lost, "end of a branch", "ends of branches")
         notes.append(f"{ends_lost} could not be followed from one row to the next: there may be further motions.")
     if not isolated and 2 * plane.cycles <= CYCLES.most:
-        longer, shorter = counted(2 * plane.cycles, "period"), counted(plane.cycles, "period")
+        longer = counted(2 * plane.cycles, "period")
+        shorter = counted(plane.cycles, "period")
         notes.append(
             f"Motions of {longer} are known only where they leave a branch of {shorter}, or where a simulation settles "
             "in them at an end of a row; isolated branches were not sought."
@@ -308,7 +312,8 @@ class _JudgedCurve:
     """A branch whose motions are judged, each stretch between two changes of its crossings once."""
 
     def __init__(self, row: Row, curve: Curve) -> None:
-        self._row, self.curve = row, curve
+        self._row = row
+        self.curve = curve
         changes = [before.pattern != after.pattern for before, after in curve.steps()]
         self._stretch: IntArray = np.cumsum([False, *changes])
         self._verdicts: dict[int, bool] = {}

@@ -34,6 +34,13 @@ _WIDTHS = 1e3  # of a range: the unit of its value is no larger
 _LEAST = 1e-9  # of the larger end: the ends must differ by more
 
 
+Array = NDArray[np.float64]
+_POINTS = 60.0  # steps at least along a range
+_NEXT_TO = 1e-6  # of a range: so far inside its driveline is of the kind that it has along the branch
+_TOGETHER = 3  # drivelines whose coefficients are asked for at once: one and two beside it
+_HARMONICS = ("torque_sine", "torque_cosine", "error_sine", "error_cosine")
+
+
 def ends_of(model: Model, path: str, ends: Sequence[Written], argument: str = "path") -> tuple[float, float]:
     """Read the two ends of a range [SI]; ``argument`` is what names the path, for messages.
 
@@ -103,14 +110,6 @@ def check_index(name: str, index: object, ends: tuple[int, int]) -> None:
     raise ModelError(Problem(name, shown(index), rule))
 
 
-Array = NDArray[np.float64]
-
-_POINTS = 60.0  # steps at least along a range
-_NEXT_TO = 1e-6  # of a range: so far inside its driveline is of the kind that it has along the branch
-_TOGETHER = 3  # drivelines whose coefficients are asked for at once: one and two beside it
-_HARMONICS = ("torque_sine", "torque_cosine", "error_sine", "error_cosine")
-
-
 def follower_over(
     model: Model, path: str, ends: Sequence[float], cycles: int, *, first: float, step_limit: float | None = None
 ) -> Continuation:
@@ -119,7 +118,8 @@ def follower_over(
     ``ends``: of the range [SI]; ``step_limit``: largest change of the value in a step [SI]; None: that of an even
     spacing.
     """
-    unit, even = unit_of(ends), abs(ends[1] - ends[0]) / _POINTS
+    unit = unit_of(ends)
+    even = abs(ends[1] - ends[0]) / _POINTS
     family = family_of(model, path, first, cycles, unit, largest=max(map(abs, ends)))
     return Continuation(family, longest=1.0 / _POINTS, step_limit=min(even, step_limit or even))
 
@@ -195,7 +195,8 @@ def notes_at_end(model: Model, path: str, ends: tuple[float, float]) -> list[str
     _, sliders = _changed(model, path, ends[::-1])
     if not sliders:
         return []
-    end, changed = shown_value(path, model, ends[1], 6, max(map(abs, ends))), listed(sorted(sliders))
+    end = shown_value(path, model, ends[1], 6, max(map(abs, ends)))
+    changed = listed(sorted(sliders))
     return [f"At {path} = {end} a slider of {changed} comes or goes: branches end just before."]
 
 

@@ -151,7 +151,8 @@ def run_up_of(branch: Branch, rate: float | str, progress: Callable[[float], Non
     checked(CALLBACK, progress, "progress")
     speed_rate = rate_of(branch.model, branch.path, branch.range, rate)
     low, high = sorted(branch.range)
-    plans, notes = list[_RunPlan](), list[str]()
+    plans = list[_RunPlan]()
+    notes = list[str]()
     for ends in ((low, high), (high, low)):
         start = _start(branch, ends[0])
         if start is None:
@@ -161,7 +162,8 @@ def run_up_of(branch: Branch, rate: float | str, progress: Callable[[float], Non
         else:
             plans.append(_planned(branch, start, ends, speed_rate))
     motions = list(branch_parts(branch))
-    envelopes, jumps = list[Envelope](), list[Jump]()
+    envelopes = list[Envelope]()
+    jumps = list[Jump]()
     work = never_falling(progress)
     for number, plan in enumerate(plans):
         parts = _run(plan, part_of(work, number, len(plans)))
@@ -233,7 +235,8 @@ def _start(branch: Branch, value: float) -> Orbit | None:
 
 def _check_part(model: Model, speeds: tuple[float, float], rate: float) -> None:
     """Refuse a rate at which the runs over a range end within the first part of a period: nothing is left of them."""
-    periods, parts = periods_between(model, speeds, rate), _parts(model)
+    periods = periods_between(model, speeds, rate)
+    parts = _parts(model)
     if parts * periods >= 1.0:
         return
     shortest = "a period T" if parts == 1 else f"1/{parts} of a period T"
@@ -305,12 +308,17 @@ def _parts(model: Model) -> int:
 
 def _run(run: _RunPlan, progress: Progress) -> RunParts:
     """Simulate the run, and reduce every part of a period to its extrema."""
-    (first, last), signed, plan = run.speeds, run.rate, run.simulation
-    load_cycles, turns = _load_cycles(run.orbit.model), _turns(run.orbit.model)
+    (first, last) = run.speeds
+    signed = run.rate
+    plan = run.simulation
+    load_cycles = _load_cycles(run.orbit.model)
+    turns = _turns(run.orbit.model)
     trajectory = integrate(plan.task, plan.layout, plan.algorithm, plan.discard, progress)
-    time, deflection = trajectory.time, trajectory.deflection
+    time = trajectory.time
+    deflection = trajectory.deflection
     to_end = slice(int(np.searchsorted(time, (last - first) / signed)) + 1)
-    time, deflection = time[to_end], deflection[to_end]
+    time = time[to_end]
+    deflection = deflection[to_end]
     period = (first * time + 0.5 * signed * time**2) / (2.0 * np.pi * turns)
     per_period = _parts(run.orbit.model)
     part = period * per_period + _ROUNDING
@@ -347,7 +355,9 @@ def with_peaks(sampled: Array) -> Array:
 
     Of a sine sampled 64 times a period the highest sample is up to 1.2e-3 too low, the top of the parabola 2e-6 off.
     """
-    before, top, after = sampled[:-2], sampled[1:-1], sampled[2:]
+    before = sampled[:-2]
+    top = sampled[1:-1]
+    after = sampled[2:]
     bend = 2.0 * top - before - after
     is_peak = (top >= before) & (top >= after) & (bend > 0.0)
     raised = sampled.copy()

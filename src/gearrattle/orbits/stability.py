@@ -87,14 +87,17 @@ def slices_of(branch: Branch) -> list[slice]:
 
 def courses_of(branch: Branch) -> list[Course]:
     """Return every branch from node to node."""
-    values, events = branch.data["value"].values, branch.events
-    kinds, event_values = events["kind"].tolist(), events["value"].to_numpy(np.float64)
+    values = branch.data["value"].values
+    events = branch.events
+    kinds = events["kind"].tolist()
+    event_values = events["value"].to_numpy(np.float64)
     of_steps: dict[int, list[int]] = {}
     for event, point in enumerate(events["point"].tolist()):
         of_steps.setdefault(point, []).append(event)
     courses = []
     for number, part in enumerate(slices_of(branch)):
-        nodes, steps = list[tuple[int, int]](), list[bool]()
+        nodes = list[tuple[int, int]]()
+        steps = list[bool]()
         for i in range(part.start, part.stop):
             own = of_steps.get(i, [])
             nodes += [(i, -1), *((i, e) for e in own)]
@@ -109,7 +112,9 @@ def _stability_of_step(branch: Branch, number: int, point: int, events: Sequence
     """Whether motions are stable before, between and after the events of a step."""
     if not events:
         return [bool(branch.data["stable"].values[point])]
-    stable, part, curve = branch.data["stable"].values, slices_of(branch)[number], branch.curves[number]
+    stable = branch.data["stable"].values
+    part = slices_of(branch)[number]
+    curve = branch.curves[number]
     kinds = branch.events["kind"].iloc[list(events)].tolist()
     changes = [k for k, kind in enumerate(kinds) if kind in CHANGES]
     changes = changes or [k for k, kind in enumerate(kinds) if kind == GRAZING][:1]
@@ -138,15 +143,20 @@ def halfway(curve: Continuation, first: Point, last: Point) -> Point | None:
 
 def ranges_of(branch: Branch) -> list[Range]:
     """Return ranges of one stability that end at folds, branch by branch, in the order of each."""
-    ranges, stable = list[Range](), branch.data["stable"].values
+    ranges = list[Range]()
+    stable = branch.data["stable"].values
     for number, course in enumerate(courses_of(branch)):
-        own, first, begin = list[Range](), 0, float(course.value[0])
+        own = list[Range]()
+        first = 0
+        begin = float(course.value[0])
         for i in range(1, len(course.nodes) - 1):
             if course.stable[i - 1] != course.stable[i] or course.kinds[i] == FOLD:
                 at, cause = _change(course, i)
                 own.append(Range(number, begin, at, course.stable[first], course.points_of(first, i), cause))
-                first, begin = i, at
-        last, is_stable = float(course.value[-1]), bool(stable[course.nodes[-1][0]])
+                first = i
+                begin = at
+        last = float(course.value[-1])
+        is_stable = bool(stable[course.nodes[-1][0]])
         points = course.points_of(first, len(course.nodes))
         own.append(Range(number, begin, last, is_stable, points, _end(branch, number, last)))
         wide = [one for one in own if abs(one.end - one.begin) > _no_width(branch)]
@@ -175,10 +185,13 @@ def _end(branch: Branch, number: int, value: float) -> str:
 
 def losses_of(branch: Branch) -> list[Loss]:
     """Return the events at which stable motions end or lose their stability, by their values."""
-    losses, courses = list[Loss](), courses_of(branch)
+    losses = list[Loss]()
+    courses = courses_of(branch)
     for number, course in enumerate(courses):
         for i in range(1, len(course.nodes) - 1):
-            before, after, is_fold = course.stable[i - 1], course.stable[i], course.kinds[i] == FOLD
+            before = course.stable[i - 1]
+            after = course.stable[i]
+            is_fold = course.kinds[i] == FOLD
             if course.kinds[i] not in CHANGES or not (before or after) or (before and after and not is_fold):
                 continue
             stable, other = (i - 1, i + 1) if before else (i + 1, i - 1)
@@ -186,7 +199,8 @@ def losses_of(branch: Branch) -> list[Loss]:
             if is_fold:
                 change = -_first_change(course.value[i::-1] if before else course.value[i:], _no_width(branch))
             if is_fold or abs(change) > _no_width(branch):
-                event, value = course.nodes[i][1], float(course.value[i])
+                event = course.nodes[i][1]
+                value = float(course.value[i])
                 loss = Loss(event, number, course.kinds[i], value, change >= 0.0)
                 losses.append(replace(loss, jumps=_jumps(branch, courses, loss)))
         losses += _ends_in_release(branch, number, course)
@@ -218,7 +232,8 @@ def _jumps(branch: Branch, courses: Sequence[Course], loss: Loss) -> bool | None
 
 def _stable_beyond(branch: Branch, courses: Sequence[Course], loss: Loss) -> list[bool]:
     """Of every branch that leaves or ends at an event whether its motions are stable just beyond that."""
-    swings, least = branch.data["peak_to_peak"].values, _no_width(branch)
+    swings = branch.data["peak_to_peak"].values
+    least = _no_width(branch)
     apart = _SAME * float(swings.max(initial=0.0))
     own = branch.event_levels[loss.event, 1] - branch.event_levels[loss.event, 0]
     cycles = branch.curves[loss.branch].cycles * (2 if loss.kind == DOUBLING else 1)
@@ -227,7 +242,9 @@ def _stable_beyond(branch: Branch, courses: Sequence[Course], loss: Loss) -> lis
         if number == loss.branch or curve.cycles != cycles:
             continue
         for inwards in (slice(None), slice(None, None, -1)):
-            nodes, away, stable = course.nodes[inwards], course.value[inwards] - loss.value, course.stable[inwards]
+            nodes = course.nodes[inwards]
+            away = course.value[inwards] - loss.value
+            stable = course.stable[inwards]
             if abs(away[0]) > least or np.abs(swings[nodes[0][0]] - own).max() > apart:
                 continue
             next_node = int(

@@ -41,7 +41,8 @@ def check_repeats(model: Model) -> None:
         raise ModelError(Problem("excitation", notes[0], rule, remedy))
     system = assemble(model).system
     motion = relative_coordinates(system).angle_from_reference
-    mean, size = motion.T @ system.inputs.mean, np.abs(motion.T) @ np.abs(system.inputs.mean)
+    mean = motion.T @ system.inputs.mean
+    size = np.abs(motion.T) @ np.abs(system.inputs.mean)
     has_drag = (np.abs(motion.T) @ system.drag) > 0.0
     for torque, total, is_held in zip(mean, size, has_drag, strict=True):
         if abs(torque) > _BALANCED * total and not is_held:
@@ -96,7 +97,8 @@ def _about_start(error: ModelError, start: object) -> ModelError:
 
 def _end_of(model: Model, period_map: PeriodMap, run: Run) -> State:
     """The state in which a run ends."""
-    trajectory, free = run.trajectory, free_of(model)
+    trajectory = run.trajectory
+    free = free_of(model)
     check_inertias(model, run.model, repr(run))
     if not has_same_sliders(model, run.model):
         trajectory = replace(trajectory, auxiliaries=None)
@@ -119,7 +121,8 @@ def state_at(period_map: PeriodMap, trajectory: Trajectory, free: NDArray[np.int
         CubicHermiteSpline(trajectory.time[rows], values, slopes)(time)
         for values, slopes in ((angle, velocity), (velocity, acceleration))
     )
-    state, auxiliaries = period_map.state_of(angle_then, velocity_then), trajectory.auxiliaries
+    state = period_map.state_of(angle_then, velocity_then)
+    auxiliaries = trajectory.auxiliaries
     if auxiliaries is None:
         return state
     share = (time - trajectory.time[i]) / (trajectory.time[i + 1] - trajectory.time[i])

@@ -41,7 +41,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-BACK, ELSEWHERE, UNDECIDED = "back", "elsewhere", "undecided"
+BACK = "back"
+ELSEWHERE = "elsewhere"
+UNDECIDED = "undecided"
 NEAR = 1e-4
 """Of the smallest corner: a motion that is nearer than this to a stable one, and still comes nearer, settles in it."""
 LONGEST = 6000
@@ -60,6 +62,23 @@ _ROUNDED = 1e-12  # of a state: its rounding
 _MET = 1e-2  # of the smallest corner: what comes so near to the states of an irregular motion goes on like it
 _STEADY = 0.9  # at least: how well it repeats in two parts of the time, the smaller over the larger
 _MOVES = 1e-6  # of the smallest corner: what repeats no better than this moves
+
+
+_GROWTH = 1.1  # of pulses, from one to the next
+# changes of speed; 1 is as much as the largest corner, in balanced coordinates
+_FIRST = 1e-3
+_LARGEST = 1e2
+_DOWN = _GROWTH**-24  # about a tenth, from one try of a first pulse to the next
+_LEAST = 1e-6  # of a first pulse that is small for the smallest corner: beside a fold it may be smaller by this
+_EXACT = 1e-6  # of a pulse: to so much its border is sought
+_NARROWEST = 1e-3  # of a pulse: a maximum of the passes until the motion is back is sought to this
+_GOLDEN = 0.381966
+_MOST_UNDECIDED = 6  # of pulses at one instant
+_MOST_PASSES = 5000
+_SAMPLES = 1024  # at least, of a motion: instants between which the best one is sought
+_VALLEYS = 3  # that are expected
+_FEWEST = 8  # instants from which the best one is sought
+_SIGNS = (1.0, -1.0)
 
 
 class Destination(NamedTuple):
@@ -118,16 +137,20 @@ class Destinations:
     """Where motions go, by their states at the start of a period."""
 
     def __init__(self, period_map: PeriodMap, motion: Pass, passes: int) -> None:
-        self._map, self._size = period_map, smallest_corner(period_map)
+        self._map = period_map
+        self._size = smallest_corner(period_map)
         states, gradients = self._followed(motion.start, period_map.cycles)
-        first, later, near = slice(1), slice(1, None), NEAR * self._size
+        first = slice(1)
+        later = slice(1, None)
+        near = NEAR * self._size
         self._own = _Known(states[first], near, gradients.part(first))
         self._known = [_Known(states[later], near, gradients.part(later))] if period_map.cycles > 1 else []
         self._decay = -float(np.log(np.clip(np.abs(multipliers_of(motion.gradient)[0]), 1e-3, 1.0 - 1e-12)))
         self.longest = max(4 * passes, -(-LONGEST // period_map.cycles))
         self._chunk = int(np.clip(passes // (4 * _CHUNK), 1, 4)) * _CHUNK
         self._saddles = list[_Known]()
-        self.irregular, self.undecided = 0, 0
+        self.irregular = 0
+        self.undecided = 0
 
     def of(self, state: State) -> Destination:
         """Return where the motion from a state at the start of a period goes."""
@@ -140,7 +163,9 @@ class Destinations:
         return Destination(UNDECIDED, np.inf)
 
     def _of(self, state: State) -> Destination:
-        visited, done, search = list[Array](), 0, 2 * self._chunk
+        visited = list[Array]()
+        done = 0
+        search = 2 * self._chunk
         past = np.zeros((0, self._own.states.shape[1]))
         while done < self.longest:
             passes = max(self._chunk, done // (_LOOKS * _CHUNK) * _CHUNK)
@@ -148,7 +173,8 @@ class Destinations:
                 march = self._map.marched(state, passes)
             except ConvergenceError:
                 return Destination(UNDECIDED, np.inf)
-            rows, state = self._rows(march), self._map.sampled(march, -1)
+            rows = self._rows(march)
+            state = self._map.sampled(march, -1)
             past = np.concatenate([past[-1 - 2 * MOST_PERIODS : -1], rows])
             own = self._own.distances(rows[:: self._map.cycles])
             if self._own.attracts(past, own[-1]):
@@ -194,7 +220,8 @@ class Destinations:
         least = _REPEATS * self._size
         for i, distance in enumerate(distances):
             if distance < least:
-                another, least = self._another(state, i + 1), _FALLS * distance
+                another = self._another(state, i + 1)
+                least = _FALLS * distance
                 if another is not None and another.attracts(past, another.distances(past[-1:])[0]):
                     return True
         return False
@@ -231,8 +258,10 @@ class Destinations:
 
     def _followed(self, start: State, cycles: int) -> tuple[Array, _Gradients]:
         """States (M, N) of a motion of M periods at their starts, and what differences from them are multiplied by."""
-        period_map, scale = PeriodMap(self._map.system), self._map.scale
-        states, steps = list[Array](), list[Array]()
+        period_map = PeriodMap(self._map.system)
+        scale = self._map.scale
+        states = list[Array]()
+        steps = list[Array]()
         for _ in range(cycles):
             period = period_map(start)
             states.append(period.start.y * scale)
@@ -286,21 +315,6 @@ def _repeating(y: Array) -> Array:
     """How well (R - 8,) states repeat after one to 8 periods, the best of these."""
     distances = [np.linalg.norm(y[k : len(y) - _CHUNK + k] - y[:-_CHUNK], axis=1) for k in range(1, _CHUNK + 1)]
     return np.asarray(np.min(distances, axis=0))
-
-
-_GROWTH = 1.1  # of pulses, from one to the next
-_FIRST, _LARGEST = 1e-3, 1e2  # changes of speed; 1 is as much as the largest corner, in balanced coordinates
-_DOWN = _GROWTH**-24  # about a tenth, from one try of a first pulse to the next
-_LEAST = 1e-6  # of a first pulse that is small for the smallest corner: beside a fold it may be smaller by this
-_EXACT = 1e-6  # of a pulse: to so much its border is sought
-_NARROWEST = 1e-3  # of a pulse: a maximum of the passes until the motion is back is sought to this
-_GOLDEN = 0.381966
-_MOST_UNDECIDED = 6  # of pulses at one instant
-_MOST_PASSES = 5000
-_SAMPLES = 1024  # at least, of a motion: instants between which the best one is sought
-_VALLEYS = 3  # that are expected
-_FEWEST = 8  # instants from which the best one is sought
-_SIGNS = (1.0, -1.0)
 
 
 def check_pulses(model: Model, on: str) -> None:
@@ -361,7 +375,8 @@ def _missing(table: pd.DataFrame, largest: float, unit: str) -> list[str]:
     missing = int(np.isnan(sizes).sum())
     if not missing:
         return []
-    verb, total = "is" if missing == 1 else "are", sizes.size
+    verb = "is" if missing == 1 else "are"
+    total = sizes.size
     known = sizes[~np.isnan(sizes)]
     shown = measured(largest, unit, 3, float(known.max()) if known.size else None)
     return [
@@ -387,7 +402,9 @@ class _Count:
     """Counts borders, of about so many, and says what share of them is known."""
 
     def __init__(self, most: int, progress: Progress) -> None:
-        self._most, self._known, self._progress = most, 0, progress
+        self._most = most
+        self._known = 0
+        self._progress = progress
 
     def one_more(self) -> None:
         """Take note of one more."""
@@ -406,8 +423,10 @@ class _Basin:
     """The border of a motion's basin along pulses on one inertia, at every sample of the motion."""
 
     def __init__(self, period_map: PeriodMap, motion: Pass, inertia: int, samples: int, count: _Count) -> None:
-        self.samples, self._count = samples, count
-        self._map, self._motion = period_map, motion
+        self.samples = samples
+        self._count = count
+        self._map = period_map
+        self._motion = motion
         self._march = period_map.marched(motion.start, samples_per_cycle=samples)
         self._smallest = min(1.0, smallest_corner(period_map) / period_map.size)
         passes = _passes_until_back(motion, _LARGEST / self._smallest)
@@ -425,7 +444,8 @@ class _Basin:
     @property
     def notes(self) -> list[str]:
         """What is not certain about where pulses lead."""
-        longest, known = self._destinations.longest * self._map.cycles, []
+        longest = self._destinations.longest * self._map.cycles
+        known = []
         if self._destinations.irregular:
             known.append(
                 f"Some pulses lead to a motion that did not come back within {longest} T, and does not repeat within "
@@ -465,7 +485,8 @@ class _Basin:
 
     def _border(self, sample: int, sign: float) -> _Border:
         """The smallest pulse of a sign (1 or -1) that tips the motion over."""
-        cycles, system = self._map.cycles, self._map.system
+        cycles = self._map.cycles
+        system = self._map.system
         start = self._map.sampled(self._march, sample * cycles) if sample else self._motion.start
         share = sample / self.samples
         ahead = PeriodMap(
@@ -499,7 +520,8 @@ class _Pulses:
     """Pulses of one sign at one instant, by the change of speed, and where they lead."""
 
     def __init__(self, destination: Callable[[float], Destination], smallest: float = 1.0) -> None:
-        self._destination, self._smallest = destination, smallest
+        self._destination = destination
+        self._smallest = smallest
         self._back = [_Tried(0.0, Destination(BACK, 0.0))]  # below all others that do not lead back
         self._doubtful: list[float] = []
 
@@ -520,7 +542,8 @@ class _Pulses:
 
     def _first(self) -> float:
         """A pulse that is small for the smallest corner and does not tip the motion over: beside a fold far smaller."""
-        speed, small = _FIRST, _FIRST * self._smallest
+        speed = _FIRST
+        small = _FIRST * self._smallest
         while speed > small or (speed > _LEAST * small and self._tried(speed).to.where == ELSEWHERE):
             speed *= _DOWN
         return speed
@@ -552,7 +575,8 @@ class _Pulses:
 
     def _bisected(self, tips: float) -> _Border:
         """The border below a pulse that tips the motion over; what is undecided lies in between."""
-        back, doubtful = self._back[-1].speed, [speed for speed in self._doubtful if speed < tips]
+        back = self._back[-1].speed
+        doubtful = [speed for speed in self._doubtful if speed < tips]
         tries = _MOST_UNDECIDED + len(doubtful)
         while len(doubtful) < tries:
             edges = [back, min(doubtful), max(doubtful), tips] if doubtful else [back, tips]

@@ -74,7 +74,8 @@ class Row:
     """The branches at one second value, of n and of 2 n periods, to which further ones are added."""
 
     def __init__(self, plane: Plane, second: float, curves: Sequence[Curve] = ()) -> None:
-        self.plane, self.second = plane, second
+        self.plane = plane
+        self.second = second
         self.curves = [*curves]
         self.sought = list[Curve]()  # those of n periods to which none of a neighbouring row led
         self.lost = 0  # ends of branches of neighbouring rows that could not be followed to this one
@@ -99,7 +100,8 @@ class Row:
         """Add the branch through a motion, in one or two parts, unless it lies on one that is known."""
         if self._known_at(first, cycles).holds(state):
             return
-        follower, ends = self.follower(cycles), self.plane.ends
+        follower = self.follower(cycles)
+        ends = self.plane.ends
         parts = list[Curve]()
         for upward, end in ((True, ends[1]), (False, ends[0])):
             is_closed = bool(parts) and parts[0].points[-1].w is parts[0].points[0].w
@@ -156,7 +158,8 @@ class Row:
 
         It begins and ends at folds, so it need not lead to an end of the range, nor to the next row.
         """
-        n, count = self.plane.cycles, len(self.curves)
+        n = self.plane.cycles
+        count = len(self.curves)
         period_map = self.follower(n).family.map_at(first)
         with suppress(ModelError):
             state = contact_state(period_map, state_of(self.plane.model_at(first, self.second), period_map, "static"))

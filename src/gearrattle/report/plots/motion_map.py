@@ -13,7 +13,7 @@ import numpy as np
 from gearrattle.engine.periodic.events import FOLD
 from gearrattle.orbits.family_ends import EDGE
 from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, WORDS, MotionMap
-from gearrattle.orbits.two_parameters.boundary import SpecialPoint
+from gearrattle.orbits.two_parameters.special_points import SpecialPoint
 from gearrattle.report.plots.axis_names import Measure
 from gearrattle.report.plots.branches import measure_over
 from gearrattle.report.plots.chart import Cells, Chart, Dash, Key, Line, Panel
