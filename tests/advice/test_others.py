@@ -18,7 +18,7 @@ from gearrattle.orbits.attractors import BLOCK, settled_motions
 from gearrattle.orbits.start_states import state_of
 from gearrattle.report.summary import findings_content
 from tests.comparison.cases import case
-from tests.orbits.test_freedom import train
+from tests.orbits.test_families import train
 
 
 def test_a_second_motion_is_told_with_its_basin() -> None:

@@ -14,7 +14,7 @@ import gearrattle as gr
 from gearrattle.orbits import Orbit
 from gearrattle.orbits.gradients import FORCE, MULTIPLIER, SWING, responses_of
 from tests.orbits.test_branch import oscillator
-from tests.orbits.test_freedom import train
+from tests.orbits.test_families import train
 
 PATHS = ("torque.0.mean", "coupling.gap.kinematic_error.0.amplitude", "coupling.gap.damping", "excitation.speed")
 

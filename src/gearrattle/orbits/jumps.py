@@ -26,7 +26,7 @@ motion which ends as well before the jump, or within a period of it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import TYPE_CHECKING, NamedTuple
@@ -140,10 +140,18 @@ def branch_parts(branch: Branch) -> Sequence[BranchPart]:
             nodes = course.nodes[part]
             swing = np.array([swings[i] if e < 0 else event_swings[e] for i, e in nodes])
             order = np.argsort(value, kind="stable")
-            every = tuple(branch.points[i] if e < 0 else located[e] for i, e in (nodes[k] for k in order))
-            ends = nodes[0][1], nodes[-1][1]
-            known = (number, every, ends)
-            motions.append(BranchPart(is_stable, line, value[order], swing[order], *known))
+            points = tuple(branch.points[i] if e < 0 else located[e] for i, e in (nodes[k] for k in order))
+            motions.append(
+                BranchPart(
+                    is_stable=is_stable,
+                    line=line,
+                    value=value[order],
+                    peak_to_peak=swing[order],
+                    branch=number,
+                    nodes=points,
+                    events=(nodes[0][1], nodes[-1][1]),
+                )
+            )
     return motions
 
 
@@ -213,7 +221,9 @@ class DeflectionsAlong:
         coarse = [k for k in around.tolist() if 0 <= k < len(self._is_fine) and not self._is_fine[k]]
         for k in coarse[::-1]:
             self._is_fine[k] = True
-            between = halfway(self._branch.follower(self._curve), *sorted(self._points[k : k + 2], key=_length))
+            between = halfway(
+                self._branch.follower(self._curve), *sorted(self._points[k : k + 2], key=lambda one: one.length)
+            )
             if between is None or not self.value[k] < between.parameter < self.value[k + 1]:
                 continue
             self.value = np.insert(self.value, k + 1, between.parameter)
@@ -234,10 +244,6 @@ class DeflectionsAlong:
             known = deflection.reshape(self._curve.cycles, *self._grid, deflection.shape[-1])
             self._known[i] = known
         return known
-
-
-def _length(point: Point) -> float:
-    return point.length
 
 
 class _Compared(NamedTuple):
@@ -356,78 +362,28 @@ class _Ending:
     """A loss of stability, and the other motions."""
 
     loss: Loss  # where the motion ends
-    own: BranchPart  # the motion that ends
-    # the motion that ends and those with the same swings that end there, such as its mirror image
-    copies: tuple[BranchPart, ...]
+    copies: tuple[BranchPart, ...]  # it and those with the same swings that end there, such as its mirror image
     others: tuple[BranchPart, ...]  # stable motions with other swings
-    again: tuple[BranchPart, ...]  # stable parts of the lines of the motions that end, these included
-    courses: Mapping[int, DeflectionsAlong]  # all motions line by line, unstable ones included
     scale: Array  # (K,) by which swings of the clearances compare [rad or m]
-
-    @property
-    def swing(self) -> Array:
-        """(K,) peak-to-peak deflections of the motion at its end."""
-        return self.own.at(self.loss.value)
-
-    @property
-    def at_end(self) -> tuple[BranchPart, ...]:
-        """The other stable motions that are known there."""
-        return tuple(one for one in self.others if one.reaches(self.loss.value))
-
-    def distance(self, one: Array, other: Array) -> Array:
-        """Distance between (..., K) swings."""
-        distance: Array = np.sqrt(np.sum(((one - other) / self.scale) ** 2, axis=-1))
-        return distance
 
     def decisive(self, other: Array) -> int:
         """The clearance whose swing differs most, relatively, between the ended motion and one with (K,) swings."""
-        larger = np.maximum(np.maximum(self.swing, other), _TINY * self.scale)
-        return int(np.argmax(np.abs(other - self.swing) / larger))
+        swing = self.copies[0].at(self.loss.value)
+        larger = np.maximum(np.maximum(swing, other), _TINY * self.scale)
+        return int(np.argmax(np.abs(other - swing) / larger))
 
-    def nearest(self) -> BranchPart:
-        """The other stable motion that is nearest to the ended one, at its end."""
-        return min(self.at_end, key=lambda one: float(self.distance(one.at(self.loss.value), self.swing)))
+    def nearest(self) -> BranchPart | None:
+        """The other stable motion that is nearest to the ended one, at its end; None: none is known there."""
+        end = self.loss.value
+        swing = self.copies[0].at(end)
+        at_end = [one for one in self.others if one.reaches(end)]
+        distances = [float(np.sum(((one.at(end) - swing) / self.scale) ** 2)) for one in at_end]
+        return at_end[int(np.argmin(distances))] if at_end else None
 
 
 def speed_of(model: Model, path: str, value: float) -> float:
     """The speed at a value [rad/s]."""
     return model.with_({path: value}).excitation.omega
-
-
-def jumps_of(branch: Branch, run: RunParts, motions: Sequence[BranchPart], rate: float) -> list[Jump]:
-    """The losses of stability that a run passes, in its order; those of copies of a motion once."""
-    ended = list[tuple[Loss, list[BranchPart]]]()
-    courses = {line: _course(branch, run, line, motions) for line in {one.line for one in motions}}
-    losses = [loss for loss in losses_of(branch) if loss.upward == run.upward and loss.jumps is not False]
-    for loss in losses if run.upward else losses[::-1]:
-        for own in [one for one in motions if one.is_stable and loss.event in one.events][:1]:
-            known = next((owns for other, owns in ended if _is_copy(own, owns[0], other.value)), None)
-            if known is None:
-                ended.append((loss, [own]))
-            else:
-                known.append(own)
-    jumps = [_jump(branch, run, _ending(loss, owns, motions, courses), rate) for loss, owns in ended]
-    return [_once(branch, one, jumps[k + 1 :], rate) for k, one in enumerate(jumps)]
-
-
-def _once(branch: Branch, jump: Jump, later: Sequence[Jump], rate: float) -> Jump:
-    """A jump, unless it belongs to a later event: the run was on what ends there, or that jump is less than T away."""
-    sign = 1.0 if jump.upward else -1.0
-    if any(
-        (one.words in _LEFT_LATER and sign * one.end < sign * jump.value)
-        or _periods(branch, (one.value, jump.value), rate) < 1.0
-        for one in later
-    ):
-        return replace(jump, value=np.nan, delay=np.nan, periods=np.nan, settles=np.nan, words=_ANOTHER)
-    return jump
-
-
-def _periods(branch: Branch, values: tuple[float, float], rate: float) -> float:
-    """The periods T that a run takes from one value to another; NaN where one is."""
-    if np.isnan(values).any():
-        return np.nan
-    first, last = (speed_of(branch.model, branch.path, value) for value in values)
-    return abs(periods_between(branch.model, (first, last), rate))
 
 
 def periods_between(model: Model, speeds: tuple[float, float], rate: float) -> float:
@@ -436,139 +392,176 @@ def periods_between(model: Model, speeds: tuple[float, float], rate: float) -> f
     return 0.5 * (speeds[1] ** 2 - speeds[0] ** 2) / (turned * rate)
 
 
+def jumps_of(branch: Branch, run: RunParts, motions: Sequence[BranchPart], rate: float) -> list[Jump]:
+    """The losses of stability that a run passes, in its order; those of copies of a motion once."""
+    return _Jumps(branch, run, motions, rate).all()
+
+
 def _is_copy(one: BranchPart, own: BranchPart, end: float) -> bool:
     """Whether motions have the same swings at the end of one of them."""
     swing = own.at(end)
     return one.reaches(end) and bool(np.allclose(one.at(end), swing, rtol=_SAME, atol=_TINY * float(swing.max())))
 
 
-def _course(branch: Branch, run: RunParts, line: int, motions: Sequence[BranchPart]) -> DeflectionsAlong:
-    """The motions of a line, stable or not."""
-    parts = sorted((one for one in motions if one.line == line), key=lambda one: float(one.value[0]))
-    value = np.concatenate([one.value for one in parts])
-    curve = branch.curves[parts[0].branch]
-    return DeflectionsAlong(branch, curve, value, [node for one in parts for node in one.nodes], run.grid)
+class _Jumps:
+    """A run beside the motions of a branch, which ``rate`` passes [rad/s^2]."""
 
+    def __init__(self, branch: Branch, run: RunParts, motions: Sequence[BranchPart], rate: float) -> None:
+        self._branch, self._run, self._motions = branch, run, motions
+        self._rate = rate
+        self._sign = 1.0 if run.upward else -1.0
+        self._courses = {line: self._course(line) for line in {one.line for one in motions}}  # unstable ones included
 
-def _ending(
-    loss: Loss, copies: Sequence[BranchPart], motions: Sequence[BranchPart], courses: Mapping[int, DeflectionsAlong]
-) -> _Ending:
-    """A loss with the other stable motions; copies of the ended one, and what leaves it there, are left out."""
-    own = copies[0]
-    lines = {one.line for one in copies}
-    again = tuple(one for one in motions if one.is_stable and one.line in lines)
-    others = tuple(
-        one for one in motions if one.is_stable and one.line != own.line and not _is_copy(one, own, loss.value)
-    )
-    swings = [own.at(loss.value), *(one.at(loss.value) for one in others if one.reaches(loss.value))]
-    scale = np.max(swings, axis=0)
-    least = max(_TINY * float(scale.max()), np.finfo(float).tiny)
-    return _Ending(loss, own, tuple(copies), others, again, courses, np.maximum(scale, least))
+    def _course(self, line: int) -> DeflectionsAlong:
+        """The motions of a line, stable or not."""
+        parts = sorted((one for one in self._motions if one.line == line), key=lambda one: float(one.value[0]))
+        value = np.concatenate([one.value for one in parts])
+        curve = self._branch.curves[parts[0].branch]
+        points = [node for one in parts for node in one.nodes]
+        return DeflectionsAlong(self._branch, curve, value, points, self._run.grid)
 
+    def all(self) -> list[Jump]:
+        """Return the jumps in the order of the run; a jump belongs to the last event before it."""
+        ended = list[tuple[Loss, list[BranchPart]]]()
+        upward = self._run.upward
+        losses = [loss for loss in losses_of(self._branch) if loss.upward == upward and loss.jumps is not False]
+        for loss in losses if upward else losses[::-1]:
+            for own in [one for one in self._motions if one.is_stable and loss.event in one.events][:1]:
+                known = next((owns for other, owns in ended if _is_copy(own, owns[0], other.value)), None)
+                if known is None:
+                    ended.append((loss, [own]))
+                else:
+                    known.append(own)
+        jumps = [self._jump(self._ending(loss, owns)) for loss, owns in ended]
+        return [self._once(one, jumps[k + 1 :]) for k, one in enumerate(jumps)]
 
-def _jump(branch: Branch, run: RunParts, ending: _Ending, rate: float) -> Jump:
-    """Where a run jumps after a motion has ended."""
-    loss = ending.loss
-    names = assemble(branch.model).layout.clearance_names
+    def _ending(self, loss: Loss, copies: Sequence[BranchPart]) -> _Ending:
+        """A loss with the other stable motions; copies of the ended one, and what leaves it there, are left out."""
+        own = copies[0]
+        others = tuple(
+            one
+            for one in self._motions
+            if one.is_stable and one.line != own.line and not _is_copy(one, own, loss.value)
+        )
+        swings = [own.at(loss.value), *(one.at(loss.value) for one in others if one.reaches(loss.value))]
+        scale = np.max(swings, axis=0)
+        least = max(_TINY * float(scale.max()), np.finfo(float).tiny)
+        return _Ending(loss, tuple(copies), others, np.maximum(scale, least))
 
-    def without(words: str, clearance: str = "") -> Jump:
-        return Jump(run.upward, loss.kind, loss.value, np.nan, np.nan, np.nan, clearance, words)
+    def _jump(self, ending: _Ending) -> Jump:
+        """Where the run jumps after a motion has ended."""
+        branch, run, loss = self._branch, self._run, ending.loss
+        names = assemble(branch.model).layout.clearance_names
+        none = Jump(run.upward, loss.kind, loss.value, np.nan, np.nan, np.nan, "")
+        neighbour = ending.nearest()
+        if neighbour is None:
+            return replace(none, words=_NONE_KNOWN)
+        none = replace(none, clearance=names[ending.decisive(neighbour.at(loss.value))])
+        if not any(was_on(branch, run, one) for one in ending.copies):
+            return replace(none, words=NOT_ON)
+        crossings = [
+            (value, other)
+            for other in ending.others
+            if (value := self._crossing(ending, other)) is not None and was_on(branch, run, other, beyond=loss.value)
+        ]
+        # the parts of a line share their crossing: of those that of the part which the run meets first
+        first = min(crossings, key=lambda pair: (self._sign * pair[0], self._ahead(pair[1], pair[0])), default=None)
+        if self._is_on_again(ending, first[0] if first else float(run.value[-1])):
+            return replace(none, words=_AGAIN)
+        if first is None:
+            return replace(none, words=_ELSEWHERE if self._has_left(ending, neighbour) else _NOT_YET)
+        value, other = first
+        if value == loss.value:
+            return replace(none, words=_EARLY)
+        jumped, lost = (speed_of(branch.model, branch.path, one) for one in (value, loss.value))
+        ahead = self._ahead(other, value)
+        return replace(
+            none,
+            value=value,
+            delay=abs(jumped - lost),
+            periods=self._periods(loss.value, value),
+            clearance=names[ending.decisive(other.at(value))],
+            settles=value + self._sign * ahead if np.isfinite(ahead) else value,
+        )
 
-    if not ending.at_end:
-        return without(_NONE_KNOWN)
-    neighbour = ending.nearest()
-    apart_most = names[ending.decisive(neighbour.at(loss.value))]
-    if not any(was_on(branch, run, one) for one in ending.copies):
-        return without(NOT_ON, apart_most)
-    crossings = [
-        (value, other)
-        for other in ending.others
-        if (value := _crossing(run, ending, other)) is not None and was_on(branch, run, other, beyond=loss.value)
-    ]
-    # the parts of a line share their crossing: of those that of the part which the run meets first
-    sign = 1.0 if run.upward else -1.0
-    first = min(crossings, key=lambda pair: (sign * pair[0], _ahead(run, pair[1], pair[0])), default=None)
-    if _is_on_again(branch, run, ending, first[0] if first else float(run.value[-1])):
-        return without(_AGAIN, apart_most)
-    if first is None:
-        return without(_ELSEWHERE if _has_left(run, ending, neighbour) else _NOT_YET, apart_most)
-    value, other = first
-    if value == loss.value:
-        return without(_EARLY, apart_most)
-    jumped, lost = (speed_of(branch.model, branch.path, one) for one in (value, loss.value))
-    delay = abs(jumped - lost)
-    periods = _periods(branch, (loss.value, value), rate)
-    decided_by = names[ending.decisive(other.at(value))]
-    ahead = _ahead(run, other, value)
-    settles = value + sign * ahead if np.isfinite(ahead) else value
-    return Jump(run.upward, loss.kind, loss.value, value, delay, periods, decided_by, settles=settles)
+    def _once(self, jump: Jump, later: Sequence[Jump]) -> Jump:
+        """A jump, unless it belongs to a later event: the run was on what ends there, or jumps there within T."""
+        if any(
+            (one.words in _LEFT_LATER and self._sign * one.end < self._sign * jump.value)
+            or self._periods(one.value, jump.value) < 1.0
+            for one in later
+        ):
+            return replace(jump, value=np.nan, delay=np.nan, periods=np.nan, settles=np.nan, words=_ANOTHER)
+        return jump
 
+    def _periods(self, *values: float) -> float:
+        """The periods T that the run takes from one value to another; NaN where one is."""
+        if np.isnan(values).any():
+            return np.nan
+        first, last = (speed_of(self._branch.model, self._branch.path, value) for value in values)
+        return abs(periods_between(self._branch.model, (first, last), self._rate))
 
-def _ahead(run: RunParts, part: BranchPart, value: float) -> float:
-    """How far beyond a value a run meets a part: zero where that is on it, infinite where it has been passed."""
-    low, high = float(part.value[0]), float(part.value[-1])
-    begin, end = (low - value, high - value) if run.upward else (value - high, value - low)
-    return np.inf if end < 0.0 else max(begin, 0.0)
+    def _ahead(self, part: BranchPart, value: float) -> float:
+        """How far beyond a value the run meets a part: zero where that is on it, infinite where it has been passed."""
+        low, high = float(part.value[0]), float(part.value[-1])
+        begin, end = (low - value, high - value) if self._run.upward else (value - high, value - low)
+        return np.inf if end < 0.0 else max(begin, 0.0)
 
+    def _is_on_again(self, ending: _Ending, value: float) -> bool:
+        """Whether, beyond the loss and before a value, the motion is stable again and the run on it."""
+        low, high = sorted((ending.loss.value, value))
+        begin = 0 if self._run.upward else -1
+        lines = {one.line for one in ending.copies}
+        again = [one for one in self._motions if one.is_stable and one.line in lines]
+        return any(low < one.value[begin] < high and was_on(self._branch, self._run, one) for one in again)
 
-def _is_on_again(branch: Branch, run: RunParts, ending: _Ending, value: float) -> bool:
-    """Whether, beyond the loss and before a value, the motion is stable again and the run on it."""
-    low, high = sorted((ending.loss.value, value))
-    begin = 0 if run.upward else -1
-    return any(low < one.value[begin] < high and was_on(branch, run, one) for one in ending.again)
+    def _lean(self, ending: _Ending, other: DeflectionsAlong, parts: IntArray) -> Array:
+        """How much nearer to another motion than to the one that has ended the run is: a difference of squares.
 
+        Where there is no motion on the other course it is as far as can be.
+        """
+        value = self._run.value[parts]
+        compared = self._run.deflection[parts], value, parts % self._run.per_period, ending.scale
+        left = np.min([self._courses[one.line].off(*compared) for one in ending.copies], axis=0)
+        return np.where(other.reaches(value), left - other.off(*compared), -np.inf)
 
-def _lean(run: RunParts, ending: _Ending, other: DeflectionsAlong, parts: IntArray) -> Array:
-    """How much nearer to another motion than to the one that has ended a run is in parts: a difference of squares.
+    def _crossing(self, ending: _Ending, other: BranchPart) -> float | None:
+        """Value at which, beyond the end of a motion, the run becomes nearer to another one than to it; None: nowhere.
 
-    Where there is no motion on the other course it is as far as can be.
-    """
-    value = run.value[parts]
-    compared = run.deflection[parts], value, parts % run.per_period, ending.scale
-    left = np.min([ending.courses[one.line].off(*compared) for one in ending.copies], axis=0)
-    return np.where(other.reaches(value), left - other.off(*compared), -np.inf)
+        Where it is nearer already in the last part before, it is the end.
+        """
+        run, end = self._run, ending.loss.value
+        last, width = len(run.value), run.per_period
+        compared = [self._courses[line] for line in {other.line, *(one.line for one in ending.copies)}]
+        for begin in np.flatnonzero(run.passed(end))[::_BLOCK].tolist():
+            parts = np.arange(max(begin - 1, 0), min(begin + _BLOCK + width, last))
+            while True:
+                # the first part in which it is nearer, and from which on it is nearer over a period
+                lean = self._lean(ending, self._courses[other.line], parts)
+                over_period = sliding_window_view(np.concatenate([lean, np.zeros(width - 1)]), width).sum(axis=1)
+                crossed = np.flatnonzero((lean > 0.0) & (over_period > 0.0))
+                if not crossed.size:
+                    break
+                k = int(crossed[0])
+                if sum(course.refine(run.value[parts[max(k - 1, 0) : k + width]]) for course in compared):
+                    continue
+                # where between it and the part before
+                before, after = run.value[parts[max(k - 1, 0)]], run.value[parts[k]]
+                share = lean[k - 1] / (lean[k - 1] - lean[k]) if k and -np.inf < lean[k - 1] < 0.0 else 1.0
+                crossing = float(before + share * (after - before))
+                return max(crossing, end) if run.upward else min(crossing, end)
+        return None
 
-
-def _crossing(run: RunParts, ending: _Ending, other: BranchPart) -> float | None:
-    """Value at which, beyond the end of a motion, a run becomes nearer to another one than to it; None: nowhere.
-
-    Where it is nearer already in the last part before, it is the end.
-    """
-    end = ending.loss.value
-    last = len(run.value)
-    width = run.per_period
-    compared = [ending.courses[line] for line in {other.line, *(one.line for one in ending.copies)}]
-    beyond = np.flatnonzero(run.passed(end))
-    for begin in beyond[::_BLOCK].tolist():
-        parts = np.arange(max(begin - 1, 0), min(begin + _BLOCK + width, last))
-        while True:
-            lean = _lean(run, ending, ending.courses[other.line], parts)
-            over_period = sliding_window_view(np.concatenate([lean, np.zeros(width - 1)]), width).sum(axis=1)
-            crossed = np.flatnonzero((lean > 0.0) & (over_period > 0.0))
-            if not crossed.size:
-                break
-            k = int(crossed[0])
-            if sum(course.refine(run.value[parts[max(k - 1, 0) : k + width]]) for course in compared):
-                continue
-            before, after = run.value[parts[max(k - 1, 0)]], run.value[parts[k]]
-            share = lean[k - 1] / (lean[k - 1] - lean[k]) if k and -np.inf < lean[k - 1] < 0.0 else 1.0
-            crossing = float(before + share * (after - before))
-            return max(crossing, end) if run.upward else min(crossing, end)
-    return None
-
-
-def _has_left(run: RunParts, ending: _Ending, neighbour: BranchPart) -> bool:
-    """Whether at its end a run is farther from the ended motion than the middle to its neighbour was at the event."""
-    parts = np.arange(len(run.value))[-run.per_period :]
-    phase = parts % run.per_period
-    value = run.value[parts]
-    at_end = np.full(len(parts), ending.loss.value)
-    lost = [ending.courses[one.line] for one in ending.copies]
-    while any(one.refine(value) for one in lost):
-        pass
-    away = np.min([one.off(run.deflection[parts], value, phase, ending.scale) for one in lost], axis=0)
-    between = [
-        lost[0].off(one, at_end, phase, ending.scale)
-        for one in np.swapaxes(ending.courses[neighbour.line].at(at_end, phase), 0, 1)
-    ]
-    return bool(np.sum(away) > _NEAR**2 * np.sum(np.min(between, axis=0)))
+    def _has_left(self, ending: _Ending, neighbour: BranchPart) -> bool:
+        """Whether at its end the run is farther from the ended motion than the middle to its neighbour at the event."""
+        run = self._run
+        parts = np.arange(len(run.value))[-run.per_period :]
+        phase, value = parts % run.per_period, run.value[parts]
+        at_end = np.full(len(parts), ending.loss.value)
+        lost = [self._courses[one.line] for one in ending.copies]
+        while any(one.refine(value) for one in lost):
+            pass
+        away = np.min([one.off(run.deflection[parts], value, phase, ending.scale) for one in lost], axis=0)
+        there = np.swapaxes(self._courses[neighbour.line].at(at_end, phase), 0, 1)
+        between = [lost[0].off(one, at_end, phase, ending.scale) for one in there]
+        return bool(np.sum(away) > _NEAR**2 * np.sum(np.min(between, axis=0)))

@@ -14,7 +14,7 @@ P. Jung, G. Gray, R. Roy, P. Mandel, "Scaling law for dynamical hysteresis", Phy
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -143,40 +143,32 @@ class RunUpJumps(Result):
 
 
 def run_up_of(branch: Branch, rate: float | str, progress: Callable[[float], None] | None) -> RunUpJumps:
-    """Return the jumps of a run-up and a run-down; see ``Branch.run_up``.
-
-    Raises ModelError: a branch over something else than the speed, a rate without sense or at which the runs are
-    too short or long.
-    """
+    """Return the jumps of a run-up and a run-down; see ``Branch.run_up``."""
     checked(CALLBACK, progress, "progress")
     speed_rate = rate_of(branch.model, branch.path, branch.range, rate)
-    low, high = sorted(branch.range)
+    notes = [*branch.notes]
+    # the two runs, each from the stable motion at its end of the range
     plans = list[_RunPlan]()
-    notes = list[str]()
+    low, high = sorted(branch.range)
     for ends in ((low, high), (high, low)):
         start = _start(branch, ends[0])
         if start is None:
-            notes.append(
-                f"No stable motion is known at {branch.path} = {_shown(branch, ends[0])}: no run begins there."
-            )
+            end = _shown(branch, ends[0])
+            notes.append(f"No stable motion is known at {branch.path} = {end}: no run begins there.")
         else:
             plans.append(_planned(branch, start, ends, speed_rate))
+    # their jumps
     motions = list(branch_parts(branch))
-    envelopes = list[Envelope]()
-    jumps = list[Jump]()
+    envelopes, jumps = list[Envelope](), list[Jump]()
     work = never_falling(progress)
     for number, plan in enumerate(plans):
         parts = _run(plan, part_of(work, number, len(plans)))
         envelopes.append(_envelope(parts))
-        if not envelopes[-1].value.size:
-            notes.append(f"Going {_way(parts.upward)}, the run lasts no whole period T: its swing is not shown.")
         seen = jumps_of(branch, parts, motions, speed_rate)
-        notes += [_settles_later(branch, jump) for jump in seen if not jump.words and jump.settles != jump.value]
-        if seen and all(jump.words == NOT_ON for jump in seen):
-            notes.append(_on_none(parts.upward))
+        notes += _notes_of(branch, envelopes[-1], seen)
         jumps += seen
     work(1.0)
-    return RunUpJumps(branch, speed_rate, tuple(envelopes), tuple(jumps), (*branch.notes, *notes))
+    return RunUpJumps(branch, speed_rate, tuple(envelopes), tuple(jumps), tuple(notes))
 
 
 def _way(upward: bool) -> str:
@@ -189,21 +181,22 @@ def _shown(branch: Branch, value: float) -> str:
     return shown_value(branch.path, branch.model, value, 6, max(map(abs, branch.range)))
 
 
-def _on_none(upward: bool) -> str:
-    """What a table without a jump leaves open: a motion that has become unstable in a soft loss has no row."""
-    return (
-        f"Going {_way(upward)}, the run was on none of the motions that end. It may have stayed on one that became "
-        "unstable at a period doubling: where it jumps from there is not told, but its swing over the speed shows it."
-    )
-
-
-def _settles_later(branch: Branch, jump: Jump) -> str:
-    """What happens where the motion that a run leaves for is unstable at first."""
-    return (
-        f"Going {_way(jump.upward)}, the motion that the run leaves for at {branch.path} = "
-        f"{_shown(branch, jump.value)} "
-        f"is stable from {_shown(branch, jump.settles)} on only: before that no branch has the motion of the run."
-    )
+def _notes_of(branch: Branch, envelope: Envelope, jumps: Sequence[Jump]) -> list[str]:
+    """What the user must know of a run."""
+    going = f"Going {_way(envelope.upward)}, the"
+    notes = [f"{going} run lasts no whole period T: its swing is not shown."] if not envelope.value.size else []
+    notes += [  # it leaves for a motion that is unstable at first
+        f"{going} motion that the run leaves for at {branch.path} = {_shown(branch, jump.value)} is stable "
+        f"from {_shown(branch, jump.settles)} on only: before that no branch has the motion of the run."
+        for jump in jumps
+        if not jump.words and jump.settles != jump.value
+    ]
+    if jumps and all(jump.words == NOT_ON for jump in jumps):
+        notes.append(
+            f"{going} run was on none of the motions that end. It may have stayed on one that became unstable at a "
+            "period doubling: where it jumps from there is not told, but its swing over the speed shows it."
+        )
+    return notes
 
 
 def rate_of(model: Model, path: str, ends: tuple[float, float], rate: float | str) -> float:
@@ -272,6 +265,17 @@ class _RunPlan(NamedTuple):
     speeds: tuple[float, float]  # the first one and the last one [rad/s]
     rate: float  # of the speed, with its sign [rad/s^2]
 
+    def periods(self, time: Array) -> Array:
+        """Return how many periods T have passed at instants [s]."""
+        angle = self.speeds[0] * time + 0.5 * self.rate * time**2
+        return np.asarray(angle / (2.0 * np.pi * _turns(self.orbit.model)))
+
+    def start_of(self, period: Array) -> Array:
+        """Return the instants at which periods begin, counted from 0 [s]."""
+        first = self.speeds[0]
+        angle = 2.0 * np.pi * _turns(self.orbit.model) * period
+        return np.asarray(2.0 * angle / (first + np.sqrt(first**2 + 2.0 * self.rate * angle)))
+
 
 def _planned(branch: Branch, orbit: Orbit, ends: tuple[float, float], rate: float) -> _RunPlan:
     """Prepare a run from a motion on.
@@ -308,46 +312,45 @@ def _parts(model: Model) -> int:
 
 def _run(run: _RunPlan, progress: Progress) -> RunParts:
     """Simulate the run, and reduce every part of a period to its extrema."""
-    (first, last) = run.speeds
-    signed = run.rate
+    first, last = run.speeds
     plan = run.simulation
-    load_cycles = _load_cycles(run.orbit.model)
-    turns = _turns(run.orbit.model)
     trajectory = integrate(plan.task, plan.layout, plan.algorithm, plan.discard, progress)
-    time = trajectory.time
-    deflection = trajectory.deflection
-    to_end = slice(int(np.searchsorted(time, (last - first) / signed)) + 1)
-    time = time[to_end]
-    deflection = deflection[to_end]
-    period = (first * time + 0.5 * signed * time**2) / (2.0 * np.pi * turns)
+    to_end = slice(int(np.searchsorted(trajectory.time, (last - first) / run.rate)) + 1)
+    time, deflection = trajectory.time[to_end], trajectory.deflection[to_end]
+    # the parts of its periods
     per_period = _parts(run.orbit.model)
+    period = run.periods(time)
     part = period * per_period + _ROUNDING
-    whole_parts = int(min(part[-1], periods_between(run.orbit.model, run.speeds, signed) * per_period + _ROUNDING))
+    whole_parts = int(min(part[-1], periods_between(run.orbit.model, run.speeds, run.rate) * per_period + _ROUNDING))
     begins = np.searchsorted(part, np.arange(whole_parts + 1))
     high, low = (
         sign * np.maximum.reduceat(with_peaks(sign * deflection)[: begins[-1]], begins[:-1], axis=0)
         for sign in (1.0, -1.0)
     )
-    instants = -(-_INSTANTS * load_cycles // per_period)
+    # deflections at evenly spread instants of every part
+    instants = -(-_INSTANTS * _load_cycles(run.orbit.model) // per_period)
     at = np.arange((len(begins) - 1) * instants) / (per_period * instants)
     traced = np.stack([np.interp(at, period, column) for column in deflection.T], axis=-1)
-    traced = traced.reshape(-1, instants, deflection.shape[1])
+    # values in the middle of the parts, and at the starts of periods
     middle = 0.5 * (time[begins[:-1]] + time[begins[1:]])
-
-    def start_of(number: Array) -> Array:
-        angle = 2.0 * np.pi * turns * number
-        return np.asarray(2.0 * angle / (first + np.sqrt(first**2 + 2.0 * signed * angle)))
+    starts = first + run.rate * run.start_of(np.arange(whole_parts // per_period + 1.0))
+    low_end, high_end = sorted((first * run.to_value, last * run.to_value))
 
     def state_before(value: float, period_map: PeriodMap) -> State:
-        seconds = (value / run.to_value - first) / signed
-        whole = np.floor((first * seconds + 0.5 * signed * seconds**2) / (2.0 * np.pi * turns) + _ROUNDING)
-        return state_at(period_map, trajectory, free_of(run.model), float(start_of(whole)))
+        seconds = np.asarray((value / run.to_value - first) / run.rate)
+        start = run.start_of(np.floor(run.periods(seconds) + _ROUNDING))
+        return state_at(period_map, trajectory, free_of(run.model), float(start))
 
-    value = (first + signed * middle) * run.to_value
-    starts = (first + signed * start_of(np.arange(whole_parts // per_period + 1.0))) * run.to_value
-    lowest, highest = sorted((first * run.to_value, last * run.to_value))
-    starts = np.clip(starts, lowest, highest)
-    return RunParts(last > first, per_period, value, high, low, traced, starts, state_before)
+    return RunParts(
+        upward=last > first,
+        per_period=per_period,
+        value=(first + run.rate * middle) * run.to_value,
+        highest=high,
+        lowest=low,
+        deflection=traced.reshape(-1, instants, deflection.shape[1]),
+        starts=np.clip(starts * run.to_value, low_end, high_end),
+        state_before=state_before,
+    )
 
 
 def with_peaks(sampled: Array) -> Array:

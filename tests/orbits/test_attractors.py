@@ -14,7 +14,7 @@ from gearrattle.orbits.attractors import Settled, motion_names, settled_motions,
 from gearrattle.orbits.orbit import Orbit, settled_state
 from gearrattle.orbits.start_states import state_of
 from tests.architecture.places import EXAMPLES
-from tests.orbits.test_freedom import train
+from tests.orbits.test_families import train
 
 
 @cache
