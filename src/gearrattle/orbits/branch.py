@@ -40,8 +40,6 @@ Array = NDArray[np.float64]
 
 MEAN = "mean at corner"
 _LOCATED = 1e-12  # of the way between two points
-
-
 _COLUMNS = ("branch", "kind", "value", "point", "clearance", "collision", "grazing", "root")
 
 

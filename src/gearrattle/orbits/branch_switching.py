@@ -317,10 +317,7 @@ def _first_along(curve: Continuation, event: Event, ends: tuple[float, float], d
 
 
 def _mirror_image(curve: Continuation, event: Event, first: Point) -> Point | None:
-    """The mirror image of a motion beside one of an event, half of its length later; None: there is none.
-
-    Raises ConvergenceError: Newton's method does not converge.
-    """
+    """The mirror image of a motion beside one of an event, half of its length later; None: there is none."""
     halves = half_period_map(curve.family.map_at(first.parameter).system, curve.cycles)
     if halves is None:
         return None

@@ -73,10 +73,7 @@ def check_repeats_elsewhere(period_map: PeriodMap, state: State) -> None:
 
 
 def _followed(period_map: PeriodMap, state: State, periods: int) -> tuple[list[State], Array, int]:
-    """The states of a motion at the start of every period, balanced too, and after how many it repeats; 0: unknown.
-
-    Raises ConvergenceError: it repeats after another number of periods than those of the map.
-    """
+    """The states of a motion at the start of every period, balanced too, and after how many it repeats; 0: unknown."""
     once = PeriodMap(period_map.system, 1)
     n = period_map.cycles
     march = once.marched(at_mean_speed(once, state), periods)

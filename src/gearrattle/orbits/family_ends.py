@@ -51,8 +51,6 @@ _ALONG = 1e-5  # of the unit of the parameter: the difference for the slope of a
 _CHANGES = (1e-5, 1e-6, 1e-7)  # of a number: half the difference for a gradient
 _BENT = 1e-3  # of a difference: by how much its halves may differ
 _KNOWN = 1e-9  # of the unit of the parameter: to so much ends are known where lengths change slowly
-
-
 Step = tuple[Point, Sequence[Event] | None]
 """A point of a branch, and the events before it; None: not located yet."""
 _MIDDLE = 0.1  # of the length of a family: a shorter way to the middle is not gone
@@ -407,10 +405,7 @@ def _last_of(curve: Continuation, at: tuple[Point, Line], limit: float, way: flo
 
 
 def _out_of_family(curve: Continuation, last: Point, at: tuple[Point, Line], limit: float) -> list[Step]:
-    """The motions from one of a family to one that touches, past the end of that; a range has its limit beyond it.
-
-    Raises ConvergenceError: no motion touches there, or its branch does not lead to the end.
-    """
+    """The motions from one of a family to one that touches, past the end of that; a range has its limit beyond it."""
     (end, middle) = at
     way = _way(last)
     unit = curve.family.unit
@@ -433,8 +428,6 @@ def _into_family(
     """The motions from one that touches to the first of a family, past the end of that; empty: it is out of range.
 
     Recent motions too near to the end are no part of the branch, and are taken out.
-
-    Raises ConvergenceError: the branch does not lead to the end.
     """
     (end, middle) = at
     nearest = _NEAREST * curve.family.unit
@@ -473,10 +466,7 @@ def _joined(last: Point, parts: tuple[list[Point], list[Point]], end: Point) -> 
 
 
 def _up_to_end(curve: Continuation, begin: Point, end: Point) -> list[Point]:
-    """The motions of a branch that touch from one of them, which is left out, up to the end of a family.
-
-    Raises ConvergenceError: the branch does not lead there.
-    """
+    """The motions of a branch that touch from one of them, which is left out, up to the end of a family."""
     unit = curve.family.unit
     distance = begin.parameter - end.parameter
     side = 1.0 if distance > 0.0 else -1.0

@@ -27,7 +27,7 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.breaking import as_doubling
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.drift import KINDS, Drift, FamiliesOf, gradient_of_grazing
+from gearrattle.engine.periodic.drift import KINDS, Drift, gradient_of_grazing
 from gearrattle.engine.periodic.events import BREAKING, DOUBLING, GRAZING, Event
 from gearrattle.engine.periodic.family import Family
 from gearrattle.engine.periodic.grazing import JUMP, RELEASE
@@ -42,7 +42,7 @@ from gearrattle.model.path_values import change_in_si
 from gearrattle.model.paths import expanded, path_names, value_at
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.orbits.family_ends import EDGE, gradient_of_end
-from gearrattle.orbits.over_value import alike, check_alike, ends_of, family_of
+from gearrattle.orbits.over_value import check_alike, ends_of, family_like, family_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,8 +52,6 @@ MOVED = (*KINDS, BREAKING, EDGE)
 _SPEED = "excitation.speed"
 _SAME = {_SPEED, "excitation.frequency"}
 _LEFT_OUT = ("simulation", "schema", "name", "units")
-
-
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 SWING = "peak-to-peak deflection"
@@ -189,36 +187,22 @@ def gradients_of(
 def _gradient_by(model: Model, path: str, curve: Continuation, event: Event) -> Callable[[str, float], float]:
     """What gives dp / dq of an event, from the path and the value of a number q."""
     drift = Drift(event, curve)
+    at = event.point.parameter
 
     def gradient(other: str, value: float) -> float:
         if event.kind == GRAZING:
-            at_event = model.with_({path: event.point.parameter})
-            over = family_of(at_event, other, value, curve.cycles, abs(value))
+            over = family_of(model.with_({path: at}), other, value, curve.cycles, abs(value))
             check_alike(over, curve.family)
             return gradient_of_grazing(event, curve, over, value)
-        families_of = _families(model, path, curve, event, (other, value))
+
+        def families_of(change: float) -> tuple[Family, Family]:
+            low, high = (model.with_({other: value + side}) for side in (-change, change))
+            return family_like(curve.family, low, path, at), family_like(curve.family, high, path, at)
+
         is_end = event.kind == EDGE
         return gradient_of_end(event, curve, families_of, value) if is_end else drift.gradient(families_of, value)
 
     return gradient
-
-
-def _families(model: Model, path: str, curve: Continuation, event: Event, number: tuple[str, float]) -> FamiliesOf:
-    """What gives the families of the driveline with a number a little smaller, and a little larger."""
-    (other, value) = number
-    family = curve.family
-
-    def families_of(change: float) -> tuple[Family, Family]:
-        first = event.point.parameter
-        cycles = family.cycles
-        unit = family.unit
-        low, high = (
-            alike(family_of(model.with_({other: value + side}), path, first, cycles, unit), family, first)
-            for side in (-change, change)
-        )
-        return low, high
-
-    return families_of
 
 
 def tolerances_of(model: Model, path: str, tolerances: Mapping[str, Written]) -> dict[str, float]:

@@ -52,8 +52,6 @@ Array = NDArray[np.float64]
 
 _REACHED = 1e-6  # of a value: an end that is nearer is reached
 _ROUNDING = 1e-13  # of a value: a smaller step does not turn back
-
-
 IntArray = NDArray[np.int64]
 _FINE = 2e-4  # of the swing: the mean of two motions is as near to the one between
 _NARROWEST = 1e-9  # of a value: no motion is added between two that are nearer

@@ -32,8 +32,6 @@ from gearrattle.wording import listed
 
 _WIDTHS = 1e3  # of a range: the unit of its value is no larger
 _LEAST = 1e-9  # of the larger end: the ends must differ by more
-
-
 Array = NDArray[np.float64]
 _POINTS = 60.0  # steps at least along a range
 _NEXT_TO = 1e-6  # of a range: so far inside its driveline is of the kind that it has along the branch
@@ -164,12 +162,12 @@ def check_alike(family: Family, like: Family) -> None:
         raise ConvergenceError("a clearance closes or opens there, or a slider goes or comes")
 
 
-def alike(family: Family, like: Family, parameter: float) -> Family:
-    """Return the family of a changed driveline; of half-period maps if that of the unchanged one is of these.
+def family_like(like: Family, model: Model, path: str, parameter: float) -> Family:
+    """Return the family of a changed driveline near a value; of half-period maps if that of the unchanged one is.
 
-    Raises ConvergenceError: a clearance or a slider is in one of them alone, or the changed driveline has no
-    symmetry.
+    Raises ConvergenceError: a clearance or a slider is in one of them alone, or the changed driveline has no symmetry.
     """
+    family = family_of(model, path, parameter, like.cycles, like.unit)
     check_alike(family, like)
     if not isinstance(like, HalfPeriodFamily):
         return family

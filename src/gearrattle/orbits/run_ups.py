@@ -278,10 +278,7 @@ class _RunPlan(NamedTuple):
 
 
 def _planned(branch: Branch, orbit: Orbit, ends: tuple[float, float], rate: float) -> _RunPlan:
-    """Prepare a run from a motion on.
-
-    Raises ModelError: the run would be too long.
-    """
+    """Prepare a run from a motion on. Raises ModelError: the run would be too long."""
     first, last = (speed_of(branch.model, branch.path, value) for value in ends)
     cycles = int(np.ceil(abs(last - first) / rate * first / (2.0 * np.pi * _turns(orbit.model))))
     fastest = max(1.0, last / first)

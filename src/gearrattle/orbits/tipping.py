@@ -62,8 +62,6 @@ _ROUNDED = 1e-12  # of a state: its rounding
 _MET = 1e-2  # of the smallest corner: what comes so near to the states of an irregular motion goes on like it
 _STEADY = 0.9  # at least: how well it repeats in two parts of the time, the smaller over the larger
 _MOVES = 1e-6  # of the smallest corner: what repeats no better than this moves
-
-
 _GROWTH = 1.1  # of pulses, from one to the next
 # changes of speed; 1 is as much as the largest corner, in balanced coordinates
 _FIRST = 1e-3
@@ -386,10 +384,7 @@ def _missing(table: pd.DataFrame, largest: float, unit: str) -> list[str]:
 
 
 def _passes_until_back(motion: Pass, largest: float) -> int:
-    """After how many passes the largest pulse, over the smallest corner, has died out where the motion is about linear.
-
-    Raises ModelError: too many: what has not come back by then could not be told from what never does.
-    """
+    """After how many passes the largest pulse, over the smallest corner, has died out as in a linear motion."""
     modulus = float(np.abs(multipliers_of(motion.gradient)[0]))
     passes = 2.0 * np.log(largest / NEAR) / -np.log(min(modulus, 1.0 - 1e-12)) if modulus > 0.0 else 1.0
     if passes > _MOST_PASSES:

@@ -34,7 +34,7 @@ from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, checked
 from gearrattle.orbits.family_ends import EDGE, end_again, slope_of_length
 from gearrattle.orbits.gradients import moved_as, second_of
-from gearrattle.orbits.over_value import alike, family_of, watched_names
+from gearrattle.orbits.over_value import family_like, family_of, watched_names
 from gearrattle.orbits.progress import Progress, never_falling, part_of
 from gearrattle.orbits.two_parameters.special_points import (
     FARTHEST,
@@ -125,10 +125,7 @@ def boundary_of(
     chosen, curve = moved_as(*event)
 
     def follower(value: float) -> Continuation:
-        changed = model.with_({second: value})
-        near = chosen.point.parameter
-        family = family_of(changed, path, near, curve.family.cycles, curve.family.unit)
-        return curve.of(alike(family, curve.family, near))
+        return curve.of(family_like(curve.family, model.with_({second: value}), path, chosen.point.parameter))
 
     if isinstance(curve.family, HalfPeriodFamily):
         _check_symmetry(follower, second, own)
@@ -169,10 +166,7 @@ def boundary_of(
 
 
 def _check_symmetry(follower: Follower, second: str, own: float) -> None:
-    """Refuse a second value without which there is no symmetry that could break.
-
-    Raises ModelError: the driveline is not symmetric beside its own second value.
-    """
+    """Refuse a second value without which there is no symmetry that could break."""
     try:
         follower(own * (1.0 + _BESIDE))
     except ConvergenceError as error:
