@@ -26,10 +26,9 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.period_map import PeriodMap, State
-from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
-from gearrattle.orbits.known_motions import starts_of, states_of_periods, without
+from gearrattle.orbits.known_motions import starts_of, states_of_periods, turning, without
 from gearrattle.orbits.orbit import Orbit, orbit_of
 from gearrattle.orbits.progress import never_falling
 from gearrattle.orbits.settling_limits import BLOCK, BLOCKS, STARTS
@@ -150,15 +149,6 @@ def units_of(period_map: PeriodMap, state: State) -> Array:
             corners.append(corner or float(np.abs(y[:, i]).max()))
     least = min((corner for corner in corners if corner > 0.0), default=period_map.size)
     return np.asarray(np.maximum(swings, least))
-
-
-def turning(period_map: PeriodMap) -> Array:
-    """Return (N, R) changes of state in which a whole train turns faster."""
-    motion = relative_coordinates(period_map.system).angle_from_reference
-    first = len(period_map.flow.coordinates.elements)
-    directions = np.zeros((len(period_map.scale), motion.shape[1]))
-    directions[first : first + len(motion)] = motion
-    return directions
 
 
 def settled_orbit(model: Model, state: State, cycles: int) -> Orbit | None:

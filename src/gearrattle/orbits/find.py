@@ -16,7 +16,7 @@ from gearrattle.model.quantity import CALLBACK, FLAG, argument_problems
 from gearrattle.model.table import shown
 from gearrattle.orbits.all_motions import every_orbit
 from gearrattle.orbits.attractors import NEAR_SLOWLY, Attractor
-from gearrattle.orbits.close_returns import check_repeats_elsewhere, orbit_of_returns
+from gearrattle.orbits.known_motions import check_repeats_elsewhere, orbit_of_returns
 from gearrattle.orbits.orbit import ATTEMPTS, CYCLES, SETTLING, Orbit, linear_state, orbit_of, settled_state
 from gearrattle.orbits.over_value import is_compiled
 from gearrattle.orbits.start_states import Start, check_inertias, check_repeats, has_same_sliders, initial_of, state_of

@@ -405,7 +405,9 @@ class _Jumps:
     """A run beside the motions of a branch, which ``rate`` passes [rad/s^2]."""
 
     def __init__(self, branch: Branch, run: RunParts, motions: Sequence[BranchPart], rate: float) -> None:
-        self._branch, self._run, self._motions = branch, run, motions
+        self._branch = branch
+        self._run = run
+        self._motions = motions
         self._rate = rate
         self._sign = 1.0 if run.upward else -1.0
         self._courses = {line: self._course(line) for line in {one.line for one in motions}}  # unstable ones included
@@ -448,7 +450,9 @@ class _Jumps:
 
     def _jump(self, ending: _Ending) -> Jump:
         """Where the run jumps after a motion has ended."""
-        branch, run, loss = self._branch, self._run, ending.loss
+        branch = self._branch
+        run = self._run
+        loss = ending.loss
         names = assemble(branch.model).layout.clearance_names
         none = Jump(run.upward, loss.kind, loss.value, np.nan, np.nan, np.nan, "")
         neighbour = ending.nearest()
@@ -528,8 +532,10 @@ class _Jumps:
 
         Where it is nearer already in the last part before, it is the end.
         """
-        run, end = self._run, ending.loss.value
-        last, width = len(run.value), run.per_period
+        run = self._run
+        end = ending.loss.value
+        last = len(run.value)
+        width = run.per_period
         compared = [self._courses[line] for line in {other.line, *(one.line for one in ending.copies)}]
         for begin in np.flatnonzero(run.passed(end))[::_BLOCK].tolist():
             parts = np.arange(max(begin - 1, 0), min(begin + _BLOCK + width, last))
@@ -554,7 +560,8 @@ class _Jumps:
         """Whether at its end the run is farther from the ended motion than the middle to its neighbour at the event."""
         run = self._run
         parts = np.arange(len(run.value))[-run.per_period :]
-        phase, value = parts % run.per_period, run.value[parts]
+        phase = parts % run.per_period
+        value = run.value[parts]
         at_end = np.full(len(parts), ending.loss.value)
         lost = [self._courses[one.line] for one in ending.copies]
         while any(one.refine(value) for one in lost):

@@ -159,7 +159,8 @@ def run_up_of(branch: Branch, rate: float | str, progress: Callable[[float], Non
             plans.append(_planned(branch, start, ends, speed_rate))
     # their jumps
     motions = list(branch_parts(branch))
-    envelopes, jumps = list[Envelope](), list[Jump]()
+    envelopes = list[Envelope]()
+    jumps = list[Jump]()
     work = never_falling(progress)
     for number, plan in enumerate(plans):
         parts = _run(plan, part_of(work, number, len(plans)))
@@ -313,7 +314,8 @@ def _run(run: _RunPlan, progress: Progress) -> RunParts:
     plan = run.simulation
     trajectory = integrate(plan.task, plan.layout, plan.algorithm, plan.discard, progress)
     to_end = slice(int(np.searchsorted(trajectory.time, (last - first) / run.rate)) + 1)
-    time, deflection = trajectory.time[to_end], trajectory.deflection[to_end]
+    time = trajectory.time[to_end]
+    deflection = trajectory.deflection[to_end]
     # the parts of its periods
     per_period = _parts(run.orbit.model)
     period = run.periods(time)

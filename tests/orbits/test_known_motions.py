@@ -9,7 +9,7 @@ import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.close_returns import at_mean_speed, orbit_of_returns
+from gearrattle.orbits.known_motions import at_mean_speed, orbit_of_returns
 from gearrattle.orbits.start_states import state_of
 from tests.orbits.test_laws import symmetric
 
