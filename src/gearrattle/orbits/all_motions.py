@@ -31,12 +31,11 @@ from gearrattle.engine.periodic.period_map import Pass, PeriodMap
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
-from gearrattle.orbits.families import room_of
+from gearrattle.orbits.families import free_count, room_of
 from gearrattle.orbits.family_ends import followed_through_families
 from gearrattle.orbits.known_motions import (
     Known,
     deflated,
-    free_directions,
     orbits_of_returns,
     search,
     search_symmetric,
@@ -182,7 +181,7 @@ class _Search:
         indices = [i for i in range(first, len(self.known.passes)) if i not in self.known.images]
         motions = [self.known.passes[i] for i in indices]  # what is added lies on the branch of one of these
         for i, motion in enumerate(motions):
-            if not free_directions(period_map, motion) or room_of(period_map, motion) is not None:
+            if not free_count(period_map, motion) or room_of(period_map, motion) is not None:
                 for other in self._over_speed.met_again(motion):
                     self.known.add(other)
             self._progress(_SETTLED + (1.0 - _SETTLED - _DEFLATED) * (i + 1) / len(motions))
@@ -223,6 +222,6 @@ class _Search:
         cycles = len(self.known.shifts[i])
         if cycles == period_map.cycles:
             residual = shooting.residual_of(period_map, motion)
-            return Orbit(model, cycles, motion, residual, free_directions(period_map, motion), notes)
+            return Orbit(model, cycles, motion, residual, free_count(period_map, motion), notes)
         orbit = shooting.shoot(PeriodMap(period_map.system, cycles), motion.start)
         return Orbit(model, cycles, orbit.motion, orbit.residual, orbit.free.shape[1], notes)

@@ -28,6 +28,7 @@ from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.period_map import PeriodMap, State
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
+from gearrattle.orbits.families import free_space_of, without_free
 from gearrattle.orbits.known_motions import starts_of, states_of_periods, turning, without
 from gearrattle.orbits.orbit import Orbit, orbit_of
 from gearrattle.orbits.progress import never_falling
@@ -83,7 +84,7 @@ class Attractor:
         self._scale = period_map.scale
         self._states = states_of_periods(period_map, orbit.motion)
         self._units = units_of(period_map, orbit.motion.start)
-        free = shooting.newton_step(period_map, orbit.motion)[1]
+        free = free_space_of(period_map, orbit.motion)
         self._kept = np.linalg.qr(np.hstack([free, turning(period_map)]) * self._scale[:, None])[0]
 
     def distance(self, state: State) -> float:
@@ -120,14 +121,14 @@ class Attractor:
     def moves_deflections(self) -> bool:
         """Whether it is one of a family of motions that differ in their deflections: a body floats in its gap."""
         period_map = self.orbit.period_map
-        free = shooting.newton_step(period_map, self.orbit.motion)[1] * self._scale[:, None]
+        free = free_space_of(period_map, self.orbit.motion) * self._scale[:, None]
         deflections = np.abs(free[: len(period_map.flow.coordinates.elements)])
         return bool(np.any(deflections > _STILL * np.abs(free).max(initial=0.0)))
 
 
 def passes_to_settle(multipliers: NDArray[np.complex128], free: int) -> int:
     """Return after how many passes of a stable motion others have settled in it."""
-    others = np.abs(np.delete(multipliers, np.argsort(np.abs(multipliers - 1.0))[:free]))
+    others = np.abs(without_free(multipliers, free))
     largest = float(np.clip(others.max(initial=0.0), _SAME, 1.0 - 1e-12))
     return int(np.ceil(_SETTLING * np.log(_SAME) / np.log(largest))) + _CHUNK
 

@@ -88,9 +88,29 @@ def intervals_of(model: Model, period_map: PeriodMap, motion: Pass) -> tuple[Int
     return tuple(intervals)
 
 
+def size_of(period_map: PeriodMap, state: State) -> float:
+    """Return the size of a balanced state, at least that of the largest corner."""
+    return max(period_map.size, float(np.linalg.norm(state.y * period_map.scale)))
+
+
+def free_space_of(period_map: PeriodMap, motion: Pass) -> Array:
+    """Return the directions (N, F) [SI] in which neighbours of a motion repeat as well."""
+    return shooting.newton_step(period_map, motion)[1]
+
+
+def free_count(period_map: PeriodMap, motion: Pass) -> int:
+    """Return the number of directions in which neighbours of a motion repeat as well."""
+    return int(free_space_of(period_map, motion).shape[1])
+
+
+def without_free(multipliers: NDArray[np.complex128], free: int) -> NDArray[np.complex128]:
+    """Return multipliers without as many nearest to 1 as there are free directions."""
+    return np.asarray(np.delete(multipliers, np.argsort(np.abs(multipliers - 1.0))[:free]))
+
+
 def directions_of(period_map: PeriodMap, motion: Pass) -> Iterator[tuple[int, Array]]:
     """Yield a state's index and the free direction (N,) [SI] that moves it and none of the other states yielded."""
-    yield from _one_by_one(period_map, shooting.newton_step(period_map, motion)[1])
+    yield from _one_by_one(period_map, free_space_of(period_map, motion))
 
 
 def _one_by_one(period_map: PeriodMap, free: Array) -> Iterator[tuple[int, Array]]:
@@ -135,7 +155,7 @@ def off_edge(period_map: PeriodMap, motion: Pass) -> Pass:
         with suppress(ConvergenceError):
             state = State(inside.start.y + (0.0 if room is None else room[0]), inside.end.auxiliary_pieces)
             middle = shooting.shoot(period_map, state)
-            inside = middle.motion if middle.free.shape[1] == _free(period_map, inside) else inside
+            inside = middle.motion if middle.free.shape[1] == free_count(period_map, inside) else inside
     return inside
 
 
@@ -185,7 +205,7 @@ def within_family(period_map: PeriodMap, motion: Pass) -> Pass:
 def _steps_inside(period_map: PeriodMap, motion: Pass) -> Iterator[Pass]:
     """Motions with more free directions than one that touches lightly, with nothing but motions that repeat between."""
     free = _free_without_touches(period_map, motion)
-    count = _free(period_map, motion)
+    count = free_count(period_map, motion)
     touching = [direction for _, direction in _one_by_one(period_map, free)] if free.shape[1] > count else []
     for direction in [*touching, *_slipping_lightly(period_map, motion)]:
         unit = direction / np.linalg.norm(direction * period_map.scale)
@@ -197,7 +217,7 @@ def _steps_inside(period_map: PeriodMap, motion: Pass) -> Iterator[Pass]:
 
 def _first_inside(period_map: PeriodMap, motion: Pass, unit: Array, count: int) -> Pass | None:
     """The first motion along a direction (N,) [SI] with more than so many free ones, if all up to it repeat."""
-    size = max(period_map.size, float(np.linalg.norm(motion.start.y * period_map.scale)))
+    size = size_of(period_map, motion.start)
     step = _NEAREST * size
     with suppress(ConvergenceError):
         while step < _WITHIN * size:
@@ -210,11 +230,6 @@ def _first_inside(period_map: PeriodMap, motion: Pass, unit: Array, count: int) 
                     return orbit.motion
             step *= _FURTHER
     return None
-
-
-def _free(period_map: PeriodMap, motion: Pass) -> int:
-    """The number of free directions of a motion."""
-    return int(shooting.newton_step(period_map, motion)[1].shape[1])
 
 
 def _free_without_touches(period_map: PeriodMap, motion: Pass) -> Array:
@@ -267,7 +282,7 @@ def _without_light_touches(period_map: PeriodMap, motion: Pass) -> tuple[NDArray
 
 def reach_of(period_map: PeriodMap, motion: Pass, direction: Array) -> float:
     """Return the largest s for which the motion from y + s direction (N,) [SI] repeats; infinite if there is no end."""
-    size = max(period_map.size, float(np.linalg.norm(motion.start.y * period_map.scale)))
+    size = size_of(period_map, motion.start)
     near = 0.0
     far = _FARTHEST * size
     if _repeats(period_map, motion, far * direction, size):

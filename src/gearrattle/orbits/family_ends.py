@@ -88,9 +88,9 @@ def tangent_line(curve: Continuation, point: Point) -> Line:
     return Line(state_of(point), point.parameter, slope)
 
 
-def state_of(point: Point) -> State:
-    """Return the state in which the motion of a point begins."""
-    return State(point.state, point.motion.end.auxiliary_pieces)
+def state_of(point: Point, change: Array | float = 0.0) -> State:
+    """Return the state in which the motion of a point begins, changed by so much [SI]."""
+    return State(point.state + change, point.motion.end.auxiliary_pieces)
 
 
 def _through(earlier: Point, point: Point) -> Line:
@@ -165,8 +165,7 @@ def in_middle(curve: Continuation, state: State, parameter: float) -> tuple[Poin
     room = None if inside is None else room_of(curve.family.map_at(parameter), inside.motion)
     if inside is None or room is None:
         return near, 0.0
-    middle = State(inside.state + room[0], inside.motion.end.auxiliary_pieces)
-    return begun(curve, middle, parameter), room[1]
+    return begun(curve, state_of(inside, room[0]), parameter), room[1]
 
 
 def inside_of(curve: Continuation, point: Point) -> Point | None:
@@ -205,7 +204,7 @@ def end_again(event: Event, curve: Continuation, change: Array) -> Event:
     Raises ConvergenceError: no family ends near.
     """
     point = event.point
-    state = State(point.state + change[:-1] * point.size / point.scale, point.motion.end.auxiliary_pieces)
+    state = state_of(point, change[:-1] * point.size / point.scale)
     line = replace(tangent_line(curve, point), state=state, parameter=point.parameter + change[-1] * curve.family.unit)
     for way in (1.0, -1.0):
         with suppress(ConvergenceError):
@@ -378,7 +377,7 @@ def _off_edge(curve: Continuation, point: Point, ends: tuple[float, float]) -> l
     way = _way(point)
     if room is None:
         return []
-    centre = State(point.state + room[0], point.motion.end.auxiliary_pieces)
+    centre = state_of(point, room[0])
     if room[1] > LEAST * point.size and np.linalg.norm(room[0] * point.scale) > _MIDDLE * room[1]:
         return [(appended(point, curve.begin(centre, point.parameter, upward=way > 0.0)), ())]
     try:

@@ -32,7 +32,7 @@ from gearrattle.engine.periodic.release import lets_go
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.families import off_edge, within_family
+from gearrattle.orbits.families import free_space_of, off_edge, size_of, within_family
 from gearrattle.signals.strobe import period_number
 from gearrattle.wording import counted
 
@@ -89,14 +89,14 @@ class Known:
         motion = motion if inside is motion else off_edge(self.period_map, motion)
         self.passes.append(motion)
         self.shifts.append(states_of_periods(self.period_map, motion))
-        directions = shooting.newton_step(self.period_map, motion)[1] * self.period_map.scale[:, None]
+        directions = free_space_of(self.period_map, motion) * self.period_map.scale[:, None]
         self.free.append(np.linalg.qr(directions)[0])
         return True
 
     def holds(self, state: State) -> bool:
         """Return whether a state is that of a known motion at the start of one of its periods."""
         start = state.y * self.period_map.scale
-        size = max(self.period_map.size, float(np.linalg.norm(start)))
+        size = size_of(self.period_map, state)
         return any(
             bool(np.linalg.norm(without(start - other, free)) < _SAME * size)
             for known, free in zip(self.shifts, self.free, strict=True)
@@ -170,11 +170,6 @@ def search_symmetric(known: Known, half: HalfPeriodMap, states: Iterable[State])
     for state in states:
         with suppress(ConvergenceError, np.linalg.LinAlgError):
             known.add(shooting.shoot(known.period_map, shooting.shoot(half, state).motion.start).motion)
-
-
-def free_directions(period_map: PeriodMap, motion: Pass) -> int:
-    """Return the number of directions in which neighbouring motions repeat as well."""
-    return int(shooting.newton_step(period_map, motion)[1].shape[1])
 
 
 def deflated(known: Known, state: State) -> Pass | None:

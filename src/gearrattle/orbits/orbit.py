@@ -26,7 +26,7 @@ from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.quantity import CALLBACK, FLAG, Count, argument_problems
-from gearrattle.orbits.families import Interval, intervals_of, off_edge
+from gearrattle.orbits.families import Interval, intervals_of, off_edge, size_of, without_free
 from gearrattle.orbits.gradients import orbit_gradients
 from gearrattle.orbits.over_value import family_of_excitation
 from gearrattle.orbits.start_states import initial_of, plan_of, state_of
@@ -147,7 +147,7 @@ class Orbit(Result):
         if half_map is None:
             return none
         half = half_map(self.motion.start)
-        size = max(self.period_map.size, float(np.linalg.norm(self.motion.start.y * self.period_map.scale)))
+        size = size_of(self.period_map, self.motion.start)
         is_mirrored = float(np.linalg.norm(half.gap * self.period_map.scale)) < _MIRRORED * size
         return shooting.multipliers_of(half.gradient) if is_mirrored else none
 
@@ -300,8 +300,7 @@ def sampled(orbit: Orbit, samples_per_cycle: int) -> Run:
 
 def is_stable(multipliers: NDArray[np.complex128], free: int) -> bool:
     """Return whether no multiplier is larger than one, apart from as many nearest to 1 as there are free directions."""
-    others = np.delete(multipliers, np.argsort(np.abs(multipliers - 1.0))[:free])
-    return bool(np.all(np.abs(others) <= 1.0 + _STABLE))
+    return bool(np.all(np.abs(without_free(multipliers, free)) <= 1.0 + _STABLE))
 
 
 def settled_state(model: Model, period_map: PeriodMap) -> State:

@@ -33,6 +33,7 @@ from gearrattle.engine.periodic.shooting import multipliers_of
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
+from gearrattle.orbits.families import without_free
 from gearrattle.orbits.progress import Progress, never_falling
 from gearrattle.wording import counted, listed, measured
 
@@ -240,9 +241,8 @@ class Destinations:
             same = NEAR * self._size
             if self._own.distances(rows).min() < same:
                 return None
-            multipliers = orbit.multipliers
-            kept = np.argsort(np.abs(multipliers - 1.0))[orbit.free.shape[1] :]
-            is_stable = float(np.abs(multipliers[kept]).max(initial=0.0)) < 1.0
+            others = without_free(orbit.multipliers, orbit.free.shape[1])
+            is_stable = float(np.abs(others).max(initial=0.0)) < 1.0
             motions = self._known if is_stable else self._saddles
             motion = next((known for known in motions if known.distances(rows[:1])[0] < same), None)
             if motion is None:
