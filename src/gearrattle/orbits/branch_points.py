@@ -56,7 +56,8 @@ class Home:
 
     def is_of(self, point: Point) -> bool:
         """Return whether a motion is one of the branch."""
-        may_be = self._kind == BREAKING or _has_equal_halves(point)
+        motion = point.motion  # of a doubled one both halves cross the same corners at about the same instants
+        may_be = self._kind == BREAKING or halves_apart(motion) < _ABOUT or not len(motion.crossings.time)
         return may_be and self.apart(point) <= _AT_HOME
 
     def arrival(self, before: Point, after: Point) -> list[Event] | None:
@@ -64,7 +65,8 @@ class Home:
 
         Raises ConvergenceError: the step leads to a motion of this branch, and no joint is known.
         """
-        if not self._is_joined_between(before, after):
+        # a motion and its image change places over the step, or are the same at its end
+        if float(self._gap(before) @ self._gap(after)) >= 0.0 and not self.is_of(after):
             return None
         joint = self._joint_between(before, after)
         if joint is None:
@@ -87,10 +89,6 @@ class Home:
         if nearest is None or not nearest.is_collision or distance > _IN_JUMP:
             return None
         return self._shared_end(point, nearest)
-
-    def _is_joined_between(self, before: Point, after: Point) -> bool:
-        """Whether a motion and its image change places over a step, or are the same at its end."""
-        return float(self._gap(before) @ self._gap(after)) < 0.0 or self.is_of(after)
 
     def _joint_between(self, before: Point, after: Point) -> Event | None:
         """The joint of a step over which a motion and its image change places; None where none is known."""
@@ -167,14 +165,14 @@ def events_beside_joint(curve: Continuation, before: Point, after: Point) -> lis
 
 def told_apart(events: Sequence[Event], joint: Point) -> list[Event]:
     """Return events without the folds and breakings so near to a joint that they are the joint itself, by rounding."""
-    return [event for event in events if event.kind not in (FOLD, BREAKING) or not _is_joint_itself(event, joint)]
 
+    def is_joint(event: Event) -> bool:
+        change = event.point.w - joint.w
+        distance = float(np.linalg.norm(change))
+        is_flat = abs(float(change[-1])) * distance <= _FLAT * distance**2 + _ROUNDING
+        return event.kind in (FOLD, BREAKING) and distance < _SINGULAR and is_flat
 
-def _is_joint_itself(event: Event, joint: Point) -> bool:
-    """Whether an event is so near to a joint that rounding makes it, where the parameter hardly changes."""
-    change = event.point.w - joint.w
-    distance = float(np.linalg.norm(change))
-    return distance < _SINGULAR and abs(float(change[-1])) * distance <= _FLAT * distance**2 + _ROUNDING
+    return [event for event in events if not is_joint(event)]
 
 
 def _events_up_to(curve: Continuation, before: Point, joint: Point) -> list[Event]:
@@ -191,8 +189,3 @@ def _events_up_to(curve: Continuation, before: Point, joint: Point) -> list[Even
             events += events_between(curve, one, other)
         return [*told_apart(events, joint), *events_beside_joint(curve, points[-1], joint)]
     return events_beside_joint(curve, before, joint)
-
-
-def _has_equal_halves(point: Point) -> bool:
-    """Whether both halves of a motion cross the same corners in the same order, at about the same instants."""
-    return halves_apart(point.motion) < _ABOUT or not len(point.motion.crossings.time)

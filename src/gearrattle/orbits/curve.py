@@ -195,8 +195,14 @@ class _Walk:
     @property
     def curve(self) -> Curve:
         """The branch so far."""
-        parts = tuple(self.points), tuple(self.events), self.note
-        return Curve(self._follower.family.cycles, *parts, _kind(self._origin), tuple(self.unlocated))
+        return Curve(
+            cycles=self._follower.family.cycles,
+            points=tuple(self.points),
+            events=tuple(self.events),
+            note=self.note,
+            origin="" if self._origin is None else self._origin.kind,
+            unlocated=tuple(self.unlocated),
+        )
 
     def take(self, point: Point, known: Sequence[Event] | None) -> None:
         """Go on to a point, with the events before it; None: they are to be located.
@@ -207,9 +213,8 @@ class _Walk:
             self._home = unknown_home(self._follower, point)
         joint = None if self._home is None else self._home.arrival(self.points[-1], point)
         if joint is not None:
-            self.events = [*told_apart(self.events, joint[-1].point), *joint]
-            self.points.append(joint[-1].point)
-            self.is_done = True
+            self.events = told_apart(self.events, joint[-1].point)
+            self._end_at(joint)
             return
         located = _located(self._follower, self.points[-1], point) if known is None else ([point], [*known], [])
         if located[2] and self._may_have_ended():
@@ -230,7 +235,11 @@ class _Walk:
         joint = None if self._home is None else self._home.arrival_in_jump(self.points[-1])
         if joint is None:
             self._end_in_release()
-            return
+        else:
+            self._end_at(joint)
+
+    def _end_at(self, joint: Sequence[Event]) -> None:
+        """End where the branch joins another one."""
         self.events += joint
         self.points.append(joint[-1].point)
         self.is_done = True
@@ -238,13 +247,12 @@ class _Walk:
     def _may_have_ended(self) -> bool:
         """Whether the last motion has a short visit that lets a slider go: where that vanishes the branch ends."""
         last = self.points[-1]
-        return bool(self._follower.family.memories) and is_near_release(
-            self._follower.family.map_at(last.parameter), last
-        )
+        family = self._follower.family
+        return bool(family.memories) and is_near_release(family.map_at(last.parameter), last)
 
     def _end_in_release(self) -> None:
         """End where a slider is let go with its torque, if one is."""
-        release = _release(self._follower, self.points)
+        release = self._release()
         if release is not None:
             self.events.append(release)
             self.points[-1] = release.point
@@ -253,18 +261,18 @@ class _Walk:
             self.note = f"A branch ends inside the range at {end}: {why}."
             self.is_done = True
 
-
-def _release(curve: Continuation, points: Sequence[Point]) -> Event | None:
-    """The grazing in which a branch ends because a slider is let go with its torque; None: it ends otherwise."""
-    if not curve.family.memories or len(points) < 2:
-        return None
-    before, last = points[-2:]
-    period_map = curve.family.map_at(last.parameter)
-    with suppress(ConvergenceError):
-        if last.touch is not None and is_release(period_map, last, last.touch):
-            return Event(GRAZING, last, last.touch.watch, touch=last.touch, grazing=Grazing(RELEASE))
-    end = end_in_release(period_map, before, last)
-    return None if end is None else Event(GRAZING, end[0], end[1].watch, touch=end[1], grazing=Grazing(RELEASE))
+    def _release(self) -> Event | None:
+        """The grazing in which the branch ends because a slider is let go with its torque; None: it ends otherwise."""
+        family = self._follower.family
+        if not family.memories or len(self.points) < 2:
+            return None
+        before, last = self.points[-2:]
+        period_map = family.map_at(last.parameter)
+        with suppress(ConvergenceError):
+            if last.touch is not None and is_release(period_map, last, last.touch):
+                return Event(GRAZING, last, last.touch.watch, touch=last.touch, grazing=Grazing(RELEASE))
+        end = end_in_release(period_map, before, last)
+        return None if end is None else Event(GRAZING, end[0], end[1].watch, touch=end[1], grazing=Grazing(RELEASE))
 
 
 def _at_breaking(curve: Continuation, begin: Point) -> tuple[Point, list[Event]]:
@@ -299,10 +307,6 @@ def _motion_between(follower: Continuation, before: Point, after: Point, value: 
     return zero_between(follower, before, after, lambda point: point.parameter - value)[0]
 
 
-def _kind(origin: Event | None) -> str:
-    return "" if origin is None else origin.kind
-
-
 def _located(
     curve: Continuation, before: Point, after: Point
 ) -> tuple[Sequence[Point], list[Event], Sequence[Unlocated]]:
@@ -328,28 +332,16 @@ def _located(
 
 def _why_left(points: list[Point], shown: Callable[[float], str]) -> str:
     """The note of a branch that is not followed any further; empty while it is."""
-    if len(points) >= _MOST_POINTS or _creeps(points):
+    last = points[-1]
+    recent = points[-1 - _CREEPING :] if len(points) > _CREEPING else []
+    if len(points) >= _MOST_POINTS or (recent and last.length - recent[0].length < _NOWHERE):
         return f"A branch was left after {counted(len(points), 'point')}."
-    if _stands(points) or _is_unbounded(points):
-        why = "are one of a family that has no end in sight" if _stands(points) else "have grown a thousandfold"
-        return f"A branch was left at {shown(points[-1].parameter)}: its motions {why}."
+    values = np.array([point.parameter for point in recent[:: _CREEPING // 10]])
+    if recent and np.ptp(values) <= _ROUNDING * np.abs(values).max():
+        return (
+            f"A branch was left at {shown(last.parameter)}: its motions are one of a family that has no end in sight."
+        )
+    first_size, last_size = (float(np.linalg.norm(point.w[:-1])) for point in (points[0], last))
+    if last_size > _LARGE * max(1.0, first_size):
+        return f"A branch was left at {shown(last.parameter)}: its motions have grown a thousandfold."
     return ""
-
-
-def _creeps(points: list[Point]) -> bool:
-    """Whether the last points have come nowhere."""
-    return len(points) > _CREEPING and points[-1].length - points[-1 - _CREEPING].length < _NOWHERE
-
-
-def _is_unbounded(points: list[Point]) -> bool:
-    """Whether motions have become far larger than the first one and than the largest corner."""
-    first, last = (float(np.linalg.norm(point.w[:-1])) for point in (points[0], points[-1]))
-    return last > _LARGE * max(1.0, first)
-
-
-def _stands(points: list[Point]) -> bool:
-    """Whether over the last points the parameter has not changed but for rounding."""
-    if len(points) <= _CREEPING:
-        return False
-    values = np.array([point.parameter for point in points[-1 - _CREEPING :: _CREEPING // 10]])
-    return bool(np.ptp(values) <= _ROUNDING * np.abs(values).max())

@@ -16,6 +16,7 @@ on. The first step tries what twice as many instants begin with, so these never 
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, reduce
@@ -265,7 +266,9 @@ class Destinations:
             states.append(period.start.y * scale)
             steps.append(scale[:, None] * period.gradient / scale)
             start = period.end
-        gradients = np.array([reduce(_after, steps[k:] + steps[:k]) for k in range(cycles)])
+        gradients = np.array(
+            [reduce(lambda first, second: second @ first, steps[k:] + steps[:k]) for k in range(cycles)]
+        )
         margins = np.array([_radius_of_stability(gradient) for gradient in gradients])
         gap = float(np.linalg.norm(start.y * scale - states[0]))
         rounding = 10.0 * gap + _ROUNDED * max(self._map.size, float(np.linalg.norm(states[0])))
@@ -278,11 +281,6 @@ def smallest_corner(period_map: PeriodMap) -> float:
     laws = zip(period_map.system.laws, rows, strict=True)
     corners = [float(corner) / row for law, row in laws for corner in np.abs(law.corners) if corner > 0.0]
     return float(min(corners, default=1.0))
-
-
-def _after(first: Array, second: Array) -> Array:
-    """The gradient of one period after another."""
-    return np.asarray(second @ first)
 
 
 def _radius_of_stability(gradient: Array) -> float:
@@ -349,7 +347,8 @@ def tipping_table(
     finer = max(0, int(np.ceil(np.log2(_FEWEST / instants)))) if best else 0
     borders = len(_SIGNS) * ((instants << finer) + (2 * (levels - finer) * _VALLEYS if best else 0))
     work = never_falling(progress)
-    basin = _Basin(period_map, motion, inertia, instants << levels, _Count(borders, work))
+    known = itertools.count(1)
+    basin = _Basin(period_map, motion, inertia, instants << levels, lambda: work(next(known) / borders))
     samples = range(0, basin.samples, 1 << levels)
     tried = range(0, basin.samples, samples.step >> finer)
     ways = [basin.sizes(sign, tried, best=best) for sign in _SIGNS]
@@ -393,20 +392,6 @@ def _passes_until_back(motion: Pass, largest: float) -> int:
     return int(passes)
 
 
-class _Count:
-    """Counts borders, of about so many, and says what share of them is known."""
-
-    def __init__(self, most: int, progress: Progress) -> None:
-        self._most = most
-        self._known = 0
-        self._progress = progress
-
-    def one_more(self) -> None:
-        """Take note of one more."""
-        self._known += 1
-        self._progress(min(1.0, self._known / self._most))
-
-
 class _Border(NamedTuple):
     """The smallest pulse that is known to tip a motion over [N m s]; NaN: none is."""
 
@@ -417,9 +402,11 @@ class _Border(NamedTuple):
 class _Basin:
     """The border of a motion's basin along pulses on one inertia, at every sample of the motion."""
 
-    def __init__(self, period_map: PeriodMap, motion: Pass, inertia: int, samples: int, count: _Count) -> None:
+    def __init__(
+        self, period_map: PeriodMap, motion: Pass, inertia: int, samples: int, one_more: Callable[[], None]
+    ) -> None:
         self.samples = samples
-        self._count = count
+        self._one_more = one_more  # border is known
         self._map = period_map
         self._motion = motion
         self._march = period_map.marched(motion.start, samples_per_cycle=samples)
@@ -499,7 +486,7 @@ class _Basin:
             return self._destinations.of(state)
 
         border = _Pulses(destination, self._smallest).border()
-        self._count.one_more()
+        self._one_more()
         factor = self._unit * self._moment
         return _Border(float(border.size * factor), float(border.error * factor))
 
