@@ -29,9 +29,8 @@ from gearrattle.wording import counted
 Array = NDArray[np.float64]
 
 _MOST_POINTS = 20_000
-# so many points, and the arclength that they must pass
-_CREEPING = 250
-_NOWHERE = 1e-5
+_CREEPING = 250  # points that must come somewhere
+_NOWHERE = 1e-5  # arclength that they must pass
 _ROUNDING = 1e-12  # of the parameter
 _GROWN = 1e4  # multiplier: from it on motions may end where a visit beyond a corner vanishes
 _AT_BREAKING = 1e-7  # arclength to a breaking from a motion that cannot be told from it

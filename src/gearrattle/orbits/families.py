@@ -36,10 +36,9 @@ _EXACT = 1e-14  # of the size of the state
 _BRIEF = 1e-2  # of the period: a longer touch leaves a residual that tells
 _LIGHT = 1e-4  # of the period: the time of a touch so light that its residual does not tell
 _NEARLY = 1e-6  # singular value of I - M along a direction that may be free
-# of the size of the state: steps from a light touch into a family
-_NEAREST = 1e-10
-_FURTHER = 4.0
-_WITHIN = 1e-3
+_NEAREST = 1e-10  # of the size of the state: the first step from a light touch into a family
+_FURTHER = 4.0  # times that: the next one
+_WITHIN = 1e-3  # of the size of the state: the longest one
 
 
 @dataclass(frozen=True)

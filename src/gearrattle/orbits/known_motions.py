@@ -49,8 +49,8 @@ _PERIODS = 2048  # in which returns are looked for
 _FEW_PERIODS = 256  # in which a motion is to settle where no returns are looked for
 _TRIES = ((0, 32), (EIGHTHS, 8))  # parts of a period, and periods of all motions that Newton's method begins with
 _ONE_TRY = ((0, 1),)  # where the motion has settled: all returns lead to the same one
-_MEAN_OVER = 128
-_CORRECTIONS = 2
+_MEAN_OVER = 128  # periods over which the mean speed of a train is taken
+_CORRECTIONS = 2  # how often
 _RETURNS = 1e-3  # of the size of the state: what repeats as well as this has settled
 _LONGEST = 64  # periods after which a motion may repeat
 
@@ -205,9 +205,6 @@ def turning(period_map: PeriodMap) -> Array:
     directions = np.zeros((len(period_map.scale), motion.shape[1]))
     directions[first : first + len(motion)] = motion
     return directions
-
-
-# periods over which the mean speed of a train is taken, and how often
 
 
 def orbit_of_returns(period_map: PeriodMap, state: State) -> shooting.Orbit:

@@ -65,9 +65,8 @@ _MET = 1e-2  # of the smallest corner: what comes so near to the states of an ir
 _STEADY = 0.9  # at least: how well it repeats in two parts of the time, the smaller over the larger
 _MOVES = 1e-6  # of the smallest corner: what repeats no better than this moves
 _GROWTH = 1.1  # of pulses, from one to the next
-# changes of speed; 1 is as much as the largest corner, in balanced coordinates
-_FIRST = 1e-3
-_LARGEST = 1e2
+_FIRST = 1e-3  # change of speed; 1 is as much as the largest corner, in balanced coordinates
+_LARGEST = 1e2  # the same
 _DOWN = _GROWTH**-24  # about a tenth, from one try of a first pulse to the next
 _LEAST = 1e-6  # of a first pulse that is small for the smallest corner: beside a fold it may be smaller by this
 _EXACT = 1e-6  # of a pulse: to so much its border is sought

@@ -66,9 +66,8 @@ _EASY = 0.05  # a smaller distance than this: the step may grow
 _FIRST = 1e-3  # of an even step: the first one, without a prediction
 _REPEATS = 1e-7  # of the size of the state: a motion that misses its begin by so little after fewer periods repeats
 _FALL = 0.2  # of how much a motion fails to repeat sooner: what is left after a step, at least
-# of the distance: how far an event may be from its prediction; if so near, steps grow fast
-_OFF = 0.2
-_STRAIGHT = 0.05
+_OFF = 0.2  # of the distance: how far an event may be from its prediction
+_STRAIGHT = 0.05  # of the distance: so near to its prediction, steps grow fast
 _PAIR = 0.1  # how much the real part of a pair on the unit circle counts beside w
 _ROUNDING = 1e-8  # of w: what lies so near to the prediction is near
 _SHORT = 1e-2  # of an even step: the longest one in which the crossings may change, or the prediction fail

@@ -49,22 +49,19 @@ Array = NDArray[np.float64]
 
 FARTHEST = 0.2  # largest distance that an event may move in a step, in units of w
 PREDICTED_FROM = 3  # last points, by a parabola through them
-# of the value: to so much is known where a curve of folds turns back; tries
-_AT_TURNING = 1e-8
-_MOST_VALUES = 60
+_AT_TURNING = 1e-8  # of the value: to so much is known where a curve of folds turns back
+_MOST_VALUES = 60  # that are tried for that
 _INSIDE = 0.02  # of where that is sought: so far from both ends it must lie
 _REACH = 0.1  # of the range: a special point farther from the last known event is another one's
 _MET = 1e-3  # of the last step: the event was met there, so a point at which it vanishes lies no farther back
 _BEHIND = {MEETING: 1.0, FOLD_AT_DOUBLING: np.inf}
 """The same where rounding hides the event: a fold may stay at a grazing, or be lost in a doubling."""
 _BACK = 7  # last points of a fold from which a grazing near is sought, and of a grazing for its acceleration
-# of the size of the state: such a motion nearly repeats after half its periods
-_NEAR_HALF = 1e-3
-_NOT_ROUNDING = 5e-4
+_NEAR_HALF = 1e-3  # of the size of the state: what misses by less nearly repeats after half its periods
+_NOT_ROUNDING = 5e-4  # the same: what misses by more tells where it will
 _STAYS = 0.01  # of how much its motion misses: a grazing so near to a fold stays there
-# of the slope of a length: of the next one for the extrapolation, and what is left of it
-_SPACED = 1.4
-_LEVEL = 0.2
+_SPACED = 1.4  # of the slope of a length: that of the next one for the extrapolation, at least
+_LEVEL = 0.2  # of the same: what must be left of it, at most
 _TRIED = 0.1  # of the distance between two points: the first step from there to where a fold meets a grazing
 SAME = 1e-5  # of both ranges: special points of two curves that lie nearer are the same
 
