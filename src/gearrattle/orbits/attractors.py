@@ -37,7 +37,6 @@ from gearrattle.signals.shares import wilson
 from gearrattle.signals.strobe import period_number
 
 Array = NDArray[np.float64]
-
 KINDS = {
     "quiet": "quiet",
     "touches": "touches",

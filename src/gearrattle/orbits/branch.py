@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
-
 MEAN = "mean at corner"
 _LOCATED = 1e-12  # of the way between two points
 _COLUMNS = ("branch", "kind", "value", "point", "clearance", "collision", "grazing", "root")
@@ -52,10 +51,10 @@ class Levels:
 
 
 def levels_of(family: Family, point: Point, like: Sequence[Array]) -> Levels:
-    """Return the levels of a motion.
+    """Return the levels of a motion; ``like`` has the corners of the clearances of the model itself.
 
-    ``like``: the corners of the clearances of the model itself. Where a clearance has closed there is none of that
-    name, and all are NaN; so are the corners of a clearance that has other ones.
+    Where a clearance has closed there is none of that name, and all are NaN; so are the corners of a clearance that has
+    other ones.
     """
     period_map = family.map_at(point.parameter)
     corners = [period_map.system.laws[k].corners for k in period_map.system.clearances]

@@ -24,6 +24,7 @@ from gearrattle.orbits.progress import silent
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
+
 _VALUES = 9
 """Number of parameter values, the ends of the range included, at which isolated branches are sought."""
 _STARTS = 24
@@ -225,7 +226,7 @@ def branches_missed(
 ) -> list[str]:
     """Return what the user must know of events from which fewer branches are followed than leave there.
 
-    ``ends``: of the range, ascending: beside them branches may leave it at once.
+    Beside the ends of the range branches may leave it at once.
     """
     same = _SAME_EVENT * float(np.ptp(ends))
     notes = list[str]()

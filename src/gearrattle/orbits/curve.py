@@ -92,10 +92,7 @@ class Curve:
         return bool(self.events) and self.events[end].point.w is self.points[end].w
 
     def motions_at(self, follower: Continuation, value: float) -> Iterator[tuple[int, Point]]:
-        """Yield the motions at a parameter value: index of the point before, and the motion.
-
-        ``value``: the parameter [SI].
-        """
+        """Yield the motions at a parameter value [SI]: index of the point before, and the motion."""
         for i, point in enumerate(self.points):
             if point.parameter == value:
                 yield i, point
@@ -148,8 +145,8 @@ def followed(
 ) -> Curve:
     """Follow one branch to an end of the range, whose ``ends`` ascend, and locate what happens along it.
 
-    ``home``: for a branch of doubled period or broken symmetry, which ends where its motions are those of the branch
-    again that it has left. ``origin``: the event at which it has left that, its motion over as many periods.
+    A branch of doubled period or broken symmetry has left another one, its ``home``, at an event, its ``origin``, whose
+    motion is given over as many periods. It ends where its motions are those of that branch again.
     """
     walk = _Walk(curve, begin, home, origin)
     steps = curve

@@ -33,7 +33,6 @@ from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.families import moving_directions_of, room_of, touches_lightly, within_family
 
 Array = NDArray[np.float64]
-
 EDGE = "end of a family"
 """Kind of event: the edges of a family meet."""
 LEAST = 1e-7  # of the largest corner: what is shorter is no family, such as the memory of a slider that is let go
@@ -198,9 +197,8 @@ def begun(curve: Continuation, state: State, parameter: float, *, upward: bool =
 
 
 def end_again(event: Event, curve: Continuation, change: Array) -> Event:
-    """Return the end of a family in a changed driveline.
+    """Return the end of a family in a changed driveline, near a predicted (N + 1,) change of w.
 
-    ``change``: (N + 1,) predicted change of w, in these units.
     Raises ConvergenceError: no family ends near.
     """
     point = event.point
@@ -243,9 +241,7 @@ def gradient_of_end(event: Event, curve: Continuation, families_of: FamiliesOf, 
 def followed_through_families(curve: Continuation, begin: Point, ends: tuple[float, float]) -> Iterator[Step]:
     """Yield the points of a branch after its first one, each with the events before it; None: not located yet.
 
-    ``ends``: of the range, ascending.
-    Raises ConvergenceError: the branch cannot be followed any further; also where there are no motions beyond a
-    family.
+    Raises ConvergenceError: the branch cannot be followed any further, or there are no motions beyond a family.
     """
     start = begin
     earlier = None

@@ -164,7 +164,6 @@ def gradients_of(
 ) -> pd.DataFrame:
     """Return how an event moves with the numbers of a model, as a table; see ``Branch.gradients``.
 
-    ``paths``: of the numbers; None: all of them.
     Raises ModelError: the kind of event has no gradient.
     """
     import pandas as pd
@@ -223,10 +222,7 @@ def tolerances_of(model: Model, path: str, tolerances: Mapping[str, Written]) ->
 
 
 def scatter_of(gradients: Mapping[Any, Any], tolerances: Mapping[str, float]) -> float:
-    """Return the standard deviation of an event [SI]: independent numbers, to first order.
-
-    ``tolerances``: standard deviations by path [SI].
-    """
+    """Return the standard deviation of an event under those of independent numbers [SI], to first order."""
     parts: list[Any] = [gradients[path] * deviation for path, deviation in tolerances.items()]
     return float(np.sqrt(np.sum(np.square(parts))))
 
@@ -241,7 +237,6 @@ def responses_of(period_map: PeriodMap, motion: Pass) -> Array:
 def orbit_gradients(model: Model, period_map: PeriodMap, motion: Pass, paths: Sequence[str] | None) -> pd.DataFrame:
     """Return how the responses of an isolated motion move; see ``Orbit.gradients``.
 
-    ``paths``: of the numbers; None: all that are not zero.
     Raises ModelError: a path that leads to no number of the model, or to zero.
     """
     import pandas as pd

@@ -170,10 +170,7 @@ class Grid(NamedTuple):
 
 
 class DeflectionsAlong:
-    """Motions along a branch over values that only grow; beyond its ends those of the ends.
-
-    ``value``: (N,) growing [SI].
-    """
+    """Motions along a branch over (N,) values that only grow [SI]; beyond its ends those of the ends."""
 
     def __init__(self, branch: Branch, curve: Curve, value: Array, points: Sequence[Point], grid: Grid) -> None:
         self.value = value
@@ -189,11 +186,9 @@ class DeflectionsAlong:
         return np.asarray((self.value[0] <= value) & (value <= self.value[-1]))
 
     def off(self, deflection: Array, value: Array, part: IntArray, scale: Array) -> Array:
-        """Return the (B,) squared distances of parts of a run.
+        """Return the (B,) squared distances of parts of a run, deflections measured by a (K,) scale [rad or m].
 
-        ``deflection``: (B, M, K) of the run at M instants of every part [rad or m]; ``value``: (B,) in every
-        part [SI]; ``part``: (B,) which part of a period each is; ``scale``: (K,) by which deflections of the
-        clearances are measured [rad or m].
+        A part has (B, M, K) deflections at M instants [rad or m], a (B,) value [SI], and a (B,) number in its period.
         """
         difference = (deflection[:, None] - self.at(value, part)) / scale
         difference -= difference.mean(axis=2, keepdims=True)

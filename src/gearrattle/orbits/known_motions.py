@@ -43,8 +43,6 @@ _REACH = 4.0  # of the largest corner
 _SAME = 1e-6  # of the size of the state: motions nearer than this are the same
 _NEAR = 1e-3  # of the largest corner: a gap from which plain Newton's method goes on
 _DEFLATED = 40  # steps of Newton's method from each start
-
-
 _PERIODS = 2048  # in which returns are looked for
 _FEW_PERIODS = 256  # in which a motion is to settle where no returns are looked for
 _TRIES = ((0, 32), (EIGHTHS, 8))  # parts of a period, and periods of all motions that Newton's method begins with

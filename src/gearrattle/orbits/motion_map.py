@@ -154,33 +154,25 @@ class MotionMap(Result):
         }
         codes = np.array([[cell.code for cell in row] for row in self.cells], dtype=np.int8)
         meanings = {"flag_values": list(WORDS), "flag_meanings": "; ".join(WORDS.values())}
-        unit = {name: {"units": path_label(name, self.model).unit or "1"} for name in (self.path, self.second)}
+        value_unit, second_unit = (
+            {"units": path_label(name, self.model).unit or "1"} for name in (self.path, self.second)
+        )
         points = [(b, v, s) for b in self.borders for v, s in zip(b.value.tolist(), b.second.tolist(), strict=True)]
-        along = "border_point"
-        curves: dict[str, Any] = {
+        special = self.special_points
+        along, at = "border_point", "special_point"
+        curves = {
             "border_event": (along, np.array([b.event for b, _, _ in points], dtype=np.int64)),
             "border_kind": (along, np.array([b.kind for b, _, _ in points], dtype=np.str_)),
-            "border_value": (along, np.array([v for _, v, _ in points], dtype=np.float64), unit[self.path]),
-            "border_second": (along, np.array([s for _, _, s in points], dtype=np.float64), unit[self.second]),
+            "border_value": (along, np.array([v for _, v, _ in points], dtype=np.float64), value_unit),
+            "border_second": (along, np.array([s for _, _, s in points], dtype=np.float64), second_unit),
+            "special_kind": (at, np.array([point.kind for point in special], dtype=np.str_)),
+            "special_value": (at, np.array([point.value for point in special], dtype=np.float64), value_unit),
+            "special_second": (at, np.array([point.second for point in special], dtype=np.float64), second_unit),
         }
-        for name, column in zip(("kind", "value", "second"), self._special_columns(), strict=True):
-            about = unit[self.path] if name == "value" else unit[self.second] if name == "second" else {}
-            curves[f"special_{name}"] = ("special_point", column, about)
-        axes = {"value": ("value", self.value, unit[self.path]), "second": ("second", self.seconds, unit[self.second])}
-        attributes = {
-            "result": self.kind,
-            "path": self.path,
-            "second": self.second,
-            "cycles": self.cycles,
-            "title": self.model.name,
-        }
+        axes = {"value": ("value", self.value, value_unit), "second": ("second", self.seconds, second_unit)}
+        about = {"result": self.kind, "path": self.path, "second": self.second, "cycles": self.cycles}
+        attributes = {**about, "title": self.model.name}
         return xr.Dataset({"code": (dims, codes, meanings), **counts, **curves}, axes, attributes)
-
-    def _special_columns(self) -> tuple[NDArray[Any], ...]:
-        """Kinds, values and second values of the special points."""
-        points = self.special_points
-        kinds = np.array([point.kind for point in points], dtype=np.str_)
-        return kinds, *(np.array([getattr(point, name) for point in points]) for name in ("value", "second"))
 
     def __repr__(self) -> str:
         up, across = len(self.seconds), len(self.value)

@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from gearrattle.results import Run
 
 Array = NDArray[np.float64]
-
 SAMPLES_PER_CYCLE = 512
 SETTLING = 32  # periods followed before the first search
 ATTEMPTS = 5

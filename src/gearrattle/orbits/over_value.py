@@ -33,6 +33,7 @@ from gearrattle.wording import listed
 _WIDTHS = 1e3  # of a range: the unit of its value is no larger
 _LEAST = 1e-9  # of the larger end: the ends must differ by more
 Array = NDArray[np.float64]
+
 _POINTS = 60.0  # steps at least along a range
 _NEXT_TO = 1e-6  # of a range: so far inside its driveline is of the kind that it has along the branch
 _TOGETHER = 3  # drivelines whose coefficients are asked for at once: one and two beside it
@@ -111,11 +112,7 @@ def check_index(name: str, index: object, ends: tuple[int, int]) -> None:
 def follower_over(
     model: Model, path: str, ends: Sequence[float], cycles: int, *, first: float, step_limit: float | None = None
 ) -> Continuation:
-    """Return what follows motions of a model over a range of the value at a path.
-
-    ``ends``: of the range [SI]; ``step_limit``: largest change of the value in a step [SI]; None: that of an even
-    spacing.
-    """
+    """Return what follows motions of a model over a range of the value at a path, in steps up to a limit [SI]."""
     unit = unit_of(ends)
     even = abs(ends[1] - ends[0]) / _POINTS
     family = family_of(model, path, first, cycles, unit, largest=max(map(abs, ends)))
@@ -125,11 +122,10 @@ def follower_over(
 def family_of(
     model: Model, path: str, first: float, cycles: int, unit: float, *, largest: float | None = None
 ) -> Family:
-    """Return the family of a model over the value at a path.
+    """Return the family of a model over the value at a path, of which ``first`` is one.
 
-    ``first``: one of its values [SI]; ``unit``: scale of the value [SI]: a change by one unit counts as much as a
-    change of the state by the largest corner; ``largest``: of the values that messages write beside others [SI];
-    None: every value is written by itself.
+    A change by one unit counts as much as a change of the state by the largest corner. Messages write a value as one
+    beside others, of which the largest is given [SI]; None: by itself.
     """
 
     def system_of(value: float) -> PiecewiseSystem:

@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from gearrattle.orbits.branch import Branch
 
 Array = NDArray[np.float64]
-
 PATHS = ("excitation.speed", "excitation.frequency")
 """What a run-up changes."""
 _SAMPLES = 64  # of the shortest period of the inputs
@@ -117,29 +116,23 @@ class RunUpJumps(Result):
 
         unit = {"units": path_label(self.branch.path, self.model).unit or "1"}
         speed_unit = {"units": "rad/s" if self.model.units == "SI" else "1"}
-        attributes = {"end": unit, "value": unit, "delay": speed_unit}
-        variables = {
-            name: (
-                "jump",
-                np.array([getattr(jump, name) for jump in self.jumps], dtype=np.float64),
-                attributes.get(name, {}),
-            )
-            for name in ("end", "value", "delay", "periods")
+        jumps = self.jumps
+        variables: dict[str, Any] = {
+            "end": ("jump", np.array([jump.end for jump in jumps], dtype=np.float64), unit),
+            "value": ("jump", np.array([jump.value for jump in jumps], dtype=np.float64), unit),
+            "delay": ("jump", np.array([jump.delay for jump in jumps], dtype=np.float64), speed_unit),
+            "periods": ("jump", np.array([jump.periods for jump in jumps], dtype=np.float64)),
+            "direction": ("jump", np.array([_way(jump.upward) for jump in jumps], dtype=np.str_)),
+            "kind": ("jump", np.array([jump.kind for jump in jumps], dtype=np.str_)),
+            "decided_by": ("jump", np.array([jump.clearance for jump in jumps], dtype=np.str_)),
         }
-        words = {
-            "direction": [_way(jump.upward) for jump in self.jumps],
-            "kind": [jump.kind for jump in self.jumps],
-            "decided_by": [jump.clearance for jump in self.jumps],
-        }
-        texts = {name: ("jump", np.array(column, dtype=np.str_)) for name, column in words.items()}
-        runs: dict[str, Any] = {}
         for run in self.envelopes:
             way = _way(run.upward)
-            runs[f"{way}_value"] = (f"{way}_period", run.value, unit)
-            runs[f"{way}_peak_to_peak"] = ((f"{way}_period", "clearance"), run.peak_to_peak)
+            variables[f"{way}_value"] = (f"{way}_period", run.value, unit)
+            variables[f"{way}_peak_to_peak"] = ((f"{way}_period", "clearance"), run.peak_to_peak)
         names = list(assemble(self.model).layout.clearance_names)
         about = {"result": self.kind, "path": self.branch.path, "rate": self.rate, "title": self.model.name}
-        return xr.Dataset({**variables, **texts, **runs}, {"clearance": names}, about)
+        return xr.Dataset(variables, {"clearance": names}, about)
 
 
 def run_up_of(branch: Branch, rate: float | str, progress: Callable[[float], None] | None) -> RunUpJumps:

@@ -22,7 +22,6 @@ from gearrattle.trajectory import Trajectory
 from gearrattle.wording import measured
 
 Array = NDArray[np.float64]
-
 Start = str | Mapping[str, Sequence[float]] | Run
 """A start: "steady", "static", "zero", angles and velocities of all inertias [rad, rad/s], or a run: its end."""
 
@@ -106,10 +105,7 @@ def _end_of(model: Model, period_map: PeriodMap, run: Run) -> State:
 
 
 def state_at(period_map: PeriodMap, trajectory: Trajectory, free: NDArray[np.int64], time: float) -> State:
-    """Return the state of a simulated motion at an instant, between samples by cubic polynomials.
-
-    ``time``: the instant [s].
-    """
+    """Return the state of a simulated motion at an instant [s], between samples by cubic polynomials."""
     from scipy.interpolate import CubicHermiteSpline
 
     i = int(np.clip(np.searchsorted(trajectory.time, time, side="right") - 1, 0, len(trajectory.time) - 2))

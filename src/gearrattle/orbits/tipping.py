@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Array = NDArray[np.float64]
-
 BACK = "back"
 ELSEWHERE = "elsewhere"
 UNDECIDED = "undecided"
@@ -336,10 +335,7 @@ def tipping_table(
     unit: str,
     progress: Progress | None,
 ) -> pd.DataFrame:
-    """Return the smallest pulses that tip a stable, isolated motion over; see ``Orbit.tipping``.
-
-    ``unit``: of pulses; empty for none.
-    """
+    """Return the smallest pulses that tip a stable, isolated motion over; see ``Orbit.tipping``."""
     import pandas as pd
 
     levels = max(0, int(np.ceil(np.log2(_SAMPLES / instants))))

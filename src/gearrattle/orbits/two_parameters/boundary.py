@@ -285,10 +285,9 @@ def borders_of(
     progress: Progress,
     shown: Callable[[float], str],
 ) -> tuple[list[Border], list[SpecialPoint], list[str]]:
-    """Follow every fold, grazing and end of a family of a branch.
+    """Follow every fold, grazing and end of a family; return curves, special points, and notes on what is not followed.
 
-    ``ranges``: ascending ends of the value and of the second one [SI].
-    The curves, their special points, and notes on events that could not be followed.
+    ``ranges`` are the ascending ends of the value and of the second one [SI].
     """
     is_drawn = events["kind"].isin(DRAWN)
     jumps = events["grazing"].isin([JUMP, RELEASE])

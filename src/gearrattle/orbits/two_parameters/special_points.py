@@ -46,7 +46,6 @@ if TYPE_CHECKING:
 
 
 Array = NDArray[np.float64]
-
 FARTHEST = 0.2  # largest distance that an event may move in a step, in units of w
 PREDICTED_FROM = 3  # last points, by a parabola through them
 _AT_TURNING = 1e-8  # of the value: to so much is known where a curve of folds turns back
@@ -64,7 +63,6 @@ _SPACED = 1.4  # of the slope of a length: that of the next one for the extrapol
 _LEVEL = 0.2  # of the same: what must be left of it, at most
 _TRIED = 0.1  # of the distance between two points: the first step from there to where a fold meets a grazing
 SAME = 1e-5  # of both ranges: special points of two curves that lie nearer are the same
-
 Follower = Callable[[float], Continuation]
 """The branch over the value, by the second value."""
 
@@ -106,10 +104,7 @@ class SpecialPoint:
 
 
 def special_points_of(curves: Sequence[xr.Dataset], spans: tuple[float, float]) -> list[SpecialPoint]:
-    """Return the special points of curves, once each: a cusp is the end of two folds.
-
-    ``spans``: lengths of the ranges of value and second [SI].
-    """
+    """Return the special points of curves, once each: a cusp is the end of two folds; ``spans`` of both values [SI]."""
     points: list[SpecialPoint] = []
     for curve in curves:
         columns = (curve[name].values.tolist() for name in ("special", "value", "second"))
