@@ -168,11 +168,13 @@ def _branches_off(followers: Followers, known: Curve, curves: Sequence[Curve], w
             if not known.origin:
                 further += _branch_joined(followers, known, event, [*curves, *further], part.beside(further))
             continue
+        # which branches leave here, and have not been reached from their other end
         follower = followers.of.get(known.cycles * (2 if event.kind == DOUBLING else 1))
         is_reached = any(kind == event.kind and abs(event.point.parameter - end) < same for kind, end in reached)
         is_left = event.kind == BREAKING and known.origin == BREAKING  # the symmetric branch at the other end
         if is_reached or is_left or follower is None:
             continue
+        # each of them
         leaving = _leaving(follower, event, followers.ends)
         for j, first in enumerate(leaving):
             if _is_known(follower, event, first, [*curves, *further]):

@@ -106,6 +106,7 @@ def end_near(curve: Continuation, line: Line, way: float) -> tuple[Point, Line]:
 
     Raises ConvergenceError: no family ends near.
     """
+    # two motions inside the family, and the line through them
     near, length = _inside(curve, line, (0.0, *_BACK), way, LEAST * curve.family.size)
     line = replace(line, state=state_of(near), parameter=near.parameter)
     steepest = float(np.linalg.norm(line.slope * near.scale)) * curve.family.unit
@@ -113,6 +114,7 @@ def end_near(curve: Continuation, line: Line, way: float) -> tuple[Point, Line]:
     middle = _through(far, near)
     share = _NEARER
     unit = curve.family.unit
+    # the secant method for the zero of its length
     for _ in range(_STEPS):
         left = (near.parameter - far.parameter) * length / (far_length - length)
         if abs(left) < _LOCATED * unit:
@@ -122,6 +124,7 @@ def end_near(curve: Continuation, line: Line, way: float) -> tuple[Point, Line]:
         shorter = 0.0
         with suppress(ConvergenceError):  # too far from a middle that does not move evenly
             following, shorter = in_middle(curve, middle.at(parameter), parameter)
+        # a step that led out of the family is tried shorter, or rounding hides what is left
         if not 0.0 < shorter < length:
             if share >= _NEARER and (abs(left) < _KNOWN * unit or length < _SHORT * near.size):
                 return _last_at(near, left, middle, curve)

@@ -89,6 +89,7 @@ def continuation(
         raise ModelError(problems)
     first, last = ends_of(model, path, range)
     limit = None if step_limit is None else change_in_si(path, step_limit, model, "positive", "step_limit")
+    # the motion at the first end
     base = model.with_({path: first})
     check_repeats(base)
     check_begin(model, path, (first, last))
@@ -98,6 +99,7 @@ def continuation(
     if fewest < cycles:
         notes.append(f"The motion at the first end repeats after {counted(fewest, 'period')}: cycles is {fewest}.")
         cycles = fewest
+    # its branch, and those that leave it or are isolated
     ascending = min(first, last), max(first, last)
     followers = followers_of(
         cycles, ascending, lambda n: follower_over(model, path, (first, last), n, first=first, step_limit=limit)
@@ -117,6 +119,7 @@ def continuation(
     curves += further_curves(followers, curves, isolated=isolated, work=rest)
     tell(curves)
     report(1.0)
+    # what is not followed
     shown = curve.family.shown
     left = [*branches_missed(curves, cycles, ascending, shown), *doublings_left(curves, cycles, shown)]
     notes += dict.fromkeys([*(note for c in curves for note in c.notes), *left])

@@ -128,10 +128,12 @@ def branch_parts(branch: Branch) -> Sequence[BranchPart]:
     motions = list[BranchPart]()
     first_line = 0
     for number, course in enumerate(courses_of(branch)):
+        # steps of the course, by stability and by the line between two folds
         lines = first_line + _turns(course.value)
         first_line = int(lines[-1]) + 1 if course.stable else first_line
         steps = enumerate(zip(course.stable, lines.tolist(), strict=True))
         for (is_stable, line), group in groupby(steps, key=lambda step: step[1]):
+            # the nodes of the part, by their value
             own = [step for step, _ in group]
             part = slice(own[0], own[-1] + 2)
             value = course.value[part]

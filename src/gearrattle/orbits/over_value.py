@@ -47,6 +47,7 @@ def ends_of(model: Model, path: str, ends: Sequence[Written], argument: str = "p
     """
     if isinstance(ends, str) or not isinstance(ends, Sequence | np.ndarray) or len(ends) != 2:
         raise ModelError(Problem("range", shown(ends), "must be two values", "such as (100.0, 200.0)"))
+    # the path
     if not isinstance(path, str):
         raise ModelError(Problem(argument, shown(path), "must be text", "such as excitation.speed"))
     if path.partition(".")[0] == "simulation":
@@ -59,6 +60,7 @@ def ends_of(model: Model, path: str, ends: Sequence[Written], argument: str = "p
     own = value_at(model.to_tables(), path)
     if isinstance(own, str | bool) and own != BALANCE:
         raise ModelError(Problem(argument, path, "leads to no number", "follow a number of the driveline"))
+    # the units of both ends
     values = [in_si(path, end, model) for end in ends]
     if len({is_factor(end) for end in ends}) > 1:
         rule = "one end is a factor, the other none"
@@ -71,6 +73,7 @@ def ends_of(model: Model, path: str, ends: Sequence[Written], argument: str = "p
     if path.rpartition(".")[2] == "order":
         rule = "cannot be followed: between two orders there are others without a common period"
         raise ModelError(Problem(path, "", rule, "follow another value of the model"))
+    # their values
     for value in values:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ModelError(Problem("range", shown(value), "what is followed must be a number"))

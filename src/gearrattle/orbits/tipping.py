@@ -171,6 +171,7 @@ class Destinations:
                 march = self._map.marched(state, passes)
             except ConvergenceError:
                 return Destination(UNDECIDED, np.inf)
+            # back, or as near to another motion that is known
             rows = self._rows(march)
             state = self._map.sampled(march, -1)
             past = np.concatenate([past[-1 - 2 * MOST_PERIODS : -1], rows])
@@ -182,6 +183,7 @@ class Destinations:
                 return Destination(ELSEWHERE, np.inf)
             done += passes
             visited.append(rows[1:])
+            # a search for a motion that is not known, unless it comes nearer to one that is
             is_settling = any(distance[-1] < _FALLS * distance[0] for distance in (own, *others))
             is_at_saddle = done < _PATIENT and any(
                 saddle.distances(rows[-1:])[0] < saddle.radius for saddle in self._saddles
@@ -190,6 +192,7 @@ class Destinations:
                 search = 2 * done
                 if self._settles_in_another(state, past):
                     return Destination(ELSEWHERE, np.inf)
+        # neither back nor settled: near a saddle, or irregular
         later = np.concatenate(visited)[self.longest // 2 * self._map.cycles :]
         if _may_go_either_way(later / self._size):
             return Destination(UNDECIDED, np.inf)

@@ -133,6 +133,7 @@ def boundary_of(
         family = family_of(model.with_({path: value}), second, near, curve.family.cycles, abs(own) or 1.0)
         return curve.of(family)
 
+    # the event both ways, with special points
     work = never_falling(progress)
     parts = part_of(work, 0, 2), part_of(work, 1, 2)
     low, high = (_one_way(follower, chosen, (own, end), part) for end, part in zip(ends, parts, strict=True))
@@ -141,6 +142,7 @@ def boundary_of(
     ]
     rows = [*reversed(sides[0][1:]), *sides[1]]
     work(1.0)
+    # as a Dataset
     shown = partial(shown_value, second, model, digits=6, largest=max(abs(row.second) for row in rows))
     notes = [_note(second, shown, side) for side, end in zip(sides, ends, strict=True) if side[-1].second != end]
     attributes = {
@@ -298,6 +300,7 @@ def borders_of(
         f"The grazing at {shown(value)} is not followed: the motion or its gradient jumps there."
         for value in events.loc[is_drawn & jumps, "value"].tolist()
     ]
+    # the curve of every event
     spans = ranges[0][1] - ranges[0][0], ranges[1][1] - ranges[1][0]
     for done, row in enumerate(chosen, 1):
         kind = str(events["kind"][row])
@@ -307,6 +310,7 @@ def borders_of(
         except (ConvergenceError, np.linalg.LinAlgError) as error:
             notes.append(f"The {kind} at {shown(float(events['value'][row]))} was not followed: {error}.")
             continue
+        # why it ends inside the ranges
         curves.append(curve)
         second = curve["second"].values
         special = [str(kind) for kind in curve["special"].values]
