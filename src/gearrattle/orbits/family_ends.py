@@ -393,7 +393,7 @@ def _off_edge(curve: Continuation, point: Point, ends: tuple[float, float]) -> l
 
 def _last_of(curve: Continuation, at: tuple[Point, Line], limit: float, way: float) -> Point:
     """The motion at an end of the range up to which a family reaches, but for rounding."""
-    (end, middle) = at
+    end, middle = at
     unit = curve.family.unit
     if way * (end.parameter - limit) > _NEAREST * unit:
         return _middle_at(curve, middle, limit, way)
@@ -404,7 +404,7 @@ def _last_of(curve: Continuation, at: tuple[Point, Line], limit: float, way: flo
 
 def _out_of_family(curve: Continuation, last: Point, at: tuple[Point, Line], limit: float) -> list[Step]:
     """The motions from one of a family to one that touches, past the end of that; a range has its limit beyond it."""
-    (end, middle) = at
+    end, middle = at
     way = _way(last)
     unit = curve.family.unit
     nearest = end.parameter - way * _NEAREST * unit
@@ -427,7 +427,7 @@ def _into_family(
 
     Recent motions too near to the end are no part of the branch, and are taken out.
     """
-    (end, middle) = at
+    end, middle = at
     nearest = _NEAREST * curve.family.unit
     is_near = [abs(point.parameter - end.parameter) <= nearest for point in recent[1:]]
     count = 1 + (is_near.index(True) if True in is_near else len(is_near))
