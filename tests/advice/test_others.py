@@ -14,11 +14,12 @@ from gearrattle.advice.others import ADVISED, PASSING, PERIODS, PILOTS, SMALL, T
 from gearrattle.advice.pilot import run_pilot
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.period_map import PeriodMap
-from gearrattle.orbits.settled import BLOCK, settled_motions
-from gearrattle.orbits.state import state_of
+from gearrattle.orbits.attractors import settled_motions
+from gearrattle.orbits.settling_limits import BLOCK
+from gearrattle.orbits.start_states import state_of
 from gearrattle.report.summary import findings_content
 from tests.comparison.cases import case
-from tests.orbits.test_freedom import train
+from tests.orbits.test_families import train
 
 
 def test_a_second_motion_is_told_with_its_basin() -> None:

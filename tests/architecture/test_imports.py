@@ -120,7 +120,7 @@ def test_a_check_loads_no_compiler_and_no_registry_of_units() -> None:
 @pytest.mark.parametrize(
     ("command", "unneeded"),
     [
-        ("modes", ("numba", "pint", "dask", "scipy", "gearrattle.engine.periodic", "gearrattle.orbits.settled")),
+        ("modes", ("numba", "pint", "dask", "scipy", "gearrattle.engine.periodic", "gearrattle.orbits.attractors")),
         ("scale", ("numba", "pint", "dask", "scipy.optimize", "gearrattle.engine.periodic")),
     ],
 )
@@ -149,7 +149,7 @@ def test_a_simulation_on_a_terminal_loads_no_figures() -> None:
 def test_a_run_and_its_report_load_no_library_of_which_they_need_a_line(tmp_path: Path) -> None:
     """A second of the start: a taper is three cosines, a limit of confidence one quantile."""
     unneeded = ("scipy.signal", "scipy.stats", "scipy.integrate", "scipy.interpolate", "pandas", "xarray", "matplotlib")
-    unneeded += ("pint", "dask", "gearrattle.engine.periodic", "gearrattle.orbits.settled")
+    unneeded += ("pint", "dask", "gearrattle.engine.periodic", "gearrattle.orbits.attractors")
     code = (
         "import sys\nfrom gearrattle.cli import main\n"
         f"assert main(['run', 'examples/paper/case3.toml', '-o', {str(tmp_path / 'out')!r}]) in (0, 1)\n"

@@ -18,7 +18,7 @@ from gearrattle.analysis.stiffness import regions_visited
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.solvers.stability import most_regions
 from gearrattle.engine.system.perturbed import Perturbed
-from gearrattle.orbits.settled import BLOCK
+from gearrattle.orbits.settling_limits import BLOCK
 from gearrattle.signals import dwell_of_regions
 from gearrattle.simulation.settings import settled
 

@@ -14,9 +14,9 @@ import gearrattle as gr
 from gearrattle.model.path_labels import dimension_at, shown_value
 from gearrattle.model.path_values import change_in_si, in_si
 from gearrattle.orbits import Branch, Orbit
-from gearrattle.orbits.family import follower_over
 from gearrattle.orbits.gradients import numbers_of, second_of
-from gearrattle.orbits.state import check_repeats
+from gearrattle.orbits.over_value import follower_over
+from gearrattle.orbits.start_states import check_repeats
 from gearrattle.report.plots.branches import measure_over
 from tests.studies import oscillator
 

@@ -15,9 +15,9 @@ import gearrattle as gr
 from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.point import Point
 from gearrattle.orbits.branch import Branch
+from gearrattle.orbits.branch_switching import branches_missed
 from gearrattle.orbits.curve import Curve
-from gearrattle.orbits.further import branches_missed
-from gearrattle.orbits.stable_ranges import losses_of, ranges_of
+from gearrattle.orbits.stability import losses_of, ranges_of
 
 CIRCLE = 1e-5  # multipliers nearer to the circle than this are on it
 ROUNDING = 1e-10  # of the value

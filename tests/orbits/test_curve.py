@@ -17,7 +17,7 @@ from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits import curve as curves
 from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.family import family_of, follower_over
+from gearrattle.orbits.over_value import family_of, follower_over
 
 AMPLITUDE = "torque.0.harmonics.0.amplitude"
 GRAZING = 6.0531904

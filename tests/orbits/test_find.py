@@ -16,7 +16,7 @@ from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.orbit import contact_state, linear_state
-from gearrattle.orbits.state import state_of
+from gearrattle.orbits.start_states import state_of
 
 
 @pytest.mark.parametrize("start", ["foo", 5, [1, 2], np.zeros(2)])

@@ -12,7 +12,7 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.orbits.curve import followed
-from gearrattle.orbits.family import follower_over
+from gearrattle.orbits.over_value import follower_over
 
 SPEED = "excitation.speed"
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import gearrattle as gr
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.orbits import Orbit
-from tests.orbits.test_family_end import assert_same_back
+from tests.orbits.test_family_ends import assert_same_back
 
 INERTIA = (0.3, 0.02, 0.05, 0.01)
 SPEED = 60.0

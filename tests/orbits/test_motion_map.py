@@ -13,9 +13,11 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.errors import Cancelled
 from gearrattle.orbits import MotionMap
-from gearrattle.orbits.borders import borders_of, special_points_of
 from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, Cell, cells_of
-from gearrattle.orbits.rows import Plane, Row
+from gearrattle.orbits.progress import silent
+from gearrattle.orbits.two_parameters.boundary import borders_of
+from gearrattle.orbits.two_parameters.branches_at_second_value import Plane, Row
+from gearrattle.orbits.two_parameters.special_points import special_points_of
 from gearrattle.report.kinds import presentation_of
 from tests.orbits.test_branch import over_frequency
 
@@ -104,7 +106,7 @@ def test_what_settles_after_two_periods_is_known_where_no_doubling_leads_to_it()
 
 
 def test_a_branch_that_leaves_and_is_not_followed_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gearrattle.orbits.further._leaving", lambda *_: [])
+    monkeypatch.setattr("gearrattle.orbits.branch_switching._leaving", lambda *_: [])
     path = "torque.0.harmonics.0.amplitude"
     branch = gr.continuation(gr.example("rattle_oscillator"), path, (3.0, 6.5), start="linear")
     assert "Not everything that leaves at 1 period doubling" in branch.notes[0]
@@ -113,7 +115,7 @@ def test_a_branch_that_leaves_and_is_not_followed_is_a_note(monkeypatch: pytest.
 
 
 def test_what_cannot_be_followed_to_the_next_row_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gearrattle.orbits.rows._MOST_POINTS", 2)
+    monkeypatch.setattr("gearrattle.orbits.two_parameters.branches_at_second_value._MOST_POINTS", 2)
     motions = over_frequency().map(MEAN, (0.06, 0.46), across=2, up=1)
     assert any("could not be followed from one row to the next" in note for note in motions.notes)
 
@@ -199,7 +201,7 @@ def test_a_saddle_without_its_neighbours_shows_that_motions_are_missing() -> Non
     (saddle,) = (orbit for orbit in gr.periodic(model, every=True) if not orbit.stable)
     alone = gr.continuation(model, "excitation.frequency", (0.75, 0.78), start=saddle)
     plane = Plane(alone.model, alone.path, MEAN, (0.75, 0.78), (0.099, 0.101), 1)
-    (cells,) = cells_of(plane, [Row(0.1, alone.curves)], np.array([0.76, 0.77]), None)
+    (cells,) = cells_of([Row(plane, 0.1, alone.curves)], np.array([0.76, 0.77]), silent)
     assert [(cell.unstable, cell.signs, cell.code) for cell in cells] == 2 * [(1, 0, MISSING)]
     cells = alone.map(MEAN, (0.099, 0.101), across=2, up=1).cells[0]
     assert {cell.signs for cell in cells} == {1}  # with the motions that settle at the ends
@@ -278,7 +280,7 @@ def test_why_a_curve_ends_inside_the_plane() -> None:
         columns = {"second": [0.0, end], "value": [0.4, value], "special": ["", special]}
         return xr.Dataset({name: ("point", np.array(column)) for name, column in columns.items()})
 
-    borders, _, _ = borders_of(events, boundary, ((0.3, 1.6), (0.0, 1.0)), None, str)
+    borders, _, _ = borders_of(events, boundary, ((0.3, 1.6), (0.0, 1.0)), silent, str)
     assert [border.ends_below for border in borders] == [""] * 4
     assert [border.ends_above for border in borders] == [
         "cusp",
@@ -296,7 +298,7 @@ def test_a_grazing_at_which_the_gradient_jumps_has_no_border(grazing: str) -> No
     def boundary(event: int) -> xr.Dataset:
         raise AssertionError(event)
 
-    borders, points, notes = borders_of(events.assign(grazing=grazing), boundary, ((0.3, 1.6), (0.0, 1.0)), None, str)
+    borders, points, notes = borders_of(events.assign(grazing=grazing), boundary, ((0.3, 1.6), (0.0, 1.0)), silent, str)
     assert (borders, points) == ([], [])
     assert notes == ["The grazing at 0.4 is not followed: the motion or its gradient jumps there."]
 

@@ -12,9 +12,9 @@ from scipy.optimize import minimize
 
 import gearrattle as gr
 from gearrattle.orbits import Orbit
-from gearrattle.orbits.orbit_gradients import FORCE, MULTIPLIER, SWING, responses_of
+from gearrattle.orbits.gradients import FORCE, MULTIPLIER, SWING, responses_of
 from tests.orbits.test_branch import oscillator
-from tests.orbits.test_freedom import train
+from tests.orbits.test_families import train
 
 PATHS = ("torque.0.mean", "coupling.gap.kinematic_error.0.amplitude", "coupling.gap.damping", "excitation.speed")
 

@@ -17,7 +17,7 @@ from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRA
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.point import appended, turned_around
 from gearrattle.orbits.curve import followed
-from gearrattle.orbits.family import family_of, follower_over
+from gearrattle.orbits.over_value import family_of, follower_over
 from tests.orbits.test_consistency import contradictions_of
 from tests.orbits.test_laws import symmetric
 

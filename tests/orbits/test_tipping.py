@@ -14,9 +14,9 @@ from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.auxiliary import FORWARD, STICK
 from gearrattle.orbits import Orbit, tipping
-from gearrattle.orbits.destinations import BACK, ELSEWHERE, UNDECIDED, Destination
-from gearrattle.orbits.destinations import _may_go_either_way as may_go_either_way
-from gearrattle.orbits.destinations import _radius_of_stability as radius_of_stability
+from gearrattle.orbits.tipping import BACK, ELSEWHERE, UNDECIDED, Destination
+from gearrattle.orbits.tipping import _may_go_either_way as may_go_either_way
+from gearrattle.orbits.tipping import _radius_of_stability as radius_of_stability
 from tests.orbits.test_branch import oscillator
 from tests.orbits.test_friction import oscillator as with_friction
 

@@ -15,7 +15,7 @@ import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import Cancelled, ModelError
-from gearrattle.orbits.settled import Attractor, settled_orbit
+from gearrattle.orbits.attractors import Attractor, settled_orbit
 from gearrattle.signals import SEVERITIES
 from gearrattle.signals.shares import wilson
 from gearrattle.studies.attractors import attractors_of, orbit_of, quiet_share

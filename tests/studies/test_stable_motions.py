@@ -14,7 +14,7 @@ from gearrattle.errors import Cancelled, ModelError
 from gearrattle.orbits import Orbit
 from gearrattle.studies.output import REGIMES
 from gearrattle.studies.stable_motions import COUNT, SWING
-from tests.orbits.test_freedom import train
+from tests.orbits.test_families import train
 
 SPEED = "excitation.speed"
 ACCELERATION = "peak-to-peak acceleration"

@@ -1,4 +1,4 @@
-"""Whether other motions exist at this load: where motions from many starts settle (``orbits.settled``).
+"""Whether other motions exist at this load: where motions from many starts settle (``orbits.attractors``).
 
 A simulation shows one motion. Under the same load there may be others, and it depends on the past which one the
 driveline takes. The question is asked where it costs little: a bound in function calls of the exact solution, predicted
@@ -20,11 +20,11 @@ from gearrattle.advice.record import Line
 from gearrattle.assembly import assemble
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model
-from gearrattle.orbits.effort import BLOCK, BLOCKS, STARTS
+from gearrattle.orbits.settling_limits import BLOCK, BLOCKS, STARTS
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
-    from gearrattle.orbits.settled import Settled
+    from gearrattle.orbits.attractors import Settled
 
 TOPIC = "other motions"
 ADVISED, PASSING = 2_000_000, 100_000
@@ -70,8 +70,8 @@ def others_of(
     elif most < PERIODS:
         return (), ()
     from gearrattle.engine.periodic.period_map import PeriodMap
-    from gearrattle.orbits.settled import settled_motions
-    from gearrattle.orbits.state import check_repeats, state_of
+    from gearrattle.orbits.attractors import settled_motions
+    from gearrattle.orbits.start_states import check_repeats, state_of
 
     try:
         check_repeats(model)

@@ -182,8 +182,8 @@ def _check_values(
     ModelError
         such a value.
     """
-    from gearrattle.orbits.ends import ends_of
     from gearrattle.orbits.gradients import second_of, tolerances_of
+    from gearrattle.orbits.over_value import ends_of
     from gearrattle.orbits.run_ups import rate_of
 
     path, ends = first

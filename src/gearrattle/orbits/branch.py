@@ -1,35 +1,34 @@
-"""Branches of periodic motions over a value of a model: their points, their events, and what is asked about them.
-
-Takes what ``continuation`` has followed; gives numbers, motions, curves and maps.
-"""
+"""Branches of periodic motions over a value of a model: their points, their events, and what is asked about them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import astuple, dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events.base import Event
+from gearrattle.engine.periodic.families import Family
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label
-from gearrattle.orbits.boundary import boundary_of
 from gearrattle.orbits.curve import Curve
-from gearrattle.orbits.ends import check_index, unit_of
-from gearrattle.orbits.family import family_of, watched_names
 from gearrattle.orbits.gradients import gradients_of, scatter_of, tolerances_of
-from gearrattle.orbits.means import Levels, corners_of, levels_of, mean_events
 from gearrattle.orbits.motion_map import MotionMap, map_of
 from gearrattle.orbits.orbit import Orbit
+from gearrattle.orbits.over_value import check_index, family_of, unit_of, watched_names
 from gearrattle.orbits.run_ups import RunUpJumps, run_up_of
+from gearrattle.orbits.two_parameters.boundary import boundary_of
 from gearrattle.result import Result
 from gearrattle.wording import counted
 
@@ -38,8 +37,67 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
-
+MEAN = "mean at corner"
+_LOCATED = 1e-12  # of the way between two points
 _COLUMNS = ("branch", "kind", "value", "point", "clearance", "collision", "grazing", "root")
+
+
+@dataclass(frozen=True)
+class Levels:
+    """How far a motion deflects the clearances, and where their corners are."""
+
+    deflections: Array  # (3, K) lowest, highest and mean deflections [rad or m]
+    corners: tuple[Array, ...]  # of every clearance (any number) [rad or m]
+
+
+def levels_of(family: Family, point: Point, like: Sequence[Array]) -> Levels:
+    """Return the levels of a motion; ``like`` has the corners of the clearances of the model itself.
+
+    Where a clearance has closed there is none of that name, and all are NaN; so are the corners of a clearance that has
+    other ones.
+    """
+    period_map = family.map_at(point.parameter)
+    corners = [period_map.system.laws[k].corners for k in period_map.system.clearances]
+    if len(corners) != len(like):
+        return Levels(np.full((3, len(like)), np.nan), tuple(np.full(own.shape, np.nan) for own in like))
+    known = (
+        own if own.shape == model.shape else np.full(model.shape, np.nan)
+        for own, model in zip(corners, like, strict=True)
+    )
+    return Levels(period_map.levels(point.motion), tuple(known))
+
+
+def corners_of(levels: Sequence[Levels]) -> tuple[Array, ...]:
+    """Return of every clearance (levels, corners) where its corners are."""
+    return tuple(np.stack(own) for own in zip(*(one.corners for one in levels), strict=True))
+
+
+def mean_events(curve: Continuation, known: Curve, levels: Sequence[Levels]) -> list[Event]:
+    """Return where means pass corners along one branch."""
+    return [
+        event
+        for ends, before, after in zip(known.steps(), levels[:-1], levels[1:], strict=True)
+        for event in _between(curve, ends, before, after)
+    ]
+
+
+def _between(curve: Continuation, ends: tuple[Point, Point], before: Levels, after: Levels) -> Iterator[Event]:
+    """Yield where means pass corners between two points."""
+
+    def distance(share: float, watch: int, corner: int) -> float:
+        point = curve.between(*ends, share)
+        return float(_away(levels_of(curve.family, point, before.corners), watch)[corner])
+
+    for watch in range(len(before.corners)):
+        for corner in np.flatnonzero(_away(before, watch) * _away(after, watch) < 0.0).tolist():
+            with suppress(ConvergenceError):  # a corner of the branch in between
+                share = float(brentq(distance, 0.0, 1.0, (watch, corner), xtol=_LOCATED))
+                yield Event(MEAN, curve.between(*ends, share), watch)
+
+
+def _away(levels: Levels, watch: int) -> Array:
+    """How far the mean of a clearance is beyond each of its corners [rad or m]."""
+    return np.asarray(levels.deflections[2, watch] - levels.corners[watch])
 
 
 @dataclass(frozen=True)
@@ -92,7 +150,8 @@ class Branch(Result):
         """
         import xarray as xr
 
-        points, names = self.points, assemble(self.model).layout.clearance_names
+        points = self.points
+        names = assemble(self.model).layout.clearance_names
         turning = len(relative_coordinates(assemble(self.model).system).references)
         multipliers = np.array([np.append(point.multipliers, np.ones(turning)) for point in points])
         order = np.argsort(-np.round(np.abs(multipliers), 12), axis=1, kind="stable")
@@ -355,7 +414,8 @@ class Branch(Result):
         return Orbit(model, cycles, point.motion, point.error, point.free)
 
     def __repr__(self) -> str:
-        points, branches = counted(len(self.points), "point"), counted(len(self.curves), "branch", "branches")
+        points = counted(len(self.points), "point")
+        branches = counted(len(self.curves), "branch", "branches")
         return f"<Branch of {self.model.name!r} over {self.path}: {branches}, {points}>"
 
     @cached_property

@@ -1,7 +1,4 @@
-"""One branch of periodic motions: its points in order, what happens between them, and why it ends where it does.
-
-Takes a Continuation and a point; gives a Curve.
-"""
+"""One branch of periodic motions: its points in order, what happens between them, and why it ends where it does."""
 
 from __future__ import annotations
 
@@ -10,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,15 +21,17 @@ from gearrattle.engine.periodic.events.slider_release import end_in_release, is_
 from gearrattle.engine.periodic.events.symmetry_breaking import as_fixed_point, breaking_near
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.edges import followed_through_families
-from gearrattle.orbits.joints import Home, events_beside_joint, told_apart, unknown_home
+from gearrattle.orbits.branch_points import Home, events_beside_joint, told_apart, unknown_home
+from gearrattle.orbits.family_ends import followed_through_families
 from gearrattle.orbits.orbit import is_stable
+from gearrattle.orbits.progress import Progress, part_of, silent
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 
 _MOST_POINTS = 20_000
-_CREEPING, _NOWHERE = 250, 1e-5  # so many points, and the arclength that they must pass
+_CREEPING = 250  # points that must come somewhere
+_NOWHERE = 1e-5  # arclength that they must pass
 _ROUNDING = 1e-12  # of the parameter
 _GROWN = 1e4  # multiplier: from it on motions may end where a visit beyond a corner vanishes
 _AT_BREAKING = 1e-7  # arclength to a breaking from a motion that cannot be told from it
@@ -41,23 +41,14 @@ _LARGE = 1000.0  # times the first motion, and the largest corner: motions that 
 
 @dataclass(frozen=True)
 class Unlocated:
-    """A step of a branch whose events could not be located.
+    """A step of a branch whose events could not be located."""
 
-    Attributes
-    ----------
-    before, after
-        its points. The branch is sure to lead from one to the other: followed with shorter steps, where there are any,
-        it does so again.
-    reason
-        why they could not.
-    shown
-        writes a parameter value.
-    """
-
+    # its points. The branch is sure to lead from one to the other: followed with shorter steps, where there are any,
+    # it does so again
     before: Point
     after: Point
-    reason: str
-    shown: Callable[[float], str]
+    reason: str  # why they could not
+    shown: Callable[[float], str]  # writes a parameter value
 
     @property
     def note(self) -> str:
@@ -69,30 +60,14 @@ class Unlocated:
 
 @dataclass(frozen=True)
 class Curve:
-    """One branch.
+    """One branch."""
 
-    Attributes
-    ----------
-    cycles
-        periods after which its motions repeat.
-    points
-        in order.
-    events
-        between them, in order.
-    note
-        why it ends inside the range; empty where it does not.
-    origin
-        kind of the event at which it leaves another branch, its first point; empty where it leaves none.
-    unlocated
-        steps whose events could not be located, in order.
-    """
-
-    cycles: int
-    points: tuple[Point, ...]
-    events: tuple[Event, ...]
-    note: str = ""
-    origin: str = ""
-    unlocated: tuple[Unlocated, ...] = ()
+    cycles: int  # periods after which its motions repeat
+    points: tuple[Point, ...]  # in order
+    events: tuple[Event, ...]  # between them, in order
+    note: str = ""  # why it ends inside the range; empty where it does not
+    origin: str = ""  # kind of the event at which it leaves another branch, its first point; empty where it leaves none
+    unlocated: tuple[Unlocated, ...] = ()  # steps whose events could not be located, in order
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -118,15 +93,7 @@ class Curve:
         return bool(self.events) and self.events[end].point.w is self.points[end].w
 
     def motions_at(self, follower: Continuation, value: float) -> Iterator[tuple[int, Point]]:
-        """Yield the motions at a parameter value: index of the point before, and the motion.
-
-        Parameters
-        ----------
-        follower
-            the Continuation of the branch.
-        value
-            the parameter [SI].
-        """
+        """Yield the motions at a parameter value [SI]: index of the point before, and the motion."""
         for i, point in enumerate(self.points):
             if point.parameter == value:
                 yield i, point
@@ -144,6 +111,30 @@ class Curve:
         return pairwise(self.points)
 
 
+class Work(NamedTuple):
+    """Who is told how far branches are followed, and what they are so far."""
+
+    progress: Progress = silent
+    so_far: Callable[[Sequence[Curve]], None] | None = None
+
+    def part(self, number: int, count: int) -> Work:
+        """Return the work of part ``number``, from 0, of ``count`` equal ones."""
+        return self._replace(progress=part_of(self.progress, number, count))
+
+    def beside(self, complete: Sequence[Curve]) -> Work:
+        """Return the work on branches that are told of beside those that are complete."""
+        return self.telling(lambda growing: [*complete, *growing])
+
+    def telling(self, words: Callable[[Sequence[Curve]], Sequence[Curve]]) -> Work:
+        """Return the work on branches that are told of as something else."""
+        so_far = self.so_far
+        return self if so_far is None else self._replace(so_far=lambda growing: so_far(words(growing)))
+
+
+UNTOLD = Work()
+"""Work of which nobody is told."""
+
+
 def followed(
     curve: Continuation,
     begin: Point,
@@ -151,28 +142,12 @@ def followed(
     *,
     home: Home | None = None,
     origin: Event | None = None,
-    progress: Callable[[float], None] | None = None,
-    so_far: Callable[[Curve], None] | None = None,
+    work: Work = UNTOLD,
 ) -> Curve:
-    """Follow one branch to an end of the range, and locate what happens along it.
+    """Follow one branch to an end of the range, whose ``ends`` ascend, and locate what happens along it.
 
-    Parameters
-    ----------
-    curve
-        the Continuation that follows it.
-    begin
-        its first point.
-    ends
-        of the range, ascending.
-    home
-        for a branch of doubled period or broken symmetry: it ends where its motions are those of the branch again that
-        it has left. None: any other branch.
-    origin
-        the event at which it leaves another branch, its motion over as many periods; the branch begins there.
-    progress
-        called with how far the parameter has come, as a share of the range.
-    so_far
-        called with the branch as far as it is followed, after every step.
+    A branch of doubled period or broken symmetry has left another one, its ``home``, at an event, its ``origin``, whose
+    motion is given over as many periods. It ends where its motions are those of that branch again.
     """
     walk = _Walk(curve, begin, home, origin)
     steps = curve
@@ -182,10 +157,9 @@ def followed(
                 walk.take(point, known)
                 if walk.is_done:
                     break
-                if progress is not None:
-                    progress(min(1.0, abs(point.parameter - begin.parameter) / (ends[1] - ends[0])))
-                if so_far is not None:
-                    so_far(walk.curve)
+                work.progress(min(1.0, abs(point.parameter - begin.parameter) / (ends[1] - ends[0])))
+                if work.so_far is not None:
+                    work.so_far([walk.curve])
         except ConvergenceError as error:
             walk.stop()
             if isinstance(error, WrongBranch) and not (walk.is_done or is_last):
@@ -198,47 +172,46 @@ def followed(
 
 
 class _Walk:
-    """A branch while it is followed.
-
-    Attributes
-    ----------
-    points, events, unlocated, note
-        as of a Curve, so far.
-    is_done
-        whether it is not followed any further.
-    """
+    """A branch while it is followed."""
 
     def __init__(self, follower: Continuation, begin: Point, home: Home | None, origin: Event | None) -> None:
-        self._follower, self._origin = follower, origin
+        self._follower = follower
+        self._origin = origin
         begin, self._at_begin = (begin, []) if origin is not None else _at_breaking(follower, begin)
-        self.points, self.events, self.unlocated = [begin], [*self._at_begin], list[Unlocated]()
-        self.note, self.is_done = "", False
+        self.points = [begin]
+        self.events = [*self._at_begin]
+        self.unlocated = list[Unlocated]()
+        self.note = ""
+        self.is_done = False
         self._home = unknown_home(follower, begin) if home is None else home
         if origin is not None:
             begin = replace(begin, length=float(np.linalg.norm(begin.w - origin.point.w)))
-            self.points, self.events = [origin.point, begin], events_beside_joint(follower, origin.point, begin)
+            self.points = [origin.point, begin]
+            self.events = events_beside_joint(follower, origin.point, begin)
 
     @property
     def curve(self) -> Curve:
         """The branch so far."""
-        parts = tuple(self.points), tuple(self.events), self.note
-        return Curve(self._follower.family.cycles, *parts, _kind(self._origin), tuple(self.unlocated))
+        return Curve(
+            cycles=self._follower.family.cycles,
+            points=tuple(self.points),
+            events=tuple(self.events),
+            note=self.note,
+            origin="" if self._origin is None else self._origin.kind,
+            unlocated=tuple(self.unlocated),
+        )
 
     def take(self, point: Point, known: Sequence[Event] | None) -> None:
         """Go on to a point, with the events before it; None: they are to be located.
 
-        Raises
-        ------
-        ConvergenceError
-            the branch does not lead there.
+        Raises ConvergenceError: the branch does not lead there.
         """
         if bool(point.free) != bool(self.points[-1].free) and (self._home is None or not self._home.events):
             self._home = unknown_home(self._follower, point)
         joint = None if self._home is None else self._home.arrival(self.points[-1], point)
         if joint is not None:
-            self.events = [*told_apart(self.events, joint[-1].point), *joint]
-            self.points.append(joint[-1].point)
-            self.is_done = True
+            self.events = told_apart(self.events, joint[-1].point)
+            self._end_at(joint)
             return
         located = _located(self._follower, self.points[-1], point) if known is None else ([point], [*known], [])
         if located[2] and self._may_have_ended():
@@ -259,7 +232,11 @@ class _Walk:
         joint = None if self._home is None else self._home.arrival_in_jump(self.points[-1])
         if joint is None:
             self._end_in_release()
-            return
+        else:
+            self._end_at(joint)
+
+    def _end_at(self, joint: Sequence[Event]) -> None:
+        """End where the branch joins another one."""
         self.events += joint
         self.points.append(joint[-1].point)
         self.is_done = True
@@ -267,13 +244,12 @@ class _Walk:
     def _may_have_ended(self) -> bool:
         """Whether the last motion has a short visit that lets a slider go: where that vanishes the branch ends."""
         last = self.points[-1]
-        return bool(self._follower.family.memories) and is_near_release(
-            self._follower.family.map_at(last.parameter), last
-        )
+        family = self._follower.family
+        return bool(family.memories) and is_near_release(family.map_at(last.parameter), last)
 
     def _end_in_release(self) -> None:
         """End where a slider is let go with its torque, if one is."""
-        release = _release(self._follower, self.points)
+        release = self._release()
         if release is not None:
             self.events.append(release)
             self.points[-1] = release.point
@@ -282,18 +258,18 @@ class _Walk:
             self.note = f"A branch ends inside the range at {end}: {why}."
             self.is_done = True
 
-
-def _release(curve: Continuation, points: Sequence[Point]) -> Event | None:
-    """The grazing in which a branch ends because a slider is let go with its torque; None: it ends otherwise."""
-    if not curve.family.memories or len(points) < 2:
-        return None
-    before, last = points[-2:]
-    period_map = curve.family.map_at(last.parameter)
-    with suppress(ConvergenceError):
-        if last.touch is not None and is_release(period_map, last, last.touch):
-            return Event(GRAZING, last, last.touch.watch, touch=last.touch, grazing=Grazing(RELEASE))
-    end = end_in_release(period_map, before, last)
-    return None if end is None else Event(GRAZING, end[0], end[1].watch, touch=end[1], grazing=Grazing(RELEASE))
+    def _release(self) -> Event | None:
+        """The grazing in which the branch ends because a slider is let go with its torque; None: it ends otherwise."""
+        family = self._follower.family
+        if not family.memories or len(self.points) < 2:
+            return None
+        before, last = self.points[-2:]
+        period_map = family.map_at(last.parameter)
+        with suppress(ConvergenceError):
+            if last.touch is not None and is_release(period_map, last, last.touch):
+                return Event(GRAZING, last, last.touch.watch, touch=last.touch, grazing=Grazing(RELEASE))
+        end = end_in_release(period_map, before, last)
+        return None if end is None else Event(GRAZING, end[0], end[1].watch, touch=end[1], grazing=Grazing(RELEASE))
 
 
 def _at_breaking(curve: Continuation, begin: Point) -> tuple[Point, list[Event]]:
@@ -328,10 +304,6 @@ def _motion_between(follower: Continuation, before: Point, after: Point, value: 
     return zero_between(follower, before, after, lambda point: point.parameter - value)[0]
 
 
-def _kind(origin: Event | None) -> str:
-    return "" if origin is None else origin.kind
-
-
 def _located(
     curve: Continuation, before: Point, after: Point
 ) -> tuple[Sequence[Point], list[Event], Sequence[Unlocated]]:
@@ -357,28 +329,16 @@ def _located(
 
 def _why_left(points: list[Point], shown: Callable[[float], str]) -> str:
     """The note of a branch that is not followed any further; empty while it is."""
-    if len(points) >= _MOST_POINTS or _creeps(points):
+    last = points[-1]
+    recent = points[-1 - _CREEPING :] if len(points) > _CREEPING else []
+    if len(points) >= _MOST_POINTS or (recent and last.length - recent[0].length < _NOWHERE):
         return f"A branch was left after {counted(len(points), 'point')}."
-    if _stands(points) or _is_unbounded(points):
-        why = "are one of a family that has no end in sight" if _stands(points) else "have grown a thousandfold"
-        return f"A branch was left at {shown(points[-1].parameter)}: its motions {why}."
+    values = np.array([point.parameter for point in recent[:: _CREEPING // 10]])
+    if recent and np.ptp(values) <= _ROUNDING * np.abs(values).max():
+        return (
+            f"A branch was left at {shown(last.parameter)}: its motions are one of a family that has no end in sight."
+        )
+    first_size, last_size = (float(np.linalg.norm(point.w[:-1])) for point in (points[0], last))
+    if last_size > _LARGE * max(1.0, first_size):
+        return f"A branch was left at {shown(last.parameter)}: its motions have grown a thousandfold."
     return ""
-
-
-def _creeps(points: list[Point]) -> bool:
-    """Whether the last points have come nowhere."""
-    return len(points) > _CREEPING and points[-1].length - points[-1 - _CREEPING].length < _NOWHERE
-
-
-def _is_unbounded(points: list[Point]) -> bool:
-    """Whether motions have become far larger than the first one and than the largest corner."""
-    first, last = (float(np.linalg.norm(point.w[:-1])) for point in (points[0], points[-1]))
-    return last > _LARGE * max(1.0, first)
-
-
-def _stands(points: list[Point]) -> bool:
-    """Whether over the last points the parameter has not changed but for rounding."""
-    if len(points) <= _CREEPING:
-        return False
-    values = np.array([point.parameter for point in points[-1 - _CREEPING :: _CREEPING // 10]])
-    return bool(np.ptp(values) <= _ROUNDING * np.abs(values).max())

@@ -1,7 +1,4 @@
-"""``periodic``: motions of a model that repeat, one or all of them.
-
-Takes a Model and a start; gives an Orbit, or a list of them.
-"""
+"""``periodic``: motions of a model that repeat, one or all of them."""
 
 from __future__ import annotations
 
@@ -18,12 +15,12 @@ from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.quantity import CALLBACK, FLAG, argument_problems
 from gearrattle.model.table import shown
-from gearrattle.orbits.every import every_orbit
-from gearrattle.orbits.family import is_compiled
+from gearrattle.orbits.all_motions import every_orbit
+from gearrattle.orbits.attractors import NEAR_SLOWLY, Attractor
+from gearrattle.orbits.known_motions import check_repeats_elsewhere, orbit_of_returns
 from gearrattle.orbits.orbit import ATTEMPTS, CYCLES, SETTLING, Orbit, linear_state, orbit_of, settled_state
-from gearrattle.orbits.returns import check_repeats_elsewhere, orbit_of_returns
-from gearrattle.orbits.settled import NEAR_SLOWLY, Attractor
-from gearrattle.orbits.state import Start, check_inertias, check_repeats, has_same_sliders, initial_of, state_of
+from gearrattle.orbits.over_value import is_compiled
+from gearrattle.orbits.start_states import Start, check_inertias, check_repeats, has_same_sliders, initial_of, state_of
 
 LINEAR = "linear"
 """A start: the motion that grows out of the rest as all harmonics grow from nothing to what they are."""

@@ -1,7 +1,4 @@
-"""``continuation``: periodic motions followed over a value of the model, stable or not, with every change named.
-
-Takes a Model, a path and a range; gives a Branch.
-"""
+"""``continuation``: periodic motions followed over a value of the model, stable or not, with every change named."""
 
 from __future__ import annotations
 
@@ -16,15 +13,14 @@ from gearrattle.model.factors import Written
 from gearrattle.model.path_values import change_in_si
 from gearrattle.model.quantity import CALLBACK, FLAG, Reader, argument_problems
 from gearrattle.orbits.branch import Branch
-from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.ends import ends_of
-from gearrattle.orbits.family import check_begin, follower_over, notes_at_end
+from gearrattle.orbits.branch_switching import branches_missed, doublings_left, followers_of, further_curves
+from gearrattle.orbits.curve import Curve, Work, followed
 from gearrattle.orbits.find import periodic
-from gearrattle.orbits.further import branches_missed, doublings_left, followers_of, further_curves
+from gearrattle.orbits.known_motions import states_of_periods
 from gearrattle.orbits.orbit import CYCLES, Orbit
-from gearrattle.orbits.progress import never_falling, part_of, stretch_of
-from gearrattle.orbits.search import states_of_periods
-from gearrattle.orbits.state import Start, check_repeats
+from gearrattle.orbits.over_value import check_begin, ends_of, follower_over, notes_at_end
+from gearrattle.orbits.progress import never_falling, stretch_of
+from gearrattle.orbits.start_states import Start, check_repeats
 from gearrattle.wording import counted
 
 
@@ -93,6 +89,7 @@ def continuation(
         raise ModelError(problems)
     first, last = ends_of(model, path, range)
     limit = None if step_limit is None else change_in_si(path, step_limit, model, "positive", "step_limit")
+    # the motion at the first end
     base = model.with_({path: first})
     check_repeats(base)
     check_begin(model, path, (first, last))
@@ -102,28 +99,27 @@ def continuation(
     if fewest < cycles:
         notes.append(f"The motion at the first end repeats after {counted(fewest, 'period')}: cycles is {fewest}.")
         cycles = fewest
+    # its branch, and those that leave it or are isolated
+    ascending = min(first, last), max(first, last)
     followers = followers_of(
-        cycles, lambda n: follower_over(model, path, (first, last), n, first=first, step_limit=limit)
+        cycles, ascending, lambda n: follower_over(model, path, (first, last), n, first=first, step_limit=limit)
     )
     curve = followers.of[cycles]
     start_point = curve.begin(first_orbit.motion.start, first, upward=last > first)
-    ascending = min(first, last), max(first, last)
-    work = None if progress is None else never_falling(progress)
-    parts = 2 + 2 * isolated
 
     def tell(curves: Sequence[Curve]) -> None:
         if so_far is not None:
             so_far(Branch(model, path, (first, last), cycles, tuple(curves)))
 
-    own = part_of(work, 0, parts)
-    curves = [followed(curve, start_point, ascending, progress=own, so_far=lambda one: tell([one]))]
-    rest, known = stretch_of(work, 1.0 / parts, 1.0), tuple(curves)
-    curves += further_curves(
-        followers, known, ascending, isolated=isolated, progress=rest, so_far=lambda more: tell([*known, *more])
-    )
+    report = never_falling(progress)
+    work = Work(report, None if so_far is None else tell)
+    parts = 2 + 2 * isolated
+    curves = [followed(curve, start_point, ascending, work=work.part(0, parts))]
+    rest = work._replace(progress=stretch_of(report, 1.0 / parts, 1.0)).beside(curves)
+    curves += further_curves(followers, curves, isolated=isolated, work=rest)
     tell(curves)
-    if work is not None:
-        work(1.0)
+    report(1.0)
+    # what is not followed
     shown = curve.family.shown
     left = [*branches_missed(curves, cycles, ascending, shown), *doublings_left(curves, cycles, shown)]
     notes += dict.fromkeys([*(note for c in curves for note in c.notes), *left])

@@ -1,8 +1,8 @@
 """Where a run leaves a motion that has ended, or has become unstable.
 
-Events at which motions end are the losses of stability of ``stable_ranges``; those from which a stable motion leads on
+Events at which motions end are the losses of stability of ``stability``; those from which a stable motion leads on
 are left out. A run was on the motion that ends if, at the start of one of the periods before that, its state is nearer
-to that motion than to any other one, stable or not, and would settle there, held at this speed (``on_motion``). So it
+to that motion than to any other one, stable or not, and would settle there, held at this speed. So it
 does not matter how far the run lags behind the motion, or how it or the branch is sampled. Beside a fold a run that
 lags may have passed the unstable motion already, so periods ever farther before it are tried.
 
@@ -22,30 +22,43 @@ only later. A run that is nearer to the other motion already when it passes the 
 A jump belongs to one event: the last one before it at which a motion ended that the run was on. So a run that is on the
 motion again where that is stable beyond the event did not jump there, and neither did one that has gone on to another
 motion which ends as well before the jump, or within a period of it.
-
-Takes a Branch and a run in parts of a period; gives Jumps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, period_of
+from gearrattle.engine.periodic.motion import State
+from gearrattle.engine.periodic.period_map import PeriodMap
+from gearrattle.engine.periodic.point import Point
+from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
-from gearrattle.orbits.deflections import Course
-from gearrattle.orbits.followed import Followed
-from gearrattle.orbits.on_motion import was_on
-from gearrattle.orbits.parts import BranchPart, RunParts
-from gearrattle.orbits.stable_ranges import Loss, losses_of
+from gearrattle.orbits.attractors import Attractor, passes_to_settle
+from gearrattle.orbits.curve import Curve
+from gearrattle.orbits.orbit import Orbit, sampled
+from gearrattle.orbits.stability import Loss, courses_of, halfway, losses_of
+
+if TYPE_CHECKING:
+    from gearrattle.orbits.branch import Branch
 
 Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
+_REACHED = 1e-6  # of a value: an end that is nearer is reached
+_ROUNDING = 1e-13  # of a value: a smaller step does not turn back
+IntArray = NDArray[np.int64]
+_FINE = 2e-4  # of the swing: the mean of two motions is as near to the one between
+_NARROWEST = 1e-9  # of a value: no motion is added between two that are nearer
+_SAME_STATE = 1e-4  # of the units of a motion: states that differ by less are one
+_MOST_PASSES = 2000  # of a motion in which a run is held, where another motion of the part needs no more
+_SHARES = (0.125, 0.25, 0.5)  # of the width of a part, from the end that the run passes last
 _SAME = 1e-6  # of the swings at an event: motions that differ by less are copies
 _NEAR = 0.5  # of the distance of two motions: a run is near to one of them, or has left it
 _BLOCK = 256  # parts of a run that are compared at once
@@ -59,6 +72,248 @@ _AGAIN = "the run is still on the motion where that is stable again"
 _ANOTHER = "the run goes on to another motion, which ends as well before it jumps"
 _LEFT_LATER = frozenset({"", _NOT_YET, _ELSEWHERE})
 """Where there is a jump, or one of these words, the run was on the motion up to its end."""
+
+
+@dataclass(frozen=True)
+class BranchPart:
+    """A part of a branch of one stability over which its value only grows, or only falls."""
+
+    is_stable: bool  # whether its motions are
+    line: int  # a number: parts of one line follow each other with no fold in between
+    value: Array  # (N,) growing [SI]
+    peak_to_peak: Array  # (N, K) deflections of the K clearances [rad or m]
+    branch: int  # number of the branch
+    nodes: tuple[Point, ...]  # N motions, those of events included
+    events: tuple[int, int]  # those at its two ends: rows of ``Branch.events``, or -1
+
+    def at(self, value: float | Array) -> Array:
+        """(..., K) peak-to-peak deflections at values; those of the end beyond it."""
+        swings: Array = np.stack([np.interp(value, self.value, column) for column in self.peak_to_peak.T], axis=-1)
+        return swings
+
+    def reaches(self, value: float) -> bool:
+        """Whether there is a motion at a value; ends but for rounding included."""
+        rounding = _REACHED * abs(value)
+        return bool(self.value[0] - rounding <= value <= self.value[-1] + rounding)
+
+
+@dataclass(frozen=True)
+class RunParts:
+    """A run in parts of a period."""
+
+    upward: bool  # whether the speed grows
+    per_period: int  # parts of a period T
+    value: Array  # (Q,) in the middle of every part [SI]
+    highest: Array  # (Q, K) deflections in every part [rad or m]
+    lowest: Array
+    deflection: Array  # (Q, M, K) at M instants of every part, evenly spread from its begin on [rad or m]
+    starts: Array  # (P,) at the starts of the periods T, in the order of the run [SI]
+    # gives, for a value and a period map, the state at the start of the period in which the value is reached
+    state_before: Callable[[float, PeriodMap], State]
+
+    @property
+    def grid(self) -> Grid:
+        """The instants of a period."""
+        return Grid(self.per_period, self.deflection.shape[1])
+
+    def passed(self, value: float) -> NDArray[np.bool_]:
+        """(Q,) whether the middle of a part lies beyond a value."""
+        return self.value > value if self.upward else self.value < value
+
+
+def branch_parts(branch: Branch) -> Sequence[BranchPart]:
+    """The parts of all branches of one stability, ends at events included."""
+    swings = branch.data["peak_to_peak"].values
+    event_swings = branch.event_levels[:, 1] - branch.event_levels[:, 0]
+    located = [event.point for events in branch.events_of_curves for event in events]
+    motions = list[BranchPart]()
+    first_line = 0
+    for number, course in enumerate(courses_of(branch)):
+        # steps of the course, by stability and by the line between two folds
+        lines = first_line + _turns(course.value)
+        first_line = int(lines[-1]) + 1 if course.stable else first_line
+        steps = enumerate(zip(course.stable, lines.tolist(), strict=True))
+        for (is_stable, line), group in groupby(steps, key=lambda step: step[1]):
+            # the nodes of the part, by their value
+            own = [step for step, _ in group]
+            part = slice(own[0], own[-1] + 2)
+            value = course.value[part]
+            nodes = course.nodes[part]
+            swing = np.array([swings[i] if e < 0 else event_swings[e] for i, e in nodes])
+            order = np.argsort(value, kind="stable")
+            points = tuple(branch.points[i] if e < 0 else located[e] for i, e in (nodes[k] for k in order))
+            motions.append(
+                BranchPart(
+                    is_stable=is_stable,
+                    line=line,
+                    value=value[order],
+                    peak_to_peak=swing[order],
+                    branch=number,
+                    nodes=points,
+                    events=(nodes[0][1], nodes[-1][1]),
+                )
+            )
+    return motions
+
+
+def _turns(value: Array) -> NDArray[np.int64]:
+    """(N - 1,) how often (N,) values have turned back before each of their steps."""
+    steps = np.diff(value)
+    signs = np.sign(np.where(np.abs(steps) <= _ROUNDING * np.abs(value[1:]), 0.0, steps))
+    moved = np.maximum.accumulate(np.where(signs != 0.0, np.arange(len(signs)), 0))
+    filled = signs[moved]
+    return np.concatenate([[0], np.cumsum(filled[1:] * filled[:-1] < 0.0)])[: len(steps)]
+
+
+class Grid(NamedTuple):
+    """Instants of a period: its parts, and how many instants every part has."""
+
+    parts: int
+    instants: int
+
+
+class DeflectionsAlong:
+    """Motions along a branch over (N,) values that only grow [SI]; beyond its ends those of the ends."""
+
+    def __init__(self, branch: Branch, curve: Curve, value: Array, points: Sequence[Point], grid: Grid) -> None:
+        self.value = value
+        self._branch = branch
+        self._curve = curve
+        self._points = list(points)
+        self._grid = grid
+        self._known = list[Array | None]([None] * len(self._points))
+        self._is_fine = [bool(width <= _NARROWEST * abs(value[-1])) for width in np.diff(value)]
+
+    def reaches(self, value: Array) -> NDArray[np.bool_]:
+        """Whether there are motions at values."""
+        return np.asarray((self.value[0] <= value) & (value <= self.value[-1]))
+
+    def off(self, deflection: Array, value: Array, part: IntArray, scale: Array) -> Array:
+        """Return the (B,) squared distances of parts of a run, deflections measured by a (K,) scale [rad or m].
+
+        A part has (B, M, K) deflections at M instants [rad or m], a (B,) value [SI], and a (B,) number in its period.
+        """
+        difference = (deflection[:, None] - self.at(value, part)) / scale
+        difference -= difference.mean(axis=2, keepdims=True)
+        squares: Array = np.mean(difference**2, axis=2).sum(axis=-1).min(axis=1)
+        return squares
+
+    def at(self, value: Array, part: IntArray) -> Array:
+        """Return (B, n, M, K) deflections at B values in parts of each of the n periods."""
+        k = np.clip(np.searchsorted(self.value, value) - 1, 0, max(len(self.value) - 2, 0))
+        then = np.minimum(k + 1, len(self.value) - 1)
+        width = self.value[then] - self.value[k]
+        share = np.clip((value - self.value[k]) / np.where(width > 0.0, width, 1.0), 0.0, 1.0)
+        needed = np.unique(np.concatenate([k[share < 1.0], then[share > 0.0]]))
+        motions = np.stack([self._motion(int(i)) for i in needed])
+        last = len(needed) - 1  # a motion that is not needed has no share: another one may stand for it
+        before, after = (motions[np.minimum(np.searchsorted(needed, i), last), :, part] for i in (k, then))
+        weight = share[:, None, None, None]
+        return np.asarray((1.0 - weight) * before + weight * after)
+
+    def refine(self, value: Array) -> bool:
+        """Add motions around values, where the mean of two is not near to the one between; return whether it did."""
+        around = np.unique(np.searchsorted(self.value, value) - 1)
+        coarse = [k for k in around.tolist() if 0 <= k < len(self._is_fine) and not self._is_fine[k]]
+        for k in coarse[::-1]:
+            self._is_fine[k] = True
+            between = halfway(
+                self._branch.follower(self._curve), *sorted(self._points[k : k + 2], key=lambda one: one.length)
+            )
+            if between is None or not self.value[k] < between.parameter < self.value[k + 1]:
+                continue
+            self.value = np.insert(self.value, k + 1, between.parameter)
+            self._points.insert(k + 1, between)
+            self._known.insert(k + 1, None)
+            before, own, after = (self._motion(i) for i in (k, k + 1, k + 2))
+            share = (self.value[k + 1] - self.value[k]) / (self.value[k + 2] - self.value[k])
+            off = np.abs(before + share * (after - before) - own).max()
+            self._is_fine[k : k + 1] = [bool(off <= _FINE * np.ptp(own, axis=(0, 1, 2)).max())] * 2
+        return bool(coarse)
+
+    def _motion(self, i: int) -> Array:
+        """(n, P, M, K) deflections of a motion in the parts of its periods."""
+        known = self._known[i]
+        if known is None:
+            orbit = self._branch.orbit_at(self._points[i], self._curve.cycles)
+            deflection = sampled(orbit, self._grid.parts * self._grid.instants).trajectory.deflection[:-1]
+            known = deflection.reshape(self._curve.cycles, *self._grid, deflection.shape[-1])
+            self._known[i] = known
+        return known
+
+
+class _Compared(NamedTuple):
+    """What a run is compared with at a value."""
+
+    value: float  # of the branch [SI]
+    own: Orbit  # the motion of the part
+    passes: int  # after which motions have settled in it
+    all: tuple[Orbit, ...]  # motions of all branches
+
+
+def was_on(branch: Branch, run: RunParts, part: BranchPart, beyond: float | None = None) -> bool:
+    """Return whether a run was on a motion of a part, beyond a value.
+
+    Motions that settle too slowly are left out, unless all of those that are tried do.
+    """
+    slowly = list[_Compared]()
+    is_slow = True
+    for value in _values_tried(run, part, beyond):
+        compared = _compared_at(branch, part, value)
+        if compared is None:
+            continue
+        if compared.passes > _MOST_PASSES:
+            slowly.append(compared)
+        elif _is_on(run, compared):
+            return True
+        else:
+            is_slow = False
+    fastest = min(slowly, key=lambda one: one.passes, default=None)
+    return is_slow and fastest is not None and _is_on(run, fastest)
+
+
+def _values_tried(run: RunParts, part: BranchPart, beyond: float | None) -> Iterator[float]:
+    """Values in a part beyond a value, at starts of periods if it has any: the last, and each next one twice as far."""
+    low, high = float(part.value[0]), float(part.value[-1])
+    if beyond is not None:
+        low, high = (max(low, beyond), high) if run.upward else (low, min(high, beyond))
+    if low >= high:
+        return
+    starts = run.starts[(low <= run.starts) & (run.starts <= high)][::-1]
+    if not starts.size:
+        last, first = (high, low) if run.upward else (low, high)
+        yield from (last + share * (first - last) for share in _SHARES)
+    for n in range(len(starts).bit_length()):
+        yield float(starts[2**n - 1])
+
+
+def _compared_at(branch: Branch, part: BranchPart, value: float) -> _Compared | None:
+    """The motion of a part at a value, and all that are known there; None: Newton's method gives none."""
+    lengths = sorted((part.nodes[0].length, part.nodes[-1].length))
+    own = list[tuple[Orbit, Point]]()
+    orbits = list[Orbit]()
+    for number, curve in enumerate(branch.curves):
+        for _, point in curve.motions_at(branch.follower(curve), value):
+            orbits.append(branch.orbit_at(point, curve.cycles))
+            if number == part.branch and lengths[0] <= point.length <= lengths[1]:
+                own.append((orbits[-1], point))
+    if not own:
+        return None
+    orbit, point = own[0]
+    return _Compared(value, orbit, passes_to_settle(point.multipliers, point.free), tuple(orbits))
+
+
+def _is_on(run: RunParts, compared: _Compared) -> bool:
+    """Whether a run is nearest to a motion, and settles there."""
+    motion = Attractor(compared.own)
+    state = run.state_before(compared.value, motion.orbit.period_map)
+    try:
+        if not motion.attracts(state, compared.passes):
+            return False
+    except ConvergenceError:
+        return False
+    rivals = [Attractor(other) for other in compared.all if not motion.is_near(other.motion.start, _SAME_STATE)]
+    return all(motion.distance(state) < rival.distance(state) for rival in rivals)
 
 
 @dataclass(frozen=True)
@@ -100,98 +355,31 @@ class Jump:
 
 @dataclass(frozen=True)
 class _Ending:
-    """A loss of stability, and the other motions.
+    """A loss of stability, and the other motions."""
 
-    Attributes
-    ----------
-    loss
-        where the motion ends.
-    own
-        the motion that ends.
-    copies
-        the motion that ends and those with the same swings that end there, such as its mirror image.
-    others
-        stable motions with other swings.
-    again
-        stable parts of the lines of the motions that end, these included.
-    courses
-        all motions line by line, unstable ones included.
-    scale
-        (K,) by which swings of the clearances compare [rad or m].
-    """
-
-    loss: Loss
-    own: BranchPart
-    copies: tuple[BranchPart, ...]
-    others: tuple[BranchPart, ...]
-    again: tuple[BranchPart, ...]
-    courses: Mapping[int, Course]
-    scale: Array
-
-    @property
-    def swing(self) -> Array:
-        """(K,) peak-to-peak deflections of the motion at its end."""
-        return self.own.at(self.loss.value)
-
-    @property
-    def at_end(self) -> tuple[BranchPart, ...]:
-        """The other stable motions that are known there."""
-        return tuple(one for one in self.others if one.reaches(self.loss.value))
-
-    def distance(self, one: Array, other: Array) -> Array:
-        """Distance between (..., K) swings."""
-        distance: Array = np.sqrt(np.sum(((one - other) / self.scale) ** 2, axis=-1))
-        return distance
+    loss: Loss  # where the motion ends
+    copies: tuple[BranchPart, ...]  # it and those with the same swings that end there, such as its mirror image
+    others: tuple[BranchPart, ...]  # stable motions with other swings
+    scale: Array  # (K,) by which swings of the clearances compare [rad or m]
 
     def decisive(self, other: Array) -> int:
         """The clearance whose swing differs most, relatively, between the ended motion and one with (K,) swings."""
-        larger = np.maximum(np.maximum(self.swing, other), _TINY * self.scale)
-        return int(np.argmax(np.abs(other - self.swing) / larger))
+        swing = self.copies[0].at(self.loss.value)
+        larger = np.maximum(np.maximum(swing, other), _TINY * self.scale)
+        return int(np.argmax(np.abs(other - swing) / larger))
 
-    def nearest(self) -> BranchPart:
-        """The other stable motion that is nearest to the ended one, at its end."""
-        return min(self.at_end, key=lambda one: float(self.distance(one.at(self.loss.value), self.swing)))
+    def nearest(self) -> BranchPart | None:
+        """The other stable motion that is nearest to the ended one, at its end; None: none is known there."""
+        end = self.loss.value
+        swing = self.copies[0].at(end)
+        at_end = [one for one in self.others if one.reaches(end)]
+        distances = [float(np.sum(((one.at(end) - swing) / self.scale) ** 2)) for one in at_end]
+        return at_end[int(np.argmin(distances))] if at_end else None
 
 
 def speed_of(model: Model, path: str, value: float) -> float:
     """The speed at a value [rad/s]."""
     return model.with_({path: value}).excitation.omega
-
-
-def jumps_of(branch: Followed, run: RunParts, motions: Sequence[BranchPart], rate: float) -> list[Jump]:
-    """The losses of stability that a run passes, in its order; those of copies of a motion once."""
-    ended = list[tuple[Loss, list[BranchPart]]]()
-    courses = {line: _course(branch, run, line, motions) for line in {one.line for one in motions}}
-    losses = [loss for loss in losses_of(branch) if loss.upward == run.upward and loss.jumps is not False]
-    for loss in losses if run.upward else losses[::-1]:
-        for own in [one for one in motions if one.is_stable and loss.event in one.events][:1]:
-            known = next((owns for other, owns in ended if _is_copy(own, owns[0], other.value)), None)
-            if known is None:
-                ended.append((loss, [own]))
-            else:
-                known.append(own)
-    jumps = [_jump(branch, run, _ending(loss, owns, motions, courses), rate) for loss, owns in ended]
-    return [_once(branch, one, jumps[k + 1 :], rate) for k, one in enumerate(jumps)]
-
-
-def _once(branch: Followed, jump: Jump, later: Sequence[Jump], rate: float) -> Jump:
-    """A jump, unless it belongs to a later event: the run was on what ends there, or that jump is less than T away."""
-    sign = 1.0 if jump.upward else -1.0
-    if any(
-        (one.words in _LEFT_LATER and sign * one.end < sign * jump.value)
-        or _periods(branch, (one.value, jump.value), rate) < 1.0
-        for one in later
-    ):
-        return replace(jump, value=np.nan, delay=np.nan, periods=np.nan, settles=np.nan, words=_ANOTHER)
-    return jump
-
-
-def _periods(branch: Followed, values: tuple[float, float], rate: float) -> float:
-    """The periods T that a run takes from one value to another; NaN where one is."""
-    if np.isnan(values).any():
-        return np.nan
-    first, last = (speed_of(branch.model, branch.path, value) for value in values)
-    return abs(periods_between(branch.model, (first, last), rate))
 
 
 def periods_between(model: Model, speeds: tuple[float, float], rate: float) -> float:
@@ -200,134 +388,183 @@ def periods_between(model: Model, speeds: tuple[float, float], rate: float) -> f
     return 0.5 * (speeds[1] ** 2 - speeds[0] ** 2) / (turned * rate)
 
 
+def jumps_of(branch: Branch, run: RunParts, motions: Sequence[BranchPart], rate: float) -> list[Jump]:
+    """The losses of stability that a run passes, in its order; those of copies of a motion once."""
+    return _Jumps(branch, run, motions, rate).all()
+
+
 def _is_copy(one: BranchPart, own: BranchPart, end: float) -> bool:
     """Whether motions have the same swings at the end of one of them."""
     swing = own.at(end)
     return one.reaches(end) and bool(np.allclose(one.at(end), swing, rtol=_SAME, atol=_TINY * float(swing.max())))
 
 
-def _course(branch: Followed, run: RunParts, line: int, motions: Sequence[BranchPart]) -> Course:
-    """The motions of a line, stable or not."""
-    parts = sorted((one for one in motions if one.line == line), key=lambda one: float(one.value[0]))
-    value = np.concatenate([one.value for one in parts])
-    curve = branch.curves[parts[0].branch]
-    return Course(branch, curve, value, [node for one in parts for node in one.nodes], run.grid)
+class _Jumps:
+    """A run beside the motions of a branch, which ``rate`` passes [rad/s^2]."""
 
+    def __init__(self, branch: Branch, run: RunParts, motions: Sequence[BranchPart], rate: float) -> None:
+        self._branch = branch
+        self._run = run
+        self._motions = motions
+        self._rate = rate
+        self._sign = 1.0 if run.upward else -1.0
+        self._courses = {line: self._course(line) for line in {one.line for one in motions}}  # unstable ones included
 
-def _ending(
-    loss: Loss, copies: Sequence[BranchPart], motions: Sequence[BranchPart], courses: Mapping[int, Course]
-) -> _Ending:
-    """A loss with the other stable motions; copies of the ended one, and what leaves it there, are left out."""
-    own, lines = copies[0], {one.line for one in copies}
-    again = tuple(one for one in motions if one.is_stable and one.line in lines)
-    others = tuple(
-        one for one in motions if one.is_stable and one.line != own.line and not _is_copy(one, own, loss.value)
-    )
-    swings = [own.at(loss.value), *(one.at(loss.value) for one in others if one.reaches(loss.value))]
-    scale = np.max(swings, axis=0)
-    least = max(_TINY * float(scale.max()), np.finfo(float).tiny)
-    return _Ending(loss, own, tuple(copies), others, again, courses, np.maximum(scale, least))
+    def _course(self, line: int) -> DeflectionsAlong:
+        """The motions of a line, stable or not."""
+        parts = sorted((one for one in self._motions if one.line == line), key=lambda one: float(one.value[0]))
+        value = np.concatenate([one.value for one in parts])
+        curve = self._branch.curves[parts[0].branch]
+        points = [node for one in parts for node in one.nodes]
+        return DeflectionsAlong(self._branch, curve, value, points, self._run.grid)
 
+    def all(self) -> list[Jump]:
+        """Return the jumps in the order of the run; a jump belongs to the last event before it."""
+        ended = list[tuple[Loss, list[BranchPart]]]()
+        upward = self._run.upward
+        losses = [loss for loss in losses_of(self._branch) if loss.upward == upward and loss.jumps is not False]
+        for loss in losses if upward else losses[::-1]:
+            for own in [one for one in self._motions if one.is_stable and loss.event in one.events][:1]:
+                known = next((owns for other, owns in ended if _is_copy(own, owns[0], other.value)), None)
+                if known is None:
+                    ended.append((loss, [own]))
+                else:
+                    known.append(own)
+        jumps = [self._jump(self._ending(loss, owns)) for loss, owns in ended]
+        return [self._once(one, jumps[k + 1 :]) for k, one in enumerate(jumps)]
 
-def _jump(branch: Followed, run: RunParts, ending: _Ending, rate: float) -> Jump:
-    """Where a run jumps after a motion has ended."""
-    loss, names = ending.loss, assemble(branch.model).layout.clearance_names
+    def _ending(self, loss: Loss, copies: Sequence[BranchPart]) -> _Ending:
+        """A loss with the other stable motions; copies of the ended one, and what leaves it there, are left out."""
+        own = copies[0]
+        others = tuple(
+            one
+            for one in self._motions
+            if one.is_stable and one.line != own.line and not _is_copy(one, own, loss.value)
+        )
+        swings = [own.at(loss.value), *(one.at(loss.value) for one in others if one.reaches(loss.value))]
+        scale = np.max(swings, axis=0)
+        least = max(_TINY * float(scale.max()), np.finfo(float).tiny)
+        return _Ending(loss, tuple(copies), others, np.maximum(scale, least))
 
-    def without(words: str, clearance: str = "") -> Jump:
-        return Jump(run.upward, loss.kind, loss.value, np.nan, np.nan, np.nan, clearance, words)
+    def _jump(self, ending: _Ending) -> Jump:
+        """Where the run jumps after a motion has ended."""
+        branch = self._branch
+        run = self._run
+        loss = ending.loss
+        names = assemble(branch.model).layout.clearance_names
+        none = Jump(run.upward, loss.kind, loss.value, np.nan, np.nan, np.nan, "")
+        neighbour = ending.nearest()
+        if neighbour is None:
+            return replace(none, words=_NONE_KNOWN)
+        none = replace(none, clearance=names[ending.decisive(neighbour.at(loss.value))])
+        if not any(was_on(branch, run, one) for one in ending.copies):
+            return replace(none, words=NOT_ON)
+        crossings = [
+            (value, other)
+            for other in ending.others
+            if (value := self._crossing(ending, other)) is not None and was_on(branch, run, other, beyond=loss.value)
+        ]
+        # the parts of a line share their crossing: of those that of the part which the run meets first
+        first = min(crossings, key=lambda pair: (self._sign * pair[0], self._ahead(pair[1], pair[0])), default=None)
+        if self._is_on_again(ending, first[0] if first else float(run.value[-1])):
+            return replace(none, words=_AGAIN)
+        if first is None:
+            return replace(none, words=_ELSEWHERE if self._has_left(ending, neighbour) else _NOT_YET)
+        value, other = first
+        if value == loss.value:
+            return replace(none, words=_EARLY)
+        jumped, lost = (speed_of(branch.model, branch.path, one) for one in (value, loss.value))
+        ahead = self._ahead(other, value)
+        return replace(
+            none,
+            value=value,
+            delay=abs(jumped - lost),
+            periods=self._periods(loss.value, value),
+            clearance=names[ending.decisive(other.at(value))],
+            settles=value + self._sign * ahead if np.isfinite(ahead) else value,
+        )
 
-    if not ending.at_end:
-        return without(_NONE_KNOWN)
-    neighbour = ending.nearest()
-    apart_most = names[ending.decisive(neighbour.at(loss.value))]
-    if not any(was_on(branch, run, one) for one in ending.copies):
-        return without(NOT_ON, apart_most)
-    crossings = [
-        (value, other)
-        for other in ending.others
-        if (value := _crossing(run, ending, other)) is not None and was_on(branch, run, other, beyond=loss.value)
-    ]
-    # the parts of a line share their crossing: of those that of the part which the run meets first
-    sign = 1.0 if run.upward else -1.0
-    first = min(crossings, key=lambda pair: (sign * pair[0], _ahead(run, pair[1], pair[0])), default=None)
-    if _is_on_again(branch, run, ending, first[0] if first else float(run.value[-1])):
-        return without(_AGAIN, apart_most)
-    if first is None:
-        return without(_ELSEWHERE if _has_left(run, ending, neighbour) else _NOT_YET, apart_most)
-    value, other = first
-    if value == loss.value:
-        return without(_EARLY, apart_most)
-    jumped, lost = (speed_of(branch.model, branch.path, one) for one in (value, loss.value))
-    delay = abs(jumped - lost)
-    periods = _periods(branch, (loss.value, value), rate)
-    decided_by = names[ending.decisive(other.at(value))]
-    ahead = _ahead(run, other, value)
-    settles = value + sign * ahead if np.isfinite(ahead) else value
-    return Jump(run.upward, loss.kind, loss.value, value, delay, periods, decided_by, settles=settles)
+    def _once(self, jump: Jump, later: Sequence[Jump]) -> Jump:
+        """A jump, unless it belongs to a later event: the run was on what ends there, or jumps there within T."""
+        if any(
+            (one.words in _LEFT_LATER and self._sign * one.end < self._sign * jump.value)
+            or self._periods(one.value, jump.value) < 1.0
+            for one in later
+        ):
+            return replace(jump, value=np.nan, delay=np.nan, periods=np.nan, settles=np.nan, words=_ANOTHER)
+        return jump
 
+    def _periods(self, *values: float) -> float:
+        """The periods T that the run takes from one value to another; NaN where one is."""
+        if np.isnan(values).any():
+            return np.nan
+        first, last = (speed_of(self._branch.model, self._branch.path, value) for value in values)
+        return abs(periods_between(self._branch.model, (first, last), self._rate))
 
-def _ahead(run: RunParts, part: BranchPart, value: float) -> float:
-    """How far beyond a value a run meets a part: zero where that is on it, infinite where it has been passed."""
-    low, high = float(part.value[0]), float(part.value[-1])
-    begin, end = (low - value, high - value) if run.upward else (value - high, value - low)
-    return np.inf if end < 0.0 else max(begin, 0.0)
+    def _ahead(self, part: BranchPart, value: float) -> float:
+        """How far beyond a value the run meets a part: zero where that is on it, infinite where it has been passed."""
+        low, high = float(part.value[0]), float(part.value[-1])
+        begin, end = (low - value, high - value) if self._run.upward else (value - high, value - low)
+        return np.inf if end < 0.0 else max(begin, 0.0)
 
+    def _is_on_again(self, ending: _Ending, value: float) -> bool:
+        """Whether, beyond the loss and before a value, the motion is stable again and the run on it."""
+        low, high = sorted((ending.loss.value, value))
+        begin = 0 if self._run.upward else -1
+        lines = {one.line for one in ending.copies}
+        again = [one for one in self._motions if one.is_stable and one.line in lines]
+        return any(low < one.value[begin] < high and was_on(self._branch, self._run, one) for one in again)
 
-def _is_on_again(branch: Followed, run: RunParts, ending: _Ending, value: float) -> bool:
-    """Whether, beyond the loss and before a value, the motion is stable again and the run on it."""
-    low, high = sorted((ending.loss.value, value))
-    begin = 0 if run.upward else -1
-    return any(low < one.value[begin] < high and was_on(branch, run, one) for one in ending.again)
+    def _lean(self, ending: _Ending, other: DeflectionsAlong, parts: IntArray) -> Array:
+        """How much nearer to another motion than to the one that has ended the run is: a difference of squares.
 
+        Where there is no motion on the other course it is as far as can be.
+        """
+        value = self._run.value[parts]
+        compared = self._run.deflection[parts], value, parts % self._run.per_period, ending.scale
+        left = np.min([self._courses[one.line].off(*compared) for one in ending.copies], axis=0)
+        return np.where(other.reaches(value), left - other.off(*compared), -np.inf)
 
-def _lean(run: RunParts, ending: _Ending, other: Course, parts: IntArray) -> Array:
-    """How much nearer to another motion than to the one that has ended a run is in parts: a difference of squares.
+    def _crossing(self, ending: _Ending, other: BranchPart) -> float | None:
+        """Value at which, beyond the end of a motion, the run becomes nearer to another one than to it; None: nowhere.
 
-    Where there is no motion on the other course it is as far as can be.
-    """
-    value = run.value[parts]
-    compared = run.deflection[parts], value, parts % run.per_period, ending.scale
-    left = np.min([ending.courses[one.line].off(*compared) for one in ending.copies], axis=0)
-    return np.where(other.reaches(value), left - other.off(*compared), -np.inf)
+        Where it is nearer already in the last part before, it is the end.
+        """
+        run = self._run
+        end = ending.loss.value
+        last = len(run.value)
+        width = run.per_period
+        compared = [self._courses[line] for line in {other.line, *(one.line for one in ending.copies)}]
+        for begin in np.flatnonzero(run.passed(end))[::_BLOCK].tolist():
+            parts = np.arange(max(begin - 1, 0), min(begin + _BLOCK + width, last))
+            while True:
+                # the first part in which it is nearer, and from which on it is nearer over a period
+                lean = self._lean(ending, self._courses[other.line], parts)
+                over_period = sliding_window_view(np.concatenate([lean, np.zeros(width - 1)]), width).sum(axis=1)
+                crossed = np.flatnonzero((lean > 0.0) & (over_period > 0.0))
+                if not crossed.size:
+                    break
+                k = int(crossed[0])
+                if sum(course.refine(run.value[parts[max(k - 1, 0) : k + width]]) for course in compared):
+                    continue
+                # where between it and the part before
+                before, after = run.value[parts[max(k - 1, 0)]], run.value[parts[k]]
+                share = lean[k - 1] / (lean[k - 1] - lean[k]) if k and -np.inf < lean[k - 1] < 0.0 else 1.0
+                crossing = float(before + share * (after - before))
+                return max(crossing, end) if run.upward else min(crossing, end)
+        return None
 
-
-def _crossing(run: RunParts, ending: _Ending, other: BranchPart) -> float | None:
-    """Value at which, beyond the end of a motion, a run becomes nearer to another one than to it; None: nowhere.
-
-    Where it is nearer already in the last part before, it is the end.
-    """
-    end, last, width = ending.loss.value, len(run.value), run.per_period
-    compared = [ending.courses[line] for line in {other.line, *(one.line for one in ending.copies)}]
-    beyond = np.flatnonzero(run.passed(end))
-    for begin in beyond[::_BLOCK].tolist():
-        parts = np.arange(max(begin - 1, 0), min(begin + _BLOCK + width, last))
-        while True:
-            lean = _lean(run, ending, ending.courses[other.line], parts)
-            over_period = sliding_window_view(np.concatenate([lean, np.zeros(width - 1)]), width).sum(axis=1)
-            crossed = np.flatnonzero((lean > 0.0) & (over_period > 0.0))
-            if not crossed.size:
-                break
-            k = int(crossed[0])
-            if sum(course.refine(run.value[parts[max(k - 1, 0) : k + width]]) for course in compared):
-                continue
-            before, after = run.value[parts[max(k - 1, 0)]], run.value[parts[k]]
-            share = lean[k - 1] / (lean[k - 1] - lean[k]) if k and -np.inf < lean[k - 1] < 0.0 else 1.0
-            crossing = float(before + share * (after - before))
-            return max(crossing, end) if run.upward else min(crossing, end)
-    return None
-
-
-def _has_left(run: RunParts, ending: _Ending, neighbour: BranchPart) -> bool:
-    """Whether at its end a run is farther from the ended motion than the middle to its neighbour was at the event."""
-    parts = np.arange(len(run.value))[-run.per_period :]
-    phase, value = parts % run.per_period, run.value[parts]
-    at_end = np.full(len(parts), ending.loss.value)
-    lost = [ending.courses[one.line] for one in ending.copies]
-    while any(one.refine(value) for one in lost):
-        pass
-    away = np.min([one.off(run.deflection[parts], value, phase, ending.scale) for one in lost], axis=0)
-    between = [
-        lost[0].off(one, at_end, phase, ending.scale)
-        for one in np.swapaxes(ending.courses[neighbour.line].at(at_end, phase), 0, 1)
-    ]
-    return bool(np.sum(away) > _NEAR**2 * np.sum(np.min(between, axis=0)))
+    def _has_left(self, ending: _Ending, neighbour: BranchPart) -> bool:
+        """Whether at its end the run is farther from the ended motion than the middle to its neighbour at the event."""
+        run = self._run
+        parts = np.arange(len(run.value))[-run.per_period :]
+        phase = parts % run.per_period
+        value = run.value[parts]
+        at_end = np.full(len(parts), ending.loss.value)
+        lost = [self._courses[one.line] for one in ending.copies]
+        while any(one.refine(value) for one in lost):
+            pass
+        away = np.min([one.off(run.deflection[parts], value, phase, ending.scale) for one in lost], axis=0)
+        there = np.swapaxes(self._courses[neighbour.line].at(at_end, phase), 0, 1)
+        between = [lost[0].off(one, at_end, phase, ending.scale) for one in there]
+        return bool(np.sum(away) > _NEAR**2 * np.sum(np.min(between, axis=0)))

@@ -2,44 +2,42 @@
 
 In the middle of every cell all motions of the branches of its row are taken. Their stability is that of their
 multipliers, whether they rattle that of the criteria. The signs of det(I - M) over all of them add up to 1
-if the motions are bounded and none is missing (``every``); so a cell says as well whether one is missing.
-
-Takes a Branch and a second value; gives a MotionMap.
+if the motions are bounded and none is missing (``all_motions``); so a cell says as well whether one is missing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.motion import Pass
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, FLAG, Count, Reader, argument_problems
-from gearrattle.orbits.borders import Border, SpecialPoint, borders_of
+from gearrattle.orbits.branch_switching import branches_missed, doublings_left
 from gearrattle.orbits.curve import Curve
-from gearrattle.orbits.family import notes_at_end
-from gearrattle.orbits.followed import Followed
-from gearrattle.orbits.further import branches_missed, doublings_left
 from gearrattle.orbits.gradients import second_of
+from gearrattle.orbits.known_motions import Known
 from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
-from gearrattle.orbits.progress import stretch_of
-from gearrattle.orbits.rows import Plane, Row, in_contact, own_row, rows_of
-from gearrattle.orbits.search import Known
+from gearrattle.orbits.over_value import notes_at_end
+from gearrattle.orbits.progress import Progress, never_falling, stretch_of
+from gearrattle.orbits.two_parameters.boundary import Border, borders_of
+from gearrattle.orbits.two_parameters.branches_at_second_value import Plane, Row, own_row, rows_of
+from gearrattle.orbits.two_parameters.special_points import SpecialPoint
 from gearrattle.result import Result
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from gearrattle.orbits.branch import Branch
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -156,33 +154,25 @@ class MotionMap(Result):
         }
         codes = np.array([[cell.code for cell in row] for row in self.cells], dtype=np.int8)
         meanings = {"flag_values": list(WORDS), "flag_meanings": "; ".join(WORDS.values())}
-        unit = {name: {"units": path_label(name, self.model).unit or "1"} for name in (self.path, self.second)}
+        value_unit, second_unit = (
+            {"units": path_label(name, self.model).unit or "1"} for name in (self.path, self.second)
+        )
         points = [(b, v, s) for b in self.borders for v, s in zip(b.value.tolist(), b.second.tolist(), strict=True)]
-        along = "border_point"
-        curves: dict[str, Any] = {
+        special = self.special_points
+        along, at = "border_point", "special_point"
+        curves = {
             "border_event": (along, np.array([b.event for b, _, _ in points], dtype=np.int64)),
             "border_kind": (along, np.array([b.kind for b, _, _ in points], dtype=np.str_)),
-            "border_value": (along, np.array([v for _, v, _ in points], dtype=np.float64), unit[self.path]),
-            "border_second": (along, np.array([s for _, _, s in points], dtype=np.float64), unit[self.second]),
+            "border_value": (along, np.array([v for _, v, _ in points], dtype=np.float64), value_unit),
+            "border_second": (along, np.array([s for _, _, s in points], dtype=np.float64), second_unit),
+            "special_kind": (at, np.array([point.kind for point in special], dtype=np.str_)),
+            "special_value": (at, np.array([point.value for point in special], dtype=np.float64), value_unit),
+            "special_second": (at, np.array([point.second for point in special], dtype=np.float64), second_unit),
         }
-        for name, column in zip(("kind", "value", "second"), self._special_columns(), strict=True):
-            about = unit[self.path] if name == "value" else unit[self.second] if name == "second" else {}
-            curves[f"special_{name}"] = ("special_point", column, about)
-        axes = {"value": ("value", self.value, unit[self.path]), "second": ("second", self.seconds, unit[self.second])}
-        attributes = {
-            "result": self.kind,
-            "path": self.path,
-            "second": self.second,
-            "cycles": self.cycles,
-            "title": self.model.name,
-        }
+        axes = {"value": ("value", self.value, value_unit), "second": ("second", self.seconds, second_unit)}
+        about = {"result": self.kind, "path": self.path, "second": self.second, "cycles": self.cycles}
+        attributes = {**about, "title": self.model.name}
         return xr.Dataset({"code": (dims, codes, meanings), **counts, **curves}, axes, attributes)
-
-    def _special_columns(self) -> tuple[NDArray[Any], ...]:
-        """Kinds, values and second values of the special points."""
-        points = self.special_points
-        kinds = np.array([point.kind for point in points], dtype=np.str_)
-        return kinds, *(np.array([getattr(point, name) for point in points]) for name in ("value", "second"))
 
     def __repr__(self) -> str:
         up, across = len(self.seconds), len(self.value)
@@ -190,7 +180,7 @@ class MotionMap(Result):
 
 
 def map_of(
-    branch: Followed,
+    branch: Branch,
     second: str,
     range: Sequence[Written],
     counts: tuple[int, int],
@@ -200,10 +190,7 @@ def map_of(
 ) -> MotionMap:
     """Return the map of a branch over a second value; see ``Branch.map``.
 
-    Raises
-    ------
-    ModelError
-        a path that leads nowhere, a range without sense; too few or too many cells.
+    Raises ModelError: a path that leads nowhere, a range without sense; too few or too many cells.
     """
     across, up = counts
     rules: dict[str, tuple[Reader, Any]] = {"across": (CELLS, across), "up": (CELLS, up), "isolated": (FLAG, isolated)}
@@ -214,49 +201,62 @@ def map_of(
         raise ModelError(Problem("branch", repr(branch), left[0], "follow it to a value a little before that"))
     first, last = sorted(branch.range)
     plane = Plane(branch.model, branch.path, second, (first, last), ends, branch.cycles)
-    values, seconds = middles(plane.ends, across), middles(plane.second_ends, up)
-    first_row = own_row(plane, own, branch.curves, branch.range[1], isolated=isolated, progress=progress)
-    rows = rows_of(plane, first_row, seconds.tolist(), isolated=isolated, progress=stretch_of(progress, 0.0, 0.5))
-    cells = cells_of(plane, rows, values, stretch_of(progress, 0.5, 0.7))
+    values = middles(plane.ends, across)
+    seconds = middles(plane.second_ends, up)
+    work = never_falling(progress)
+    # the branches of every row, and what is not followed of them
+    own_branches = own_row(plane, own, branch.curves, branch.range[1], isolated=isolated, progress=work)
+    rows = rows_of(own_branches, seconds.tolist(), isolated=isolated, progress=stretch_of(work, 0.0, 0.5))
     shown = partial(shown_value, branch.path, branch.model, largest=max(map(abs, branch.range)))
+    left = _notes_of(rows, shown, isolated=isolated)
+    # the cells, and the borders between them
+    cells = cells_of(rows, values, stretch_of(work, 0.5, 0.7))
     borders, special_points, notes = borders_of(
         branch.events,
         lambda event: branch.boundary(event, second, ends),
         (plane.ends, plane.second_ends),
-        stretch_of(progress, 0.7, 1.0),
+        stretch_of(work, 0.7, 1.0),
         shown,
     )
-    notes += dict.fromkeys(note for row in rows for curve in row.curves for note in curve.notes)
-    notes += doublings_left([curve for row in rows for curve in row.curves], branch.cycles, shown)
-    missed = [row for row in rows if branches_missed(row.curves, branch.cycles, plane.ends, shown)]
-    if missed:
+    notes += left
+    for reason in sorted({cell.not_counted for row in cells for cell in row} - {""}):
+        notes.append(f"Where {reason} the signs cannot be counted: others may be missing.")
+    return MotionMap(
+        model=branch.model,
+        path=branch.path,
+        second=second,
+        range=plane.ends,
+        second_range=plane.second_ends,
+        cycles=branch.cycles,
+        value=values,
+        seconds=seconds,
+        cells=cells,
+        borders=tuple(borders),
+        special_points=tuple(special_points),
+        notes=tuple(notes),
+    )
+
+
+def _notes_of(rows: Sequence[Row], shown: Callable[[float], str], *, isolated: bool) -> list[str]:
+    """What the user must know of the branches of the rows, and of those that are not among them."""
+    plane = rows[0].plane
+    curves = [curve for row in rows for curve in row.curves]
+    notes = [*dict.fromkeys(note for curve in curves for note in curve.notes)]
+    notes += doublings_left(curves, plane.cycles, shown)
+    if missed := [row for row in rows if branches_missed(row.curves, plane.cycles, plane.ends, shown)]:
         in_rows = counted(len(missed), "row")
         notes.append(f"In {in_rows} not everything that leaves at doublings and breakings of symmetry is followed.")
     if lost := sum(row.lost for row in rows):
         ends_lost = counted(lost, "end of a branch", "ends of branches")
         notes.append(f"{ends_lost} could not be followed from one row to the next: there may be further motions.")
-    if not isolated and 2 * branch.cycles <= CYCLES.most:
-        longer, shorter = counted(2 * branch.cycles, "period"), counted(branch.cycles, "period")
+    if not isolated and 2 * plane.cycles <= CYCLES.most:
+        longer = counted(2 * plane.cycles, "period")
+        shorter = counted(plane.cycles, "period")
         notes.append(
             f"Motions of {longer} are known only where they leave a branch of {shorter}, or where a simulation settles "
             "in them at an end of a row; isolated branches were not sought."
         )
-    for reason in sorted({cell.not_counted for row in cells for cell in row} - {""}):
-        notes.append(f"Where {reason} the signs cannot be counted: others may be missing.")
-    return MotionMap(
-        branch.model,
-        branch.path,
-        second,
-        plane.ends,
-        plane.second_ends,
-        branch.cycles,
-        values,
-        seconds,
-        cells,
-        tuple(borders),
-        tuple(special_points),
-        tuple(notes),
-    )
+    return notes
 
 
 def middles(ends: tuple[float, float], count: int) -> Array:
@@ -264,93 +264,64 @@ def middles(ends: tuple[float, float], count: int) -> Array:
     return ends[0] + (ends[1] - ends[0]) * (np.arange(count) + 0.5) / count
 
 
-def cells_of(
-    plane: Plane, rows: Sequence[Row], values: Array, progress: Callable[[float], None] | None
-) -> tuple[tuple[Cell, ...], ...]:
-    """Return the cells of some rows.
-
-    Parameters
-    ----------
-    plane
-        the two values.
-    rows
-        branches at second values.
-    values
-        (A,) first values [SI].
-    progress
-        called with the finished share; an exception from it ends the work.
-    """
+def cells_of(rows: Sequence[Row], values: Array, progress: Progress) -> tuple[tuple[Cell, ...], ...]:
+    """Return the cells of some rows at (A,) first values [SI]; a quiet motion that is not known there is sought."""
     cells = []
     for done, row in enumerate(rows, 1):
-        cells.append(_judged(plane, row, values.tolist()))
-        if progress is not None:
-            progress(done / len(rows))
+        own = _judged(row, values)
+        for i, value in enumerate(values.tolist()):
+            if not own[i].quiet and row.add_in_contact(value):
+                own = _judged(row, values)
+        cells.append(own)
+        progress(done / len(rows))
     return tuple(cells)
 
 
-def _judged(plane: Plane, row: Row, values: Sequence[float]) -> tuple[Cell, ...]:
-    """The cells of a row; where no quiet motion is known, that in which no corner is passed is sought."""
-    judged = _JudgedRow(plane, row)
-    cells = [judged.cell(value) for value in values]
-    for i, value in enumerate(values):
-        if not cells[i].quiet and (further := in_contact(plane, row, value)):
-            row = replace(row, curves=(*row.curves, *further))
-            judged = _JudgedRow(plane, row)
-            cells = [judged.cell(other) for other in values]
-    return tuple(cells)
+def _judged(row: Row, values: Array) -> tuple[Cell, ...]:
+    """The cells of a row."""
+    curves = [_JudgedCurve(row, curve) for curve in row.curves]
+    return tuple(_cell(row, curves, value) for value in values.tolist())
 
 
-class _JudgedRow:
-    """A row whose motions are judged, each stretch of a branch between two changes of its crossings once."""
-
-    def __init__(self, plane: Plane, row: Row) -> None:
-        self._model, self._path = plane.model.with_({plane.second: row.second}), plane.path
-        self._single = plane.follower(row.second, plane.cycles)
-        followers = {plane.cycles: self._single}
-        for curve in row.curves:
-            if curve.cycles not in followers:
-                followers[curve.cycles] = plane.follower(row.second, curve.cycles)
-        self._curves = [_JudgedCurve(self._model, self._path, followers[c.cycles], c) for c in row.curves]
-
-    def cell(self, value: float) -> Cell:
-        """The motions at a first value."""
-        known = Known(self._single.family.map_at(value))
-        stable_quiet = stable_rattling = unstable = 0
-        for curve in self._curves:
-            for index, point in curve.at(value):
-                if known.period_map.cycles % curve.known.cycles == 0 and not known.add(curve.over(known, point)):
-                    continue
-                if not is_stable(point.multipliers, point.free):
-                    unstable += 1
-                elif curve.rattles(index, point):
-                    stable_rattling += 1
-                else:
-                    stable_quiet += 1
-        return Cell(stable_quiet, stable_rattling, unstable, known.index(), known.not_counted)
+def _cell(row: Row, curves: Sequence[_JudgedCurve], value: float) -> Cell:
+    """The motions of a row at a first value."""
+    known = Known(row.follower(row.plane.cycles).family.map_at(value))
+    quiet = rattling = unstable = 0
+    for judged in curves:
+        for index, point in judged.curve.motions_at(row.follower(judged.curve.cycles), value):
+            if judged.is_known(known, point):
+                continue
+            if not is_stable(point.multipliers, point.free):
+                unstable += 1
+            elif judged.rattles(index, point):
+                rattling += 1
+            else:
+                quiet += 1
+    return Cell(quiet, rattling, unstable, known.index(), known.not_counted)
 
 
 class _JudgedCurve:
-    """A branch whose motions are judged. Between two points with the same crossings nothing else is crossed either."""
+    """A branch whose motions are judged, each stretch between two changes of its crossings once."""
 
-    def __init__(self, model: Model, path: str, follower: Continuation, known: Curve) -> None:
-        self._model, self._path, self._follower, self.known = model, path, follower, known
-        changes = [before.pattern != after.pattern for before, after in known.steps()]
+    def __init__(self, row: Row, curve: Curve) -> None:
+        self._row = row
+        self.curve = curve
+        changes = [before.pattern != after.pattern for before, after in curve.steps()]
         self._stretch: IntArray = np.cumsum([False, *changes])
         self._verdicts: dict[int, bool] = {}
 
-    def at(self, value: float) -> Iterator[tuple[int, Point]]:
-        """Yield its motions at a parameter value."""
-        return self.known.motions_at(self._follower, value)
-
-    def over(self, known: Known, point: Point) -> Pass:
-        """Return a motion over the periods of some known ones."""
-        is_shorter = self.known.cycles < known.period_map.cycles
-        return known.period_map(point.motion.start) if is_shorter else point.motion
+    def is_known(self, known: Known, point: Point) -> bool:
+        """Return whether a motion repeats after the periods of some known ones and is one of them; if not, keep it."""
+        cycles = known.period_map.cycles
+        if cycles % self.curve.cycles:
+            return False
+        motion = known.period_map(point.motion.start) if self.curve.cycles < cycles else point.motion
+        return not known.add(motion)
 
     def rattles(self, before: int, point: Point) -> bool:
         """Return whether a motion rattles; ``before`` is the index of the point before it."""
-        neighbours = [i for i in (before, before + 1) if i < len(self.known.points)]
-        alike = next((i for i in neighbours if self.known.points[i].pattern == point.pattern), None)
+        neighbours = [i for i in (before, before + 1) if i < len(self.curve.points)]
+        alike = next((i for i in neighbours if self.curve.points[i].pattern == point.pattern), None)
         if alike is None:
             return self._judged(point)
         stretch = int(self._stretch[alike])
@@ -360,6 +331,6 @@ class _JudgedCurve:
 
     def _judged(self, point: Point) -> bool:
         """Whether the criteria say that a motion rattles."""
-        model = self._model.with_({self._path: float(point.parameter)})
-        orbit = Orbit(model, self.known.cycles, point.motion, point.error, point.free)
+        model = self._row.model.with_({self._row.plane.path: float(point.parameter)})
+        orbit = Orbit(model, self.curve.cycles, point.motion, point.error, point.free)
         return orbit.verdict.verdict != "quiet"

@@ -3,8 +3,6 @@
 A motion of n periods T is a zero of P(y) - y, P the map of a state to the state n T later. ``exact`` gives P and its
 gradient M (``engine.periodic``). The eigenvalues of M are the Floquet multipliers: a small disturbance is multiplied by
 them every n T.
-
-Takes a Model and what the engine found; gives an Orbit.
 """
 
 from __future__ import annotations
@@ -29,10 +27,10 @@ from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.quantity import CALLBACK, FLAG, Count, argument_problems
-from gearrattle.orbits.family import family_of_excitation
-from gearrattle.orbits.freedom import Interval, intervals_of, off_edge
-from gearrattle.orbits.orbit_gradients import orbit_gradients
-from gearrattle.orbits.state import initial_of, plan_of, state_of
+from gearrattle.orbits.families import Interval, intervals_of, off_edge, size_of, without_free
+from gearrattle.orbits.gradients import orbit_gradients
+from gearrattle.orbits.over_value import family_of_excitation
+from gearrattle.orbits.start_states import initial_of, plan_of, state_of
 from gearrattle.orbits.tipping import check_pulses, tipping_table
 from gearrattle.quantities.criteria import criteria
 from gearrattle.result import Result
@@ -45,7 +43,6 @@ if TYPE_CHECKING:
     from gearrattle.results import Run
 
 Array = NDArray[np.float64]
-
 SAMPLES_PER_CYCLE = 512
 SETTLING = 32  # periods followed before the first search
 ATTEMPTS = 5
@@ -150,7 +147,7 @@ class Orbit(Result):
         if half_map is None:
             return none
         half = half_map(self.motion.start)
-        size = max(self.period_map.size, float(np.linalg.norm(self.motion.start.y * self.period_map.scale)))
+        size = size_of(self.period_map, self.motion.start)
         is_mirrored = float(np.linalg.norm(half.gap * self.period_map.scale)) < _MIRRORED * size
         return multipliers_of(half.gradient) if is_mirrored else none
 
@@ -303,8 +300,7 @@ def sampled(orbit: Orbit, samples_per_cycle: int) -> Run:
 
 def is_stable(multipliers: NDArray[np.complex128], free: int) -> bool:
     """Return whether no multiplier is larger than one, apart from as many nearest to 1 as there are free directions."""
-    others = np.delete(multipliers, np.argsort(np.abs(multipliers - 1.0))[:free])
-    return bool(np.all(np.abs(others) <= 1.0 + _STABLE))
+    return bool(np.all(np.abs(without_free(multipliers, free)) <= 1.0 + _STABLE))
 
 
 def settled_state(model: Model, period_map: PeriodMap) -> State:
@@ -317,17 +313,7 @@ def contact_state(period_map: PeriodMap, rest: State) -> State | None:
 
     It is a linear function of the size of all harmonics, so two of small ones tell it.
 
-    Parameters
-    ----------
-    period_map
-        of the driveline.
-    rest
-        its static equilibrium.
-
-    Returns
-    -------
-    State or None
-        None where that motion passes a corner.
+    None where that motion passes a corner.
     """
     family = family_of_excitation(period_map.system, period_map.cycles)
     try:
@@ -343,17 +329,7 @@ def contact_state(period_map: PeriodMap, rest: State) -> State | None:
 def linear_state(period_map: PeriodMap, rest: State) -> State:
     """Return the start of the motion that grows out of the rest as all harmonics grow from zero to their full size.
 
-    Parameters
-    ----------
-    period_map
-        of the driveline.
-    rest
-        its static equilibrium.
-
-    Raises
-    ------
-    ConvergenceError
-        it cannot be followed so far.
+    Raises ConvergenceError: it cannot be followed so far.
     """
     curve = Continuation(family_of_excitation(period_map.system, period_map.cycles))
     smallest = curve.family.map_at(_SMALLEST)
@@ -403,3 +379,32 @@ def _without_drift(period_map: PeriodMap, orbit: shooting.Orbit) -> shooting.Orb
     y = orbit.motion.start.y.copy()
     y[deflections : deflections + system.size] -= motion @ drift
     return shooting.shoot(period_map, State(y, orbit.motion.start.auxiliary_pieces))
+
+
+@dataclass(frozen=True)
+class PeriodicMotions(Result):
+    """Motions of one driveline that repeat: what the command ``gearrattle periodic --every`` shows.
+
+    Attributes
+    ----------
+    model
+        the driveline.
+    orbits
+        the motions, those with the largest swings last.
+
+    Examples
+    --------
+    >>> from gearrattle.orbits import PeriodicMotions
+    >>> model = gr.example("rattle_oscillator")
+    >>> PeriodicMotions(model, (gr.periodic(model),)).sentence
+    '1 motion repeats: 1 stable, 0 unstable.'
+    """
+
+    kind: ClassVar[str] = "periodic motions"
+    model: Model = field(repr=False, compare=False)
+    orbits: tuple[Orbit, ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user must know about them, once each."""
+        return tuple(dict.fromkeys(note for orbit in self.orbits for note in orbit.notes))

@@ -1,7 +1,4 @@
-"""How far work of several parts has come, as one share that never falls.
-
-Takes a function that is told the finished share; gives such functions for the parts.
-"""
+"""How far work of several parts has come, as one share that never falls."""
 
 from __future__ import annotations
 
@@ -10,8 +7,14 @@ from collections.abc import Callable
 Progress = Callable[[float], None]
 
 
-def never_falling(progress: Progress) -> Progress:
-    """Return a function that passes on the largest share so far: the value along a branch may turn back."""
+def silent(_: float) -> None:
+    """Tell nobody."""
+
+
+def never_falling(progress: Progress | None) -> Progress:
+    """Return what passes on the largest share so far: the value along a branch may turn back; None: nobody asks."""
+    if progress is None:
+        return silent
     largest = 0.0
 
     def report(share: float) -> None:
@@ -22,13 +25,11 @@ def never_falling(progress: Progress) -> Progress:
     return report
 
 
-def part_of(progress: Progress | None, number: int, count: int) -> Progress | None:
-    """Return the function for part ``number``, from 0, of ``count`` equal ones; None if there is none to tell."""
+def part_of(progress: Progress, number: int, count: int) -> Progress:
+    """Return the progress of part ``number``, from 0, of ``count`` equal ones."""
     return stretch_of(progress, number / count, (number + 1) / count)
 
 
-def stretch_of(progress: Progress | None, begin: float, end: float) -> Progress | None:
-    """Return the function for the work between two shares of the whole; None if there is none to tell."""
-    if progress is None:
-        return None
+def stretch_of(progress: Progress, begin: float, end: float) -> Progress:
+    """Return the progress of the work between two shares of the whole."""
     return lambda share: progress(begin + (end - begin) * share)

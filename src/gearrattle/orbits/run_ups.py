@@ -10,13 +10,11 @@ parts as fit between its two speeds; a sample that lies before the begin of a pa
 
 P. Jung, G. Gray, R. Roy, P. Mandel, "Scaling law for dynamical hysteresis", Physical Review Letters 65 (1990)
 1873-1876.
-
-Takes a Branch over the speed and a rate; gives RunUpJumps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -31,12 +29,10 @@ from gearrattle.model import Model, units
 from gearrattle.model.path_labels import in_shown_unit, path_label, shown_value
 from gearrattle.model.quantity import CALLBACK, Plain, checked
 from gearrattle.model.table import shown
-from gearrattle.orbits.followed import Followed
-from gearrattle.orbits.jumps import NOT_ON, Jump, jumps_of, periods_between, speed_of
+from gearrattle.orbits.jumps import NOT_ON, Jump, RunParts, branch_parts, jumps_of, periods_between, speed_of
 from gearrattle.orbits.orbit import Orbit
-from gearrattle.orbits.parts import RunParts, branch_parts
 from gearrattle.orbits.progress import Progress, never_falling, part_of
-from gearrattle.orbits.state import plan_from, state_at
+from gearrattle.orbits.start_states import plan_from, state_at
 from gearrattle.result import Result
 from gearrattle.simulation.integrate import integrate
 from gearrattle.simulation.simulate import Plan
@@ -44,8 +40,9 @@ from gearrattle.simulation.simulate import Plan
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
+    from gearrattle.orbits.branch import Branch
 
+Array = NDArray[np.float64]
 PATHS = ("excitation.speed", "excitation.frequency")
 """What a run-up changes."""
 _SAMPLES = 64  # of the shortest period of the inputs
@@ -102,7 +99,7 @@ class RunUpJumps(Result):
     """
 
     kind: ClassVar[str] = "jumps of run-ups"
-    branch: Followed = field(repr=False, compare=False)
+    branch: Branch = field(repr=False, compare=False)
     rate: float
     envelopes: tuple[Envelope, ...] = field(repr=False, compare=False)
     jumps: tuple[Jump, ...]
@@ -120,67 +117,53 @@ class RunUpJumps(Result):
 
         unit = {"units": path_label(self.branch.path, self.model).unit or "1"}
         speed_unit = {"units": "rad/s" if self.model.units == "SI" else "1"}
-        attributes = {"end": unit, "value": unit, "delay": speed_unit}
-        variables = {
-            name: (
-                "jump",
-                np.array([getattr(jump, name) for jump in self.jumps], dtype=np.float64),
-                attributes.get(name, {}),
-            )
-            for name in ("end", "value", "delay", "periods")
+        jumps = self.jumps
+        variables: dict[str, Any] = {
+            "end": ("jump", np.array([jump.end for jump in jumps], dtype=np.float64), unit),
+            "value": ("jump", np.array([jump.value for jump in jumps], dtype=np.float64), unit),
+            "delay": ("jump", np.array([jump.delay for jump in jumps], dtype=np.float64), speed_unit),
+            "periods": ("jump", np.array([jump.periods for jump in jumps], dtype=np.float64)),
+            "direction": ("jump", np.array([_way(jump.upward) for jump in jumps], dtype=np.str_)),
+            "kind": ("jump", np.array([jump.kind for jump in jumps], dtype=np.str_)),
+            "decided_by": ("jump", np.array([jump.clearance for jump in jumps], dtype=np.str_)),
         }
-        words = {
-            "direction": [_way(jump.upward) for jump in self.jumps],
-            "kind": [jump.kind for jump in self.jumps],
-            "decided_by": [jump.clearance for jump in self.jumps],
-        }
-        texts = {name: ("jump", np.array(column, dtype=np.str_)) for name, column in words.items()}
-        runs: dict[str, Any] = {}
         for run in self.envelopes:
             way = _way(run.upward)
-            runs[f"{way}_value"] = (f"{way}_period", run.value, unit)
-            runs[f"{way}_peak_to_peak"] = ((f"{way}_period", "clearance"), run.peak_to_peak)
+            variables[f"{way}_value"] = (f"{way}_period", run.value, unit)
+            variables[f"{way}_peak_to_peak"] = ((f"{way}_period", "clearance"), run.peak_to_peak)
         names = list(assemble(self.model).layout.clearance_names)
         about = {"result": self.kind, "path": self.branch.path, "rate": self.rate, "title": self.model.name}
-        return xr.Dataset({**variables, **texts, **runs}, {"clearance": names}, about)
+        return xr.Dataset(variables, {"clearance": names}, about)
 
 
-def run_up_of(branch: Followed, rate: float | str, progress: Callable[[float], None] | None) -> RunUpJumps:
-    """Return the jumps of a run-up and a run-down; see ``Branch.run_up``.
-
-    Raises
-    ------
-    ModelError
-        a branch over something else than the speed, a rate without sense or at which the runs are too short or long.
-    """
+def run_up_of(branch: Branch, rate: float | str, progress: Callable[[float], None] | None) -> RunUpJumps:
+    """Return the jumps of a run-up and a run-down; see ``Branch.run_up``."""
     checked(CALLBACK, progress, "progress")
     speed_rate = rate_of(branch.model, branch.path, branch.range, rate)
+    notes = [*branch.notes]
+    # the two runs, each from the stable motion at its end of the range
+    plans = list[_RunPlan]()
     low, high = sorted(branch.range)
-    plans, notes = list[_RunPlan](), list[str]()
     for ends in ((low, high), (high, low)):
         start = _start(branch, ends[0])
         if start is None:
-            notes.append(
-                f"No stable motion is known at {branch.path} = {_shown(branch, ends[0])}: no run begins there."
-            )
+            end = _shown(branch, ends[0])
+            notes.append(f"No stable motion is known at {branch.path} = {end}: no run begins there.")
         else:
             plans.append(_planned(branch, start, ends, speed_rate))
+    # their jumps
     motions = list(branch_parts(branch))
-    envelopes, jumps = list[Envelope](), list[Jump]()
-    work = None if progress is None else never_falling(progress)
+    envelopes = list[Envelope]()
+    jumps = list[Jump]()
+    work = never_falling(progress)
     for number, plan in enumerate(plans):
         parts = _run(plan, part_of(work, number, len(plans)))
         envelopes.append(_envelope(parts))
-        if not envelopes[-1].value.size:
-            notes.append(f"Going {_way(parts.upward)}, the run lasts no whole period T: its swing is not shown.")
         seen = jumps_of(branch, parts, motions, speed_rate)
-        notes += [_settles_later(branch, jump) for jump in seen if not jump.words and jump.settles != jump.value]
-        if seen and all(jump.words == NOT_ON for jump in seen):
-            notes.append(_on_none(parts.upward))
+        notes += _notes_of(branch, envelopes[-1], seen)
         jumps += seen
-    if work is not None:
-        work(1.0)
-    return RunUpJumps(branch, speed_rate, tuple(envelopes), tuple(jumps), (*branch.notes, *notes))
+    work(1.0)
+    return RunUpJumps(branch, speed_rate, tuple(envelopes), tuple(jumps), tuple(notes))
 
 
 def _way(upward: bool) -> str:
@@ -188,35 +171,34 @@ def _way(upward: bool) -> str:
     return "up" if upward else "down"
 
 
-def _shown(branch: Followed, value: float) -> str:
+def _shown(branch: Branch, value: float) -> str:
     """A value of the branch, as notes write it."""
     return shown_value(branch.path, branch.model, value, 6, max(map(abs, branch.range)))
 
 
-def _on_none(upward: bool) -> str:
-    """What a table without a jump leaves open: a motion that has become unstable in a soft loss has no row."""
-    return (
-        f"Going {_way(upward)}, the run was on none of the motions that end. It may have stayed on one that became "
-        "unstable at a period doubling: where it jumps from there is not told, but its swing over the speed shows it."
-    )
-
-
-def _settles_later(branch: Followed, jump: Jump) -> str:
-    """What happens where the motion that a run leaves for is unstable at first."""
-    return (
-        f"Going {_way(jump.upward)}, the motion that the run leaves for at {branch.path} = "
-        f"{_shown(branch, jump.value)} "
-        f"is stable from {_shown(branch, jump.settles)} on only: before that no branch has the motion of the run."
-    )
+def _notes_of(branch: Branch, envelope: Envelope, jumps: Sequence[Jump]) -> list[str]:
+    """What the user must know of a run."""
+    going = f"Going {_way(envelope.upward)}, the"
+    notes = [f"{going} run lasts no whole period T: its swing is not shown."] if not envelope.value.size else []
+    notes += [  # it leaves for a motion that is unstable at first
+        f"{going} motion that the run leaves for at {branch.path} = {_shown(branch, jump.value)} is stable "
+        f"from {_shown(branch, jump.settles)} on only: before that no branch has the motion of the run."
+        for jump in jumps
+        if not jump.words and jump.settles != jump.value
+    ]
+    if jumps and all(jump.words == NOT_ON for jump in jumps):
+        notes.append(
+            f"{going} run was on none of the motions that end. It may have stayed on one that became unstable at a "
+            "period doubling: where it jumps from there is not told, but its swing over the speed shows it."
+        )
+    return notes
 
 
 def rate_of(model: Model, path: str, ends: tuple[float, float], rate: float | str) -> float:
     """Return the rate of a run-up over a range of the value of a branch [rad/s^2].
 
-    Raises
-    ------
-    ModelError
-        the value is not the speed, a rate without sense or too fast, or a model that cannot follow a run-up.
+    Raises ModelError: the value is not the speed, a rate without sense or too fast, or a model that cannot follow a
+    run-up.
     """
     if path not in PATHS:
         raise ModelError(Problem("path", path, f"a run-up changes {' or '.join(PATHS)}", "follow that"))
@@ -232,7 +214,7 @@ def rate_of(model: Model, path: str, ends: tuple[float, float], rate: float | st
     return speed_rate
 
 
-def _start(branch: Followed, value: float) -> Orbit | None:
+def _start(branch: Branch, value: float) -> Orbit | None:
     """The stable motion at an end of the range: of the first branch that has one."""
     data = branch.data
     chosen = np.flatnonzero((data["value"].values == value) & data["stable"].values)
@@ -241,7 +223,8 @@ def _start(branch: Followed, value: float) -> Orbit | None:
 
 def _check_part(model: Model, speeds: tuple[float, float], rate: float) -> None:
     """Refuse a rate at which the runs over a range end within the first part of a period: nothing is left of them."""
-    periods, parts = periods_between(model, speeds, rate), _parts(model)
+    periods = periods_between(model, speeds, rate)
+    parts = _parts(model)
     if parts * periods >= 1.0:
         return
     shortest = "a period T" if parts == 1 else f"1/{parts} of a period T"
@@ -268,40 +251,29 @@ def _turns(model: Model) -> float:
 
 
 class _RunPlan(NamedTuple):
-    """A run that is possible.
+    """A run that is possible."""
 
-    Attributes
-    ----------
-    orbit
-        the motion on which it begins.
-    model
-        with the run-up.
-    simulation
-        of the run.
-    to_value
-        of the branch, for a unit of the speed.
-    speeds
-        the first one and the last one [rad/s].
-    rate
-        of the speed, with its sign [rad/s^2].
-    """
+    orbit: Orbit  # the motion on which it begins
+    model: Model  # with the run-up
+    simulation: Plan  # of the run
+    to_value: float  # of the branch, for a unit of the speed
+    speeds: tuple[float, float]  # the first one and the last one [rad/s]
+    rate: float  # of the speed, with its sign [rad/s^2]
 
-    orbit: Orbit
-    model: Model
-    simulation: Plan
-    to_value: float
-    speeds: tuple[float, float]
-    rate: float
+    def periods(self, time: Array) -> Array:
+        """Return how many periods T have passed at instants [s]."""
+        angle = self.speeds[0] * time + 0.5 * self.rate * time**2
+        return np.asarray(angle / (2.0 * np.pi * _turns(self.orbit.model)))
+
+    def start_of(self, period: Array) -> Array:
+        """Return the instants at which periods begin, counted from 0 [s]."""
+        first = self.speeds[0]
+        angle = 2.0 * np.pi * _turns(self.orbit.model) * period
+        return np.asarray(2.0 * angle / (first + np.sqrt(first**2 + 2.0 * self.rate * angle)))
 
 
-def _planned(branch: Followed, orbit: Orbit, ends: tuple[float, float], rate: float) -> _RunPlan:
-    """Prepare a run from a motion on.
-
-    Raises
-    ------
-    ModelError
-        the run would be too long.
-    """
+def _planned(branch: Branch, orbit: Orbit, ends: tuple[float, float], rate: float) -> _RunPlan:
+    """Prepare a run from a motion on. Raises ModelError: the run would be too long."""
     first, last = (speed_of(branch.model, branch.path, value) for value in ends)
     cycles = int(np.ceil(abs(last - first) / rate * first / (2.0 * np.pi * _turns(orbit.model))))
     fastest = max(1.0, last / first)
@@ -330,43 +302,48 @@ def _parts(model: Model) -> int:
     return min(_load_cycles(model), _MOST_PARTS)
 
 
-def _run(run: _RunPlan, progress: Progress | None) -> RunParts:
+def _run(run: _RunPlan, progress: Progress) -> RunParts:
     """Simulate the run, and reduce every part of a period to its extrema."""
-    (first, last), signed, plan = run.speeds, run.rate, run.simulation
-    load_cycles, turns = _load_cycles(run.orbit.model), _turns(run.orbit.model)
+    first, last = run.speeds
+    plan = run.simulation
     trajectory = integrate(plan.task, plan.layout, plan.algorithm, plan.discard, progress)
-    time, deflection = trajectory.time, trajectory.deflection
-    to_end = slice(int(np.searchsorted(time, (last - first) / signed)) + 1)
-    time, deflection = time[to_end], deflection[to_end]
-    period = (first * time + 0.5 * signed * time**2) / (2.0 * np.pi * turns)
+    to_end = slice(int(np.searchsorted(trajectory.time, (last - first) / run.rate)) + 1)
+    time = trajectory.time[to_end]
+    deflection = trajectory.deflection[to_end]
+    # the parts of its periods
     per_period = _parts(run.orbit.model)
+    period = run.periods(time)
     part = period * per_period + _ROUNDING
-    whole_parts = int(min(part[-1], periods_between(run.orbit.model, run.speeds, signed) * per_period + _ROUNDING))
+    whole_parts = int(min(part[-1], periods_between(run.orbit.model, run.speeds, run.rate) * per_period + _ROUNDING))
     begins = np.searchsorted(part, np.arange(whole_parts + 1))
     high, low = (
         sign * np.maximum.reduceat(with_peaks(sign * deflection)[: begins[-1]], begins[:-1], axis=0)
         for sign in (1.0, -1.0)
     )
-    instants = -(-_INSTANTS * load_cycles // per_period)
+    # deflections at evenly spread instants of every part
+    instants = -(-_INSTANTS * _load_cycles(run.orbit.model) // per_period)
     at = np.arange((len(begins) - 1) * instants) / (per_period * instants)
     traced = np.stack([np.interp(at, period, column) for column in deflection.T], axis=-1)
-    traced = traced.reshape(-1, instants, deflection.shape[1])
+    # values in the middle of the parts, and at the starts of periods
     middle = 0.5 * (time[begins[:-1]] + time[begins[1:]])
-
-    def start_of(number: Array) -> Array:
-        angle = 2.0 * np.pi * turns * number
-        return np.asarray(2.0 * angle / (first + np.sqrt(first**2 + 2.0 * signed * angle)))
+    starts = first + run.rate * run.start_of(np.arange(whole_parts // per_period + 1.0))
+    low_end, high_end = sorted((first * run.to_value, last * run.to_value))
 
     def state_before(value: float, period_map: PeriodMap) -> State:
-        seconds = (value / run.to_value - first) / signed
-        whole = np.floor((first * seconds + 0.5 * signed * seconds**2) / (2.0 * np.pi * turns) + _ROUNDING)
-        return state_at(period_map, trajectory, free_of(run.model), float(start_of(whole)))
+        seconds = np.asarray((value / run.to_value - first) / run.rate)
+        start = run.start_of(np.floor(run.periods(seconds) + _ROUNDING))
+        return state_at(period_map, trajectory, free_of(run.model), float(start))
 
-    value = (first + signed * middle) * run.to_value
-    starts = (first + signed * start_of(np.arange(whole_parts // per_period + 1.0))) * run.to_value
-    lowest, highest = sorted((first * run.to_value, last * run.to_value))
-    starts = np.clip(starts, lowest, highest)
-    return RunParts(last > first, per_period, value, high, low, traced, starts, state_before)
+    return RunParts(
+        upward=last > first,
+        per_period=per_period,
+        value=(first + run.rate * middle) * run.to_value,
+        highest=high,
+        lowest=low,
+        deflection=traced.reshape(-1, instants, deflection.shape[1]),
+        starts=np.clip(starts * run.to_value, low_end, high_end),
+        state_before=state_before,
+    )
 
 
 def with_peaks(sampled: Array) -> Array:
@@ -374,7 +351,9 @@ def with_peaks(sampled: Array) -> Array:
 
     Of a sine sampled 64 times a period the highest sample is up to 1.2e-3 too low, the top of the parabola 2e-6 off.
     """
-    before, top, after = sampled[:-2], sampled[1:-1], sampled[2:]
+    before = sampled[:-2]
+    top = sampled[1:-1]
+    after = sampled[2:]
     bend = 2.0 * top - before - after
     is_peak = (top >= before) & (top >= after) & (bend > 0.0)
     raised = sampled.copy()

@@ -15,7 +15,7 @@ import numpy as np
 
 from gearrattle.json_types import json_value
 from gearrattle.orbits import Branch, Orbit
-from gearrattle.orbits.stable_ranges import CHANGES, Loss, Range, losses_of, ranges_of, slices_of
+from gearrattle.orbits.stability import CHANGES, Loss, Range, losses_of, ranges_of, slices_of
 from gearrattle.report.motion_at_point import motion_at_point
 from gearrattle.report.moving_table import moving_table
 from gearrattle.report.numbers import write_csv

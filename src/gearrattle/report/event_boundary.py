@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.json_types import json_value
-from gearrattle.orbits.borders import SpecialPoint
+from gearrattle.orbits.two_parameters.special_points import SpecialPoint
 from gearrattle.report.plots.axis_names import Measure, measure_at
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.event_boundary import event_boundary_chart

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.orbits.borders import Border
 from gearrattle.orbits.motion_map import WORDS, MotionMap
+from gearrattle.orbits.two_parameters.boundary import Border
 from gearrattle.report.numbers import write_csv
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.chart import Chart

@@ -5,11 +5,11 @@ Takes RunUpJumps; gives their presentation.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from gearrattle.json_types import json_value
 from gearrattle.model.path_labels import in_shown_unit
-from gearrattle.orbits import Branch, RunUpJumps
+from gearrattle.orbits import RunUpJumps
 from gearrattle.orbits.jumps import Jump
 from gearrattle.report.branches import BranchesPage
 from gearrattle.report.page import Section, figure_sections, notes_section
@@ -75,7 +75,7 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
 
     @property
     def _shown(self) -> Measure:
-        return measure(cast(Branch, self.result.branch))
+        return measure(self.result.branch)
 
     @property
     def _speed(self) -> tuple[float, str]:
@@ -87,12 +87,12 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
 
     def sections(self) -> tuple[Section, ...]:
         first = Section("summary", "Summary", self.sentence, tables=(self._jump_table(),))
-        tables = BranchesPage(cast(Branch, self.result.branch)).tables_of_branch()
+        tables = BranchesPage(self.result.branch).tables_of_branch()
         branch = Section("branch", "Branches", tables=tables, folds=True)
         return first, *figure_sections(self.figures()), branch, *notes_section(self.notes)
 
     def answer(self) -> tuple[Table, ...]:
-        return self._jump_table(), *BranchesPage(cast(Branch, self.result.branch)).answer()
+        return self._jump_table(), *BranchesPage(self.result.branch).answer()
 
     def _jump_table(self) -> Table:
         (_, speed), shown = self._speed, self._shown

@@ -23,8 +23,8 @@ from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import INITIAL
 from gearrattle.model.quantity import CALLBACK, FLAG, SEED, Reader, argument_problems, check_arguments
 from gearrattle.model.table import shown
-from gearrattle.orbits.settled import Attractor, settled_orbit
-from gearrattle.orbits.state import check_repeats, state_of
+from gearrattle.orbits.attractors import Attractor, settled_orbit
+from gearrattle.orbits.start_states import check_repeats, state_of
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.attractors import attractors_of

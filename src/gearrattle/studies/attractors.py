@@ -1,7 +1,7 @@
 """Attractors of a basin study: which settled motion every initial state leads to, and what each motion is.
 
 Periodic motions are distinguished by their orbits (``signals.strobe``): if these are nearer than ``same``, it is one
-motion. Of each the motion that repeats is found by shooting from where one of its cases ends (``orbits.settled``): its
+motion. Of each the motion that repeats is found by shooting from where one of its cases ends: its
 period, verdict and multipliers are those of that motion, not of the cases, which only come near to it. Groups that
 shooting leads to one motion are one attractor. Where it leads to none that is stable and near, period and verdict are
 those of the cases, and the attractor is not ``verified``.
@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.motion import multipliers_of
-from gearrattle.orbits.settled import motion_names
+from gearrattle.orbits.attractors import motion_names
 from gearrattle.signals import SEVERITIES
 from gearrattle.signals.shares import wilson
 from gearrattle.signals.strobe import Groups, grouped, room
@@ -41,7 +41,7 @@ from gearrattle.studies.sections import CHAOTIC, PERIODIC
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearrattle.orbits.settled import Attractor
+    from gearrattle.orbits.attractors import Attractor
 
 Array = NDArray[np.float64]
 

@@ -23,7 +23,7 @@ from gearrattle.assembly import is_driven_over_time
 from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.orbits.state import check_repeats
+from gearrattle.orbits.start_states import check_repeats
 from gearrattle.quantities import CRITERIA, METRICS, WITHOUT_DIMENSION, Row, add, rows_of
 from gearrattle.quantities.criteria import criteria
 from gearrattle.quantities.metrics import event_metric_of, inputs_of

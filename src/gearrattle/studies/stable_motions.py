@@ -2,9 +2,9 @@
 
 A simulation gives the response of the motion that it settles in. Under the same load there may be others; a design that
 is judged by one of them may turn out louder. So every output has a twin "... over all stable motions": the largest
-value over the motions in which the case itself and ``orbits.settled.STARTS`` other starts settle, each judged over its
-own n periods. A word counts by its code: the worst verdict. Where the case itself does not settle, its own value counts
-as well. Motions whose basin no start met are not among them.
+value over the motions in which the case itself and ``orbits.attractors.STARTS`` other starts settle, each judged over
+its own n periods. A word counts by its code: the worst verdict. Where the case itself does not settle, its own value
+counts as well. Motions whose basin no start met are not among them.
 
 Two outputs are known of these motions alone: ``COUNT``, how many there are, and ``SWING``, exact between samples.
 
@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.period_map import PeriodMap
-from gearrattle.orbits.settled import Settled, settled_motions
-from gearrattle.orbits.state import state_of
+from gearrattle.orbits.attractors import Settled, settled_motions
+from gearrattle.orbits.start_states import state_of
 from gearrattle.results import Run
 from gearrattle.studies.output import OVER_ALL, Output
 

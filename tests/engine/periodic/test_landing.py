@@ -14,8 +14,8 @@ from gearrattle.engine.periodic.families import CompiledFamily
 from gearrattle.engine.periodic.newton import Corrector
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.turning_points import grazing_ahead, landed
-from gearrattle.orbits.family import family_of
 from gearrattle.orbits.find import periodic
+from gearrattle.orbits.over_value import family_of
 from tests.engine.periodic.test_grazing import DRAG, FREQUENCY, MEAN, PATH, oscillator
 from tests.orbits.test_curve import paper_case
 

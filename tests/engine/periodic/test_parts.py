@@ -16,7 +16,7 @@ from gearrattle.engine.periodic.newton import Corrector
 from gearrattle.engine.periodic.point import Guess
 from gearrattle.engine.system.passages import Passages
 from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.family import family_of, follower_over
+from gearrattle.orbits.over_value import family_of, follower_over
 from tests.engine.periodic.test_families import both
 from tests.orbits.test_consistency import contradictions_of
 

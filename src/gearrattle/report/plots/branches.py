@@ -19,8 +19,8 @@ from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRA
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Branch
-from gearrattle.orbits.family_end import EDGE
-from gearrattle.orbits.stable_ranges import CHANGES, Course, courses_of, slices_of
+from gearrattle.orbits.family_ends import EDGE
+from gearrattle.orbits.stability import CHANGES, Course, courses_of, slices_of
 from gearrattle.report.plots.axis_names import Measure, measure_at
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.corners import units_of

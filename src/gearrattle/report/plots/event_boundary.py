@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from gearrattle.orbits.borders import SpecialPoint
+from gearrattle.orbits.two_parameters.special_points import SpecialPoint
 from gearrattle.report.plots.axis_names import Measure
 from gearrattle.report.plots.chart import Chart, Line, Panel, Rule
 from gearrattle.report.plots.motion_map import special_keys, special_lines

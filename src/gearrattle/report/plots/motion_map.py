@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from gearrattle.engine.periodic.events.base import FOLD
-from gearrattle.orbits.borders import SpecialPoint
-from gearrattle.orbits.family_end import EDGE
+from gearrattle.orbits.family_ends import EDGE
 from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, WORDS, MotionMap
+from gearrattle.orbits.two_parameters.special_points import SpecialPoint
 from gearrattle.report.plots.axis_names import Measure
 from gearrattle.report.plots.branches import measure_over
 from gearrattle.report.plots.chart import Cells, Chart, Dash, Key, Line, Panel

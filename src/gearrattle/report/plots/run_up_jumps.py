@@ -5,10 +5,8 @@ Takes RunUpJumps; gives a Chart.
 
 from __future__ import annotations
 
-from typing import cast
-
 from gearrattle.assembly import assemble
-from gearrattle.orbits import Branch, RunUpJumps
+from gearrattle.orbits import RunUpJumps
 from gearrattle.report.plots.branches import branch_legend, measure, swing_panel
 from gearrattle.report.plots.chart import Chart, Key, Line
 from gearrattle.report.plots.palette import COAST, COLOURS
@@ -20,7 +18,7 @@ UP, DOWN = Key("run-up", COAST), Key("run-down", COLOURS[2])
 
 def run_up_chart(jumps: RunUpJumps) -> Chart:
     """Draw the peak-to-peak deflection of every period of both runs, and that of the branches over it."""
-    branch = cast(Branch, jumps.branch)
+    branch = jumps.branch
     names = assemble(jumps.model).layout.clearance_names
     panels = []
     for k in range(min(len(names), _MOST_PANELS)):

@@ -5,8 +5,6 @@ driveline, has its mirror image half of its length later. Both are motions of th
 the same the branch joins that of motions of n periods, or of symmetric ones. There it passes over into its own images:
 the difference between a motion and its image goes through zero. So a step holds a joint if that difference is zero at
 its end or has turned around. The other branch tells where: its own equations are regular there (``breaking``).
-
-Takes Continuations, Events and Points; gives Events.
 """
 
 from __future__ import annotations
@@ -44,18 +42,12 @@ _ROUNDING = 4e-13  # the same, times the square of that way [w]: a residual over
 
 
 class Home:
-    """The branch that another one has left, or joins, where its period doubles or its symmetry breaks.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch that has left or joins.
-    events
-        of the branch that it has left; none: it is not known.
-    """
+    """The branch that another one has left, or joins, where its period doubles or its symmetry breaks."""
 
     def __init__(self, curve: Continuation, events: Sequence[Event] = ()) -> None:
-        self.events, self._curve, self._half = events, curve, half_of(curve.family)
+        self.events = events
+        self._curve = curve
+        self._half = half_of(curve.family)
         self._kind = DOUBLING if curve.cycles % 2 == 0 else BREAKING
         self._last: tuple[Point, Array] | None = None
 
@@ -66,23 +58,17 @@ class Home:
 
     def is_of(self, point: Point) -> bool:
         """Return whether a motion is one of the branch."""
-        may_be = self._kind == BREAKING or _has_equal_halves(point)
+        motion = point.motion  # of a doubled one both halves cross the same corners at about the same instants
+        may_be = self._kind == BREAKING or halves_apart(motion) < _ABOUT or not len(motion.crossings.time)
         return may_be and self.apart(point) <= _AT_HOME
 
     def arrival(self, before: Point, after: Point) -> list[Event] | None:
         """Return the events of a step on which the branch joins this one, up to there; None: it does not.
 
-        Parameters
-        ----------
-        before, after
-            two points of the branch that follow one another.
-
-        Raises
-        ------
-        ConvergenceError
-            the step leads to a motion of this branch, and no joint is known.
+        Raises ConvergenceError: the step leads to a motion of this branch, and no joint is known.
         """
-        if not self._is_joined_between(before, after):
+        # a motion and its image change places over the step, or are the same at its end
+        if float(self._gap(before) @ self._gap(after)) >= 0.0 and not self.is_of(after):
             return None
         joint = self._joint_between(before, after)
         if joint is None:
@@ -105,10 +91,6 @@ class Home:
         if nearest is None or not nearest.is_collision or distance > _IN_JUMP:
             return None
         return self._shared_end(point, nearest)
-
-    def _is_joined_between(self, before: Point, after: Point) -> bool:
-        """Whether a motion and its image change places over a step, or are the same at its end."""
-        return float(self._gap(before) @ self._gap(after)) < 0.0 or self.is_of(after)
 
     def _joint_between(self, before: Point, after: Point) -> Event | None:
         """The joint of a step over which a motion and its image change places; None where none is known."""
@@ -152,15 +134,7 @@ class Home:
 
 
 def unknown_home(curve: Continuation, begin: Point) -> Home | None:
-    """Return the branch that one of even periods, or without symmetry, may join; None for others, and families.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    begin
-        a motion of it.
-    """
+    """Return the branch that one of even periods, or without symmetry, may join; None for others, and families."""
     if begin.free or half_curve(curve, begin.parameter) is None:
         return None
     home = Home(curve)
@@ -171,22 +145,12 @@ def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: 
     """Return the event at which a branch leaves or joins another one, with its motion over as many periods.
 
     Its tangent is the chord to or from a neighbouring point, for its own equations are those of both branches.
-
-    Parameters
-    ----------
-    curve
-        the Continuation of the branch.
-    event
-        of the other branch.
-    neighbour
-        the point of the branch next to it.
-    is_end
-        whether the branch ends there.
     """
     motion, slope = curve.family.follow(event.point.motion.start, event.point.parameter)
     chord = (event.point.w - neighbour.w) * (1.0 if is_end else -1.0)
     distance = float(np.linalg.norm(chord))
-    length, orientation = neighbour.length + distance if is_end else 0.0, neighbour.orientation
+    length = neighbour.length + distance if is_end else 0.0
+    orientation = neighbour.orientation
     own = replace(event.point, motion=motion, slope=slope, tangent=chord / distance)
     return replace(event, point=replace(own, orientation=orientation, length=length))
 
@@ -202,28 +166,22 @@ def events_beside_joint(curve: Continuation, before: Point, after: Point) -> lis
 
 
 def told_apart(events: Sequence[Event], joint: Point) -> list[Event]:
-    """Return events without the folds and breakings so near to a joint that they are the joint itself, by rounding.
+    """Return events without the folds and breakings so near to a joint that they are the joint itself, by rounding."""
 
-    Parameters
-    ----------
-    events
-        of a branch.
-    joint
-        its end.
-    """
-    return [event for event in events if event.kind not in (FOLD, BREAKING) or not _is_joint_itself(event, joint)]
+    def is_joint(event: Event) -> bool:
+        change = event.point.w - joint.w
+        distance = float(np.linalg.norm(change))
+        is_flat = abs(float(change[-1])) * distance <= _FLAT * distance**2 + _ROUNDING
+        return event.kind in (FOLD, BREAKING) and distance < _SINGULAR and is_flat
 
-
-def _is_joint_itself(event: Event, joint: Point) -> bool:
-    """Whether an event is so near to a joint that rounding makes it, where the parameter hardly changes."""
-    change = event.point.w - joint.w
-    distance = float(np.linalg.norm(change))
-    return distance < _SINGULAR and abs(float(change[-1])) * distance <= _FLAT * distance**2 + _ROUNDING
+    return [event for event in events if not is_joint(event)]
 
 
 def _events_up_to(curve: Continuation, before: Point, joint: Point) -> list[Event]:
     """The events between a point of a branch and its joint, those of the last small part as beside a joint."""
-    points, events, left = [before], list[Event](), _NEARER_BY
+    points = [before]
+    events = list[Event]()
+    left = _NEARER_BY
     way = float(np.linalg.norm(joint.w - before.w))
     with suppress(ConvergenceError):
         while left * way > _NEARER_BY * _SINGULAR:
@@ -233,8 +191,3 @@ def _events_up_to(curve: Continuation, before: Point, joint: Point) -> list[Even
             events += events_between(curve, one, other)
         return [*told_apart(events, joint), *events_beside_joint(curve, points[-1], joint)]
     return events_beside_joint(curve, before, joint)
-
-
-def _has_equal_halves(point: Point) -> bool:
-    """Whether both halves of a motion cross the same corners in the same order, at about the same instants."""
-    return halves_apart(point.motion) < _ABOUT or not len(point.motion.crossings.time)

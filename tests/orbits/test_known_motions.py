@@ -10,8 +10,8 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.returns import at_mean_speed, orbit_of_returns
-from gearrattle.orbits.state import state_of
+from gearrattle.orbits.known_motions import at_mean_speed, orbit_of_returns
+from gearrattle.orbits.start_states import state_of
 from tests.orbits.test_laws import symmetric
 
 

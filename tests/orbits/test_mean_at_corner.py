@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import gearrattle as gr
-from gearrattle.orbits.means import MEAN
+from gearrattle.orbits.branch import MEAN
 from gearrattle.report.plots.branches import branch_charts
 
 CLEARANCE = "coupling.gap.clearance"

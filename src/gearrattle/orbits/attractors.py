@@ -6,13 +6,11 @@ train turns as a whole, which drag alone decides, may differ. What counts as nea
 of the state, and by the smallest clearance where it swings less: a soft part that is wound up far, or swings far, hides
 nothing of the others.
 
-``settled_motions`` draws states within the reach of a driveline (``search.starts_of``) and follows each until it
+``settled_motions`` draws states within the reach of a driveline (``known_motions.starts_of``) and follows each until it
 repeats. The trains turn as fast as in a given motion, which would else take thousands of periods to come back to, and
 parts without a clearance are wound up as in that one: all that begins far from there would come from one side. The
 states are evenly spread, so the share that settles in a motion estimates the share of the reach that its basin has.
 That no start settles in a further motion does not show that there is none.
-
-Takes a Model and states; gives Orbits.
 """
 
 from __future__ import annotations
@@ -29,17 +27,17 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
-from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
-from gearrattle.orbits.effort import BLOCK, BLOCKS, STARTS
+from gearrattle.orbits.families import free_space_of, without_free
+from gearrattle.orbits.known_motions import starts_of, states_of_periods, turning, without
 from gearrattle.orbits.orbit import Orbit, orbit_of
-from gearrattle.orbits.search import starts_of, states_of_periods, without
+from gearrattle.orbits.progress import never_falling
+from gearrattle.orbits.settling_limits import BLOCK, BLOCKS, STARTS
 from gearrattle.signals.shares import wilson
 from gearrattle.signals.strobe import period_number
 
 Array = NDArray[np.float64]
-
 KINDS = {
     "quiet": "quiet",
     "touches": "touches",
@@ -62,21 +60,14 @@ _STILL = 1e-6  # of the largest part of a free direction: a deflection that move
 
 
 def motion_names(kinds: Sequence[tuple[str, int]], families: Sequence[bool] = ()) -> list[str]:
-    """Return what motions are: "single-sided rattle, 2 T"; those that would have one name are numbered.
-
-    Parameters
-    ----------
-    kinds
-        of every motion its verdict, and after how many periods T it repeats.
-    families
-        of every motion whether it is one of a family; none of them by default.
-    """
+    """Return what motions are: "single-sided rattle, 2 T"; those that would have one name are numbered."""
     is_family = [*families, *[False] * (len(kinds) - len(families))]
     plain = [
         f"{KINDS[verdict]}, {cycles} T{', a family' if family else ''}"
         for (verdict, cycles), family in zip(kinds, is_family, strict=True)
     ]
-    total, so_far = Counter(plain), Counter[str]()
+    total = Counter(plain)
+    so_far = Counter[str]()
     names = []
     for name in plain:
         so_far[name] += 1
@@ -85,20 +76,15 @@ def motion_names(kinds: Sequence[tuple[str, int]], families: Sequence[bool] = ()
 
 
 class Attractor:
-    """A periodic motion that states are compared with.
-
-    Parameters
-    ----------
-    orbit
-        the motion.
-    """
+    """A periodic motion that states are compared with."""
 
     def __init__(self, orbit: Orbit) -> None:
         period_map = orbit.period_map
-        self.orbit, self._scale = orbit, period_map.scale
+        self.orbit = orbit
+        self._scale = period_map.scale
         self._states = states_of_periods(period_map, orbit.motion)
         self._units = units_of(period_map, orbit.motion.start)
-        free = shooting.newton_step(period_map, orbit.motion)[1]
+        free = free_space_of(period_map, orbit.motion)
         self._kept = np.linalg.qr(np.hstack([free, turning(period_map)]) * self._scale[:, None])[0]
 
     def distance(self, state: State) -> float:
@@ -119,17 +105,7 @@ class Attractor:
         It is given up once it is farther away than what settles evenly in so many passes, times three. A motion that
         wanders between others first may settle in this one in the end, but rounding decides that.
 
-        Parameters
-        ----------
-        state
-            where it begins.
-        passes
-            of this motion that it is followed for at most.
-
-        Raises
-        ------
-        ConvergenceError
-            it could not be followed.
+        Raises ConvergenceError: it could not be followed.
         """
         begin = self.distance(state)
         for done in range(0, passes, _CHUNK):
@@ -145,22 +121,14 @@ class Attractor:
     def moves_deflections(self) -> bool:
         """Whether it is one of a family of motions that differ in their deflections: a body floats in its gap."""
         period_map = self.orbit.period_map
-        free = shooting.newton_step(period_map, self.orbit.motion)[1] * self._scale[:, None]
+        free = free_space_of(period_map, self.orbit.motion) * self._scale[:, None]
         deflections = np.abs(free[: len(period_map.flow.coordinates.elements)])
         return bool(np.any(deflections > _STILL * np.abs(free).max(initial=0.0)))
 
 
 def passes_to_settle(multipliers: NDArray[np.complex128], free: int) -> int:
-    """Return after how many passes of a stable motion others have settled in it.
-
-    Parameters
-    ----------
-    multipliers
-        of the motion.
-    free
-        number of its free directions, which do not settle.
-    """
-    others = np.abs(np.delete(multipliers, np.argsort(np.abs(multipliers - 1.0))[:free]))
+    """Return after how many passes of a stable motion others have settled in it."""
+    others = np.abs(without_free(multipliers, free))
     largest = float(np.clip(others.max(initial=0.0), _SAME, 1.0 - 1e-12))
     return int(np.ceil(_SETTLING * np.log(_SAME) / np.log(largest))) + _CHUNK
 
@@ -170,13 +138,6 @@ def units_of(period_map: PeriodMap, state: State) -> Array:
 
     It is half the swing about the mean, which has no static part, and at least the smallest clearance: what swings less
     is as good as still.
-
-    Parameters
-    ----------
-    period_map
-        of the driveline.
-    state
-        of the motion at the start of a period.
     """
     march = period_map.marched(state, 1, _SAMPLES)
     y = march.samples.states[:, : period_map.flow.states]
@@ -191,31 +152,10 @@ def units_of(period_map: PeriodMap, state: State) -> Array:
     return np.asarray(np.maximum(swings, least))
 
 
-def turning(period_map: PeriodMap) -> Array:
-    """Return (N, R) changes of state in which a whole train turns faster."""
-    motion = relative_coordinates(period_map.system).angle_from_reference
-    first = len(period_map.flow.coordinates.elements)
-    directions = np.zeros((len(period_map.scale), motion.shape[1]))
-    directions[first : first + len(motion)] = motion
-    return directions
-
-
 def settled_orbit(model: Model, state: State, cycles: int) -> Orbit | None:
     """Return the stable motion in which a motion has settled, with the fewest periods after which it repeats.
 
-    Parameters
-    ----------
-    model
-        the driveline; its inputs repeat.
-    state
-        of the settled motion at the start of a period.
-    cycles
-        periods after which it about repeats.
-
-    Returns
-    -------
-    Orbit or None
-        None where Newton's method leads to none that is near and stable.
+    None where Newton's method leads to none that is near and stable.
     """
     system = assemble(model).system
     period_map = PeriodMap(system, cycles)
@@ -233,27 +173,14 @@ def settled_orbit(model: Model, state: State, cycles: int) -> Orbit | None:
 
 @dataclass(frozen=True)
 class Settled:
-    """In which stable motions motions from many starts settle.
+    """In which stable motions motions from many starts settle."""
 
-    Attributes
-    ----------
-    orbits
-        the motions, the one that most starts settle in first.
-    counts
-        (A,) how many starts settle in each.
-    starts
-        how many there are.
-    own
-        index of the motion in which the given state settles; -1 if it does not settle, or was not followed so far.
-    left_out
-        how many further starts were to be followed, had the periods allowed sufficed.
-    """
-
-    orbits: tuple[Orbit, ...]
-    counts: tuple[int, ...]
-    starts: int
+    orbits: tuple[Orbit, ...]  # the motions, the one that most starts settle in first
+    counts: tuple[int, ...]  # (A,) how many starts settle in each
+    starts: int  # how many there are
+    # index of the motion in which the given state settles; -1 if it does not settle, or was not followed so far
     own: int
-    left_out: int = 0
+    left_out: int = 0  # how many further starts were to be followed, had the periods allowed sufficed
 
     @property
     def unsettled(self) -> int:
@@ -280,23 +207,9 @@ def settled_motions(
     *,
     most_periods: float = np.inf,
 ) -> Settled:
-    """Return the motions in which a driveline settles from states within its reach.
-
-    Parameters
-    ----------
-    model
-        the driveline; its inputs repeat.
-    state
-        of a motion of its own at the start of a period: trains turn as fast as in that one, and parts without a
-        clearance are wound up as far.
-    starts
-        how many states are drawn besides.
-    progress
-        called with the finished share; what it raises ends the work.
-    most_periods
-        that are followed in all; the starts that these do not suffice for are left out.
-    """
+    """Return the motions in which a driveline settles from states within its reach."""
     search = _Search(model, most_periods)
+    report = never_falling(progress)
     counts = Counter[int | None]()
     own = None
     followed = 0
@@ -307,8 +220,7 @@ def settled_motions(
             begun = search.turned_like(state, State(start.y + wound_up, start.auxiliary_pieces))
             counts[search.settled_in(begun)] += 1
             followed += 1
-            if progress is not None:
-                progress(followed / starts)
+            report(followed / starts)
     except _Spent:
         pass
     known = list(range(len(search.attractors)))

@@ -1,14 +1,10 @@
-"""Isolated branches, and branches that leave another one where it loses its stability.
-
-Takes a Continuation and the branches known so far; gives further ones.
-"""
+"""Isolated branches, and branches that leave another one where its period doubles or its symmetry breaks."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,15 +17,15 @@ from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.joints import Home, shared_with
+from gearrattle.orbits.branch_points import Home, shared_with
+from gearrattle.orbits.curve import UNTOLD, Curve, Work, followed
+from gearrattle.orbits.known_motions import Known, search, starts_of
 from gearrattle.orbits.orbit import CYCLES
-from gearrattle.orbits.progress import Progress, part_of
-from gearrattle.orbits.search import Known, search, starts_of
+from gearrattle.orbits.progress import silent
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
-SoFar = Callable[[Sequence[Curve]], None]
+
 _VALUES = 9
 """Number of parameter values, the ends of the range included, at which isolated branches are sought."""
 _STARTS = 24
@@ -48,19 +44,13 @@ _BESIDE_JOINT = 1e-3  # of the parameter's unit: so far from a joint the branch 
 _ALONG = 1e-9  # cosine between a tangent and the direction in which a branch leaves that is rounding
 
 
-class Followers(NamedTuple):
-    """What follows motions by the periods after which they repeat: of n, of 2 n, and of n / 2 where n is even.
+@dataclass(frozen=True)
+class Followers:
+    """What follows motions over a range by the periods after which they repeat: n, 2 n, and n / 2 where n is even."""
 
-    Attributes
-    ----------
-    cycles
-        n.
-    of
-        Continuations by periods; those of too many are missing.
-    """
-
-    cycles: int
-    of: Mapping[int, Continuation]
+    cycles: int  # n
+    ends: tuple[float, float]  # of the range, ascending
+    of: Mapping[int, Continuation]  # by periods; those of too many are missing
 
     def points_at(self, curves: Sequence[Curve], value: float) -> list[Point]:
         """Return the points of branches at a value of the parameter."""
@@ -68,205 +58,132 @@ class Followers(NamedTuple):
         return [point for known in followed_ones for _, point in known.motions_at(self.of[known.cycles], value)]
 
 
-def followers_of(cycles: int, follower: Callable[[int], Continuation]) -> Followers:
-    """Return what follows motions of some periods, and those that these join or that leave them.
-
-    Parameters
-    ----------
-    cycles
-        n.
-    follower
-        makes a Continuation for a number of periods.
-    """
+def followers_of(cycles: int, ends: tuple[float, float], follower: Callable[[int], Continuation]) -> Followers:
+    """Return what follows motions of some periods over a range, and those that these join or that leave them."""
     counts = [n for n in (cycles, 2 * cycles, cycles // 2) if n <= CYCLES.most]
-    return Followers(cycles, {n: follower(n) for n in (counts if cycles % 2 == 0 else counts[:2]) if n > 0})
+    return Followers(cycles, ends, {n: follower(n) for n in (counts if cycles % 2 == 0 else counts[:2]) if n > 0})
 
 
 def further_curves(
     followers: Followers,
     curves: Sequence[Curve],
-    ends: tuple[float, float],
     *,
     isolated: bool,
     others: Sequence[Curve] = (),
-    progress: Progress | None = None,
-    so_far: SoFar | None = None,
+    work: Work = UNTOLD,
 ) -> list[Curve]:
-    """Return the branches that leave known ones, and on request those that are connected to none.
+    """Return the branches that leave known ones of n periods, and on request those that are connected to none.
 
-    Parameters
-    ----------
-    followers
-        of motions of n and of other periods.
-    curves
-        the branches known, of n periods.
-    ends
-        of the range, ascending.
-    isolated
-        whether branches are sought that are connected to none.
-    others
-        branches that are known as well, what leaves them too.
-    progress
-        called with the finished share: searches and branches that leave count as equal parts.
-    so_far
-        called with these branches as far as they are followed, after every step.
+    ``others`` are known as well, with what leaves them. Searches and branches that leave count as equal parts of work.
     """
-    parts, further = 1 + 2 * isolated, list[Curve]()
-    part = part_of(progress, 0, parts)
-    further += _leaving_all(followers, curves, ends, others=others, progress=part, so_far=so_far)
+    parts = 1 + 2 * isolated
+    further = _leaving_all(followers, curves, others, work.part(0, parts))
     sought = [n for n in (followers.cycles, 2 * followers.cycles) if isolated and n in followers.of]
     for i, cycles in enumerate(sought, 1):
-        known, part, tell = [*others, *curves, *further], part_of(progress, i, parts), _beside(further, so_far)
-        more = _isolated_curves(followers, followers.of[cycles], ends, known, progress=part, so_far=tell)
+        known = [*others, *curves, *further]
+        more = _isolated_curves(followers, followers.of[cycles], known, work.part(i, parts).beside(further))
         further += more
-        tell = _beside(further, so_far)
-        further += _leaving_all(followers, more, ends, others=known, progress=None, so_far=tell)
+        further += _leaving_all(followers, more, known, work._replace(progress=silent).beside(further))
     return further
 
 
-def _leaving_all(
-    followers: Followers,
-    curves: Sequence[Curve],
-    ends: tuple[float, float],
-    *,
-    others: Sequence[Curve] = (),
-    progress: Progress | None,
-    so_far: SoFar | None,
-) -> list[Curve]:
+def _leaving_all(followers: Followers, curves: Sequence[Curve], others: Sequence[Curve], work: Work) -> list[Curve]:
     """The branches that leave some, and those that leave branches of broken symmetry; ``others`` are known as well."""
-    further, left = list[Curve](), [*curves]
+    further = list[Curve]()
+    left = [*curves]
     for i, origin in enumerate(left):  # which grows
-        part, tell = part_of(progress, i, len(left)), _beside(further, so_far)
         known = [*others, *curves, *further]
-        leaving = _branches_off(followers, origin, known, ends, progress=part, so_far=tell)
+        leaving = _branches_off(followers, origin, known, work.part(i, len(left)).beside(further))
         further += leaving
         left += [branch for branch in leaving if branch.cycles <= followers.cycles]
     return further
 
 
-def _beside(further: Sequence[Curve], so_far: SoFar | None) -> SoFar | None:
-    """What tells of branches under way beside those that are complete."""
-    complete = tuple(further)
-    return None if so_far is None else lambda growing: so_far([*complete, *growing])
-
-
-def _isolated_curves(
-    followers: Followers,
-    curve: Continuation,
-    ends: tuple[float, float],
-    curves: Sequence[Curve],
-    *,
-    progress: Progress | None,
-    so_far: SoFar | None,
-) -> list[Curve]:
+def _isolated_curves(followers: Followers, curve: Continuation, curves: Sequence[Curve], work: Work) -> list[Curve]:
     """Branches that are connected to none of the known ones; ``curve`` follows them."""
-    further: list[Curve] = []
-    for i, value in enumerate(np.linspace(*ends, _VALUES)):
-        part = part_of(progress, i, _VALUES)
-        if part is not None:
-            part(0.0)
-        period_map = curve.family.map_at(float(value))
-        known, on_branches = Known(period_map, mirror=half_period_map(period_map.system)), Known(period_map)
+    further = list[Curve]()
+    for i, value in enumerate(np.linspace(*followers.ends, _VALUES).tolist()):
+        part = work.part(i, _VALUES)
+        part.progress(0.0)
+        # motions of the branches that are known
+        period_map = curve.family.map_at(value)
+        on_branches = Known(period_map)
         alike = [one for one in [*curves, *further] if curve.cycles % one.cycles == 0]
-        for point in followers.points_at(alike, float(value)):
+        for point in followers.points_at(alike, value):
             on_branches.add(point.motion)
+        # motions from many starts
+        known = Known(period_map, mirror=half_period_map(period_map.system))
         for state in starts_of(period_map, _STARTS):
             search(known, state)
         for motion, states in zip(known.passes, known.shifts, strict=True):
             if len(states) == curve.cycles and not on_branches.holds(motion.start):
                 try:
-                    tell = _with(further, so_far)
-                    isolated = _both_ways(curve, motion.start, float(value), ends=ends, progress=part, so_far=tell)
+                    isolated = _both_ways(curve, motion.start, value, followers.ends, part.beside(further))
                 except ConvergenceError:
                     continue
                 further.append(isolated)
-                for point in followers.points_at([isolated], float(value)):
+                for point in followers.points_at([isolated], value):
                     on_branches.add(point.motion)
                 on_branches.add(motion)
     return further
 
 
-def _with(further: list[Curve], so_far: SoFar | None) -> Callable[[Curve], None] | None:
-    """What tells of one branch under way beside those that are complete."""
-    tell = _beside(further, so_far)
-    return None if tell is None else lambda growing: tell([growing])
-
-
-def _both_ways(
-    curve: Continuation,
-    state: State,
-    value: float,
-    *,
-    ends: tuple[float, float],
-    progress: Progress | None,
-    so_far: Callable[[Curve], None] | None,
-) -> Curve:
+def _both_ways(curve: Continuation, state: State, value: float, ends: tuple[float, float], work: Work) -> Curve:
     """The branch through a motion, followed upward and downward and put together."""
     first = curve.begin(state, value)
-    ahead = followed(curve, first, ends, progress=progress, so_far=so_far)
+    ahead = followed(curve, first, ends, work=work)
     if len(ahead.points) > 2 and ahead.points[-1].w is first.w:  # closed
         return ahead
     downward = curve.begin(state, value, upward=False)
-    tell = None if so_far is None else lambda growing: so_far(_joined(growing, ahead))
-    return _joined(followed(curve, downward, ends, progress=progress, so_far=tell), ahead)
+    behind = followed(curve, downward, ends, work=work.telling(lambda growing: [_joined(growing[0], ahead)]))
+    return _joined(behind, ahead)
 
 
 def _joined(behind: Curve, ahead: Curve) -> Curve:
     """One branch from two that begin at the same motion, the first of them passed backwards."""
     length = behind.points[-1].length
-    points = [_reversed(point, length) for point in reversed(behind.points[1:])]
-    points += [replace(point, length=length + point.length) for point in ahead.points]
-    events = [replace(event, point=_reversed(event.point, length)) for event in reversed(behind.events)]
-    events += [replace(e, point=replace(e.point, length=length + e.point.length)) for e in ahead.events]
+
+    def backwards(point: Point) -> Point:
+        return replace(turned_around(point), length=length - point.length)
+
+    def onwards(point: Point) -> Point:
+        return replace(point, length=length + point.length)
+
+    points = [*map(backwards, reversed(behind.points[1:])), *map(onwards, ahead.points)]
+    events = [replace(event, point=backwards(event.point)) for event in reversed(behind.events)]
+    events += [replace(event, point=onwards(event.point)) for event in ahead.events]
     unlocated = [replace(step, before=step.after, after=step.before) for step in reversed(behind.unlocated)]
-    every = *unlocated, *ahead.unlocated
-    return Curve(ahead.cycles, tuple(points), tuple(events), behind.note or ahead.note, unlocated=every)
+    note = behind.note or ahead.note
+    return Curve(ahead.cycles, tuple(points), tuple(events), note, unlocated=(*unlocated, *ahead.unlocated))
 
 
-def _reversed(point: Point, length: float) -> Point:
-    """A point of a branch of a length, as seen when the branch is passed backwards."""
-    return replace(turned_around(point), length=length - point.length)
-
-
-def _branches_off(
-    followers: Followers,
-    known: Curve,
-    curves: Sequence[Curve],
-    ends: tuple[float, float],
-    *,
-    progress: Progress | None,
-    so_far: SoFar | None,
-) -> list[Curve]:
+def _branches_off(followers: Followers, known: Curve, curves: Sequence[Curve], work: Work) -> list[Curve]:
     """The branches that leave one of some known ones where its period doubles or its symmetry breaks."""
-    own, doubled = followers.of[known.cycles], followers.of.get(2 * known.cycles)
-    further: list[Curve] = []
-    reached: list[tuple[str, float]] = []
+    further = list[Curve]()
+    reached = list[tuple[str, float]]()
+    same = _SAME_EVENT * float(np.ptp(followers.ends))
     events = [event for event in known.events if event.kind in (DOUBLING, BREAKING) and not event.is_collision]
     for i, event in enumerate(events):
-        part, value = part_of(progress, i, len(events)), event.point.parameter
+        part = work.part(i, len(events))
         if event.point.w is known.points[-1].w or event.point.w is known.points[0].w:
             if not known.origin:
-                tell, every = _with(further, so_far), [*curves, *further]
-                further += _branch_joined(followers, known, event, every, ends, progress=part, so_far=tell)
+                further += _branch_joined(followers, known, event, [*curves, *further], part.beside(further))
             continue
-        follower = doubled if event.kind == DOUBLING else own
-        is_reached = any(kind == event.kind and abs(value - end) < _SAME_EVENT * np.ptp(ends) for kind, end in reached)
+        # which branches leave here, and have not been reached from their other end
+        follower = followers.of.get(known.cycles * (2 if event.kind == DOUBLING else 1))
+        is_reached = any(kind == event.kind and abs(event.point.parameter - end) < same for kind, end in reached)
         is_left = event.kind == BREAKING and known.origin == BREAKING  # the symmetric branch at the other end
         if is_reached or is_left or follower is None:
             continue
-        leaving = _leaving(follower, event, ends)
+        # each of them
+        leaving = _leaving(follower, event, followers.ends)
         for j, first in enumerate(leaving):
             if _is_known(follower, event, first, [*curves, *further]):
                 continue
-            branch = followed(
-                follower,
-                first,
-                ends,
-                home=_home_of(follower, known, event),
-                origin=shared_with(follower, event, first),
-                progress=part_of(part, j, len(leaving)),
-                so_far=_with(further, so_far),
-            )
+            home = None if half_curve(follower, event.point.parameter) is None else Home(follower, known.events)
+            origin = shared_with(follower, event, first)
+            own = part.part(j, len(leaving)).beside(further)
+            branch = followed(follower, first, followers.ends, home=home, origin=origin, work=own)
             further.append(branch)
             if branch.events and branch.events[-1].kind == event.kind:
                 reached.append((event.kind, branch.events[-1].point.parameter))
@@ -274,17 +191,11 @@ def _branches_off(
 
 
 def _branch_joined(
-    followers: Followers,
-    known: Curve,
-    joint: Event,
-    curves: Sequence[Curve],
-    ends: tuple[float, float],
-    *,
-    progress: Progress | None,
-    so_far: Callable[[Curve], None] | None,
+    followers: Followers, known: Curve, joint: Event, curves: Sequence[Curve], work: Work
 ) -> list[Curve]:
     """The branch that another one joins at its end, if it is not known: of half its periods, or symmetric."""
-    point, own = joint.point, followers.of[known.cycles]
+    point = joint.point
+    own = followers.of[known.cycles]
     follower = own if joint.kind == BREAKING else followers.of.get(known.cycles // 2)
     halves = half_curve(own, point.parameter)
     if halves is None or follower is None:
@@ -293,31 +204,15 @@ def _branch_joined(
     for side in (-_BESIDE_JOINT, _BESIDE_JOINT):
         with suppress(ConvergenceError):
             first = halves.near(point.w + side * along, along, replace(point, later=None))
-            if ends[0] <= first.parameter <= ends[1]:
+            if followers.ends[0] <= first.parameter <= followers.ends[1]:
                 if _is_known(follower, joint, first, curves):
                     return []
-                start = first.motion.start
-                return [_both_ways(follower, start, first.parameter, ends=ends, progress=progress, so_far=so_far)]
+                return [_both_ways(follower, first.motion.start, first.parameter, followers.ends, work)]
     return []
 
 
-def _home_of(follower: Continuation, known: Curve, event: Event) -> Home | None:
-    """What tells where a branch that leaves at an event joins the one that it leaves; None: nothing does."""
-    return None if half_curve(follower, event.point.parameter) is None else Home(follower, known.events)
-
-
 def doublings_left(curves: Sequence[Curve], cycles: int, shown: Callable[[float], str]) -> list[str]:
-    """Return what the user must know of period doublings from which no branch is followed.
-
-    Parameters
-    ----------
-    curves
-        all branches.
-    cycles
-        periods of the motions that branches of doubled period are followed from.
-    shown
-        writes a parameter value.
-    """
+    """Return what the user must know of period doublings from which no branch is followed."""
     doublings = [
         event.point.parameter
         for known in curves
@@ -334,18 +229,10 @@ def branches_missed(
 ) -> list[str]:
     """Return what the user must know of events from which fewer branches are followed than leave there.
 
-    Parameters
-    ----------
-    curves
-        all branches.
-    cycles
-        periods of the motions that branches are followed from.
-    ends
-        of the range, ascending: beside them branches may leave it at once.
-    shown
-        writes a parameter value.
+    Beside the ends of the range branches may leave it at once.
     """
-    same, notes = _SAME_EVENT * float(np.ptp(ends)), list[str]()
+    same = _SAME_EVENT * float(np.ptp(ends))
+    notes = list[str]()
     for kind, leaving in ((DOUBLING, 1), (BREAKING, 2)):
         joints = np.array([value for known in curves for value in _joints(known, kind)])
         left = [known for known in curves if known.cycles <= cycles and not known.origin == kind == BREAKING]
@@ -376,24 +263,14 @@ def _counted(values: Sequence[float], kind: str, of: str, shown: Callable[[float
 
 
 def _is_known(follower: Continuation, event: Event, first: Point, curves: Sequence[Curve]) -> bool:
-    """Whether a motion lies on a known branch, wherever it begins, or repeats after half its periods already.
-
-    Parameters
-    ----------
-    follower
-        of the motion.
-    event
-        from which it is sought.
-    first
-        the motion.
-    curves
-        the branches.
-    """
+    """Whether a motion lies on a known branch, wherever it begins, or repeats after half its periods already."""
     scale = first.scale
     size = max(first.size, float(np.linalg.norm(first.state * scale)))
     away = first.size * float(np.linalg.norm(first.w[:-1] - event.point.w[:-1]))
     least = min(_SAME * size, _SAME_BESIDE * away)
-    once, state, states = PeriodMap(follower.family.map_at(first.parameter).system), first.motion.start, [first.state]
+    once = PeriodMap(follower.family.map_at(first.parameter).system)
+    state = first.motion.start
+    states = [first.state]
     for _ in range(follower.cycles - 1):
         state = once.later(state)
         states.append(state.y)
@@ -444,13 +321,7 @@ def _first_along(curve: Continuation, event: Event, ends: tuple[float, float], d
 
 
 def _mirror_image(curve: Continuation, event: Event, first: Point) -> Point | None:
-    """The mirror image of a motion beside one of an event, half of its length later; None: there is none.
-
-    Raises
-    ------
-    ConvergenceError
-        Newton's method does not converge.
-    """
+    """The mirror image of a motion beside one of an event, half of its length later; None: there is none."""
     halves = half_period_map(curve.family.map_at(first.parameter).system, curve.cycles)
     if halves is None:
         return None

@@ -15,61 +15,104 @@ Newton's method from a grid of starts misses motions: on piecewise-linear maps i
    the map is continuous (no slider is let go with its torque), the sum of the signs of det(I - M) over them is 1
    (Brouwer's degree): a sum that differs says that one is missing. Then Newton's method goes on from further starts,
    repelled by what is known.
-
-Takes a Model; gives Orbits.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 
 import numpy as np
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
+from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.motion import Pass
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
-from gearrattle.orbits.family import is_compiled
-from gearrattle.orbits.freedom import room_of
+from gearrattle.orbits.families import free_count, room_of
+from gearrattle.orbits.family_ends import followed_through_families
+from gearrattle.orbits.known_motions import (
+    Known,
+    deflated,
+    orbits_of_returns,
+    search,
+    search_symmetric,
+    starts_of,
+)
 from gearrattle.orbits.orbit import Orbit, linear_state, settled_state
-from gearrattle.orbits.over_speed import OverSpeed
+from gearrattle.orbits.over_value import family_of, is_compiled
 from gearrattle.orbits.progress import Progress, never_falling, stretch_of
-from gearrattle.orbits.returns import orbits_of_returns
-from gearrattle.orbits.search import Known, deflated, free_directions, search, search_symmetric, starts_of
-from gearrattle.orbits.state import state_of
+from gearrattle.orbits.start_states import state_of
 from gearrattle.wording import counted
 
+_SPAN = 0.6  # of the speed, to both sides
+_STEP = 0.05
+_POINTS = 600  # of one branch
+_ALL_POINTS = 6000  # of all branches
 _STARTS = 32
 _FURTHER = 64  # starts of the deflated Newton method
-_SETTLED, _DEFLATED = 0.3, 0.2  # shares of the work: the first searches, and the deflated ones
+_SETTLED = 0.3  # share of the work: the first searches
+_DEFLATED = 0.2  # the same: the deflated ones
 
 
-def every_orbit(model: Model, cycles: int, progress: Callable[[float], None] | None = None) -> list[Orbit]:
+class OverSpeed:
+    """What follows motions over the speed, and counts points and branches that it left before their ends."""
+
+    def __init__(self, model: Model, cycles: int, at_point: Callable[[], None]) -> None:
+        self._speed = model.excitation.omega
+        self._at_point = at_point
+        self._span = _SPAN * self._speed
+        family = family_of(model, "excitation.speed", self._speed, cycles, self._span)
+        self._curve = Continuation(family, longest=_STEP)
+        self.points = 0
+        self.left = 0
+
+    @property
+    def is_used_up(self) -> bool:
+        """Whether no further points are followed."""
+        return self.points >= _ALL_POINTS
+
+    def met_again(self, motion: Pass) -> Iterator[Pass]:
+        """Yield the further motions at the model's speed on the branch through a motion."""
+        for upward in (True, False):
+            if not self.is_used_up:
+                yield from self._one_way(motion, upward)
+
+    def _one_way(self, motion: Pass, upward: bool) -> Iterator[Pass]:
+        """Yield those in one direction of the speed."""
+        speed = self._speed
+        last = self.points + _POINTS
+        try:
+            before = self._curve.begin(motion.start, speed, upward=upward)
+            for point, _ in followed_through_families(self._curve, before, (speed - self._span, speed + self._span)):
+                if (before.parameter - speed) * (point.parameter - speed) < 0.0:
+                    yield self._curve.at_parameter(before, point, speed).motion
+                before = point
+                self.points += 1
+                self._at_point()
+                if self.points >= last or self.is_used_up:
+                    self.left += 1
+                    return
+        except ConvergenceError:
+            self.left += 1
+
+
+def every_orbit(model: Model, cycles: int, progress: Callable[[float], None] | None) -> list[Orbit]:
     """Return all motions that repeat after ``cycles`` periods, those with the largest swings last.
 
     ``cycles`` of an orbit are the fewest periods after which it repeats. A note on each says where the count of fixed
     points shows that a motion is missing, or that it cannot show it, and where branches were not followed to their
     ends.
     """
-    searches = _searched(model, cycles, None if progress is None else never_falling(progress))
-    known, notes = searches[-1].known, searches[-1].notes(sum(work.left for work in searches))
-    if not known.passes:
-        message = f"no motion that repeats after {counted(cycles, 'period')} was found"
-        raise ConvergenceError(message, remedy="another number of cycles, or a start near one")
-    orbits = [_orbit(model, known, i, notes) for i in range(len(known.passes))]
-    return sorted(orbits, key=lambda orbit: float(np.ptp(orbit.run.trajectory.deflection, axis=0).max(initial=0.0)))
-
-
-def _searched(model: Model, cycles: int, progress: Progress | None) -> list[_Search]:
-    """The finished searches for all divisors of a number of periods, that for the number itself last."""
-    searches: list[_Search] = []
+    searches = list[_Search]()
+    report = never_falling(progress)
     divisors = [n for n in range(1, cycles + 1) if cycles % n == 0]
     for i, n in enumerate(divisors):
         begin, end = (sum(divisors[:j]) / sum(divisors) for j in (i, i + 1))  # work grows with the periods
-        work = _Search(model, n, stretch_of(progress, begin, end) or (lambda _: None))
+        work = _Search(model, n, stretch_of(report, begin, end))
         for earlier in searches:
             if n % earlier.known.period_map.cycles == 0:
                 work.take(earlier)
@@ -77,25 +120,24 @@ def _searched(model: Model, cycles: int, progress: Progress | None) -> list[_Sea
         work.follow_from(work.taken)
         work.deflate()
         searches.append(work)
-    return searches
+    last = searches[-1]
+    if not last.known.passes:
+        message = f"no motion that repeats after {counted(cycles, 'period')} was found"
+        raise ConvergenceError(message, remedy="another number of cycles, or a start near one")
+    notes = last.notes(sum(work.left for work in searches))
+    orbits = [last.orbit(i, notes) for i in range(len(last.known.passes))]
+    return sorted(orbits, key=lambda orbit: float(np.ptp(orbit.run.trajectory.deflection, axis=0).max(initial=0.0)))
 
 
 class _Search:
-    """The search for motions of n periods.
-
-    Attributes
-    ----------
-    known
-        so far.
-    taken
-        how many of them the searches for divisors of n gave; their branches have been followed.
-    """
+    """The search for motions of n periods."""
 
     def __init__(self, model: Model, cycles: int, progress: Progress) -> None:
         system = assemble(model).system
         self.known = Known(PeriodMap(system, cycles), mirror=half_period_map(system))
         self.taken = 0
-        self._model, self._progress = model, progress
+        self._model = model
+        self._progress = progress
         self._over_speed = OverSpeed(model, cycles, lambda: progress(_SETTLED))
 
     @property
@@ -116,7 +158,8 @@ class _Search:
 
     def settle(self) -> None:
         """Search from the model's own start and from states spread over its reach."""
-        known, period_map = self.known, self.known.period_map
+        known = self.known
+        period_map = self.known.period_map
         states = [settled_state(self._model, period_map), *starts_of(period_map, _STARTS)]
         if period_map.cycles == 1:
             with suppress(ConvergenceError):
@@ -139,7 +182,7 @@ class _Search:
         indices = [i for i in range(first, len(self.known.passes)) if i not in self.known.images]
         motions = [self.known.passes[i] for i in indices]  # what is added lies on the branch of one of these
         for i, motion in enumerate(motions):
-            if not free_directions(period_map, motion) or room_of(period_map, motion) is not None:
+            if not free_count(period_map, motion) or room_of(period_map, motion) is not None:
                 for other in self._over_speed.met_again(motion):
                     self.known.add(other)
             self._progress(_SETTLED + (1.0 - _SETTLED - _DEFLATED) * (i + 1) / len(motions))
@@ -158,32 +201,28 @@ class _Search:
         self._progress(1.0)
 
     def notes(self, left: int) -> tuple[str, ...]:
-        """What the user must know; how many branches all searches left."""
-        notes = _notes(self.known)
+        """What the count of fixed points says, and the branches that all searches left."""
+        notes = list[str]()
+        if self.known.not_counted:
+            notes.append(f"Whether all motions were found cannot be counted: {self.known.not_counted}.")
+        elif (index := self.known.index()) != 1:
+            notes.append(f"A motion is missing: the signs of det(I - M) add up to {index} instead of 1.")
         if self._over_speed.is_used_up:
             stopped = f"Branches over the speed were left after {counted(self._over_speed.points, 'point')}"
-            notes += (f"{stopped}; they may lead to further motions.",)
+            notes.append(f"{stopped}; they may lead to further motions.")
         elif left:
             stopped = f"{counted(left, 'branch', 'branches')} over the speed could not be followed to the end"
-            notes += (f"{stopped}; there may be further motions.",)
-        return notes
+            notes.append(f"{stopped}; there may be further motions.")
+        return tuple(notes)
 
-
-def _notes(known: Known) -> tuple[str, ...]:
-    """What the count of fixed points says."""
-    if known.not_counted:
-        return (f"Whether all motions were found cannot be counted: {known.not_counted}.",)
-    index = known.index()
-    if index == 1:
-        return ()
-    return (f"A motion is missing: the signs of det(I - M) add up to {index} instead of 1.",)
-
-
-def _orbit(model: Model, known: Known, i: int, notes: Sequence[str]) -> Orbit:
-    """An orbit with the fewest periods after which it repeats."""
-    period_map, motion, cycles = known.period_map, known.passes[i], len(known.shifts[i])
-    if cycles == period_map.cycles:
-        residual = shooting.residual_of(period_map, motion)
-        return Orbit(model, cycles, motion, residual, free_directions(period_map, motion), tuple(notes))
-    orbit = shooting.shoot(PeriodMap(period_map.system, cycles), motion.start)
-    return Orbit(model, cycles, orbit.motion, orbit.residual, orbit.free.shape[1], tuple(notes))
+    def orbit(self, i: int, notes: tuple[str, ...]) -> Orbit:
+        """Return a motion with the fewest periods after which it repeats."""
+        model = self._model
+        period_map = self.known.period_map
+        motion = self.known.passes[i]
+        cycles = len(self.known.shifts[i])
+        if cycles == period_map.cycles:
+            residual = shooting.residual_of(period_map, motion)
+            return Orbit(model, cycles, motion, residual, free_count(period_map, motion), notes)
+        orbit = shooting.shoot(PeriodMap(period_map.system, cycles), motion.start)
+        return Orbit(model, cycles, orbit.motion, orbit.residual, orbit.free.shape[1], notes)

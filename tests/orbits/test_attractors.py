@@ -11,11 +11,11 @@ import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
+from gearrattle.orbits.attractors import Settled, motion_names, settled_motions, settled_orbit
 from gearrattle.orbits.orbit import Orbit, settled_state
-from gearrattle.orbits.settled import Settled, motion_names, settled_motions, settled_orbit
-from gearrattle.orbits.state import state_of
+from gearrattle.orbits.start_states import state_of
 from tests.architecture.places import EXAMPLES
-from tests.orbits.test_freedom import train
+from tests.orbits.test_families import train
 
 
 @cache

@@ -11,8 +11,6 @@ Where the parameter runs over a fold the motion jumps, and so it does where a sl
 may lie at the fold itself. Where the parameter runs over a period doubling or a symmetry breaking, the motion goes on
 along what leaves there, if that is stable just beyond (a *soft* loss of stability); if it is unstable, leads backwards
 or is vertical, the motion jumps (a *hard* loss). Of a Neimark-Sacker bifurcation nothing is known.
-
-Takes a Branch; gives ranges and losses of stability.
 """
 
 from __future__ import annotations
@@ -20,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,9 +28,11 @@ from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRA
 from gearrattle.engine.periodic.events.grazing import RELEASE
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.family_end import EDGE
-from gearrattle.orbits.followed import Followed
+from gearrattle.orbits.family_ends import EDGE
 from gearrattle.orbits.orbit import is_stable
+
+if TYPE_CHECKING:
+    from gearrattle.orbits.branch import Branch
 
 CHANGES = frozenset({FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, EDGE})
 """Events at which the stability may change."""
@@ -41,100 +42,62 @@ _SAME = 1e-6  # of swings: motions that differ by less are one
 
 @dataclass(frozen=True)
 class Range:
-    """Neighbouring points of a branch with the same stability and no fold between them.
+    """Neighbouring points of a branch with the same stability and no fold between them."""
 
-    Attributes
-    ----------
-    branch
-        number of the branch.
-    begin, end
-        values of the parameter at its two ends, in the order of the branch [SI].
-    stable
-        whether the motions are.
-    points
-        how many.
-    cause
-        of its end: the kind of an event, or what else ends it.
-    """
-
-    branch: int
-    begin: float
+    branch: int  # number of the branch
+    begin: float  # values of the parameter at its two ends, in the order of the branch [SI]
     end: float
-    stable: bool
-    points: int
-    cause: str
+    stable: bool  # whether the motions are
+    points: int  # how many
+    cause: str  # of its end: the kind of an event, or what else ends it
 
 
 @dataclass(frozen=True)
 class Loss:
-    """An event at which stable motions end, or become unstable, as the value slowly goes one way.
+    """An event at which stable motions end, or become unstable, as the value slowly goes one way."""
 
-    Attributes
-    ----------
-    event
-        its row in ``Branch.events``.
-    branch
-        number of the branch.
-    kind
-        of the event.
-    value
-        of the parameter [SI].
-    upward
-        whether it is met with a growing value.
-    jumps
-        whether the motion jumps there; None: that is not known.
-    """
-
-    event: int
-    branch: int
-    kind: str
-    value: float
-    upward: bool
-    jumps: bool | None = True
+    event: int  # its row in ``Branch.events``
+    branch: int  # number of the branch
+    kind: str  # of the event
+    value: float  # of the parameter [SI]
+    upward: bool  # whether it is met with a growing value
+    jumps: bool | None = True  # whether the motion jumps there; None: that is not known
 
 
 @dataclass(frozen=True)
 class Course:
-    """A branch from node to node.
+    """A branch from node to node."""
 
-    Attributes
-    ----------
-    nodes
-        its N points and events: a point and -1, or the point before an event and the event.
-    value
-        (N,) of the parameter [SI].
-    kinds
-        N kinds of events; empty for points.
-    stable
-        (N - 1,) whether motions are, between every node and the next.
-    """
-
+    # its N points and events: a point and -1, or the point before an event and the event
     nodes: tuple[tuple[int, int], ...]
-    value: NDArray[np.float64]
-    kinds: tuple[str, ...]
-    stable: tuple[bool, ...]
+    value: NDArray[np.float64]  # (N,) of the parameter [SI]
+    kinds: tuple[str, ...]  # N kinds of events; empty for points
+    stable: tuple[bool, ...]  # (N - 1,) whether motions are, between every node and the next
 
     def points_of(self, first: int, end: int) -> int:
         """How many of the nodes from ``first`` up to ``end`` are points."""
         return sum(not kind for kind in self.kinds[first:end])
 
 
-def slices_of(branch: Followed) -> list[slice]:
+def slices_of(branch: Branch) -> list[slice]:
     """Return the points of every branch."""
     ends = np.cumsum([0, *(len(curve.points) for curve in branch.curves)]).tolist()
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
-def courses_of(branch: Followed) -> list[Course]:
+def courses_of(branch: Branch) -> list[Course]:
     """Return every branch from node to node."""
-    values, events = branch.data["value"].values, branch.events
-    kinds, event_values = events["kind"].tolist(), events["value"].to_numpy(np.float64)
+    values = branch.data["value"].values
+    events = branch.events
+    kinds = events["kind"].tolist()
+    event_values = events["value"].to_numpy(np.float64)
     of_steps: dict[int, list[int]] = {}
     for event, point in enumerate(events["point"].tolist()):
         of_steps.setdefault(point, []).append(event)
     courses = []
     for number, part in enumerate(slices_of(branch)):
-        nodes, steps = list[tuple[int, int]](), list[bool]()
+        nodes = list[tuple[int, int]]()
+        steps = list[bool]()
         for i in range(part.start, part.stop):
             own = of_steps.get(i, [])
             nodes += [(i, -1), *((i, e) for e in own)]
@@ -145,11 +108,13 @@ def courses_of(branch: Followed) -> list[Course]:
     return courses
 
 
-def _stability_of_step(branch: Followed, number: int, point: int, events: Sequence[int]) -> list[bool]:
+def _stability_of_step(branch: Branch, number: int, point: int, events: Sequence[int]) -> list[bool]:
     """Whether motions are stable before, between and after the events of a step."""
     if not events:
         return [bool(branch.data["stable"].values[point])]
-    stable, part, curve = branch.data["stable"].values, slices_of(branch)[number], branch.curves[number]
+    stable = branch.data["stable"].values
+    part = slices_of(branch)[number]
+    curve = branch.curves[number]
     kinds = branch.events["kind"].iloc[list(events)].tolist()
     changes = [k for k, kind in enumerate(kinds) if kind in CHANGES]
     changes = changes or [k for k, kind in enumerate(kinds) if kind == GRAZING][:1]
@@ -176,17 +141,22 @@ def halfway(curve: Continuation, first: Point, last: Point) -> Point | None:
         return None
 
 
-def ranges_of(branch: Followed) -> list[Range]:
+def ranges_of(branch: Branch) -> list[Range]:
     """Return ranges of one stability that end at folds, branch by branch, in the order of each."""
-    ranges, stable = list[Range](), branch.data["stable"].values
+    ranges = list[Range]()
+    stable = branch.data["stable"].values
     for number, course in enumerate(courses_of(branch)):
-        own, first, begin = list[Range](), 0, float(course.value[0])
+        own = list[Range]()
+        first = 0
+        begin = float(course.value[0])
         for i in range(1, len(course.nodes) - 1):
             if course.stable[i - 1] != course.stable[i] or course.kinds[i] == FOLD:
                 at, cause = _change(course, i)
                 own.append(Range(number, begin, at, course.stable[first], course.points_of(first, i), cause))
-                first, begin = i, at
-        last, is_stable = float(course.value[-1]), bool(stable[course.nodes[-1][0]])
+                first = i
+                begin = at
+        last = float(course.value[-1])
+        is_stable = bool(stable[course.nodes[-1][0]])
         points = course.points_of(first, len(course.nodes))
         own.append(Range(number, begin, last, is_stable, points, _end(branch, number, last)))
         wide = [one for one in own if abs(one.end - one.begin) > _no_width(branch)]
@@ -194,7 +164,7 @@ def ranges_of(branch: Followed) -> list[Range]:
     return ranges
 
 
-def _no_width(branch: Followed) -> float:
+def _no_width(branch: Branch) -> float:
     return _NO_WIDTH * abs(branch.range[1] - branch.range[0])
 
 
@@ -205,7 +175,7 @@ def _change(course: Course, i: int) -> tuple[float, str]:
     return float(0.5 * (course.value[i - 1] + course.value[i])), "not located"
 
 
-def _end(branch: Followed, number: int, value: float) -> str:
+def _end(branch: Branch, number: int, value: float) -> str:
     """What ends a branch: the range, the event at which it joins another one, or something else."""
     if value in branch.range:
         return "end of the range"
@@ -213,12 +183,15 @@ def _end(branch: Followed, number: int, value: float) -> str:
     return curve.events[-1].kind if curve.happens_at(-1) else "end of the branch"
 
 
-def losses_of(branch: Followed) -> list[Loss]:
+def losses_of(branch: Branch) -> list[Loss]:
     """Return the events at which stable motions end or lose their stability, by their values."""
-    losses, courses = list[Loss](), courses_of(branch)
+    losses = list[Loss]()
+    courses = courses_of(branch)
     for number, course in enumerate(courses):
         for i in range(1, len(course.nodes) - 1):
-            before, after, is_fold = course.stable[i - 1], course.stable[i], course.kinds[i] == FOLD
+            before = course.stable[i - 1]
+            after = course.stable[i]
+            is_fold = course.kinds[i] == FOLD
             if course.kinds[i] not in CHANGES or not (before or after) or (before and after and not is_fold):
                 continue
             stable, other = (i - 1, i + 1) if before else (i + 1, i - 1)
@@ -226,7 +199,8 @@ def losses_of(branch: Followed) -> list[Loss]:
             if is_fold:
                 change = -_first_change(course.value[i::-1] if before else course.value[i:], _no_width(branch))
             if is_fold or abs(change) > _no_width(branch):
-                event, value = course.nodes[i][1], float(course.value[i])
+                event = course.nodes[i][1]
+                value = float(course.value[i])
                 loss = Loss(event, number, course.kinds[i], value, change >= 0.0)
                 losses.append(replace(loss, jumps=_jumps(branch, courses, loss)))
         losses += _ends_in_release(branch, number, course)
@@ -239,7 +213,7 @@ def _first_change(value: NDArray[np.float64], least: float) -> float:
     return float(change[np.argmax(np.abs(change) > least)])
 
 
-def _ends_in_release(branch: Followed, number: int, course: Course) -> list[Loss]:
+def _ends_in_release(branch: Branch, number: int, course: Course) -> list[Loss]:
     """The end of a branch whose stable motions let a slider go with its torque there."""
     event = course.nodes[-1][1]
     if event < 0 or branch.events["grazing"].iloc[event] != RELEASE or not course.stable[-1]:
@@ -248,7 +222,7 @@ def _ends_in_release(branch: Followed, number: int, course: Course) -> list[Loss
     return [Loss(event, number, GRAZING, end, end >= before)]
 
 
-def _jumps(branch: Followed, courses: Sequence[Course], loss: Loss) -> bool | None:
+def _jumps(branch: Branch, courses: Sequence[Course], loss: Loss) -> bool | None:
     """Whether the motion jumps at an event; None: not known."""
     if loss.kind == FOLD:
         return True
@@ -256,9 +230,10 @@ def _jumps(branch: Followed, courses: Sequence[Course], loss: Loss) -> bool | No
     return not any(beyond) if beyond else None
 
 
-def _stable_beyond(branch: Followed, courses: Sequence[Course], loss: Loss) -> list[bool]:
+def _stable_beyond(branch: Branch, courses: Sequence[Course], loss: Loss) -> list[bool]:
     """Of every branch that leaves or ends at an event whether its motions are stable just beyond that."""
-    swings, least = branch.data["peak_to_peak"].values, _no_width(branch)
+    swings = branch.data["peak_to_peak"].values
+    least = _no_width(branch)
     apart = _SAME * float(swings.max(initial=0.0))
     own = branch.event_levels[loss.event, 1] - branch.event_levels[loss.event, 0]
     cycles = branch.curves[loss.branch].cycles * (2 if loss.kind == DOUBLING else 1)
@@ -267,7 +242,9 @@ def _stable_beyond(branch: Followed, courses: Sequence[Course], loss: Loss) -> l
         if number == loss.branch or curve.cycles != cycles:
             continue
         for inwards in (slice(None), slice(None, None, -1)):
-            nodes, away, stable = course.nodes[inwards], course.value[inwards] - loss.value, course.stable[inwards]
+            nodes = course.nodes[inwards]
+            away = course.value[inwards] - loss.value
+            stable = course.stable[inwards]
             if abs(away[0]) > least or np.abs(swings[nodes[0][0]] - own).max() > apart:
                 continue
             next_node = int(

@@ -1,7 +1,4 @@
-"""States of a model at the start of a period, as users write them and as the period map takes them.
-
-Takes a Model, and a start in any of its forms; gives states of ``engine.periodic``, and back.
-"""
+"""States of a model at the start of a period, as users write them and as the period map takes them."""
 
 from __future__ import annotations
 
@@ -26,7 +23,6 @@ from gearrattle.trajectory import Trajectory
 from gearrattle.wording import measured
 
 Array = NDArray[np.float64]
-
 Start = str | Mapping[str, Sequence[float]] | Run
 """A start: "steady", "static", "zero", angles and velocities of all inertias [rad, rad/s], or a run: its end."""
 
@@ -36,10 +32,8 @@ _BALANCED = 1e-12  # of the sum of all mean torques
 def check_repeats(model: Model) -> None:
     """Refuse a model whose inputs do not repeat, or that mean torques drive away.
 
-    Raises
-    ------
-    ModelError
-        records, sweeps, orders without a common period; mean torques on a train that turns freely without drag.
+    Raises ModelError: records, sweeps, orders without a common period; mean torques on a train that turns freely
+    without drag.
     """
     refuse_unsteady(model, "a periodic motion")
     if notes := period_of(model).notes:
@@ -47,7 +41,8 @@ def check_repeats(model: Model) -> None:
         raise ModelError(Problem("excitation", notes[0], rule, remedy))
     system = assemble(model).system
     motion = relative_coordinates(system).angle_from_reference
-    mean, size = motion.T @ system.inputs.mean, np.abs(motion.T) @ np.abs(system.inputs.mean)
+    mean = motion.T @ system.inputs.mean
+    size = np.abs(motion.T) @ np.abs(system.inputs.mean)
     has_drag = (np.abs(motion.T) @ system.drag) > 0.0
     for torque, total, is_held in zip(mean, size, has_drag, strict=True):
         if abs(torque) > _BALANCED * total and not is_held:
@@ -60,10 +55,7 @@ def check_repeats(model: Model) -> None:
 def state_of(model: Model, period_map: PeriodMap, start: Start | None) -> State:
     """Return the state of a start; None is that of the model.
 
-    Raises
-    ------
-    ModelError
-        the start is not valid, or the model has no static equilibrium.
+    Raises ModelError: the start is not valid, or the model has no static equilibrium.
     """
     if isinstance(start, Run):
         return _end_of(model, period_map, start)
@@ -78,10 +70,7 @@ def state_of(model: Model, period_map: PeriodMap, start: Start | None) -> State:
 def check_inertias(model: Model, other: Model, value: str) -> None:
     """Refuse a motion of a model with other inertias as a start; ``value`` is how it is shown.
 
-    Raises
-    ------
-    ModelError
-        the names of the inertias differ.
+    Raises ModelError: the names of the inertias differ.
     """
     names = [inertia.name for inertia in model.inertias]
     if [inertia.name for inertia in other.inertias] != names:
@@ -108,7 +97,8 @@ def _about_start(error: ModelError, start: object) -> ModelError:
 
 def _end_of(model: Model, period_map: PeriodMap, run: Run) -> State:
     """The state in which a run ends."""
-    trajectory, free = run.trajectory, free_of(model)
+    trajectory = run.trajectory
+    free = free_of(model)
     check_inertias(model, run.model, repr(run))
     if not has_same_sliders(model, run.model):
         trajectory = replace(trajectory, auxiliaries=None)
@@ -116,19 +106,7 @@ def _end_of(model: Model, period_map: PeriodMap, run: Run) -> State:
 
 
 def state_at(period_map: PeriodMap, trajectory: Trajectory, free: NDArray[np.int64], time: float) -> State:
-    """Return the state of a simulated motion at an instant, between samples by cubic polynomials.
-
-    Parameters
-    ----------
-    period_map
-        of the driveline; the instant is the start of a period.
-    trajectory
-        the motion.
-    free
-        indices of the inertias whose motion is not prescribed.
-    time
-        the instant [s].
-    """
+    """Return the state of a simulated motion at an instant [s], between samples by cubic polynomials."""
     from scipy.interpolate import CubicHermiteSpline
 
     i = int(np.clip(np.searchsorted(trajectory.time, time, side="right") - 1, 0, len(trajectory.time) - 2))
@@ -140,7 +118,8 @@ def state_at(period_map: PeriodMap, trajectory: Trajectory, free: NDArray[np.int
         CubicHermiteSpline(trajectory.time[rows], values, slopes)(time)
         for values, slopes in ((angle, velocity), (velocity, acceleration))
     )
-    state, auxiliaries = period_map.state_of(angle_then, velocity_then), trajectory.auxiliaries
+    state = period_map.state_of(angle_then, velocity_then)
+    auxiliaries = trajectory.auxiliaries
     if auxiliaries is None:
         return state
     share = (time - trajectory.time[i]) / (trajectory.time[i + 1] - trajectory.time[i])
@@ -167,19 +146,7 @@ def initial_of(model: Model, period_map: PeriodMap, state: State) -> dict[str, l
 def plan_from(model: Model, orbit: tuple[PeriodMap, State], settings: dict[str, Any]) -> Plan:
     """Return the simulation by ``exact`` from a state of a periodic motion, memories of its sliders included.
 
-    Parameters
-    ----------
-    model
-        the driveline, whose inputs may do something else than in the periodic motion.
-    orbit
-        the map and the state at the start of a period.
-    settings
-        cycles, discard, samples_per_cycle.
-
-    Raises
-    ------
-    ModelError
-        as of ``simulate``.
+    Raises ModelError: as of ``simulate``.
     """
     begun = orbit[0].task(orbit[1], 1)
     initial = initial_of(model, *orbit)

@@ -13,8 +13,8 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap
 from gearrattle.errors import Cancelled, ConvergenceError
-from gearrattle.orbits import over_speed
-from gearrattle.orbits.search import Known
+from gearrattle.orbits import all_motions
+from gearrattle.orbits.known_motions import Known
 
 pytestmark = pytest.mark.slow
 NEAR_EDGE = [
@@ -118,9 +118,9 @@ def test_branches_that_end_early_are_a_note_with_their_number(fails: bool, monke
         yield
 
     if fails:
-        monkeypatch.setattr(over_speed, "followed_through_families", breaks_off)
+        monkeypatch.setattr(all_motions, "followed_through_families", breaks_off)
     else:
-        monkeypatch.setattr(over_speed, "_POINTS", 3)
+        monkeypatch.setattr(all_motions, "_POINTS", 3)
     for orbit in gr.periodic(gr.example("backlash_oscillator"), every=True):
         (note,) = (note for note in orbit.notes if "over the speed" in note)
         assert note.endswith(" over the speed could not be followed to the end; there may be further motions.")
@@ -144,7 +144,7 @@ def test_the_share_of_the_search_never_falls_and_an_exception_ends_it() -> None:
 
 
 def test_branches_that_are_not_followed_to_their_ends_are_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(over_speed, "_ALL_POINTS", 5)
+    monkeypatch.setattr(all_motions, "_ALL_POINTS", 5)
     for orbit in gr.periodic(gr.example("backlash_oscillator"), every=True):
         assert "Branches over the speed were left after 5 points; they may lead to further motions." in orbit.notes
 

@@ -6,8 +6,6 @@ order stay the same the map is linear in s, so the family is an interval of s. I
 Outside its ends the motions touch, and do not repeat: but at the depth d what is left is of the order d^(3/2). So
 Newton's method ends at motions that touch by less than any residual tells. They are members of the family: without the
 touch their I - M is singular, and from there on along d all motions repeat.
-
-Takes a periodic motion; gives Intervals, and the motion of the family that stands for one at its edge.
 """
 
 from __future__ import annotations
@@ -38,7 +36,9 @@ _EXACT = 1e-14  # of the size of the state
 _BRIEF = 1e-2  # of the period: a longer touch leaves a residual that tells
 _LIGHT = 1e-4  # of the period: the time of a touch so light that its residual does not tell
 _NEARLY = 1e-6  # singular value of I - M along a direction that may be free
-_NEAREST, _FURTHER, _WITHIN = 1e-10, 4.0, 1e-3  # of the size of the state: steps from a light touch into a family
+_NEAREST = 1e-10  # of the size of the state: the first step from a light touch into a family
+_FURTHER = 4.0  # times that: the next one
+_WITHIN = 1e-3  # of the size of the state: the longest one
 
 
 @dataclass(frozen=True)
@@ -75,19 +75,41 @@ def intervals_of(model: Model, period_map: PeriodMap, motion: Pass) -> tuple[Int
 
     With several free directions one state each is chosen, and the others of these stay as they are.
     """
-    names, scale = state_names(model), period_map.scale
+    names = state_names(model)
+    scale = period_map.scale
     intervals = []
     for chosen, direction in directions_of(period_map, motion):
         unit = direction / np.linalg.norm(direction * scale)
-        value, pace = float(motion.start.y[chosen]), float(unit[chosen])
+        value = float(motion.start.y[chosen])
+        pace = float(unit[chosen])
         ends = [value + side * pace * reach_of(period_map, motion, side * unit) for side in (-1.0, 1.0)]
         intervals.append(Interval(names[chosen], min(ends), max(ends), value))
     return tuple(intervals)
 
 
+def size_of(period_map: PeriodMap, state: State) -> float:
+    """Return the size of a balanced state, at least that of the largest corner."""
+    return max(period_map.size, float(np.linalg.norm(state.y * period_map.scale)))
+
+
+def free_space_of(period_map: PeriodMap, motion: Pass) -> Array:
+    """Return the directions (N, F) [SI] in which neighbours of a motion repeat as well."""
+    return shooting.newton_step(period_map, motion)[1]
+
+
+def free_count(period_map: PeriodMap, motion: Pass) -> int:
+    """Return the number of directions in which neighbours of a motion repeat as well."""
+    return int(free_space_of(period_map, motion).shape[1])
+
+
+def without_free(multipliers: NDArray[np.complex128], free: int) -> NDArray[np.complex128]:
+    """Return multipliers without as many nearest to 1 as there are free directions."""
+    return np.asarray(np.delete(multipliers, np.argsort(np.abs(multipliers - 1.0))[:free]))
+
+
 def directions_of(period_map: PeriodMap, motion: Pass) -> Iterator[tuple[int, Array]]:
     """Yield a state's index and the free direction (N,) [SI] that moves it and none of the other states yielded."""
-    yield from _one_by_one(period_map, shooting.newton_step(period_map, motion)[1])
+    yield from _one_by_one(period_map, free_space_of(period_map, motion))
 
 
 def _one_by_one(period_map: PeriodMap, free: Array) -> Iterator[tuple[int, Array]]:
@@ -132,7 +154,7 @@ def off_edge(period_map: PeriodMap, motion: Pass) -> Pass:
         with suppress(ConvergenceError):
             state = State(inside.start.y + (0.0 if room is None else room[0]), inside.end.auxiliary_pieces)
             middle = shooting.shoot(period_map, state)
-            inside = middle.motion if middle.free.shape[1] == _free(period_map, inside) else inside
+            inside = middle.motion if middle.free.shape[1] == free_count(period_map, inside) else inside
     return inside
 
 
@@ -160,7 +182,8 @@ def _soon_followed(motion: Pass, times: Array, share: float) -> NDArray[np.bool_
 
 def _slipping_lightly(period_map: PeriodMap, motion: Pass) -> Iterator[Array]:
     """Yield the directions (N,) [SI] of the memories of sliders that slip for a short time."""
-    system, size = period_map.system, len(motion.gap)
+    system = period_map.system
+    size = len(motion.gap)
     for memory, auxiliary in enumerate(system.memories):
         if _comes_back_soon(motion, len(system.clearances) + auxiliary, _BRIEF):
             yield np.eye(size)[size - len(system.memories) + memory]
@@ -181,7 +204,7 @@ def within_family(period_map: PeriodMap, motion: Pass) -> Pass:
 def _steps_inside(period_map: PeriodMap, motion: Pass) -> Iterator[Pass]:
     """Motions with more free directions than one that touches lightly, with nothing but motions that repeat between."""
     free = _free_without_touches(period_map, motion)
-    count = _free(period_map, motion)
+    count = free_count(period_map, motion)
     touching = [direction for _, direction in _one_by_one(period_map, free)] if free.shape[1] > count else []
     for direction in [*touching, *_slipping_lightly(period_map, motion)]:
         unit = direction / np.linalg.norm(direction * period_map.scale)
@@ -193,7 +216,7 @@ def _steps_inside(period_map: PeriodMap, motion: Pass) -> Iterator[Pass]:
 
 def _first_inside(period_map: PeriodMap, motion: Pass, unit: Array, count: int) -> Pass | None:
     """The first motion along a direction (N,) [SI] with more than so many free ones, if all up to it repeat."""
-    size = max(period_map.size, float(np.linalg.norm(motion.start.y * period_map.scale)))
+    size = size_of(period_map, motion.start)
     step = _NEAREST * size
     with suppress(ConvergenceError):
         while step < _WITHIN * size:
@@ -206,11 +229,6 @@ def _first_inside(period_map: PeriodMap, motion: Pass, unit: Array, count: int) 
                     return orbit.motion
             step *= _FURTHER
     return None
-
-
-def _free(period_map: PeriodMap, motion: Pass) -> int:
-    """The number of free directions of a motion."""
-    return int(shooting.newton_step(period_map, motion)[1].shape[1])
 
 
 def _free_without_touches(period_map: PeriodMap, motion: Pass) -> Array:
@@ -240,7 +258,8 @@ def _without_light_touches(period_map: PeriodMap, motion: Pass) -> tuple[NDArray
 
     Also (K,) by how much the pieces of clearances at the start then differ: a touch may last beyond the end.
     """
-    crossings, system = motion.crossings, period_map.system
+    crossings = motion.crossings
+    system = period_map.system
     elements = np.array([*system.clearances, *(auxiliary.element for auxiliary in system.auxiliaries)])
     is_kept = np.ones(len(crossings.time), dtype=np.bool_)
     changed = np.zeros(len(system.clearances), dtype=np.int64)
@@ -262,13 +281,15 @@ def _without_light_touches(period_map: PeriodMap, motion: Pass) -> tuple[NDArray
 
 def reach_of(period_map: PeriodMap, motion: Pass, direction: Array) -> float:
     """Return the largest s for which the motion from y + s direction (N,) [SI] repeats; infinite if there is no end."""
-    size = max(period_map.size, float(np.linalg.norm(motion.start.y * period_map.scale)))
-    near, far = 0.0, _FARTHEST * size
+    size = size_of(period_map, motion.start)
+    near = 0.0
+    far = _FARTHEST * size
     if _repeats(period_map, motion, far * direction, size):
         return np.inf
     step = 1e-6 * size
     while step < far and _repeats(period_map, motion, step * direction, size):
-        near, step = step, 2.0 * step
+        near = step
+        step = 2.0 * step
     far = min(far, step)
     for _ in range(_HALVINGS):
         if far - near < _EXACT * size:
