@@ -30,7 +30,7 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.symmetry import half_period_map
-from gearrattle.errors import ConvergenceError
+from gearrattle.errors import Cancelled, ConvergenceError
 from gearrattle.model import Model
 from gearrattle.orbits.family import is_compiled
 from gearrattle.orbits.freedom import room_of
@@ -40,6 +40,7 @@ from gearrattle.orbits.progress import Progress, never_falling, stretch_of
 from gearrattle.orbits.returns import orbits_of_returns
 from gearrattle.orbits.search import Known, deflated, free_directions, search, search_symmetric, starts_of
 from gearrattle.orbits.state import state_of
+from gearrattle.time_limits import TimeLimit, limited
 from gearrattle.wording import counted
 
 _STARTS = 32
@@ -47,15 +48,22 @@ _FURTHER = 64  # starts of the deflated Newton method
 _SETTLED, _DEFLATED = 0.3, 0.2  # shares of the work: the first searches, and the deflated ones
 
 
-def every_orbit(model: Model, cycles: int, progress: Callable[[float], None] | None = None) -> list[Orbit]:
+def every_orbit(
+    model: Model,
+    cycles: int,
+    progress: Callable[[float], None] | None = None,
+    limit: TimeLimit | None = None,
+) -> list[Orbit]:
     """Return all motions that repeat after ``cycles`` periods, those with the largest swings last.
 
     ``cycles`` of an orbit are the fewest periods after which it repeats. A note on each says where the count of fixed
     points shows that a motion is missing, or that it cannot show it, and where branches were not followed to their
     ends.
     """
-    searches = _searched(model, cycles, None if progress is None else never_falling(progress))
+    searches = _searched(model, cycles, None if progress is None else never_falling(progress), limit)
     known, notes = searches[-1].known, searches[-1].notes(sum(work.left for work in searches))
+    if searches[-1].is_stopped:
+        notes = (*notes, "The search was stopped before its end: there may be further motions.")
     if not known.passes:
         message = f"no motion that repeats after {counted(cycles, 'period')} was found"
         raise ConvergenceError(message, remedy="another number of cycles, or a start near one")
@@ -63,8 +71,11 @@ def every_orbit(model: Model, cycles: int, progress: Callable[[float], None] | N
     return sorted(orbits, key=lambda orbit: float(np.ptp(orbit.run.trajectory.deflection, axis=0).max(initial=0.0)))
 
 
-def _searched(model: Model, cycles: int, progress: Progress | None) -> list[_Search]:
-    """The finished searches for all divisors of a number of periods, that for the number itself last."""
+def _searched(model: Model, cycles: int, progress: Progress | None, limit: TimeLimit | None) -> list[_Search]:
+    """The searches for all divisors of a number of periods, that for the number itself last.
+
+    With a limit they end where the time is over, or where the progress raises ``Cancelled``: the last one is stopped.
+    """
     searches: list[_Search] = []
     divisors = [n for n in range(1, cycles + 1) if cycles % n == 0]
     for i, n in enumerate(divisors):
@@ -73,10 +84,17 @@ def _searched(model: Model, cycles: int, progress: Progress | None) -> list[_Sea
         for earlier in searches:
             if n % earlier.known.period_map.cycles == 0:
                 work.take(earlier)
-        work.settle()
-        work.follow_from(work.taken)
-        work.deflate()
         searches.append(work)
+        try:
+            with limited(limit or TimeLimit()):
+                work.settle()
+                work.follow_from(work.taken)
+                work.deflate()
+        except (Cancelled, KeyboardInterrupt):
+            if limit is None:
+                raise
+            work.is_stopped = True
+            break
     return searches
 
 
@@ -89,12 +107,15 @@ class _Search:
         so far.
     taken
         how many of them the searches for divisors of n gave; their branches have been followed.
+    is_stopped
+        whether it was stopped before its end.
     """
 
     def __init__(self, model: Model, cycles: int, progress: Progress) -> None:
         system = assemble(model).system
         self.known = Known(PeriodMap(system, cycles), mirror=half_period_map(system))
         self.taken = 0
+        self.is_stopped = False
         self._model, self._progress = model, progress
         self._over_speed = OverSpeed(model, cycles, lambda: progress(_SETTLED))
 

@@ -157,7 +157,15 @@ def carried(state: State, before: PeriodMap, after: PeriodMap) -> State:
     return State(np.append(start.y[:-memories], state.y[-memories:]), state.auxiliary_pieces)
 
 
-def exact_run(model: Model, period_map: PeriodMap, state: State, value: float, blocks: int = BLOCKS) -> ExactRun:
+def exact_run(
+    model: Model,
+    period_map: PeriodMap,
+    state: State,
+    value: float,
+    *,
+    blocks: int = BLOCKS,
+    like: ExactRun | None = None,
+) -> ExactRun:
     """Follow a motion until it repeats, or for so many blocks, and measure it.
 
     Parameters
@@ -172,6 +180,8 @@ def exact_run(model: Model, period_map: PeriodMap, state: State, value: float, b
         of the model [SI].
     blocks
         of periods, at most.
+    like
+        an irregular motion that it may go on: it ends sooner where the second block or a later one shows no other.
 
     Raises
     ------
@@ -195,6 +205,10 @@ def exact_run(model: Model, period_map: PeriodMap, state: State, value: float, b
         points = np.array([without(one.y * period_map.scale, turns) for one in states])
         nearness = _REPEATS if done < blocks else _ABOUT_REPEATS
         cycles = period_number(points / units_of(period_map, state), nearness, LONGEST)
+        if like is not None and not (like.cycles or cycles) and 1 < done < blocks:
+            known = _measured(run, state, value=value, cycles=0, periods=done * BLOCK)
+            if not known.differs(like):
+                return known
     assert run is not None
     return _measured(run, state, value=value, cycles=cycles, periods=done * BLOCK)
 

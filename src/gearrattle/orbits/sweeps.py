@@ -22,13 +22,15 @@ Takes a Model, a path and a range; gives Sweeps.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.errors import Cancelled, ConvergenceError
 from gearrattle.model import Model
@@ -138,6 +140,40 @@ class Sweeps:
             was_two = is_two
         return ranges
 
+    def variables(self, of_value: Mapping[str, Any], of_deflection: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the motions and the jumps as variables of a Dataset.
+
+        Parameters
+        ----------
+        of_value, of_deflection
+            attributes of values and of deflections: their units.
+        """
+        runs = [*self.up, *self.down]
+        along, each = "motion", ("motion", "clearance")
+        clearances = len(runs[0].rms) if runs else 0
+
+        def of_clearances(name: str) -> NDArray[np.float64]:
+            return np.array([getattr(run, name) for run in runs]).reshape(len(runs), clearances)
+
+        motions = {
+            "swept_value": (along, np.array([run.value for run in runs]), of_value),
+            "swept_upward": (along, np.arange(len(runs)) < len(self.up)),
+            "swept_cycles": (along, np.array([run.cycles for run in runs], dtype=np.int64)),
+            "swept_periods": (along, np.array([run.periods for run in runs], dtype=np.int64)),
+            "swept_verdict": (along, np.array([run.headline for run in runs], dtype=np.str_)),
+            "swept_rms": (each, of_clearances("rms"), of_deflection),
+            "swept_swing": (each, of_clearances("swing"), of_deflection),
+            "swept_impacts": (each, of_clearances("impacts")),
+        }
+        jumps = {
+            "jump_value": ("jump", np.array([jump.value for jump in self.jumps]), of_value),
+            "jump_error": ("jump", np.array([jump.error for jump in self.jumps]), of_value),
+            "jump_upward": ("jump", np.array([jump.upward for jump in self.jumps], dtype=np.bool_)),
+            "jump_clearance": ("jump", np.array([jump.clearance for jump in self.jumps], dtype=np.int64)),
+            "jump_kind": ("jump", np.array([jump.kind for jump in self.jumps], dtype=np.str_)),
+        }
+        return motions | jumps
+
 
 @dataclass
 class _Way:
@@ -190,6 +226,11 @@ class Sweeper:
         if it has one, is called with what is known so far, in words.
     words
         says what is known so far.
+
+    Attributes
+    ----------
+    is_stopped
+        whether somebody stopped the work.
     """
 
     def __init__(
@@ -207,6 +248,7 @@ class Sweeper:
         self._ways = {upward: _Way(upward) for upward in (True, False)}
         self._failures: dict[float, str] = {}
         self._is_complete = False
+        self.is_stopped = False
 
     def sweep(self) -> Sweeps:
         """Carry the sweeps out, and return what is known at the end or when the time is over."""
@@ -217,8 +259,10 @@ class Sweeper:
                 self._halve()
                 self._refine(RESOLUTION)
             self._is_complete = True
-        except (OutOfTime, Cancelled, KeyboardInterrupt):
-            self._limit.stop()
+        except OutOfTime:
+            pass
+        except (Cancelled, KeyboardInterrupt):
+            self.is_stopped = True
         return self.so_far
 
     @property
@@ -311,14 +355,17 @@ class Sweeper:
         return [(jump.before, jump.after) for jump in jumps[:_MOST_JUMPS] if 2.0 * jump.error > least]
 
     def _jumps(self, way: _Way) -> list[Jump]:
-        """The jumps of a direction, in its order."""
-        other = self._ways[not way.upward]
+        """The jumps of a direction, in its order: abrupt changes, and where it leaves a range of two motions."""
+        other = self._ways[not way.upward].runs
         jumps = []
         for first, last in way.steps:
-            sides = [run.differs(other.runs[run.value]) if run.value in other.runs else False for run in (first, last)]
-            is_end = sides[0] and not sides[1] and first.differs(last)
+            sides = [run.value in other and run.differs(other[run.value]) for run in (first, last)]
+            is_end = sides[0] and not sides[1] and last.value in other
+            if is_end:  # of both directions that one jumps which changes more
+                is_end = _change(first, last) > _change(other[first.value], other[last.value])
             if _is_abrupt(first, last) or is_end:
-                clearance = int(np.argmax(first.differences(last)))
+                sizes = first.differences(last)
+                clearance = int(np.argmax(sizes if np.any(sizes > 1.0) else np.abs(first.ratios(last))))
                 jumps.append(Jump(way.upward, first, last, clearance, has_return=any(sides)))
         return jumps
 
@@ -337,16 +384,14 @@ class Sweeper:
     def _run(self, way: _Way, value: float, before: ExactRun | None) -> None:
         """Follow the motion at a value from the end of another; None: from the model's own start."""
         model = self.model.with_({self.path: value})
-        blocks = BLOCKS
         try:
             period_map = map_of_one_period(model)
             if before is None:
-                state = state_of(model, period_map, None)
-                blocks *= 2
+                start = state_of(model, period_map, None)
+                run = exact_run(model, period_map, start, value, blocks=2 * BLOCKS)
             else:
                 earlier = map_of_one_period(self.model.with_({self.path: before.value}))
-                state = carried(before.end, earlier, period_map)
-            run = exact_run(model, period_map, state, value, blocks)
+                run = exact_run(model, period_map, carried(before.end, earlier, period_map), value, like=before)
         except ConvergenceError as error:
             self._failures[value] = error.message
             return
@@ -404,6 +449,11 @@ class Sweeper:
 def _is_abrupt(first: ExactRun, last: ExactRun) -> bool:
     """Whether neighbours differ by so much that the motion may have jumped."""
     return bool(np.any(first.differences(last) >= _ABRUPT))
+
+
+def _change(first: ExactRun, last: ExactRun) -> float:
+    """By how much neighbours differ at most."""
+    return float(np.abs(first.ratios(last)).max(initial=0.0))
 
 
 def _cores() -> int:
