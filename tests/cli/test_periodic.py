@@ -61,7 +61,7 @@ def test_a_branch(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["continue", "gear.toml", "--path", AMPLITUDE, "--range", "3.6:6.3"]
     assert main([*words, "--step-limit", "0.2", "-o", "out"]) == 0
     out = capsys.readouterr().out
-    assert out.startswith("2 branches over torque amplitude on gear, order 1 from 3.6 to 6.3: ")
+    assert out.startswith("Over torque amplitude on gear, order 1 from 3.6 to 6.3: one stable motion from 3.6 to ")
     assert "Going up the motion jumps at 6.1866. Going down the motion jumps at 3.6932." in out
     page = Path("out/report.html").read_text(encoding="utf-8")
     for said in ("Highest and lowest deflection", "Largest multiplier", "Phase planes", "grazing"):

@@ -86,20 +86,21 @@ def periodic(
             raise ModelError(problems)
 
     seconds = seconds_of(within)
+    number = 1 if cycles is None else cycles
 
     def work(watch: Watch) -> Orbit | PeriodicMotions | SettledMotion | pd.DataFrame:
         watch.enter("looking for motions that repeat" if every else "looking for a motion that repeats")
         if not every:
             if tipping is None:
                 return _motion(driveline, cycles, start, seconds, watch)
-            orbit = gearrattle.periodic(driveline, cycles or 1, start, within=seconds)
+            orbit = gearrattle.periodic(driveline, number, start, within=seconds)
             watch.enter("seeking pulses that tip the motion over")
             count = _INSTANTS if instants is None else instants
             return orbit.tipping(tipping, count, best=best, progress=watch)
         from gearrattle.orbits import PeriodicMotions
 
         with named_as({"within": "--within"}):
-            orbits = gearrattle.periodic(driveline, cycles or 1, every=True, within=seconds, progress=watch)
+            orbits = gearrattle.periodic(driveline, number, every=True, within=seconds, progress=watch)
         return PeriodicMotions(driveline, tuple(orbits))
 
     kind = "periodic motions" if every else "periodic motion" if tipping is None else "tipping pulses"
@@ -116,7 +117,7 @@ def _motion(
     with named_as({"within": "--within"}):
         half = 0.5 * checked(WITHIN, seconds, "within", dimensionless=False)
         try:
-            return gearrattle.periodic(driveline, cycles or 1, start, within=half)
+            return gearrattle.periodic(driveline, 1 if cycles is None else cycles, start, within=half)
         except ConvergenceError as error:
             if cycles is not None or start is not None:
                 raise

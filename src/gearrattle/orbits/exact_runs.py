@@ -41,7 +41,7 @@ LONGEST = 8
 """Periods after which a motion may repeat."""
 SAMPLES = 32
 """Of a period, from which the rms is taken."""
-_REPEATS, _ABOUT_REPEATS = 1e-3, 1e-2  # of the units of a motion; the second at the last look
+_REPEATS, _ABOUT_REPEATS = 1e-4, 1e-2  # of the units of a motion; the second at the last look
 _PARTS = 4  # of the measured block, whose rms are compared with each other
 _SURE = 4.0  # standard errors, beyond which a difference is none of chance
 _IRREGULAR, _REGULAR = 1.5, 1.05  # ratio of rms from which motions differ, irregular ones and those that repeat
@@ -66,7 +66,10 @@ class ExactRun:
     rms, swing
         (K,) of the deflections of the clearances about their means, and peak to peak [rad or m].
     scatter
-        (K,) standard error of the logarithm of the rms; zero of a motion that repeats.
+        (K,) standard error of the logarithm of the rms; about zero of a motion that repeats.
+    trend
+        (K,) logarithm of the rms at the end of the measured block over that at its begin, where it only grows or only
+        falls; else zero.
     scale
         (K,) largest corners of the laws [rad or m].
     regimes, severities
@@ -85,6 +88,7 @@ class ExactRun:
     rms: Array
     swing: Array
     scatter: Array
+    trend: Array
     scale: Array
     regimes: tuple[str, ...]
     severities: tuple[str, ...]
@@ -101,6 +105,11 @@ class ExactRun:
             if is_gap
         ]
         return cast(Headline, max(words, key=_RANKS.index, default="quiet"))
+
+    @property
+    def is_settling(self) -> bool:
+        """Whether it is on the way to another motion."""
+        return bool(np.any(np.abs(self.trend) > np.log(_CLEAR)))
 
     def ratios(self, other: ExactRun) -> Array:
         """Return (K,) the logarithms of the rms over those of another motion; what is small counts as none."""
@@ -138,6 +147,7 @@ class ExactRun:
             rms=rms,
             swing=swing,
             scatter=scatter,
+            trend=later.trend,
             scale=later.scale,
             regimes=later.regimes,
             severities=later.severities,
@@ -179,7 +189,7 @@ def exact_run(
     value
         of the model [SI].
     blocks
-        of periods, at most.
+        of periods; twice as many while the motion still goes over into another.
     like
         an irregular motion that it may go on: it ends sooner where the second block or a later one shows no other.
 
@@ -192,6 +202,7 @@ def exact_run(
     """
     turns = np.linalg.qr(turning(period_map) * period_map.scale[:, None])[0]
     run, cycles, done = None, 0, 0
+    most = 2 * blocks
     while done < blocks and not cycles:
         try:
             run = _block(model, period_map, state)
@@ -205,10 +216,14 @@ def exact_run(
         points = np.array([without(one.y * period_map.scale, turns) for one in states])
         nearness = _REPEATS if done < blocks else _ABOUT_REPEATS
         cycles = period_number(points / units_of(period_map, state), nearness, LONGEST)
-        if like is not None and not (like.cycles or cycles) and 1 < done < blocks:
+        if done > 1 and not cycles:
             known = _measured(run, state, value=value, cycles=0, periods=done * BLOCK)
-            if not known.differs(like):
-                return known
+            if not known.is_settling:
+                is_known = like is not None and not like.cycles and not known.differs(like)
+                if is_known or done == blocks:
+                    return known
+            elif done == blocks < most:
+                blocks += 1
     assert run is not None
     return _measured(run, state, value=value, cycles=cycles, periods=done * BLOCK)
 
@@ -244,7 +259,13 @@ def _measured(run: Run, state: State, *, value: float, cycles: int, periods: int
     rms = deflection.std(axis=0)
     scale = np.array([float(np.abs(corners).max(initial=0.0)) for corners in layout.corners])
     least = _SMALL * np.maximum(scale, np.finfo(float).tiny)
-    scatter = np.zeros(len(names)) if cycles else np.log(parts.std(axis=1) + least).std(axis=0) / np.sqrt(_PARTS)
+    of_parts = np.log(parts.std(axis=1) + least)
+    scatter = of_parts.std(axis=0) / np.sqrt(_PARTS)
+    steps = np.diff(of_parts, axis=0)
+    is_even = np.all(steps > 0.0, axis=0) | np.all(steps < 0.0, axis=0)
+    trend = np.where(is_even, of_parts[-1] - of_parts[0], 0.0)
+    if cycles and (BLOCK // _PARTS) % cycles:  # the parts are no whole number of its repetitions
+        scatter = np.zeros(len(names))
     # the verdict on every clearance
     criteria = [CROSSING_CRITERIA[name] for name in _JUDGED]
     sums = add(motion, None, criteria)
@@ -257,6 +278,7 @@ def _measured(run: Run, state: State, *, value: float, cycles: int, periods: int
         rms=rms,
         swing=np.ptp(deflection, axis=0),
         scatter=scatter,
+        trend=trend,
         scale=scale,
         regimes=tuple(str(rows["regime", name]) for name in names),
         severities=tuple(str(rows["severity", name]) for name in names),

@@ -120,10 +120,13 @@ def periodic(
         raise ModelError(Problem("start", shown(start), rule, remedy))
     if every:
         return every_orbit(model, cycles, progress, None if within is None else TimeLimit(seconds))
+    limit = TimeLimit(seconds)
     try:
-        with limited(TimeLimit(seconds)):
+        with limited(limit):
             return _from_start(model, cycles, start)
     except OutOfTime:
+        if limit.left:  # the limit of a caller
+            raise
         message = f"no motion that repeats after {counted(cycles, 'period')} was found within {seconds:.3g} s"
         raise ConvergenceError(message, remedy="more time, or a start near one") from None
 

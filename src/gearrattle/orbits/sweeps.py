@@ -10,8 +10,9 @@ driveline jump.
    run is done again from the neighbour, and so on until all agree: then both directions are as if gone through in one
    piece.
 2. Where both directions differ, or neighbours do, both are followed on, so that chance is excluded.
-3. Between neighbours that differ, values are halved until the jump is known to a thousandth of the range.
-4. The grid is halved twice, each time with the jumps that it shows.
+3. The grid is halved.
+4. Between neighbours that differ, values are halved until the jump is known to a thousandth of the range.
+5. The grid is halved once more, with the jumps that this shows.
 
 Every run knows which neighbour it began from. If a nearer one has come between, and it shows another motion, the run is
 done again from there: a large step may leave a motion too early.
@@ -44,7 +45,6 @@ COARSE, HALVINGS = 24, 2
 """Intervals of the first grid, and how often it is halved."""
 RESOLUTION = 1e-3
 """Of the range: a jump is not narrowed further."""
-_FIRST_WIDTH = 4e-3  # of the range: to which jumps are narrowed before the grid is halved
 _PARTS_OF_CORE = 2  # parts of the first grid for every core
 _WIDE_STEP = 0.6  # of the widest step of the grid: those that are narrower are not halved
 _EXPECTED = 2.0 * (2**HALVINGS * COARSE + 16)  # runs at the end, for the progress
@@ -198,6 +198,10 @@ class _Way:
         """Each value with the next motion."""
         return ((first.value, last) for first, last in self.steps)
 
+    def nearest(self, value: float) -> ExactRun | None:
+        """The motion at the nearest value."""
+        return self.runs[min(self.runs, key=lambda known: abs(known - value))] if self.runs else None
+
     def before(self, value: float) -> ExactRun | None:
         """The motion from which a value is reached."""
         earlier = [run for run in self.ordered if run.value != value and (run.value < value) == self.upward]
@@ -254,7 +258,6 @@ class Sweeper:
         """Carry the sweeps out, and return what is known at the end or when the time is over."""
         try:
             self._first_grid(np.linspace(*self.ends, COARSE + 1).tolist())
-            self._refine(_FIRST_WIDTH)
             for _ in range(HALVINGS):
                 self._halve()
                 self._refine(RESOLUTION)
@@ -356,13 +359,15 @@ class Sweeper:
 
     def _jumps(self, way: _Way) -> list[Jump]:
         """The jumps of a direction, in its order: abrupt changes, and where it leaves a range of two motions."""
-        other = self._ways[not way.upward].runs
+        other = self._ways[not way.upward]
         jumps = []
         for first, last in way.steps:
-            sides = [run.value in other and run.differs(other[run.value]) for run in (first, last)]
-            is_end = sides[0] and not sides[1] and last.value in other
-            if is_end:  # of both directions that one jumps which changes more
-                is_end = _change(first, last) > _change(other[first.value], other[last.value])
+            beside = other.nearest(first.value), other.nearest(last.value)
+            if beside[0] is None or beside[1] is None:
+                sides, is_end = [False, False], False
+            else:
+                sides = [first.differs(beside[0]), last.differs(beside[1])]
+                is_end = sides[0] and not sides[1] and _change(first, last) > _change(beside[0], beside[1])
             if _is_abrupt(first, last) or is_end:
                 sizes = first.differences(last)
                 clearance = int(np.argmax(sizes if np.any(sizes > 1.0) else np.abs(first.ratios(last))))

@@ -94,13 +94,16 @@ def branch_within(
     # branches
     whole = work.followed_within(share * seconds)
     if whole is not None:
+        if told is not None:
+            told(1.0)
         return whole
     # sweeps
     sweeps = None
     if not work.is_stopped:
         words = partial(_known_words, model, path)
         part = TimeLimit(_SWEEPS * seconds - (seconds - limit.left))
-        sweeper = Sweeper(model, path, (min(ends), max(ends)), limit=part, progress=_telling(told), words=words)
+        telling = _telling(told, share, getattr(progress, "because", None))
+        sweeper = Sweeper(model, path, (min(ends), max(ends)), limit=part, progress=telling, words=words)
         sweeps = sweeper.sweep()
         work.is_stopped = sweeper.is_stopped
     # what is left: branches once more, or short ones through the jumps

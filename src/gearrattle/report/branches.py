@@ -72,7 +72,7 @@ class BranchesPage(ModelPresentation[Branch]):
         parts[0] += f"{counts_words(counts, self._span)}."
         parts += [jumps_words(upward, self._jump_words(upward)) for upward in (True, False)]
         if not any(parts[1:]) and self._is_known:
-            parts.append("No jump was met.")
+            parts.append("Nowhere does the motion change abruptly.")
         if unknown := self._words([loss for loss in self._losses if loss.jumps is None], with_kind=True):
             parts.append(f"Whether the motion jumps is not known at {some(unknown)}.")
         if branch.sweeps is None and (gaps := [self._span(*gap) for gap in _gaps(branch)]):

@@ -17,7 +17,7 @@ from gearrattle.orbits.stable_ranges import Range
 from gearrattle.wording import listed
 
 _MOST_SAID = 4
-_NUMBERS = ("no", "one", "two", "three", "four", "five", "six")
+_NUMBERS = ("no known", "one", "two", "three", "four", "five", "six")
 
 
 @dataclass(frozen=True)
@@ -71,12 +71,14 @@ def _of_sweeps(branch: Branch, low: float, high: float) -> list[Count]:
     """What the sweeps show: two motions where both directions differ, to the middles of the steps beyond."""
     sweeps = branch.sweeps
     assert sweeps is not None
-    values, counts, reached = sweeps.values, list[Count](), low
+    counts, reached = list[Count](), low
+    values = [up.value for up, _ in sweeps.of_both]
     for first, last in sweeps.coexistence:
-        below = max((jump.value for jump in sweeps.jumps if jump.value <= first), default=low)
-        above = min((jump.value for jump in sweeps.jumps if jump.value >= last), default=high)
-        begin = max(below, max((value for value in values if value < first), default=low))
-        end = min(above, min((value for value in values if value > last), default=high))
+        # each end is the jump there, or else the next value with one motion
+        below = max((value for value in values if value < first), default=low)
+        above = min((value for value in values if value > last), default=high)
+        begin = max((jump.value for jump in sweeps.jumps if below <= jump.value <= first), default=below)
+        end = min((jump.value for jump in sweeps.jumps if last <= jump.value <= above), default=above)
         if begin > reached:
             counts.append(Count(reached, begin, 1))
         counts.append(Count(max(begin, reached), end, 2))
@@ -108,8 +110,7 @@ def counts_words(counts: Sequence[Count], span: Callable[[float, float], str]) -
     parts = []
     for motions in sorted(lengths.keys() - {usual}, reverse=True):
         spans = [span(one.low, one.high) for one in counts if one.motions == motions]
-        known = "known " if not motions else ""
-        parts.append(f"{_number(motions)} stable {'motion' if motions == 1 else 'motions'} {known}{some(spans)}")
+        parts.append(f"{_number(motions)} stable {'motions' if motions > 1 else 'motion'} {some(spans)}")
     return f"{'; '.join(parts)}; elsewhere {_number(usual) if usual else 'none known'}"
 
 

@@ -87,8 +87,11 @@ def jump_table(branch: Branch, sweeps: Sweeps) -> Table:
         rows.append(("up" if jump.upward else "down", low, high, names[k], *sizes, back, located))
     unit = f" [{shown.unit}]" if shown.unit else ""
     head = ("going", f"between{unit}", f"and{unit}", "at clearance", "rms before", "rms after", "jump back", "located")
-    note = "The driveline jumps between the two values. Located: on a branch that was followed through it."
-    return Table(head, tuple(rows), frozenset({0, 3, 6, 7}), "Jumps", note)
+    note = "The driveline jumps between the two values."
+    if any(jump.kind for jump in sweeps.jumps):
+        note += " Located: on a branch that was followed through it."
+        return Table(head, tuple(rows), frozenset({0, 3, 6, 7}), "Jumps", note)
+    return Table(head[:-1], tuple(row[:-1] for row in rows), frozenset({0, 3, 6}), "Jumps", note)
 
 
 def stretch_table(branch: Branch, sweeps: Sweeps) -> Table:
