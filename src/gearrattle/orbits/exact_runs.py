@@ -46,6 +46,7 @@ _PARTS = 4  # of the measured block, whose rms are compared with each other
 _SURE = 4.0  # standard errors, beyond which a difference is none of chance
 _IRREGULAR, _REGULAR = 1.5, 1.05  # ratio of rms from which motions differ, irregular ones and those that repeat
 _CLEAR = 2.0  # ratio of rms from which nobody doubts a difference that is none of chance
+_ALIKE, _EVEN = 3.0, 0.05  # of scatters that are alike, their ratio; and a scatter that is none
 _SMALL = 1e-3  # of the largest corner of a law: an rms below it counts as none, such as that of a contact
 _JUDGED = ("regime", "severity", "impacts")
 _RANKS = ("quiet", "touches", "single-sided", "double-sided")
@@ -126,6 +127,11 @@ class ExactRun:
     def differs(self, other: ExactRun) -> bool:
         """Return whether it is another motion."""
         return bool(np.any(self.differences(other) > 1.0))
+
+    def goes_on(self, other: ExactRun) -> bool:
+        """Return whether it goes on another irregular motion, and scatters as that does: nothing changes."""
+        scatters_alike = np.all(self.scatter <= _ALIKE * other.scatter + _EVEN)
+        return not (self.cycles or other.cycles) and bool(scatters_alike) and not self.differs(other)
 
     def differs_clearly(self, other: ExactRun) -> bool:
         """Return whether it is another motion by so much that no longer run is needed to be sure."""
@@ -219,8 +225,7 @@ def exact_run(
         if done > 1 and not cycles:
             known = _measured(run, state, value=value, cycles=0, periods=done * BLOCK)
             if not known.is_settling:
-                is_known = like is not None and not like.cycles and not known.differs(like)
-                if is_known or done == blocks:
+                if done == blocks or (like is not None and known.goes_on(like)):
                     return known
             elif done == blocks < most:
                 blocks += 1
