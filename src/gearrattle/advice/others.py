@@ -70,9 +70,11 @@ def others_of(
     elif most < PERIODS:
         return (), ()
     from gearrattle.engine.periodic.period_map import PeriodMap
+    from gearrattle.orbits.balanced import balanced
     from gearrattle.orbits.settled import settled_motions
     from gearrattle.orbits.state import check_repeats, state_of
 
+    model = balanced(model)
     try:
         check_repeats(model)
     except ModelError:

@@ -116,6 +116,7 @@ class Branch(Result):
         known = [one.deflections for levels in self._levels for one in levels]
         low, high, mean = np.stack(known, axis=1) if known else np.zeros((3, 0, len(names)))
         unit = {"units": "1" if self.model.units != "SI" else "rad, or m for a mesh"}
+        of_value = {"units": path_label(self.path, self.model).unit or "1"}
         clearances = ("point", "clearance")
         variables = {
             "branch": ("point", np.repeat(np.arange(len(self.curves)), [len(c.points) for c in self.curves])),
@@ -123,7 +124,7 @@ class Branch(Result):
             "value": (
                 "point",
                 np.array([point.parameter for point in points]),
-                {"units": path_label(self.path, self.model).unit or "1"},
+                of_value,
             ),
             "stable": ("point", np.array([stable for curve in self.curves for stable in curve.stable])),
             "multiplier": (("point", "mode"), multipliers),
@@ -135,7 +136,7 @@ class Branch(Result):
             "error": ("point", np.array([point.error for point in points])),
         }
         if self.sweeps is not None:
-            variables |= self.sweeps.variables(variables["value"][2], unit)
+            variables |= self.sweeps.variables(of_value, unit)
         attributes = {"result": self.kind, "path": self.path, "cycles": self.cycles, "title": self.model.name}
         return xr.Dataset(variables, {"clearance": list(names)}, attributes)
 

@@ -117,10 +117,19 @@ class ExactRun:
         least = _SMALL * np.maximum(self.scale, np.finfo(float).tiny)
         return np.asarray(np.log((self.rms + least) / (other.rms + least)))
 
-    def differences(self, other: ExactRun) -> Array:
-        """Return (K,) by which factor the rms differ, beyond what chance explains; 1 where they do not differ."""
+    def differences(self, other: ExactRun, least: float | None = None) -> Array:
+        """Return (K,) by which factor the rms differ, beyond what chance explains; 1 where they do not differ.
+
+        Parameters
+        ----------
+        other
+            motion.
+        least
+            factor that counts; None: 1.05 of motions that repeat, else 1.5.
+        """
         chance = _SURE * np.hypot(self.scatter, other.scatter)
-        least = _REGULAR if self.cycles and other.cycles else _IRREGULAR
+        if least is None:
+            least = _REGULAR if self.cycles and other.cycles else _IRREGULAR
         size = np.abs(self.ratios(other))
         return np.asarray(np.where(size > np.maximum(chance, np.log(least)), np.exp(size), 1.0))
 

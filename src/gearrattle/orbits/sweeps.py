@@ -50,6 +50,7 @@ _WIDE_STEP = 0.6  # of the widest step of the grid: those that are narrower are 
 _EXPECTED = 2.0 * (2**HALVINGS * COARSE + 16)  # runs at the end, for the progress
 _TICK = 0.1  # seconds between two looks at whether the work is to stop
 _ABRUPT = 1.5  # ratio of rms of neighbours from which the change may be a jump
+_LEAST = 1.05  # the same at the end of a range of two motions
 _MOST_JUMPS = 12  # in one direction that are narrowed, the largest first
 
 
@@ -149,7 +150,8 @@ class Sweeps:
             attributes of values and of deflections: their units.
         """
         runs = [*self.up, *self.down]
-        along, each = "motion", ("motion", "clearance")
+        along = "motion"
+        by_clearance = ("motion", "clearance")
         clearances = len(runs[0].rms) if runs else 0
 
         def of_clearances(name: str) -> NDArray[np.float64]:
@@ -161,9 +163,9 @@ class Sweeps:
             "swept_cycles": (along, np.array([run.cycles for run in runs], dtype=np.int64)),
             "swept_periods": (along, np.array([run.periods for run in runs], dtype=np.int64)),
             "swept_verdict": (along, np.array([run.headline for run in runs], dtype=np.str_)),
-            "swept_rms": (each, of_clearances("rms"), of_deflection),
-            "swept_swing": (each, of_clearances("swing"), of_deflection),
-            "swept_impacts": (each, of_clearances("impacts")),
+            "swept_rms": (by_clearance, of_clearances("rms"), of_deflection),
+            "swept_swing": (by_clearance, of_clearances("swing"), of_deflection),
+            "swept_impacts": (by_clearance, of_clearances("impacts")),
         }
         jumps = {
             "jump_value": ("jump", np.array([jump.value for jump in self.jumps]), of_value),
@@ -362,14 +364,15 @@ class Sweeper:
         other = self._ways[not way.upward]
         jumps = []
         for first, last in way.steps:
-            beside = other.nearest(first.value), other.nearest(last.value)
-            if beside[0] is None or beside[1] is None:
+            opposite = other.nearest(first.value), other.nearest(last.value)
+            if opposite[0] is None or opposite[1] is None:
                 sides, is_end = [False, False], False
             else:
-                sides = [first.differs(beside[0]), last.differs(beside[1])]
-                is_end = sides[0] and not sides[1] and _change(first, last) > _change(beside[0], beside[1])
+                sides = [first.differs(opposite[0]), last.differs(opposite[1])]
+                is_end = sides[0] and not sides[1] and _change(first, last) > _change(opposite[0], opposite[1])
+                is_end = is_end and bool(np.any(first.differences(last, _LEAST) > 1.0))
             if _is_abrupt(first, last) or is_end:
-                sizes = first.differences(last)
+                sizes = first.differences(last, _LEAST)
                 clearance = int(np.argmax(sizes if np.any(sizes > 1.0) else np.abs(first.ratios(last))))
                 jumps.append(Jump(way.upward, first, last, clearance, has_return=any(sides)))
         return jumps

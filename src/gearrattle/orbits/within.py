@@ -43,7 +43,7 @@ class Following(Protocol):
     """Follows branches to their ends."""
 
     def __call__(self, *, progress: Progress | None, so_far: Callable[[Branch], None] | None) -> Branch:
-        """Return them; told as of ``continuation``."""
+        """Return them; both as of ``continuation``."""
 
 
 class Continuing(Protocol):
@@ -87,22 +87,22 @@ def branch_within(
         nothing was known when the work was stopped.
     """
     limit = TimeLimit(seconds)
-    told = None if progress is None else never_falling(progress)
+    report = None if progress is None else never_falling(progress)
     is_fast = is_compiled(assemble(model.with_({path: ends[0]})).system)
     share = _COMPILED if is_fast else _GENERAL
-    work = _Branches(follow, stretch_of(told, 0.0, share), so_far)
+    work = _Branches(follow, stretch_of(report, 0.0, share), so_far)
     # branches
     whole = work.followed_within(share * seconds)
     if whole is not None:
-        if told is not None:
-            told(1.0)
+        if report is not None:
+            report(1.0)
         return whole
     # sweeps
     sweeps = None
     if not work.is_stopped:
         words = partial(_known_words, model, path)
         part = TimeLimit(_SWEEPS * seconds - (seconds - limit.left))
-        telling = _telling(told, share, getattr(progress, "because", None))
+        telling = _telling(report, share, getattr(progress, "because", None))
         sweeper = Sweeper(model, path, (min(ends), max(ends)), limit=part, progress=telling, words=words)
         sweeps = sweeper.sweep()
         work.is_stopped = sweeper.is_stopped
@@ -132,11 +132,11 @@ class _Branches:
         whether somebody stopped the work.
     """
 
-    def __init__(self, follow: Following, told: Progress | None, so_far: Callable[[Branch], None] | None) -> None:
+    def __init__(self, follow: Following, report: Progress | None, so_far: Callable[[Branch], None] | None) -> None:
         self.known: Branch | None = None
         self.why = ""
         self.is_stopped = False
-        self._follow, self._told, self._so_far = follow, told, so_far
+        self._follow, self._report, self._so_far = follow, report, so_far
 
     def followed_within(self, seconds: float) -> Branch | None:
         """Follow them for so long; return them if they come to their ends.
@@ -166,13 +166,13 @@ class _Branches:
 
     def _tell(self, share: float) -> None:
         check_time()
-        if self._told is not None:
-            self._told(share)
+        if self._report is not None:
+            self._report(share)
 
 
-def _telling(told: Progress | None, begin: float, because: Callable[[str], None] | None) -> Progress | None:
-    """What is told of the sweeps, from a share of the whole on; with what is known so far, in words."""
-    part = stretch_of(told, begin, _SWEEPS)
+def _telling(report: Progress | None, begin: float, because: Callable[[str], None] | None) -> Progress | None:
+    """The progress of the sweeps, from a share of the whole on; with what is known so far, in words."""
+    part = stretch_of(report, begin, _SWEEPS)
     if part is not None and because is not None:
         part.because = because  # type: ignore[attr-defined]
     return part

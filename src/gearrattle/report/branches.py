@@ -119,10 +119,10 @@ class BranchesPage(ModelPresentation[Branch]):
                 groups.append([loss])
         words = []
         for group in groups:
-            each = [f"{shown.with_unit(one.value, 5)}{f' ({one.kind})' if with_kind else ''}" for one in group]
-            each = list(dict.fromkeys(each))
-            if len(each) < _FAMILY:
-                words += each
+            own = [f"{shown.with_unit(one.value, 5)}{f' ({one.kind})' if with_kind else ''}" for one in group]
+            own = list(dict.fromkeys(own))
+            if len(own) < _FAMILY:
+                words += own
             else:
                 low, high = (one.value * shown.factor for one in (group[0], group[-1]))
                 digits = _digits(low, high, least=5)
