@@ -216,6 +216,11 @@ class PeriodMap:
         return self.cycles * self.system.inputs.period
 
     @property
+    def regions(self) -> int:
+        """How many regions are built: the marches have been there, or those of earlier maps of the same system."""
+        return 0 if self._slots is None else len(self._slots.pieces)
+
+    @property
     def repeats_one_period(self) -> bool:
         """Whether it is the map over one period, applied several times."""
         return self.cycles > 1
