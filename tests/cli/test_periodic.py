@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +18,7 @@ import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.cli.options import ends_in
 from tests.architecture.places import EXAMPLES
+from tests.cli.test_interruption import PROGRAM
 
 AMPLITUDE = "torque.0.harmonics.0.amplitude"
 SPEED = ["continue", "backlash.toml", "--path", "excitation.speed", "--range"]
@@ -61,7 +65,7 @@ def test_a_branch(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["continue", "gear.toml", "--path", AMPLITUDE, "--range", "3.6:6.3"]
     assert main([*words, "--step-limit", "0.2", "-o", "out"]) == 0
     out = capsys.readouterr().out
-    assert out.startswith("2 branches over torque amplitude on gear, order 1 from 3.6 to 6.3: ")
+    assert out.startswith("Over torque amplitude on gear, order 1 from 3.6 to 6.3: one stable motion from 3.6 to ")
     assert "Going up the motion jumps at 6.1866. Going down the motion jumps at 3.6932." in out
     page = Path("out/report.html").read_text(encoding="utf-8")
     for said in ("Highest and lowest deflection", "Largest multiplier", "Phase planes", "grazing"):
@@ -242,3 +246,64 @@ def test_a_range_may_begin_with_a_minus(capsys: pytest.CaptureFixture[str]) -> N
     options = ["--path", "torque.1.mean", "--range", "-300:-290 N*m"]
     assert main(["continue", str(EXAMPLES / "driveline_lash.toml"), *options]) == 0
     assert "from −300 to −290 N m" in capsys.readouterr().out
+
+
+def test_where_no_motion_is_found_an_exact_run_says_what_the_driveline_does(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def nothing(*_: object, **__: object) -> None:
+        raise gr.ConvergenceError("no motion was found")
+
+    monkeypatch.setattr(gr, "periodic", nothing)
+    assert main(["periodic", "gear.toml"]) == 0
+    assert capsys.readouterr().out.startswith("A stable motion that repeats after 1 T (1): no rattle")
+    # the run repeats, but its periodic motion is not found either
+    monkeypatch.setattr("gearrattle.orbits.settled_motion.settled_orbit", lambda *_: None)
+    assert main(["periodic", "gear.toml", "-o", "out", "--json"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert (content["result"], content["cycles"], content["verdict"]) == ("settled motion", 1, "quiet")
+    assert content["sentence"].startswith("After 64 periods the motion about repeats every 1 period. It is quiet.")
+    assert Path("out/report.html").is_file()
+    assert main(["periodic", "gear.toml", "-o", "begin.toml"]) == 0
+    assert gr.load("begin.toml").simulation.initial is not None
+    # who asks for a number of periods wants that motion or none
+    assert main(["periodic", "gear.toml", "--cycles", "1"]) == 1
+    assert "no motion was found" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["periodic", "gear.toml", "--within", "5 rpm"], "--within"),
+        (["periodic", "gear.toml", "--every", "--within", "-1"], "--within"),
+        ([*SPEED, "0.5:0.7", "--within", "soon"], "--within"),
+        ([*SPEED, "0.5:0.7", "--narrow", "-1"], "--narrow"),
+        ([*SPEED, "0.5:0.7", *SECOND, "0.1:0.2", "--within", "9"], "--within"),
+        ([*SPEED, "0.6:0.9", "--rate", "1e-4", "--within", "9"], "--within"),
+    ],
+)
+def test_a_time_without_sense_is_refused(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(words) == 2
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+def test_ctrl_c_leaves_a_page_with_what_was_known(tmp_path: Path) -> None:
+    """A gearbox of which no branch can be followed: pressed once the first motions are known."""
+    shutil.copy(Path(__file__).parents[1] / "orbits" / "six_speed.toml", "six.toml")
+    words = ["continue", "six.toml", "--path", "excitation.speed", "--range", "2400:3000 rpm", "--within", "600"]
+    command = [*PROGRAM, *words, "-o", "out"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if "motions known at" in line:
+                process.send_signal(signal.SIGINT)
+                break
+        printed, errors = process.communicate(timeout=120)
+    assert process.returncode == 130
+    assert errors.splitlines()[-1] == "interrupted: what was known by then is shown"
+    assert printed.startswith("Over speed from 2400 to 3000 rpm: ")
+    notes = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["notes"]
+    assert any("stopped before all jumps were narrowed" in note for note in notes)
+    assert Path("out/report.html").is_file()

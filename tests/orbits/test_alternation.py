@@ -100,7 +100,7 @@ def test_where_nothing_stable_leaves_a_period_doubling_the_motion_jumps() -> Non
     assert (loss.upward, loss.branch, loss.kind, loss.jumps) == (True, 0, "period doubling", True)
     assert loss.value == pytest.approx(LOST, abs=1e-9)
     assert branch.sentence.endswith(
-        "stable motions from 1.54 to 1.566, 2 ranges of unstable ones. Going up the motion jumps at 1.5661."
+        "no known stable motion from 1.566 to 1.58; elsewhere one. Going up the motion jumps at 1.5661."
     )
 
 

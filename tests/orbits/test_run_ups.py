@@ -558,7 +558,7 @@ def test_a_run_on_a_motion_that_became_unstable_before_has_a_note() -> None:
 
 def test_the_sentence_of_a_branch_ends_its_stable_motions_where_the_range_without_one_begins() -> None:
     sentence = gr.continuation(spline(), "torque.0.mean", (0.0, 50.0)).sentence
-    assert "stable motions from 0 to 5.408 N" in sentence
+    assert "one stable motion from 0 to 5.408 N" in sentence
     assert "No branch leads through the range from 5.408 to 50 N" in sentence
 
 

@@ -14,6 +14,9 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.orbits import Orbit, PeriodicMotions
+from gearrattle.orbits.exact_runs import ExactRun, exact_run, map_of_one_period
+from gearrattle.orbits.settled_motion import SettledMotion
+from gearrattle.orbits.start_states import state_of
 from gearrattle.reproduction.record import Reproduction, Section, row
 from gearrattle.studies.designs import DESIGNS
 from tests.compositions.kinds import BASE, KINDS
@@ -102,6 +105,7 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "jumps of run-ups": lambda: gr.continuation(
         gr.example("backlash_oscillator"), "excitation.speed", (0.6, 0.9)
     ).run_up(1e-3),
+    "settled motion": lambda: SettledMotion(oscillator.model(), settled_run()),
     "branches": lambda: gr.continuation(oscillator.model(), oscillator.AMPLITUDE, (3.6, 6.3)),
 }
 """The cheapest example of every kind."""
@@ -112,6 +116,11 @@ CHANNEL = "acceleration.hub"
 def orbit_from(angle: float, velocity: float = 0.0) -> Orbit:
     """The motion that Newton's method leads to from a state."""
     return gr.periodic(oscillator.model(), start={"angle": [angle], "velocity": [velocity]})
+
+
+def settled_run() -> ExactRun:
+    period_map = map_of_one_period(oscillator.model())
+    return exact_run(oscillator.model(), period_map, state_of(oscillator.model(), period_map, None), 1.0, blocks=1)
 
 
 def short() -> gr.Model:

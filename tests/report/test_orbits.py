@@ -148,8 +148,8 @@ def test_no_motion_is_a_result_too(tmp_path: Path) -> None:
 
 def test_the_sentence_of_a_branch_tells_ranges_and_jumps(branch: Branch) -> None:
     assert branch.sentence == (
-        "2 branches over torque amplitude on gear, order 1 from 3.6 to 6.3: "
-        "stable motions from 3.6 to 6.187, from 3.693 to 6.267 and from 6.267 to 6.3, 2 ranges of unstable ones. "
+        "Over torque amplitude on gear, order 1 from 3.6 to 6.3: "
+        "one stable motion from 3.6 to 3.693 and from 6.187 to 6.3; elsewhere two. "
         "Going up the motion jumps at 6.1866. Going down the motion jumps at 3.6932."
     )
     grazing = branch.events.iloc[0]

@@ -5,7 +5,9 @@ driveline takes. The question is asked where it costs little: a bound in functio
 from the pilot, so that the answer does not depend on the machine. ``ADVISED`` calls take about a second, ``PASSING``
 ones some hundredths: those a run may spend unasked. A call of a large driveline costs more, by about the square of its
 size beyond ``SMALL`` inertias; there the calls are fewer. Advice follows as many starts as its calls suffice for, at
-least ``PILOTS`` times as many periods as the pilot, and says how many it left out.
+least ``PILOTS`` times as many periods as the pilot, and says how many it left out. Where motions are irregular they
+come to ever new regions, and to build one takes as long as ``REGION`` calls: the regions that are built are bounded by
+the same number of calls.
 
 Takes a pilot run; gives a line, and a note where another motion exists.
 """
@@ -33,6 +35,8 @@ SMALL = 8
 """Inertias up to which a call costs about the same."""
 PILOTS = 2.0
 """Times the periods of the pilot, which advice may follow in any case."""
+REGION = 2000
+"""Function calls that take as long as to build a region."""
 _SHARE = 0.1  # of the planned run's own function calls, which it may spend as well
 PERIODS = (1 + STARTS) * BLOCKS * BLOCK
 """That the whole question follows at most."""
@@ -71,15 +75,18 @@ def others_of(
         return (), ()
     from gearrattle.engine.periodic.period_map import PeriodMap
     from gearrattle.orbits.attractors import settled_motions
+    from gearrattle.orbits.balanced import balanced
     from gearrattle.orbits.start_states import check_repeats, state_of
 
+    model = balanced(model)
     try:
         check_repeats(model)
     except ModelError:
         return (), ()
     try:
         start = state_of(model, PeriodMap(assemble(model).system), pilot.run)
-        settled = settled_motions(model, start, progress=progress, most_periods=most)
+        regions = calls_for(pilot, ADVISED if is_asked else PASSING) / REGION
+        settled = settled_motions(model, start, progress=progress, most_periods=most, most_regions=regions)
     except ConvergenceError:
         return (), ()
     words = words_of(settled)
@@ -99,10 +106,15 @@ def periods_for(pilot: Pilot, calls: float) -> float:
     calls
         that a driveline of up to ``SMALL`` inertias may spend.
     """
+    return calls_for(pilot, calls) * pilot.run.trajectory.cycles / pilot.run.cost.function_calls
+
+
+def calls_for(pilot: Pilot, calls: float) -> float:
+    """Return how many function calls the question may spend; arguments as of ``periods_for``."""
     bodies = len(pilot.run.trajectory.layout.inertia_names)
     allowed = calls / max(1.0, bodies / SMALL) ** 2
     planned = pilot.run.cost.function_calls * pilot.stretched
-    return max(allowed, _SHARE * planned) * pilot.run.trajectory.cycles / pilot.run.cost.function_calls
+    return max(allowed, _SHARE * planned)
 
 
 def others_in(settled: Settled) -> list[int]:

@@ -12,7 +12,17 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.assignments import value_in, words
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Changes, Json, Whole, ends_in, named_as, number_or_text, refuse_beside, refuse_unless
+from gearrattle.cli.options import (
+    Changes,
+    Json,
+    Whole,
+    ends_in,
+    named_as,
+    number_or_text,
+    refuse_beside,
+    refuse_unless,
+    seconds_of,
+)
 from gearrattle.cli.sources import changed_model
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.quantity import Count, argument_problems
@@ -29,7 +39,7 @@ if TYPE_CHECKING:
     Ends = tuple[Written, Written]
 
 _ACROSS, _UP = 32, 20
-_OF_BRANCH = {name: f"--{name}" for name in ("path", "range", "cycles", "rate")}
+_OF_BRANCH = {name: f"--{name}" for name in ("path", "range", "cycles", "rate", "within", "narrow")}
 _OF_SECOND = {"event": "--boundary", "second": "--second", "range": "--second-range"}
 
 
@@ -43,6 +53,8 @@ def continue_(
     start: Literal["steady", "static", "zero", "linear"] | None = None,
     step_limit: str | None = None,
     isolated: Annotated[bool, Parameter(negative="")] = False,
+    within: str | None = None,
+    narrow: float | None = None,
     second: str | None = None,
     second_range: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     across: Whole | None = None,
@@ -75,6 +87,12 @@ def continue_(
         Largest change of the value between two points, e.g. "10 rpm"; with a unit where the range has one.
     isolated
         Look for branches as well that are not connected to the first.
+    within
+        Time that the answer may take: seconds, or e.g. "5 min"; "none" for no limit. What branches do not show in it
+        exact runs up and down the range do. Default: 60 s; with --second and --rate none.
+    narrow
+        Share of the range: events nearer to each other are told as one family, narrower ranges of unstable motions
+        not at all. Default: 0.001.
     second
         Path of a second value, such as torque.0.mean: a map over both values says where rattle must be, where it exists
         beside a quiet motion, and where none is found.
@@ -103,16 +121,29 @@ def continue_(
         second=(second, second_range), cells=(across, up), boundary=boundary, scatter=scatter or None, rate=rate
     )
     second_ends = None if second_range is None else ends_in(second_range, "--second-range")
+    refuse_beside("--second" if second is not None else "--rate", {"--within": within if second or rate else None})
+    seconds = None if second or rate else seconds_of(within)
     deviations = {name: value_in(text) for name, text in words("--scatter", scatter).items()}
     speed_rate = None if rate is None else number_or_text(rate) or 0.0
     _check_values(driveline, (path, ends), (second, second_ends), deviations, speed_rate)
     limit = None if step_limit is None else _limit(step_limit, path, ends, driveline)
 
+    from gearrattle.orbits.branch import NARROW
+
     def work(watch: Watch) -> Branch | MotionMap | RunUpJumps | xr.Dataset | BranchesPage:
         watch.enter("following motions")
         with named_as(_OF_BRANCH):
             branch = gearrattle.continuation(
-                driveline, path, ends, start=start, cycles=cycles, step_limit=limit, isolated=isolated, progress=watch
+                driveline,
+                path,
+                ends,
+                start=start,
+                cycles=cycles,
+                step_limit=limit,
+                isolated=isolated,
+                narrow=NARROW if narrow is None else narrow,
+                within=seconds,
+                progress=watch,
             )
         if second is not None and second_ends is not None:
             watch.enter("following motions over both values")
@@ -126,13 +157,13 @@ def continue_(
             return branch.run_up(speed_rate, progress=watch)
         if deviations:
             return _scattered(branch, deviations, watch)
-        watch.enter("measuring motions")
+        watch.phase = "measuring motions"  # of a branch that may be all that is known after Ctrl-C
         return branch
 
     kind = "branches" if rate is None else "jumps of run-ups"
     if second is not None:
         kind = "map of motions" if boundary is None else "event boundary"
-    emit(kind, work, output, json=json, inputs=[model])
+    emit(kind, work, output, json=json, inputs=[model], keeps_known=kind == "branches")
 
 
 def _check_combination(

@@ -161,6 +161,17 @@ def number_or_text(text: str | None) -> float | str | None:
         return text
 
 
+NO_LIMIT = "none"
+_A_MINUTE, _ENDLESS = 60.0, 1e9
+
+
+def seconds_of(within: str | None) -> float | str:
+    """Return the time that a search for motions may take: a minute by default; "none" for no limit."""
+    if within is None:
+        return _A_MINUTE
+    return _ENDLESS if within == NO_LIMIT else number_or_text(within) or 0.0
+
+
 def ends_in(text: str, option: str = "--range") -> tuple[Written, Written]:
     """Return the two ends of a range LOW:HIGH; a unit behind the second is that of the first, too; "x1:x8" are factors.
 

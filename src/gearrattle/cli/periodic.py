@@ -9,16 +9,18 @@ from cyclopts import Parameter
 
 import gearrattle
 from gearrattle.cli.emit import emit
-from gearrattle.cli.options import Changes, Json, Whole, named_as, refuse_beside, refuse_unless
+from gearrattle.cli.options import Changes, Json, Whole, named_as, refuse_beside, refuse_unless, seconds_of
 from gearrattle.cli.sources import changed_model
-from gearrattle.errors import ModelError, Problem
-from gearrattle.model.quantity import argument_problems
+from gearrattle.errors import ConvergenceError, ModelError, Problem
+from gearrattle.model.quantity import argument_problems, checked
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from gearrattle.cli.background import Watch
+    from gearrattle.model import Model
     from gearrattle.orbits import Orbit, PeriodicMotions
+    from gearrattle.orbits.settled_motion import SettledMotion
 
 _INSTANTS = 8
 
@@ -27,9 +29,10 @@ def periodic(
     model: Path,
     /,
     *,
-    cycles: Whole = 1,
+    cycles: Whole | None = None,
     start: Literal["steady", "static", "zero", "linear"] | None = None,
     every: Annotated[bool, Parameter(negative="")] = False,
+    within: str | None = None,
     tipping: str | None = None,
     instants: Whole | None = None,
     best: Annotated[bool, Parameter(negative="")] = False,
@@ -46,12 +49,17 @@ def periodic(
     model
         Model file (TOML).
     cycles
-        Periods T of all orders after which the motion repeats.
+        Periods T of all orders after which the motion repeats. Default: 1; where none is found, as many as a simulation
+        settles in.
     start
         Where Newton's method begins; linear: at the motion that grows out of the rest as all harmonics grow. Default:
         where a simulation has settled.
     every
         Look for all motions that repeat after so many periods, unstable ones too, and list them.
+    within
+        Time that the search may take: seconds, or e.g. "5 min"; "none" for no limit. Default: 60 s. Where no motion
+        that repeats is found in half of it, an exact run says what the driveline does instead; with --every the motions
+        known by then are listed, also after Ctrl-C.
     tipping
         An inertia: the smallest pulses of torque on it, forward and backward, that tip the motion over into another.
     instants
@@ -77,18 +85,41 @@ def periodic(
         if problems := argument_problems({"--instants": (INSTANTS, _INSTANTS if instants is None else instants)}):
             raise ModelError(problems)
 
-    def work(watch: Watch) -> Orbit | PeriodicMotions | pd.DataFrame:
+    seconds = seconds_of(within)
+    number = 1 if cycles is None else cycles
+
+    def work(watch: Watch) -> Orbit | PeriodicMotions | SettledMotion | pd.DataFrame:
         watch.enter("looking for motions that repeat" if every else "looking for a motion that repeats")
         if not every:
-            orbit = gearrattle.periodic(driveline, cycles, start)
             if tipping is None:
-                return orbit
+                return _motion(driveline, cycles, start, seconds, watch)
+            orbit = gearrattle.periodic(driveline, number, start, within=seconds)
             watch.enter("seeking pulses that tip the motion over")
             count = _INSTANTS if instants is None else instants
             return orbit.tipping(tipping, count, best=best, progress=watch)
         from gearrattle.orbits import PeriodicMotions
 
-        return PeriodicMotions(driveline, tuple(gearrattle.periodic(driveline, cycles, every=True, progress=watch)))
+        with named_as({"within": "--within"}):
+            orbits = gearrattle.periodic(driveline, number, every=True, within=seconds, progress=watch)
+        return PeriodicMotions(driveline, tuple(orbits))
 
     kind = "periodic motions" if every else "periodic motion" if tipping is None else "tipping pulses"
-    emit(kind, work, output, json=json, inputs=[model])
+    emit(kind, work, output, json=json, inputs=[model], keeps_known=every)
+
+
+def _motion(
+    driveline: Model, cycles: int | None, start: str | None, seconds: float | str, watch: Watch
+) -> Orbit | SettledMotion:
+    """Return the motion that repeats; where none is found and none was asked for, what an exact run shows."""
+    from gearrattle.orbits.settled_motion import settled_motion
+    from gearrattle.orbits.settling_limits import WITHIN
+
+    with named_as({"within": "--within"}):
+        half = 0.5 * checked(WITHIN, seconds, "within", dimensionless=False)
+        try:
+            return gearrattle.periodic(driveline, 1 if cycles is None else cycles, start, within=half)
+        except ConvergenceError as error:
+            if cycles is not None or start is not None:
+                raise
+            watch.enter("following the motion")
+            return settled_motion(driveline, within=half, why=error.message)

@@ -30,22 +30,16 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.motion import Pass
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.symmetry import half_period_map
-from gearrattle.errors import ConvergenceError
+from gearrattle.errors import Cancelled, ConvergenceError
 from gearrattle.model import Model
 from gearrattle.orbits.families import free_count, room_of
 from gearrattle.orbits.family_ends import followed_through_families
-from gearrattle.orbits.known_motions import (
-    Known,
-    deflated,
-    orbits_of_returns,
-    search,
-    search_symmetric,
-    starts_of,
-)
+from gearrattle.orbits.known_motions import Known, deflated, orbits_of_returns, search, search_symmetric, starts_of
 from gearrattle.orbits.orbit import Orbit, linear_state, settled_state
 from gearrattle.orbits.over_value import family_of, is_compiled
 from gearrattle.orbits.progress import Progress, never_falling, stretch_of
 from gearrattle.orbits.start_states import state_of
+from gearrattle.time_limits import TimeLimit, limited
 from gearrattle.wording import counted
 
 _SPAN = 0.6  # of the speed, to both sides
@@ -100,15 +94,36 @@ class OverSpeed:
             self.left += 1
 
 
-def every_orbit(model: Model, cycles: int, progress: Callable[[float], None] | None) -> list[Orbit]:
+def every_orbit(
+    model: Model,
+    cycles: int,
+    progress: Callable[[float], None] | None = None,
+    limit: TimeLimit | None = None,
+) -> list[Orbit]:
     """Return all motions that repeat after ``cycles`` periods, those with the largest swings last.
 
     ``cycles`` of an orbit are the fewest periods after which it repeats. A note on each says where the count of fixed
     points shows that a motion is missing, or that it cannot show it, and where branches were not followed to their
     ends.
     """
+    searches = _searched(model, cycles, never_falling(progress), limit)
+    last = searches[-1]
+    if not last.known.passes:
+        message = f"no motion that repeats after {counted(cycles, 'period')} was found"
+        raise ConvergenceError(message, remedy="another number of cycles, or a start near one")
+    notes = last.notes(sum(work.left for work in searches))
+    if last.is_stopped:
+        notes = (*notes, "The search was stopped before its end: there may be further motions.")
+    orbits = [last.orbit(i, notes) for i in range(len(last.known.passes))]
+    return sorted(orbits, key=lambda orbit: float(np.ptp(orbit.run.trajectory.deflection, axis=0).max(initial=0.0)))
+
+
+def _searched(model: Model, cycles: int, report: Progress, limit: TimeLimit | None) -> list[_Search]:
+    """Return the searches for all divisors of a number of periods, that for the number itself last.
+
+    With a limit they end where the time is over, or where the progress raises ``Cancelled``: the last one is stopped.
+    """
     searches = list[_Search]()
-    report = never_falling(progress)
     divisors = [n for n in range(1, cycles + 1) if cycles % n == 0]
     for i, n in enumerate(divisors):
         begin, end = (sum(divisors[:j]) / sum(divisors) for j in (i, i + 1))  # work grows with the periods
@@ -116,17 +131,18 @@ def every_orbit(model: Model, cycles: int, progress: Callable[[float], None] | N
         for earlier in searches:
             if n % earlier.known.period_map.cycles == 0:
                 work.take(earlier)
-        work.settle()
-        work.follow_from(work.taken)
-        work.deflate()
         searches.append(work)
-    last = searches[-1]
-    if not last.known.passes:
-        message = f"no motion that repeats after {counted(cycles, 'period')} was found"
-        raise ConvergenceError(message, remedy="another number of cycles, or a start near one")
-    notes = last.notes(sum(work.left for work in searches))
-    orbits = [last.orbit(i, notes) for i in range(len(last.known.passes))]
-    return sorted(orbits, key=lambda orbit: float(np.ptp(orbit.run.trajectory.deflection, axis=0).max(initial=0.0)))
+        try:
+            with limited(limit or TimeLimit()):
+                work.settle()
+                work.follow_from(work.taken)
+                work.deflate()
+        except (Cancelled, KeyboardInterrupt):
+            if limit is None:
+                raise
+            work.is_stopped = True
+            break
+    return searches
 
 
 class _Search:
@@ -136,6 +152,7 @@ class _Search:
         system = assemble(model).system
         self.known = Known(PeriodMap(system, cycles), mirror=half_period_map(system))
         self.taken = 0
+        self.is_stopped = False
         self._model = model
         self._progress = progress
         self._over_speed = OverSpeed(model, cycles, lambda: progress(_SETTLED))

@@ -206,15 +206,21 @@ def settled_motions(
     progress: Callable[[float], None] | None = None,
     *,
     most_periods: float = np.inf,
+    most_regions: float = np.inf,
 ) -> Settled:
-    """Return the motions in which a driveline settles from states within its reach."""
-    search = _Search(model, most_periods)
+    """Return the motions in which a driveline settles from states within its reach.
+
+    At most so many periods are followed, and regions built beyond those of the first state's motion; the starts that
+    these do not suffice for are left out.
+    """
+    search = _Search(model, most_periods, most_regions)
     report = never_falling(progress)
     counts = Counter[int | None]()
     own = None
     followed = 0
     try:
         own = search.settled_in(state)
+        search.count_regions()
         wound_up = search.wound_up(state)
         for start in starts_of(search.map, starts):
             begun = search.turned_like(state, State(start.y + wound_up, start.auxiliary_pieces))
@@ -231,18 +237,26 @@ def settled_motions(
 
 
 class _Spent(Exception):
-    """The periods that may be followed are used up."""
+    """The periods that may be followed are used up, or the regions that may be built."""
 
 
 class _Search:
     """The motions met so far."""
 
-    def __init__(self, model: Model, most_periods: float) -> None:
+    def __init__(self, model: Model, most_periods: float, most_regions: float) -> None:
         self.model = model
         self.left = most_periods
+        self._most_regions = most_regions
+        self._built = -np.inf
+        self._regions = 0
         self.map = PeriodMap(assemble(model).system, 1)
         self.attractors: list[Attractor] = []
         self._turning = np.linalg.qr(turning(self.map) * self.map.scale[:, None])[0]
+
+    def count_regions(self) -> None:
+        """Count the regions that are built from now on."""
+        self._built = 0
+        self._regions = self.map.regions
 
     def wound_up(self, state: State) -> Array:
         """By how much (N,) parts without a clearance are wound up in the mean over a period, zero elsewhere [SI]."""
@@ -261,13 +275,17 @@ class _Search:
     def settled_in(self, state: State) -> int | None:
         """The index of the motion that a state settles in; None if it does not settle, or to nothing that is known."""
         for block in range(1, BLOCKS + 1):
-            if self.left < BLOCK:
+            if self.left < BLOCK or self._built > self._most_regions:
                 raise _Spent
             self.left -= BLOCK
             try:
                 march = self.map.marched(state, BLOCK)
             except ConvergenceError:
                 return None
+            # where memory is full, regions are built anew
+            regions = self.map.regions
+            self._built += regions - self._regions if regions >= self._regions else regions
+            self._regions = regions
             rows = [self.map.sampled(march, row) for row in range(BLOCK // 2, BLOCK + 1)]
             state = rows[-1]
             cycles = self._period_number(rows, _REPEATS if block < BLOCKS else _ABOUT_REPEATS)

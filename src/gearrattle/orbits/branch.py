@@ -22,12 +22,14 @@ from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label
+from gearrattle.model.quantity import Plain
 from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.gradients import gradients_of, scatter_of, tolerances_of
 from gearrattle.orbits.motion_map import MotionMap, map_of
 from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.over_value import check_index, family_of, unit_of, watched_names
 from gearrattle.orbits.run_ups import RunUpJumps, run_up_of
+from gearrattle.orbits.sweeps import Sweeps
 from gearrattle.orbits.two_parameters.boundary import boundary_of
 from gearrattle.result import Result
 from gearrattle.wording import counted
@@ -39,6 +41,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 MEAN = "mean at corner"
 _LOCATED = 1e-12  # of the way between two points
+
+NARROW = 1e-3
+"""Share of the range: events nearer to each other are told as one family, ranges that are narrower not at all."""
+NARROW_RULE = Plain("non-negative")
 _COLUMNS = ("branch", "kind", "value", "point", "clearance", "collision", "grazing", "root")
 
 
@@ -118,6 +124,11 @@ class Branch(Result):
         the branches as the engine has them; the first starts at the first end of the range.
     notes
         what the user must know.
+    sweeps
+        stable motions by exact runs, where branches could not be followed in the time allowed; there may be no
+        branches then. None: the branches say all.
+    narrow
+        share of the range: what is nearer or narrower is told as one on the page.
 
     Examples
     --------
@@ -134,6 +145,8 @@ class Branch(Result):
     cycles: int
     curves: tuple[Curve, ...] = field(repr=False, compare=False)
     notes: tuple[str, ...] = ()
+    sweeps: Sweeps | None = field(default=None, repr=False, compare=False)
+    narrow: float = NARROW
 
     @cached_property
     def points(self) -> tuple[Point, ...]:
@@ -146,18 +159,24 @@ class Branch(Result):
 
         branch (0: the one that starts at the first end of the range), cycles (periods of its motions), value [SI],
         stable, multiplier (point, mode), peak_to_peak, mean, lowest and highest deflection (point, clearance) [rad or
-        m], crossings (of corners, how many), error of the state over its size.
+        m], crossings (of corners, how many), error of the state over its size. With ``sweeps`` also over "motion", the
+        exact runs: swept_value, swept_upward, swept_cycles (0: does not repeat), swept_periods, swept_verdict,
+        swept_rms, swept_swing, swept_impacts (motion, clearance); and over "jump": jump_value, jump_error (half the
+        width of its bracket) [SI], jump_upward, jump_clearance, jump_kind.
         """
         import xarray as xr
 
         points = self.points
         names = assemble(self.model).layout.clearance_names
         turning = len(relative_coordinates(assemble(self.model).system).references)
-        multipliers = np.array([np.append(point.multipliers, np.ones(turning)) for point in points])
+        modes = [np.append(point.multipliers, np.ones(turning)) for point in points]
+        multipliers = np.array(modes).reshape(len(points), len(modes[0]) if modes else 0)
         order = np.argsort(-np.round(np.abs(multipliers), 12), axis=1, kind="stable")
         multipliers = np.take_along_axis(multipliers, order, axis=1)
-        low, high, mean = np.stack([one.deflections for levels in self._levels for one in levels], axis=1)
+        known = [one.deflections for levels in self._levels for one in levels]
+        low, high, mean = np.stack(known, axis=1) if known else np.zeros((3, 0, len(names)))
         unit = {"units": "1" if self.model.units != "SI" else "rad, or m for a mesh"}
+        of_value = {"units": path_label(self.path, self.model).unit or "1"}
         clearances = ("point", "clearance")
         variables = {
             "branch": ("point", np.repeat(np.arange(len(self.curves)), [len(c.points) for c in self.curves])),
@@ -165,7 +184,7 @@ class Branch(Result):
             "value": (
                 "point",
                 np.array([point.parameter for point in points]),
-                {"units": path_label(self.path, self.model).unit or "1"},
+                of_value,
             ),
             "stable": ("point", np.array([stable for curve in self.curves for stable in curve.stable])),
             "multiplier": (("point", "mode"), multipliers),
@@ -176,6 +195,8 @@ class Branch(Result):
             "crossings": ("point", np.array([(p.motion.crossings.watch < len(names)).sum() for p in points])),
             "error": ("point", np.array([point.error for point in points])),
         }
+        if self.sweeps is not None:
+            variables |= self.sweeps.variables(of_value, unit)
         attributes = {"result": self.kind, "path": self.path, "cycles": self.cycles, "title": self.model.name}
         return xr.Dataset(variables, {"clearance": list(names)}, attributes)
 

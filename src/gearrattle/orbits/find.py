@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -13,14 +14,18 @@ from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import CALLBACK, FLAG, argument_problems
+from gearrattle.model.quantity import CALLBACK, FLAG, argument_problems, checked
 from gearrattle.model.table import shown
 from gearrattle.orbits.all_motions import every_orbit
 from gearrattle.orbits.attractors import NEAR_SLOWLY, Attractor
+from gearrattle.orbits.balanced import balanced
 from gearrattle.orbits.known_motions import check_repeats_elsewhere, orbit_of_returns
 from gearrattle.orbits.orbit import ATTEMPTS, CYCLES, SETTLING, Orbit, linear_state, orbit_of, settled_state
 from gearrattle.orbits.over_value import is_compiled
+from gearrattle.orbits.settling_limits import WITHIN
 from gearrattle.orbits.start_states import Start, check_inertias, check_repeats, has_same_sliders, initial_of, state_of
+from gearrattle.time_limits import OutOfTime, TimeLimit, limited
+from gearrattle.wording import counted
 
 LINEAR = "linear"
 """A start: the motion that grows out of the rest as all harmonics grow from nothing to what they are."""
@@ -34,6 +39,7 @@ def periodic(
     start: Start | Orbit | None = None,
     *,
     every: Literal[False] = False,
+    within: float | str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Orbit: ...
 
@@ -45,6 +51,7 @@ def periodic(
     start: Start | Orbit | None = None,
     *,
     every: Literal[True],
+    within: float | str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[Orbit]: ...
 
@@ -55,6 +62,7 @@ def periodic(
     start: Start | Orbit | None = None,
     *,
     every: bool = False,
+    within: float | str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Orbit | list[Orbit]:
     """Find a motion that repeats, or all of them.
@@ -74,6 +82,9 @@ def periodic(
         minutes.
     every
         whether all motions that repeat after ``cycles`` periods are sought.
+    within
+        time that the search may take [s], or as text, such as "60s"; None for no limit. With ``every`` the motions that
+        are known by then are the result, each with a note, and so they are where ``progress`` raises ``Cancelled``.
     progress
         called with the finished share of the search for all of them; an exception from it ends the work.
 
@@ -87,7 +98,7 @@ def periodic(
     ModelError
         inputs that do not repeat, mean torques that do not balance, a bad argument.
     ConvergenceError
-        none was found from there.
+        none was found from there, or within the time.
 
     Examples
     --------
@@ -99,12 +110,27 @@ def periodic(
     rules = {"cycles": (CYCLES, cycles), "every": (FLAG, every), "progress": (CALLBACK, progress)}
     if problems := argument_problems(rules):
         raise ModelError(problems)
+    seconds = math.inf if within is None else checked(WITHIN, within, "within", dimensionless=False)
+    model = balanced(model)
     check_repeats(model)
     if every and start is not None:
         rule, remedy = "is not used by every=True, which begins from many states", "leave out one of them"
         raise ModelError(Problem("start", shown(start), rule, remedy))
     if every:
-        return every_orbit(model, cycles, progress)
+        return every_orbit(model, cycles, progress, None if within is None else TimeLimit(seconds))
+    limit = TimeLimit(seconds)
+    try:
+        with limited(limit):
+            return _from_start(model, cycles, start)
+    except OutOfTime:
+        if limit.left:  # the limit of a caller
+            raise
+        message = f"no motion that repeats after {counted(cycles, 'period')} was found within {seconds:.3g} s"
+        raise ConvergenceError(message, remedy="more time, or a start near one") from None
+
+
+def _from_start(model: Model, cycles: int, start: Start | Orbit | None) -> Orbit:
+    """The motion that a start leads to."""
     period_map = PeriodMap(assemble(model).system, cycles)
     if start is None:
         return _of_own_start(model, period_map)

@@ -1,6 +1,6 @@
 """How the events of a branch, and the response of a motion, move with every number of the model.
 
-The gradient of an event is that of its defining equations (``engine.periodic.two_parameters.event_gradient``); scatter under tolerances follows
+The gradient of an event is that of its defining equations (``event_gradient``); scatter under tolerances follows
 to first order.
 
 A periodic motion y = P(y; q) moves by dy/dq = (I - M)^-1 dP/dq. The state so predicted for a slightly smaller and a

@@ -1,5 +1,10 @@
-"""How long motions are followed until they settle, and from how many starts."""
+"""How long motions are followed until they settle, from how many starts, and how long an answer may take."""
+
+from gearrattle.model import units
+from gearrattle.model.quantity import Quantity
 
 STARTS = 24
 BLOCK, BLOCKS = 32, 5
 """Periods between two looks at whether a motion repeats, and after how many looks it counts as not settled."""
+WITHIN = Quantity(units.TIME, "positive")
+"""A time that an answer may take."""

@@ -52,6 +52,7 @@ PRESENTATIONS: Mapping[str, str] = {
     "metrics": "gearrattle.report.metrics:MetricsPage",
     "periodic motion": "gearrattle.report.orbits:PeriodicMotionPage",
     "periodic motions": "gearrattle.report.orbits:PeriodicMotionsPage",
+    "settled motion": "gearrattle.report.settled_motion:SettledMotionPage",
     "branches": "gearrattle.report.branches:BranchesPage",
     "map of motions": "gearrattle.report.motion_map:MotionMapPage",
     "event boundary": "gearrattle.report.event_boundary:EventBoundaryPage",

@@ -32,6 +32,7 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.variation import variation
 from gearrattle.errors import ConvergenceError
 from gearrattle.outcome import Outcome
+from gearrattle.time_limits import check_time
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -70,6 +71,11 @@ class PeriodMap:
     def length(self) -> float:
         """Duration of n periods [s]."""
         return self.cycles * self.system.inputs.period
+
+    @property
+    def regions(self) -> int:
+        """How many regions are built: the marches have been there, or those of earlier maps of the same system."""
+        return 0 if self._slots is None else len(self._slots.pieces)
 
     @property
     def repeats_one_period(self) -> bool:
@@ -210,7 +216,9 @@ class PeriodMap:
         return Marched(march.samples, march.initial, march.logged(), task.cycles)
 
     def _finish(self, march: Marching) -> None:
+        check_time()
         while (outcome := march.advance()) is not Outcome.DONE:
+            check_time()
             if outcome is not Outcome.SLICE_SPENT:
                 now = march.position().time
                 raise ConvergenceError(f"exact: {outcome.name} at t = {now:.9g} s", time=now, remedy=outcome.advice)

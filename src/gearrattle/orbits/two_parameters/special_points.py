@@ -1,7 +1,7 @@
 """Special points of the curve of an event over two values: where it ends, or meets that of another event.
 
 Two folds meet in a cusp, and neither exists beyond it: the curve ends there. It may end as well where a fold meets a
-grazing, or go on beyond (``engine.periodic.two_parameters``). Where a curve of folds turns back over the second value, an
+grazing, or go on beyond (the engine's ``two_parameters``). Where a curve of folds turns back over the second value, an
 isolated branch shrinks to a point, or two branches join. Two ends of families meet where their length is least: their
 test function is that length.
 """

@@ -1,0 +1,79 @@
+"""Events that lie near each other as one family: "a cascade of 5 period doublings from 1187.4 to 1188.1 rpm".
+
+Events in the order of their values belong to one family while each is nearer to the one before it than a width. Two are
+no family yet: a fold with a grazing beside it is told as both.
+
+Takes the events of a Branch; gives families of their rows.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.engine.periodic.events.base import DOUBLING
+from gearrattle.orbits import Branch
+from gearrattle.wording import counted, listed
+
+_FEWEST = 3  # events of a family
+
+
+@dataclass(frozen=True)
+class EventFamily:
+    """Neighbouring events, or a single one.
+
+    Attributes
+    ----------
+    rows
+        in the table of events, ascending.
+    kinds
+        of these events.
+    low, high
+        the least and the largest of their values [SI].
+    """
+
+    rows: tuple[int, ...]
+    kinds: tuple[str, ...]
+    low: float
+    high: float
+
+    @property
+    def words(self) -> str:
+        """What it is."""
+        counts = Counter(self.kinds)
+        parts = [counted(count, kind) for kind, count in counts.most_common()]
+        if len(self.kinds) == 1:
+            return self.kinds[0]
+        is_cascade = counts[DOUBLING] >= _FEWEST and counts.most_common(1)[0][0] == DOUBLING
+        return f"a cascade: {listed(parts)}" if is_cascade else listed(parts)
+
+
+def families_of(branch: Branch) -> list[EventFamily]:
+    """Return the events of a branch in families, those of three or more first merged, by their first row."""
+    values = branch.events["value"].to_numpy(np.float64)
+    kinds = [str(kind) for kind in branch.events["kind"]]
+    width = branch.narrow * abs(branch.range[1] - branch.range[0])
+    families: list[EventFamily] = []
+    for rows in _near(values, width):
+        parts = [rows] if len(rows) >= _FEWEST else [[row] for row in rows]
+        families += [_family(sorted(part), kinds, values) for part in parts]
+    return sorted(families, key=lambda family: family.rows[0])
+
+
+def _near(values: np.ndarray, width: float) -> list[list[int]]:
+    """Rows in groups in which each value is nearer to the one before it than a width."""
+    groups: list[list[int]] = []
+    for row in np.argsort(values, kind="stable").tolist():
+        if groups and values[row] - values[groups[-1][-1]] < width:
+            groups[-1].append(row)
+        else:
+            groups.append([row])
+    return groups
+
+
+def _family(rows: Sequence[int], kinds: Sequence[str], values: np.ndarray) -> EventFamily:
+    own = [float(values[row]) for row in rows]
+    return EventFamily(tuple(rows), tuple(kinds[row] for row in rows), min(own), max(own))
