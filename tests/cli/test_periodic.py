@@ -303,7 +303,7 @@ def test_ctrl_c_leaves_a_page_with_what_was_known(tmp_path: Path) -> None:
         printed, errors = process.communicate(timeout=120)
     assert process.returncode == 130
     assert errors.splitlines()[-1] == "interrupted: what was known by then is shown"
-    assert printed.startswith("Over speed from 2400 to 3000 rpm: ")
+    assert printed.startswith("Over speed from 2400 to 3000 rpm, as far as the time sufficed: ")
     notes = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["notes"]
     assert any("stopped before all jumps were narrowed" in note for note in notes)
     assert Path("out/report.html").is_file()

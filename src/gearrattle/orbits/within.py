@@ -245,7 +245,10 @@ def _notes(branch: Branch, sweeps: Sweeps, why: str) -> list[str]:
         "are not among them."
     ]
     if not sweeps.is_complete:
-        notes.append("The work was stopped before all jumps were narrowed and all values gone through.")
+        notes.append(
+            "The work was stopped before all jumps were narrowed and all values gone through: a jump known to a wide "
+            "range only may be a steep change."
+        )
     for value, reason in sweeps.failures:
         notes.append(f"No run could be followed at {shown_value(branch.path, branch.model, value, 6)}: {reason}.")
     return notes

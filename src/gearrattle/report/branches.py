@@ -42,6 +42,7 @@ _MOST_EVENTS = 40  # rows, by which options name events, on a terminal
 _MOST_DIGITS = 10
 _NARROW = 1e-3  # of a range: a gap that is not told
 _MULTIPLIER = "multiplier"
+_SO_FAR = ", as far as the time sufficed"
 
 
 class BranchesPage(ModelPresentation[Branch]):
@@ -68,7 +69,8 @@ class BranchesPage(ModelPresentation[Branch]):
         """How many stable motions there are where, and where the driveline jumps."""
         branch = self.result
         counts = counts_of(branch, self._ranges)
-        parts = [f"Over {measure(branch).words} {self._span(*sorted(branch.range))}: "]
+        so_far = branch.sweeps is not None and not branch.sweeps.is_complete
+        parts = [f"Over {measure(branch).words} {self._span(*sorted(branch.range))}{_SO_FAR if so_far else ''}: "]
         parts[0] += f"{counts_words(counts, self._span)}."
         parts += [jumps_words(upward, self._jump_words(upward)) for upward in (True, False)]
         if not any(parts[1:]) and self._is_known:

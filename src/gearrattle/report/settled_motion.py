@@ -5,6 +5,7 @@ Takes a SettledMotion; gives its presentation.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,8 +14,10 @@ from gearrattle.assembly import assemble
 from gearrattle.orbits.attractors import KINDS
 from gearrattle.orbits.exact_runs import LONGEST
 from gearrattle.orbits.settled_motion import SettledMotion
+from gearrattle.report.plots.chart import Bars, Chart, Key, Panel, Rule
 from gearrattle.report.plots.corners import units_of
 from gearrattle.report.plots.numerals import engineering
+from gearrattle.report.plots.palette import REGIMES
 from gearrattle.report.presentation import ModelPresentation
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted, listed
@@ -65,6 +68,23 @@ class SettledMotionPage(ModelPresentation[SettledMotion]):
         head = ("clearance", "regime", "severity", "impacts a period", "rms", "peak to peak")
         note = "Deflections about their means, over the last 32 periods."
         return (Table(head, rows, frozenset({0, 1, 2}), "Clearances", note),)
+
+    def figures(self) -> Sequence[Chart]:
+        run, names = self.result.run, self.result.clearance_names
+        share = 50.0 * run.swing / np.maximum(run.scale, np.finfo(float).tiny)
+        bars = tuple(
+            Bars(np.array([k - 0.35, k + 0.35]), share[k : k + 1], f"{name}, {run.regimes[k]}", REGIMES[run.regimes[k]])
+            for k, name in enumerate(names)
+        )
+        ticks = tuple((float(k), name) for k, name in enumerate(names))
+        panel = Panel("peak to peak over the clearance", "%", bars=bars, rules=(Rule(100.0),), x_ticks=ticks)
+        caption = (
+            "Peak-to-peak deflection of every clearance as a share of its width, of a staged spring between its "
+            "outermost corners. Above 100 % it reaches both sides."
+        )
+        used = dict.fromkeys(run.regimes)
+        legend = tuple(Key(word, REGIMES[word]) for word in REGIMES if word in used)
+        return (Chart("swings", "Swings", caption, (panel,), panel_height=230, legend=legend),)
 
     def content(self) -> dict[str, Any]:
         run = self.result.run
