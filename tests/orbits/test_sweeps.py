@@ -124,7 +124,8 @@ def test_what_is_known_can_be_asked_for_while_threads_add_to_it(model: gr.Model)
             self.words: list[str] = []
 
         def __call__(self, share: float) -> None:
-            sweeper.so_far  # noqa: B018 - between two steps of other threads
+            assert 0.0 <= share <= 1.0
+            assert not sweeper.so_far.is_complete  # between two steps of other threads
 
         def because(self, words: str) -> None:
             self.words.append(words)
