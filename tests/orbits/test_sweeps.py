@@ -116,3 +116,23 @@ def test_a_limit_ends_a_march(model: gr.Model) -> None:
     with limited(TimeLimit(0.0)), pytest.raises(OutOfTime):
         period_map.later(state, 32)
     period_map.later(state, 32)
+
+
+def test_what_is_known_can_be_asked_for_while_threads_add_to_it(model: gr.Model) -> None:
+    class Watch:
+        def __init__(self) -> None:
+            self.words: list[str] = []
+
+        def __call__(self, share: float) -> None:
+            assert 0.0 <= share <= 1.0
+            assert not sweeper.so_far.is_complete  # between two steps of other threads
+
+        def because(self, words: str) -> None:
+            self.words.append(words)
+
+    watch = Watch()
+    sweeper = Sweeper(
+        model, SPEED, RANGE, limit=TimeLimit(), progress=watch, words=lambda known: f"{len(known.values)}"
+    )
+    assert sweeper.sweep().is_complete
+    assert [int(word) for word in watch.words] == sorted(int(word) for word in watch.words)

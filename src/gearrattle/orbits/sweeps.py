@@ -187,9 +187,15 @@ class _Way:
     followed_on: set[float] = field(default_factory=set)
 
     @property
+    def so_far(self) -> dict[float, ExactRun]:
+        """A copy of the motions, for other threads may add to them meanwhile."""
+        return self.runs.copy()
+
+    @property
     def ordered(self) -> list[ExactRun]:
         """The motions in the order of the sweep."""
-        return [self.runs[value] for value in sorted(self.runs, reverse=not self.upward)]
+        known = self.so_far
+        return [known[value] for value in sorted(known, reverse=not self.upward)]
 
     @property
     def steps(self) -> Iterator[tuple[ExactRun, ExactRun]]:
@@ -202,7 +208,8 @@ class _Way:
 
     def nearest(self, value: float) -> ExactRun | None:
         """The motion at the nearest value."""
-        return self.runs[min(self.runs, key=lambda known: abs(known - value))] if self.runs else None
+        known = self.so_far
+        return known[min(known, key=lambda one: abs(one - value))] if known else None
 
     def before(self, value: float) -> ExactRun | None:
         """The motion from which a value is reached."""
@@ -273,9 +280,9 @@ class Sweeper:
     @property
     def so_far(self) -> Sweeps:
         """What is known so far."""
-        up, down = (sorted(way.runs.values(), key=lambda run: run.value) for way in self._ways.values())
+        up, down = (sorted(way.so_far.values(), key=lambda run: run.value) for way in self._ways.values())
         jumps = sorted((jump for way in self._ways.values() for jump in self._jumps(way)), key=lambda jump: jump.value)
-        failures = tuple(sorted(self._failures.items()))
+        failures = tuple(sorted(self._failures.copy().items()))
         return Sweeps(tuple(up), tuple(down), tuple(jumps), self.ends, self._is_complete, failures)
 
     def _first_grid(self, values: Sequence[float]) -> None:
