@@ -8,7 +8,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from gearrattle.engine.kernels import course
-from gearrattle.engine.kernels.course import Driven, Found, Path, Touched
+from gearrattle.engine.kernels.course import Driven, Path, Touched, Trace
 
 STIFFNESS, DRAG, FORCE = 400.0, 2.0, 30.0
 START = np.array([0.3, -4.0, 1.0])
@@ -71,9 +71,9 @@ def course_of(crossed: tuple[float, ...]) -> tuple[Driven, Path]:
     return Driven(GENERATOR[None], shift[None], np.array([[1.0, 0.0, 0.0]]), np.zeros((1, 3))), path
 
 
-def room(path: Path, rows: int) -> Found:
+def room(path: Path, rows: int) -> Trace:
     count = len(path.slot)
-    return Found(
+    return Trace(
         z=np.empty((count + 1, 3)),
         v=np.empty((count + 1, 2)),
         delay=np.empty(count - 1),
@@ -86,9 +86,9 @@ def room(path: Path, rows: int) -> Found:
 
 def turns_of(crossed: tuple[float, ...], change: np.ndarray) -> np.ndarray:
     driven, path = course_of(crossed)
-    found = room(path, 40)
-    course.write_course(driven, path, START, change, found)
-    turns = found.turns[: found.number[0]]
+    trace = room(path, 40)
+    course.write_course(driven, path, START, change, trace)
+    turns = trace.turns[: trace.number[0]]
     return turns[turns[:, course.UPWARD] < course.FALLING]
 
 

@@ -80,7 +80,7 @@ class Path(NamedTuple):
     outside: IntMatrix  # (2, K) 1 upwards, 0 downwards: before the start of the motion, after its end; -1: no crossing
 
 
-class Found(NamedTuple):
+class Trace(NamedTuple):
     """A motion and its perturbation where intervals begin and at the end, and its turning points."""
 
     z: Matrix  # (E + 2, Z)
@@ -130,7 +130,7 @@ class _Series(NamedTuple):
     looks: Matrix  # (3, _LOOKS + 1) shares of a step, the rate and its derivative there
 
 
-class _Place(NamedTuple):
+class _Part(NamedTuple):
     """Where turning points of a clearance are sought."""
 
     interval: int
@@ -358,39 +358,39 @@ def _way_across(path, i, k, step):
 
 
 @strict
-def _write_turn(path, place, s, upward, series, found):
+def _write_turn(path, part, s, upward, series, trace):
     """Write a turning point by the corner ahead, and by the one behind that it has passed, where it lies near them."""
-    i, k = place.interval, place.clearance
+    i, k = part.interval, part.clearance
     value, slope = value_of(series.value[k], s), value_of(series.change[k], s)
-    time_slope = -place.length * slope_of(series.change[k], s) / bend_of(series.value[k], s)
+    time_slope = -part.length * slope_of(series.change[k], s) / bend_of(series.value[k], s)
     is_visit = _way_across(path, i - 1, k, -1) == upward != _way_across(path, i, k, 1)
     sign = 1.0 if upward == 1 else -1.0
     for is_behind in range(2):
         is_upper = (upward == 1) != (is_behind == 1)
         corner = path.upper[i, k] if is_upper else path.lower[i, k]
-        moved = place.by * (path.upper_shift[i, k] if is_upper else path.lower_shift[i, k])
+        moved = part.by * (path.upper_shift[i, k] if is_upper else path.lower_shift[i, k])
         depth = sign * (value - corner)
-        if abs(depth) < found.reach[k] and (is_behind == 0 or is_visit):
-            if found.number[0] < found.turns.shape[0]:
-                row = found.turns[found.number[0]]
+        if abs(depth) < trace.reach[k] and (is_behind == 0 or is_visit):
+            if trace.number[0] < trace.turns.shape[0]:
+                row = trace.turns[trace.number[0]]
                 row[CLEARANCE], row[UPWARD] = k, upward
-                row[TIME] = place.begin + s * place.length
+                row[TIME] = part.begin + s * part.length
                 row[DEPTH] = depth
                 row[SLOPE] = sign * (slope - moved)
                 row[TIME_SLOPE] = time_slope
-            found.number[0] += 1
+            trace.number[0] += 1
 
 
 @strict
-def _write_dip(path, place, least, found):
+def _write_dip(path, part, least, trace):
     """Write where a rate comes nearest to zero and does not reach it: its distance beyond zero, as a depth."""
-    i, k = place.interval, place.clearance
+    i, k = part.interval, part.clearance
     below = least.value - path.lower[i, k]
     above = path.upper[i, k] - least.value
-    if min(below, above) >= found.reach[k]:
+    if min(below, above) >= trace.reach[k]:
         return
-    if found.number[0] < found.turns.shape[0]:
-        row = found.turns[found.number[0]]
+    if trace.number[0] < trace.turns.shape[0]:
+        row = trace.turns[trace.number[0]]
         sign = -1.0 if least.rate > 0.0 else 1.0
         row[CLEARANCE] = k
         row[UPWARD] = RISING if least.rate > 0.0 else FALLING
@@ -398,31 +398,31 @@ def _write_dip(path, place, least, found):
         row[DEPTH], row[SLOPE] = sign * least.rate, sign * least.rate_slope
         row[LEVEL] = min(below, above)
         if below < above:
-            row[LEVEL_SLOPE] = least.value_slope - place.by * path.lower_shift[i, k]
+            row[LEVEL_SLOPE] = least.value_slope - part.by * path.lower_shift[i, k]
         else:
-            row[LEVEL_SLOPE] = place.by * path.upper_shift[i, k] - least.value_slope
-    found.number[0] += 1
+            row[LEVEL_SLOPE] = part.by * path.upper_shift[i, k] - least.value_slope
+    trace.number[0] += 1
 
 
 @kernel
-def _is_far(path, i, k, series, found):
+def _is_far(path, i, k, series, trace):
     """Whether a deflection stays farther than its reach from both corners over a step."""
     value = series.value[k, 0]
-    way = found.reach[k]
+    way = trace.reach[k]
     for m in range(1, _ORDER):
         way += abs(series.value[k, m])
     return value - path.lower[i, k] > way and path.upper[i, k] - value > way
 
 
 @kernel
-def _least_at(place, s, series):
+def _least_at(part, s, series):
     """What a rate is where it comes nearest to zero within a step."""
-    k, h = place.clearance, place.length
+    k, h = part.clearance, part.length
     rate = value_of(series.rate, s)
     time_slope = -slope_of(series.rate_change, s) / bend_of(series.rate, s)
     value_slope = value_of(series.change[k], s) + rate * time_slope
     rate_slope = value_of(series.rate_change, s) / h
-    time = place.begin + s * h
+    time = part.begin + s * h
     return _Least(time, value_of(series.value[k], s), rate / h, value_slope, rate_slope, h * time_slope)
 
 
@@ -439,9 +439,9 @@ def _look(series):
 
 
 @strict
-def _search(path, place, rises, series, found):
+def _search(path, part, rises, series, trace):
     """Write the turning points and dips of a clearance within a step; gives whether its rate is positive at the end."""
-    k = place.clearance
+    k = part.clearance
     for m in range(1, _ORDER):
         series.rate[m - 1] = m * series.value[k, m]
         series.rate_change[m - 1] = m * series.change[k, m]
@@ -457,21 +457,21 @@ def _search(path, place, rises, series, found):
             ends = (s, high)
             is_turn = (value_of(series.rate, s) > 0.0) != rises
             if not is_turn:
-                _write_dip(path, place, _least_at(place, s, series), found)
+                _write_dip(path, part, _least_at(part, s, series), trace)
         if is_turn:
             for end in ends:
                 if low < end:
                     s = turn_between(series.value[k], low, end)
-                    _write_turn(path, place, s, 1 if rises else 0, series, found)
+                    _write_turn(path, part, s, 1 if rises else 0, series, trace)
                     rises = not rises
                 low = end
     return rises
 
 
 @strict
-def _write_kinks(path, i, by, h, series, last, found):
+def _write_kinks(path, i, by, h, series, last, trace):
     """Write the rates that come nearest to zero at crossing i - 1, where their derivatives jump from ``last``."""
-    delay = found.delay[i - 1]
+    delay = trace.delay[i - 1]
     time = path.time[i]
     for k in range(last.size):
         value = series.value[k, 0]
@@ -481,11 +481,11 @@ def _write_kinks(path, i, by, h, series, last, found):
             value_slope = series.change[k, 0] + rate * delay
             rate_slope = series.change[k, 1] / h + after * delay
             least = _Least(time, value, rate, value_slope, rate_slope, delay)
-            _write_dip(path, _Place(i, k, time, h, by), least, found)
+            _write_dip(path, _Part(i, k, time, h, by), least, trace)
 
 
 @strict_entry
-def write_course(driven, path, z, change, found):
+def write_course(driven, path, z, change, trace):
     """Follow a motion and its perturbation, and write the turning points that lie near a corner.
 
     z: (Z,) at the start, balanced.
@@ -496,7 +496,7 @@ def write_course(driven, path, z, change, found):
     by = change[states]
     now = _room_now(states, size)
     region = _room_region(states, size)
-    sought = driven.deflection.shape[0] if found.turns.shape[0] > 0 else 0
+    sought = driven.deflection.shape[0] if trace.turns.shape[0] > 0 else 0
     rows = _room_rows(sought, states, size)
     _write_sparse(driven.deflection[:sought], rows.rates)
     _write_sparse(driven.deflection[:sought, :states], rows.own)
@@ -512,10 +512,10 @@ def write_course(driven, path, z, change, found):
     _copy(z, now.z)
     _copy(change, now.v)
     _set_known(path, 0, by, now)
-    found.number[0] = 0
+    trace.number[0] = 0
     for i in range(path.slot.size):
-        _copy(now.z, found.z[i])
-        _copy(now.v, found.v[i])
+        _copy(now.z, trace.z[i])
+        _copy(now.v, trace.v[i])
         length = path.time[i + 1] - path.time[i]
         _enter(driven, path.slot[i], room[0], region)
         count = steps_of(region, length) if length > 0.0 else 0
@@ -524,21 +524,21 @@ def write_course(driven, path, z, change, found):
             begin = path.time[i] + n * h
             _step(region, rows, by, h, now, series)
             if n == 0 and i > 0:  # dips at the crossing before
-                _write_kinks(path, i, by, h, series, last, found)
+                _write_kinks(path, i, by, h, series, last, trace)
             for k in range(sought):  # turning points and dips of every clearance
                 last[k] = bend_of(series.value[k], 1.0) / (h * h)
-                if _is_far(path, i, k, series, found):
+                if _is_far(path, i, k, series, trace):
                     sign[k] = -1
                     continue
                 rises = series.value[k, 1] > 0.0 if sign[k] < 0 else sign[k] == 1
-                sign[k] = 1 if _search(path, _Place(i, k, begin, h, by), rises, series, found) else 0
+                sign[k] = 1 if _search(path, _Part(i, k, begin, h, by), rises, series, trace) else 0
         if i + 1 < path.slot.size:  # over the crossing behind it
-            found.delay[i] = _leap(driven, path, i, by, region, room[0], found.jump[i], now)
+            trace.delay[i] = _leap(driven, path, i, by, region, room[0], trace.jump[i], now)
     end = path.slot.size
-    _copy(now.z, found.z[end])
-    _copy(now.v, found.v[end])
-    if found.number[0] > found.turns.shape[0]:
-        found.number[0] = -1
+    _copy(now.z, trace.z[end])
+    _copy(now.v, trace.v[end])
+    if trace.number[0] > trace.turns.shape[0]:
+        trace.number[0] = -1
 
 
 @strict_entry
@@ -612,13 +612,13 @@ def write_direction(columns, scale, row, memories, direction):
 class Touched(NamedTuple):
     """An extremum of a deflection near a corner."""
 
-    number: Vector  # (3,) instant [periods]: asked for, then found; depth, NaN: there is none; second derivative
+    number: Vector  # (3,) instant asked for, then that of the extremum [periods]; depth, NaN: none; second derivative
     slope: Vector  # (N + 1,) of the depth, by the state at the start [SI] and by p
     time_slope: Vector  # (N + 1,) of the instant
 
 
 @strict
-def _carry_row(driven, path, found, last, since, row, region):
+def _carry_row(driven, path, trace, last, since, row, region):
     """Carry a row over v backwards to the start, from so long after the beginning of interval ``last``."""
     states = row.size
     memories = path.known.shape[1]
@@ -651,7 +651,7 @@ def _carry_row(driven, path, found, last, since, row, region):
         if i > 0 and path.tick[i - 1] != path.tick[i - 1]:
             weight = 0.0
             for j in range(states):
-                weight += row[j] * found.jump[i - 1, j]
+                weight += row[j] * trace.jump[i - 1, j]
             for j in range(states):
                 row[j] -= weight * path.row[i - 1, j]
 
@@ -666,7 +666,7 @@ def _interval_at(path, time):
 
 
 @strict
-def _write_slopes(driven, path, found, extremum, now, scale, region, touched):
+def _write_slopes(driven, path, trace, extremum, now, scale, region, touched):
     """Write the slopes of the depth and of the instant of an extremum."""
     states = now.v.size
     sign = extremum.sign
@@ -684,14 +684,14 @@ def _write_slopes(driven, path, found, extremum, now, scale, region, touched):
         out, factor = (touched.slope, sign) if part == 0 else (touched.time_slope, -1.0 / touched.number[2])
         for j in range(states):
             own[j] = row[j] if part == 0 else rate_row[j]
-        _carry_row(driven, path, found, extremum.interval, extremum.since, own, region)
+        _carry_row(driven, path, trace, extremum.interval, extremum.since, own, region)
         for j in range(states):
             out[j] = factor * own[j] * scale[j]
         out[states] = factor * (depth_by_p if part == 0 else rate_by_p)
 
 
 @strict_entry
-def write_touch(driven, path, z, corner, scale, found, touched):
+def write_touch(driven, path, z, corner, scale, trace, touched):
     """Write when the deflection of a clearance has an extremum near an instant, its depth, and the slopes of both.
 
     z: (Z,) at the start, balanced.
@@ -704,7 +704,7 @@ def write_touch(driven, path, z, corner, scale, found, touched):
     size = z.size
     change = np.zeros(states + 1)
     change[states] = 1.0
-    write_course(driven, path, z, change, found)
+    write_course(driven, path, z, change, trace)
     # the extremum, by Newton's method in time from the beginning of the interval that it lies in
     asked = touched.number[0]
     end = path.time[path.time.size - 1]
@@ -722,8 +722,8 @@ def write_touch(driven, path, z, corner, scale, found, touched):
         i = _interval_at(path, at)
         since = at - path.time[i]
         _enter(driven, path.slot[i], rows[3], region)
-        _copy(found.z[i], now.z)
-        _copy(found.v[i], now.v)
+        _copy(trace.z[i], now.z)
+        _copy(trace.v[i], now.v)
         count = steps_of(region, since) if since > 0.0 else 0
         for _ in range(count):
             _step(region, none, 1.0, since / count, now, series)
@@ -744,5 +744,5 @@ def write_touch(driven, path, z, corner, scale, found, touched):
             shift = path.upper_shift[i, k] if upward == 1 else path.lower_shift[i, k]
             if np.isfinite(bound):
                 extremum = _Extremum(i, since, sign, shift, rows[0], rows[1], rows[2])
-                _write_slopes(driven, path, found, extremum, now, scale, region, touched)
+                _write_slopes(driven, path, trace, extremum, now, scale, region, touched)
             return

@@ -34,9 +34,9 @@ from gearrattle.engine.kernels.arrays import Array3, Array4, IntMatrix, IntVecto
 from gearrattle.engine.kernels.course import (
     Direction,
     Driven,
-    Found,
     Path,
     Touched,
+    Trace,
     write_course,
     write_direction,
     write_outside,
@@ -475,7 +475,7 @@ def _room_path(events, clearances, size, outside):
 
 
 @strict
-def _write_turns(driven, path, z, columns, scale, found, out):
+def _write_turns(driven, path, z, columns, scale, trace, out):
     """Write the turning points along the direction that is asked for; none are known if there is no such direction."""
     states = scale.size
     direction = Direction(np.empty((states + 1, states + 1)), np.empty(states + 1, np.int64), np.empty(states + 1))
@@ -488,9 +488,9 @@ def _write_turns(driven, path, z, columns, scale, found, out):
         for i in range(states):
             direction.change[i] = scale[i] * out.row[i]
         direction.change[states] = out.row[states]
-    write_course(driven, path, z, direction.change, found)
-    for i in range(min(found.delay.size, out.delay.size)):
-        out.delay[i] = found.delay[i]
+    write_course(driven, path, z, direction.change, trace)
+    for i in range(min(trace.delay.size, out.delay.size)):
+        out.delay[i] = trace.delay[i]
 
 
 @strict
@@ -525,7 +525,7 @@ def _follow(laid, rates, marched, carried, scale, out):
                 cross(common, element, jump, path.bound_shift[i], rows[0], rows[1], carried)
     if out.corner[0] >= 0 or out.turning[0] != NO_TURNS:  # one perturbation, with series of deflections
         driven = Driven(rates.generator, rates.shift, rates.deflection, rates.deflection_shift)
-        found = Found(
+        trace = Trace(
             np.empty((events + 2, size)),
             np.empty((events + 2, states)),
             np.empty(events),
@@ -535,12 +535,12 @@ def _follow(laid, rates, marched, carried, scale, out):
             np.zeros(1, np.int64),
         )
         if out.corner[0] >= 0:
-            none = Found(found.z, found.v, found.delay, found.jump, out.reach, out.turns[:0], found.number)
+            none = Trace(trace.z, trace.v, trace.delay, trace.jump, out.reach, out.turns[:0], trace.number)
             write_touch(driven, path, begin, out.corner, scale, none, out.touched)
         if out.turning[0] != NO_TURNS:
-            _write_turns(driven, path, begin, carried.columns, scale, found, out)
+            _write_turns(driven, path, begin, carried.columns, scale, trace, out)
             if out.turning[0] != NO_TURNS:
-                out.turning[0] = found.number[0]
+                out.turning[0] = trace.number[0]
 
 
 @strict_entry

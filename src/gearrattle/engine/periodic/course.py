@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import course as kernels
-from gearrattle.engine.kernels.course import Driven, Found, Path, Touched
+from gearrattle.engine.kernels.course import Driven, Path, Touched, Trace
 from gearrattle.engine.periodic.motion import Along, Approach, Dips, Pass, Touch, Turns
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.flow import Flow, Pieces
@@ -185,9 +185,9 @@ class Course:
 
         Near a touch, a difference is that of a motion with the touch and one without it.
         """
-        found = self._found(np.zeros(len(self._setting.flow.system.clearances)), rows=0)
-        kernels.write_course(self._driven, self._path, self._z, np.append(np.zeros(self._scale.size), 1.0), found)
-        return np.asarray(found.v[-1] / self._scale)
+        trace = self._trace(np.zeros(len(self._setting.flow.system.clearances)), rows=0)
+        kernels.write_course(self._driven, self._path, self._z, np.append(np.zeros(self._scale.size), 1.0), trace)
+        return np.asarray(trace.v[-1] / self._scale)
 
     def turns_along(self, slope: Array, row: Array) -> Turns | None:
         """Return the turning points, with slopes along the change that keeps the gap; None if there is no such one.
@@ -210,28 +210,28 @@ class Course:
 
     def turns(self, along: Along) -> Turns | None:
         """Return the turning points near corners, with slopes along a change."""
-        found = self._found(reaches(self._setting.flow.system), rows=kernels.MOST_TURNS)
+        trace = self._trace(reaches(self._setting.flow.system), rows=kernels.MOST_TURNS)
         path = self._path._replace(outside=along.outside)
         change = np.append(along.state * self._scale, along.parameter)
-        kernels.write_course(self._driven, path, self._z, change, found)
-        return turns_of(found.turns, int(found.number[0]), found.delay)
+        kernels.write_course(self._driven, path, self._z, change, trace)
+        return turns_of(trace.turns, int(trace.number[0]), trace.delay)
 
     def approach(self, touch: Touch) -> Approach | None:
         """Return the extremum of a clearance near an instant; None if there is none, or no corner near it."""
         touched = room_for_touch(self._scale.size, touch)
-        found = self._found(np.zeros(self._clearances), rows=0)
+        trace = self._trace(np.zeros(self._clearances), rows=0)
         corner = np.array([touch.watch, touch.upward])
-        kernels.write_touch(self._driven, self._path, self._z, corner, self._scale, found, touched)
+        kernels.write_touch(self._driven, self._path, self._z, corner, self._scale, trace, touched)
         return approach_of(touched, self._motion.period)
 
     @property
     def _clearances(self) -> int:
         return len(self._setting.flow.system.clearances)
 
-    def _found(self, reach: Array, rows: int) -> Found:
+    def _trace(self, reach: Array, rows: int) -> Trace:
         count = len(self._path.slot)
         states = self._scale.size
-        return Found(
+        return Trace(
             z=np.empty((count + 1, self._z.size)),
             v=np.empty((count + 1, states)),
             delay=np.empty(count - 1),
