@@ -612,7 +612,7 @@ def write_direction(columns, scale, row, memories, direction):
 class Touched(NamedTuple):
     """An extremum of a deflection near a corner."""
 
-    number: Vector  # (3,) instant [periods], asked for, then of the extremum; depth, NaN without one; second derivative
+    number: Vector  # (3,) instant asked for, then that of the extremum [periods]; depth, NaN: none; second derivative
     slope: Vector  # (N + 1,) of the depth, by the state at the start [SI] and by p
     time_slope: Vector  # (N + 1,) of the instant
 
