@@ -8,6 +8,7 @@ Takes a function that computes; gives files and text.
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -96,6 +97,7 @@ def _emit_to(
     def work_and_save(watch: Watch) -> tuple[Presentation[Any], Path]:
         presentation = presentation_of(work(watch))
         watch.phase = "writing the result"
+        watch.expect(math.nan)
         return presentation, put_into(presentation, output, staging)
 
     def commit(saved: tuple[Presentation[Any], Path]) -> None:

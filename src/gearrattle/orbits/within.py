@@ -88,6 +88,8 @@ def branch_within(
     """
     limit = TimeLimit(seconds)
     report = never_falling(progress)
+    if (expect := getattr(progress, "expect", None)) is not None:
+        expect(seconds)
     is_fast = is_compiled(assemble(model.with_({path: ends[0]})).system)
     share = _COMPILED if is_fast else _GENERAL
     work = _Branches(follow, stretch_of(report, 0.0, share), so_far)
