@@ -44,15 +44,7 @@ class ComparisonPage(Presentation[Comparison]):
     kind = "comparison"
 
     def __init__(self, result: Comparison | pd.DataFrame, precision: WorkPrecision | None = None) -> None:
-        """Present a comparison.
-
-        Parameters
-        ----------
-        result
-            the comparison, or the table that ``gearrattle.compare`` returned.
-        precision
-            error against work of the same algorithms.
-        """
+        """Present a comparison, or the table of ``gearrattle.compare``, perhaps with error against work."""
         super().__init__(result if isinstance(result, Comparison) else result.attrs["comparison"])
         self.precision = precision
 

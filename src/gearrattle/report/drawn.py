@@ -27,13 +27,7 @@ _RULE = "must be a folder that a command wrote, or a file that one saved (.nc)"
 
 
 def charts_of(result: Any) -> list[Chart]:
-    """Return every figure of a result that has something to show.
-
-    Parameters
-    ----------
-    result
-        what a function of gearrattle returned; a folder that a command wrote; a file of labelled data or of a
-        motion that was saved (.nc).
+    """Return the figures of a result, of a folder that a command wrote, or of a saved file (.nc) of data or a motion.
 
     Raises
     ------

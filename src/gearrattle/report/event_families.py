@@ -29,8 +29,6 @@ class EventFamily:
     ----------
     rows
         in the table of events, ascending.
-    kinds
-        of these events.
     low, high
         the least and the largest of their values [SI].
     """

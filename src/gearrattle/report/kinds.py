@@ -68,13 +68,7 @@ PRESENTATIONS: Mapping[str, str] = {
 
 
 def presentation_of(result: Any) -> Presentation[Any]:
-    """Return the presentation of a result.
-
-    Parameters
-    ----------
-    result
-        a ``Result``; a Dataset, DataArray, DataFrame or Series that gearrattle returned; or a presentation,
-        which is returned.
+    """Return the presentation of a result or of labelled data that gearrattle returned; a presentation stays itself.
 
     Raises
     ------

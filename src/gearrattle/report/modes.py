@@ -47,19 +47,9 @@ class ModesPage(Presentation[Modes]):
     def __init__(
         self, result: Modes, diagram: Campbell | None = None, setting: str = "", *, lists_crossings: bool = False
     ) -> None:
-        """Present modes.
+        """Present modes in one contact state, which ``setting`` says in words.
 
-        Parameters
-        ----------
-        result
-            modes in one contact state.
-        diagram
-            the Campbell diagram beside them, perhaps in several; default: with every clearance closed, from 0
-            to twice the model's speed.
-        setting
-            the contact state in words.
-        lists_crossings
-            whether the answer lists the crossings of the diagram.
+        Without a diagram the one with every clearance closed is drawn, from 0 to twice the model's speed.
         """
         super().__init__(result)
         self.diagram = campbell(result.model) if diagram is None else diagram

@@ -44,13 +44,7 @@ _DIGITS = 6
 
 
 def motion_at_point(branch: Branch) -> Markup:
-    """Return the part of the page that shows the motion at a point.
-
-    Parameters
-    ----------
-    branch
-        of motions.
-    """
+    """Return the part of the page that shows the motion at a point."""
     points = chosen_points(branch)
     if not points:
         return Markup("")

@@ -29,8 +29,6 @@ def fine_curves(orbit: Orbit, count: int, scales: Array) -> list[tuple[Array, Ar
 
     Parameters
     ----------
-    orbit
-        the motion.
     count
         how many clearances, the first of the model.
     scales

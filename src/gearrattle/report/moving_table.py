@@ -23,13 +23,7 @@ _LEAST = 1e-4  # of what the most effective number does: less is left out
 
 
 def moving_table(branch: Branch) -> Table:
-    """Return what moves the first jumps of the first branch; without rows where there is none, or it would take long.
-
-    Parameters
-    ----------
-    branch
-        of motions.
-    """
+    """Return what moves the first jumps of the first branch; no rows where there is none, or it would take long."""
     shown = measure(branch)
     unit = f" [{shown.unit}]" if shown.unit else ""
     head = ("jump at" + unit, "event", "10 % more of", "moves it by" + unit)

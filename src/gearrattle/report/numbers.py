@@ -34,8 +34,6 @@ class Arrays(NamedTuple):
         by name (dimensions, values) or (dimensions, values, attributes); a single dimension is a string.
     coordinates
         by dimension its values, or a tuple as of a variable.
-    attributes
-        text and numbers by name.
     """
 
     variables: Mapping[str, Any]

@@ -57,12 +57,7 @@ def multiplier_table(orbit: Orbit) -> Table:
 def lasting(size: float, cycles: int) -> str:
     """Say after how many periods T a disturbance is halved or doubled.
 
-    Parameters
-    ----------
-    size
-        modulus of its multiplier.
-    cycles
-        periods T over which it is multiplied.
+    ``size`` is the modulus of its multiplier over ``cycles`` periods T.
     """
     if size < _NOTHING:
         return "gone at once"

@@ -37,8 +37,6 @@ class Section:
     ----------
     key
         anchor.
-    title
-        heading.
     lead
         the answer, in larger type.
     words
@@ -49,12 +47,8 @@ class Section:
         figures; those of one group are shown in tabs.
     inlay
         HTML that follows the figures and brings its own script, on an interactive page.
-    pictures
-        drawings, side by side.
     tables
         tables; those without rows are left out.
-    in_columns
-        whether tables stand side by side.
     folds
         whether a long table is collapsed until it is opened.
     text
@@ -90,8 +84,6 @@ class Page:
     ----------
     brand
         what kind of result it is, in a word or two.
-    title
-        heading.
     sections
         in reading order; empty ones are left out.
     is_interactive

@@ -46,8 +46,6 @@ class Presentation(Generic[R]):
         whether the figures of its page become interactive plots; plotly.js is then part of it (4 MB).
     is_data
         whether the result is its Dataset, so that a saved one can be presented again.
-    result
-        what is presented.
     folder
         where the file that is written will stand.
     """

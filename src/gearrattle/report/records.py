@@ -45,14 +45,8 @@ def record_columns(
     records
         dataclasses of one kind, or mappings with the same keys; None among numbers becomes NaN, fields of
         another type are left out.
-    dimension
-        its name.
-    prefix
-        of the names of variables.
     names
         fields to take; empty: all.
-    units
-        by field.
     """
     columns = {}
     rows = [
@@ -76,18 +70,7 @@ def record_columns(
 
 
 def stacked(rows: Sequence[Any]) -> Any:
-    """Return rows of numbers as one array, the shorter ones filled up with NaN.
-
-    Parameters
-    ----------
-    rows
-        (m,) sequences of any length.
-
-    Returns
-    -------
-    Any
-        (m, longest) numbers.
-    """
+    """Return rows of numbers as one array (m, longest), the shorter ones filled up with NaN."""
     table = np.full((len(rows), max((len(row) for row in rows), default=0)), math.nan)
     for target, row in zip(table, rows, strict=True):
         target[: len(row)] = row

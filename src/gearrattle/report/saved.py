@@ -77,14 +77,8 @@ def check_target(path: Path, endings: Sequence[str], option: str, inputs: Sequen
 
     Parameters
     ----------
-    path
-        a file or a folder.
-    endings
-        of the files that the kind of result can be written as.
     option
         what the path was given as, for the message.
-    inputs
-        files that are read.
 
     Raises
     ------

@@ -31,12 +31,7 @@ class ScalingPage(ModelPresentation[Nondimensional]):
     def __init__(self, result: Nondimensional, stiff: Stiffness | None = None) -> None:
         """Present a model without dimensions.
 
-        Parameters
-        ----------
-        result
-            the model with its scales.
-        stiff
-            condition numbers of the model in SI; default: every clearance closed.
+        ``stiff`` has the condition numbers of the model in SI; by default those with every clearance closed.
         """
         super().__init__(result)
         self.stiff = stiffness(result.original) if stiff is None else stiff

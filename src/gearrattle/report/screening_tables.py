@@ -50,8 +50,6 @@ class Screened:
     ----------
     gear, loose, driver
         its mesh and the two bodies.
-    cases
-        of the map.
     quiet, undecided, lifts
         in how many of them it is quiet, undecided, and lifts off.
     margin

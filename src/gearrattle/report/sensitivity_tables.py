@@ -38,8 +38,6 @@ def output_tables(dataset: xr.Dataset, measured: xr.Dataset) -> list[Table]:
 
     Parameters
     ----------
-    dataset
-        from ``sensitivities``.
     measured
         holds the values that scatter, with their words and units.
     """

@@ -30,15 +30,7 @@ class Count:
 
 
 def counts_of(branch: Branch, ranges: Sequence[Range]) -> list[Count]:
-    """Return how many stable motions are known where, over the whole range of a branch.
-
-    Parameters
-    ----------
-    branch
-        with its sweeps, if there are any.
-    ranges
-        of one stability, along its branches.
-    """
+    """Return how many stable motions are known where, over the whole range of a branch, by ranges of one stability."""
     low, high = sorted(branch.range)
     width = branch.narrow * (high - low)
     if branch.sweeps is not None:
@@ -89,15 +81,7 @@ def _of_sweeps(branch: Branch, low: float, high: float) -> list[Count]:
 
 
 def counts_words(counts: Sequence[Count], span: Callable[[float, float], str]) -> str:
-    """Say how many stable motions there are where.
-
-    Parameters
-    ----------
-    counts
-        over the whole range.
-    span
-        writes a range of values.
-    """
+    """Say how many stable motions there are where; ``span`` writes a range of values."""
     lengths: dict[int, float] = {}
     for one in counts:
         lengths[one.motions] = lengths.get(one.motions, 0.0) + one.high - one.low

@@ -17,19 +17,9 @@ CHARTS = "charts.npz"
 
 
 def fill_figures(charts: Sequence[Chart], folder: Path) -> list[tuple[Chart, bytes]]:
-    """Write figures/ of a result: every chart as SVG, and the charts themselves.
+    """Write figures/ into the folder of a result: every chart as SVG, and the charts themselves.
 
-    Parameters
-    ----------
-    charts
-        its figures.
-    folder
-        of the result; figures/ is made there.
-
-    Returns
-    -------
-    list[tuple[Chart, bytes]]
-        Every chart with its SVG for the page, without legend: the page has its own.
+    Every chart is returned with its SVG for the page, without legend: the page has its own.
     """
     target = folder / "figures"
     target.mkdir()

@@ -52,20 +52,10 @@ class StiffnessPage(Presentation[Stiffness]):
         limits: Sequence[StepLimit] = (),
         notes: Sequence[str] = (),
     ) -> None:
-        """Present the stiffness of a driveline.
+        """Present the stiffness of a driveline with every clearance replaced by one slope.
 
-        Parameters
-        ----------
-        result
-            with every clearance replaced by one slope.
-        over
-            R_lambda over contact ratios.
-        regions
-            of the driveline, or those that a motion visits.
-        limits
-            of fixed steps.
-        notes
-            on these.
+        ``regions`` are those of the driveline or those that a motion visits; ``notes`` are on the limits of fixed
+        steps.
         """
         super().__init__(result)
         self.over = over

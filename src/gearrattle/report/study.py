@@ -73,14 +73,8 @@ class StudyReport(Presentation["xr.Dataset"]):
             the Dataset; ``attrs["kind"]`` is the kind of study.
         messages
             why cases failed, by their place in the grid; default: ``attrs["failures"]``.
-        title
-            heading of the page; default: the name of the model.
-        cost
-            a sentence on what it cost.
         facts
             what machines get besides.
-        remarks
-            notes besides those on cases that failed.
         """
         lists = {name: np.atleast_1d(result.attrs[name]).tolist() for name in _LISTS if name in result.attrs}
         super().__init__(result.assign_attrs(lists))

@@ -66,15 +66,7 @@ def count_table(data: xr.Dataset) -> Table:
 
 
 def lacking_said(data: xr.Dataset, case: str) -> list[str]:
-    """Return sentences: in how many cases a part has no impact, or a body no sub-harmonic; none if no case lacks any.
-
-    Parameters
-    ----------
-    data
-        of the study.
-    case
-        what a case is called.
-    """
+    """Say in how many cases a part has no impact, or a body no sub-harmonic; nothing if no case lacks any."""
     among = counted(int((data["outcome"] == DONE).sum()), f"computed {case}")
     return [f"{name}: {lacking} in {count} of {among}." for (name, lacking), count in lacking_in(data).items()]
 
@@ -150,16 +142,12 @@ def boundary_table(data: xr.Dataset) -> Table:
 
 
 def changes_table(dataset: xr.Dataset, measured: xr.Dataset, places: Sequence[str], subject: str) -> Table:
-    """Where an output of codes changes, one row per change.
+    """Return a table of where an output of codes changes, one row per change.
 
     Parameters
     ----------
-    dataset
-        from ``regime_boundary``.
     measured
         has the axes and ``places`` as variables, with names and units.
-    places
-        names of the variables that give the position.
     subject
         the variable that names the part; empty if there is none.
     """

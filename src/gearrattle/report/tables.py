@@ -16,16 +16,10 @@ class Table:
 
     Attributes
     ----------
-    head
-        column titles.
     rows
         cells, one tuple a row, as long as ``head``. Text is escaped by the page, ``Markup`` is not.
     words
         indices of the columns of words, aligned left; all others are numbers, aligned right.
-    title
-        heading; may be empty.
-    note
-        what to say below it; may be empty.
     """
 
     head: tuple[str, ...]

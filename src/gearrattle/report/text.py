@@ -21,8 +21,6 @@ def plain_text(presentation: Presentation[Any], width: int | None = None) -> str
 
     Parameters
     ----------
-    presentation
-        of the result.
     width
         of a line of a table, in characters; longer cells of words continue below themselves. None: no limit.
     """

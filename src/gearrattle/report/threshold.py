@@ -272,16 +272,10 @@ class _Row:
 
     Attributes
     ----------
-    value
-        of the variable.
     words
         how bad it was, by start.
-    word
-        the worst of these.
     energy
         of the hardest impact [J].
-    part
-        that it was of.
     holds
         whether the target holds of every motion.
     coexist

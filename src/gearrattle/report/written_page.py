@@ -24,15 +24,7 @@ _HERE = Path(__file__).parent
 
 
 def fill_page(page: Page, folder: Path) -> None:
-    """Write a page and figures/ into an existing folder that holds neither.
-
-    Parameters
-    ----------
-    page
-        what it says and shows.
-    folder
-        to write into.
-    """
+    """Write a page and figures/ into an existing folder that holds neither."""
     drawn = fill_figures(page.charts, folder)
     for section in page.sections:
         for picture in section.pictures:

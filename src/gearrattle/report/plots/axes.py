@@ -29,8 +29,6 @@ class Axis:
         limits in the unit of the data; both positive if logarithmic.
     start, end
         the pixels they stand at.
-    log
-        whether equal ratios take equal lengths.
     """
 
     low: float

@@ -37,8 +37,6 @@ class Measure(NamedTuple):
 
     Attributes
     ----------
-    words
-        e.g. ``"backlash of mesh gear"``.
     unit
         e.g. ``"mm"``; empty for counts, ratios, words, and in dimensionless models.
     factor

@@ -36,8 +36,6 @@ def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart
     ----------
     data
         over direction and the swept value alone.
-    key
-        of the figure.
     held
         the values of further axes, in words.
     """

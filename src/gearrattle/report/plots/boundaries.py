@@ -30,10 +30,6 @@ def boundary_chart(crossings: xr.Dataset, axes: Sequence[str], subject: str) -> 
 
     Parameters
     ----------
-    crossings
-        of ``regime_boundary``.
-    axes
-        names of what varies.
     subject
         the variable that says of which part; empty for one answer a case.
     """
@@ -57,8 +53,6 @@ class _Changes:
         indices of the changes of every part.
     higher
         (N,) rank of the higher of the two words.
-    output
-        of which they are.
     """
 
     of: Mapping[str, IntArray]

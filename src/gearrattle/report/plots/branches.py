@@ -203,10 +203,6 @@ def swing_panel(branch: Branch, k: int, others: Sequence[Line] = ()) -> Panel:
 
     Parameters
     ----------
-    branch
-        of motions.
-    k
-        the clearance.
     others
         lines drawn under it, in the units of the Dataset.
     """

@@ -30,8 +30,6 @@ def campbell_chart(diagram: Campbell, *, si: bool) -> Chart:
 
     Parameters
     ----------
-    diagram
-        what to draw.
     si
         whether speeds are rad/s, drawn in rpm and Hz; otherwise they are drawn as they are.
     """

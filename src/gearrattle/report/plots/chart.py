@@ -28,18 +28,10 @@ class Line:
     ----------
     x, y
         (N,) coordinates in the units of the panel's axes; NaN lifts the pen.
-    name
-        what it is, for the legend and for hovering.
     colour
         ``"#rrggbb"``.
-    mark
-        joined by a line or drawn as points.
     width
         line width, or point diameter [px].
-    opacity
-        0 to 1.
-    legend
-        whether the legend names it.
     shape
         of its points where it means something; empty: a circle, in print what tells colours apart.
     dash
@@ -70,8 +62,6 @@ class Bars:
         (N,) heights.
     base
         (N,) where the bars stand; zero if not given.
-    name, colour, legend
-        as for a line.
     """
 
     edges: Array
@@ -90,8 +80,6 @@ class Cells:
     ----------
     left, right, low, high
         (N,) their edges, in the units of the axes.
-    name, colour
-        as for a line.
     """
 
     left: Array
@@ -156,10 +144,6 @@ class Label:
     ----------
     x, y
         the point, in the units of the axes.
-    words
-        plain text.
-    colour
-        ``"#rrggbb"``.
     side
         whether the words begin right of the point, or stand above it and end there.
     """
@@ -177,8 +161,6 @@ class Panel:
 
     Attributes
     ----------
-    title
-        what is drawn, e.g. the name of the body.
     unit
         unit of the y axis, printed after the title.
     x_title
@@ -188,8 +170,6 @@ class Panel:
         labels.
     x_range, y_range
         limits; None fits the data.
-    x_log, y_log
-        whether the x, the y axis is logarithmic.
     x_ticks, y_ticks
         where the axes are labelled, and how; empty: at round values.
     note
@@ -236,24 +216,16 @@ class Chart:
     ----------
     key
         short name, used for file names and anchors.
-    title
-        heading.
     caption
         one or two sentences that say how to read it; also its text for screen readers.
     panels
         in reading order, row by row.
-    columns
-        number of columns of the grid.
     panel_height
         height of one panel [px].
     share_x
         whether all panels show the same x axis (zooming one then zooms all).
-    legend
-        swatches explained above the figure.
     group
         charts with the same group share one place in the report and are chosen by a tab.
-    tab
-        the word on that tab.
     """
 
     key: str

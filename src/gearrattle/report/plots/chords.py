@@ -28,8 +28,6 @@ def thinned(points: Array, within: float, most: int = MOST_POINTS) -> NDArray[np
     ----------
     points
         (N, 2) of a curve.
-    within
-        largest distance, in the unit of the points.
     most
         points; where more are needed, those that are farthest are kept.
     """

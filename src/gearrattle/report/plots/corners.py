@@ -23,14 +23,7 @@ SIDES = (Key("drive side", DRIVE), Key("coast side", COAST))
 def shading(layout: Layout, clearance: int, factor: float) -> tuple[tuple[Band, ...], tuple[Rule, ...]]:
     """Return the shading of one clearance's contact sides, and a rule at each of its corners.
 
-    Parameters
-    ----------
-    layout
-        names and constants of the driveline.
-    clearance
-        index into ``layout.clearance``.
-    factor
-        multiplies deflections for display.
+    ``clearance`` is an index into ``layout.clearance``, and ``factor`` multiplies deflections for display.
     """
     corners = layout.corners[clearance]
     first = int(layout.region_of_first_piece[clearance])
@@ -67,15 +60,7 @@ def reach(values: Array, corners: Array) -> tuple[float, float]:
 
 
 def units(findings: Judged, clearance: int) -> dict[str, str]:
-    """Return the units of one clearance's ``deflection``, ``rate``, ``force`` and ``energy``; empty if dimensionless.
-
-    Parameters
-    ----------
-    findings
-        what the pipeline found.
-    clearance
-        index into ``layout.clearance``.
-    """
+    """Return the units of ``deflection``, ``rate``, ``force``, ``energy`` of a clearance; none if dimensionless."""
     return units_of(findings.model, findings.motion.trajectory.layout, clearance)
 
 

@@ -33,8 +33,6 @@ def spectra_charts(data: xr.Dataset, *, si: bool = True, natural: Sequence[float
 
     Parameters
     ----------
-    data
-        from ``gearrattle.spectra``.
     si
         whether frequencies are hertz.
     natural
@@ -56,14 +54,10 @@ def density_chart(data: xr.Dataset, which: str = "channel", *, si: bool = True, 
 
     Parameters
     ----------
-    data
-        from ``gearrattle.spectra``.
     which
         "channel" or "reference".
     si
         whether frequencies are hertz.
-    rules
-        to draw beside.
     """
     prefix = "" if which == "channel" else "reference_"
     values = {key: data[f"{prefix}psd{end}"].values[1:] for key, end in (("", ""), ("low", "_low"), ("high", "_high"))}

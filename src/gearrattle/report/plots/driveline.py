@@ -92,10 +92,6 @@ def body(scene: Scene, number: int, lines: Sequence[str], up: float = 0.0, down:
 
     Parameters
     ----------
-    scene
-        where things are.
-    number
-        index of the inertia.
     lines
         escaped text.
     up, down

@@ -21,19 +21,7 @@ if TYPE_CHECKING:
 def event_boundary_chart(
     curve: xr.Dataset, event: str, points: Sequence[SpecialPoint], across: Measure, up: Measure
 ) -> Chart:
-    """Draw the curve of an event, its special points, and the model's own second value.
-
-    Parameters
-    ----------
-    curve
-        as ``Branch.boundary`` gives it.
-    event
-        what it is called.
-    points
-        special points of the curve.
-    across, up
-        what the first and the second value are called, and their units.
-    """
+    """Draw the curve of ``Branch.boundary``, its special points, and the model's own second value."""
     line = Line(curve["value"].values * across.factor, curve["second"].values * up.factor, event, ACCENT, width=2.0)
     own = Rule(float(curve.attrs["own"]) * up.factor, label="the model's own")
     panel = Panel(up.words, up.unit, across.title, (line, *special_lines(points, across, up)), rules=(own,))

@@ -39,13 +39,7 @@ _GL_FROM = 20_000
 
 
 def plotly_figure(chart: Chart) -> dict[str, Any]:
-    """Write a chart as a plotly figure.
-
-    Returns
-    -------
-    dict[str, Any]
-        ``{"data": [...], "layout": {...}}`` of JSON types only.
-    """
+    """Write a chart as a plotly figure, ``{"data": [...], "layout": {...}}`` of JSON types only."""
     gap = _TITLE_GAP + (0 if chart.share_x else _AXIS_GAP)
     inner = chart.rows * chart.panel_height + (chart.rows - 1) * gap
     layout: dict[str, Any] = {

@@ -41,10 +41,6 @@ def phase_panel(loops: Sequence[Loop], clearance: int, title: str, limits: Seque
     ----------
     loops
         at least one, of drivelines with the same corners.
-    clearance
-        index into ``layout.clearance``.
-    title
-        of the panel.
     limits
         loops that decide the limits and the units; by default those that are drawn.
     """

@@ -80,17 +80,7 @@ def code_maps(data: xr.Dataset) -> list[Chart]:
 
 
 def code_map(data: xr.Dataset, output: str, key: str = "map") -> Chart | None:
-    """Draw codes over two axes, a panel a part; or over one, a row a part. None without codes, or with samples.
-
-    Parameters
-    ----------
-    data
-        of a study.
-    output
-        of codes; empty for none.
-    key
-        of the figure.
-    """
+    """Draw codes over two axes, a panel a part; or over one, a row a part. None without codes, or with samples."""
     if not output or SAMPLE in data.dims or not axes_in(data):
         return None
     words = words_of(data[output])

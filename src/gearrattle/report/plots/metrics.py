@@ -101,13 +101,7 @@ def rattle_metrics(findings: Findings) -> Chart | None:
 
 
 def metrics_chart(rows: Sequence[Row]) -> Chart | None:
-    """Draw rows of metrics; None where none has a value.
-
-    Parameters
-    ----------
-    rows
-        of ``gearrattle.quantities.rows_of``.
-    """
+    """Draw rows of metrics; None where none has a value."""
     subjects = list(dict.fromkeys(row.subject for row in rows if row.subject))
     apart = [colour for colour in COLOURS if colour not in (DRIVE, COAST)]
     colours = {subject: apart[i % len(apart)] for i, subject in enumerate(subjects)}

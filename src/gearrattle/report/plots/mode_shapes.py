@@ -35,19 +35,7 @@ _STYLE = (
 
 
 def mode_sketch(layout: Layout, modes: Modes, mode: int, title: str) -> bytes:
-    """Draw one mode.
-
-    Parameters
-    ----------
-    layout
-        names and constants of the driveline.
-    modes
-        its modes.
-    mode
-        which of them.
-    title
-        words above the drawing.
-    """
+    """Draw one mode of a driveline under a title, as an SVG file."""
     scene = driveline.scene(layout, _FRAME)
     width, height = scene.size
     meshes = [len(name) for name, mesh in zip(layout.element_names, layout.is_mesh, strict=True) if mesh]

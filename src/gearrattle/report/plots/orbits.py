@@ -98,13 +98,7 @@ def _left_out(clearances: int) -> str:
 
 
 def selected_charts(orbits: Sequence[tuple[str, Orbit]]) -> list[Chart]:
-    """Return the phase planes of some motions along a branch, a panel each, a chart for every clearance.
-
-    Parameters
-    ----------
-    orbits
-        what is said above a panel, and the motion.
-    """
+    """Return the phase planes of some motions along a branch, a panel each, a chart for every clearance."""
     layout = orbits[0][1].run.trajectory.layout
     loops = [Loop(name, orbit.run, INK, "solid" if orbit.stable else "dashed") for name, orbit in orbits]
     names = layout.clearance_names[:_MOST_TABS]

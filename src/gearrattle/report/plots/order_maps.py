@@ -73,14 +73,10 @@ def map_panel(
     ----------
     data
         from ``waterfall``, or the amplitude of ``order_map``.
-    title
-        of the panel.
     top
         the highest level drawn [dB]; None: the largest in it.
     si
         whether speeds are rad/s, drawn in rpm, and frequencies Hz.
-    orders
-        of the excitation, drawn over it (``overlays``).
     natural
         natural frequencies drawn over it [rad/s].
     """

@@ -59,12 +59,6 @@ def overlay(
     ----------
     x_range, y_range
         of the map; on the y axis hertz, or orders.
-    turning
-        how the shaft turns along it; None where unknown.
-    by_order
-        whether orders are on the y axis.
-    orders
-        of the excitation.
     natural
         natural frequencies [rad/s].
     """

@@ -88,15 +88,6 @@ def phase_curves(findings: Judged, clearances: Sequence[int], window: Window) ->
 
     A motion that is known between its samples is drawn as it is, another one through its samples by polynomials
     (``plots/smooth``), or as points where these are too far apart.
-
-    Parameters
-    ----------
-    findings
-        what the pipeline found.
-    clearances
-        indices into ``layout.clearance``.
-    window
-        the last cycles.
     """
     trajectory = findings.motion.trajectory
     if trajectory.exact is not None and clearances:
@@ -156,14 +147,6 @@ def _on_screen(points: Array, frame: Array, within: float) -> Array:
 
 
 def deflection_rate(findings: Judged, clearance: int) -> Array:
-    """Return the deflection rate of one clearance at every sample, (Nt,) [rad/s or m/s].
-
-    Parameters
-    ----------
-    findings
-        what the pipeline found.
-    clearance
-        index into ``layout.clearance``.
-    """
+    """Return the deflection rate of one clearance at every sample, (Nt,) [rad/s or m/s]."""
     trajectory = findings.motion.trajectory
     return rate_of(findings.model, trajectory, int(trajectory.layout.clearance[clearance]))

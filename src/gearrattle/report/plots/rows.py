@@ -29,12 +29,8 @@ class Series:
 
     Attributes
     ----------
-    name
-        for the legend; empty if there is only one.
     values
         (N,); NaN draws nothing.
-    colour
-        of the points.
     low, high
         (N,) ends of an interval, drawn as a line; None draws none.
     """
@@ -57,27 +53,14 @@ def row_chart(
     marks: Sequence[float] = (),
     log: bool = False,
 ) -> Chart | None:
-    """Draw rows of points; the first 40 rows, if there are more.
+    """Draw rows of points, the first 40 rows if there are more; None without a finite value.
 
     Parameters
     ----------
-    key, title, caption
-        of the chart.
-    names
-        of the rows.
-    series
-        what stands in the rows.
-    level
-        title of the x axis.
     marks
         where vertical rules stand; the axis reaches them.
     log
         whether the x axis is logarithmic; what is not positive is left out.
-
-    Returns
-    -------
-    Chart | None
-        The chart; None without a finite value.
     """
     if log:
         series = [replace(one, values=np.where(one.values > 0.0, one.values, np.nan)) for one in series]

@@ -32,12 +32,6 @@ def track_charts(tracks: Sequence[Track], partner: str, blocks: str, *, si: bool
 
     Parameters
     ----------
-    tracks
-        amplitudes over speed.
-    partner
-        what the measured ones are compared with.
-    blocks
-        how they were made, in words.
     si
         whether speeds are in rad/s; drawn in rpm.
     """

@@ -43,8 +43,6 @@ def sobol_panels(dataset: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
 
     Parameters
     ----------
-    dataset
-        from ``sensitivities``.
     measured
         holds the values that scatter, with their words and units.
     """

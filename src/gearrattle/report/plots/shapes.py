@@ -23,8 +23,6 @@ class Drawn(NamedTuple):
         SVG about the origin, half as wide as 1.
     is_open
         whether it is strokes, not an area.
-    plotly, matplotlib
-        names of its marker.
     letter
         in a line of text.
     """

@@ -27,13 +27,7 @@ _FRAME = driveline.Frame(pitch_x=196, pitch_y=200, left=92, right=150, top=104, 
 
 
 def sketch(findings: Findings) -> str:
-    """Draw the driveline.
-
-    Returns
-    -------
-    str
-        One ``<svg>`` element with its size in its viewBox, a title and a description for screen readers.
-    """
+    """Draw the driveline: one ``<svg>`` with its size in its viewBox, a title and a description for screen readers."""
     layout = findings.motion.trajectory.layout
     scene = driveline.scene(layout, _FRAME)
     width, height = scene.size

@@ -28,15 +28,7 @@ _MOST_PANELS = 8
 
 
 def swept_chart(branch: Branch, sweeps: Sweeps) -> Chart:
-    """Draw the rms deflection of every clearance, the first few.
-
-    Parameters
-    ----------
-    branch
-        whose sweeps are drawn.
-    sweeps
-        its sweeps.
-    """
+    """Draw the rms deflection of every clearance, the first few."""
     shown, layout = measure(branch), assemble(branch.model).layout
     low, high = (value * shown.factor for value in sweeps.ends)
     room = 0.02 * (high - low)

@@ -18,15 +18,7 @@ _KEYS = {"forward": Key("forward", DRIVE, "circle"), "backward": Key("backward",
 
 
 def tipping_chart(pulses: pd.DataFrame, pulse: Measure) -> Chart:
-    """Draw the smallest pulses over the share of the motion's periods.
-
-    Parameters
-    ----------
-    pulses
-        as ``Orbit.tipping`` gives them.
-    pulse
-        what a pulse is called, and its unit.
-    """
+    """Draw the smallest pulses of ``Orbit.tipping`` over the share of the motion's periods."""
     share = pulses["share"].to_numpy()
     lines = tuple(
         Line(share, pulses[way].to_numpy() * pulse.factor, way, key.colour, "points", 9.0, shape=key.shape)

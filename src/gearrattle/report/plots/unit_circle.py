@@ -23,8 +23,6 @@ def unit_circle(marks: Sequence[Line], title: str) -> Panel:
     ----------
     marks
         points: x the real, y the imaginary parts.
-    title
-        of the panel.
     """
     turn = np.linspace(0.0, 2.0 * np.pi, 241)
     circle = Line(np.cos(turn), np.sin(turn), "unit circle", MUTED, width=1.0, dash="solid")

@@ -86,12 +86,8 @@ class TimeAxis:
 
     Attributes
     ----------
-    trajectory
-        where the curves are from.
     length
         of a cycle on the axis: 1, or of an event the period.
-    title
-        of the axis.
     words
         how captions say it; empty where nothing must be said.
     """

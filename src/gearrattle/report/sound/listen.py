@@ -201,15 +201,6 @@ def _named(runs: Any) -> dict[str, Run | Recording]:
 def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str]:
     """Return the clearances of a driveline whose impacts are heard.
 
-    Parameters
-    ----------
-    name
-        of the design, for messages.
-    model
-        the driveline.
-    elements
-        as of ``listen``.
-
     Raises
     ------
     ModelError

@@ -30,8 +30,6 @@ class SoundPage(Presentation[Sound]):
 
         Parameters
         ----------
-        result
-            the designs.
         bits
             of the WAV files: 24 (integers), 32 or 64 (floating point).
         with_quality

@@ -61,8 +61,6 @@ class SoundPath:
         sampling rate [Hz].
     lead
         samples before the impulse.
-    source
-        origin of the response, in words.
     """
 
     response: Array

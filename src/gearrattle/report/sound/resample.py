@@ -31,8 +31,6 @@ def resampled(values: Array, rate: float, wanted: float, name: str) -> Array:
         (N,).
     rate, wanted
         samples a second [Hz].
-    name
-        of the signal, for messages.
 
     Raises
     ------

@@ -38,8 +38,6 @@ def impulse_train(time: Array, impulse: Array, rate: float, samples: int) -> Arr
         (I,) [N s, or whatever a second of the result is worth].
     rate
         samples a second [Hz].
-    samples
-        how many.
 
     Returns
     -------

@@ -32,24 +32,7 @@ _LONGEST = 14  # letters of a prescribed word of an x axis in one line
 
 
 def prepare(axes: Axes, rows: Rows, *, labelled: bool, inches: float) -> Text:
-    """Set limits, scales, labels and ticks.
-
-    Parameters
-    ----------
-    axes
-        of the panel.
-    rows
-        the panel they show.
-    labelled
-        whether the x axis is labelled.
-    inches
-        width of the figure.
-
-    Returns
-    -------
-    Text
-        The title.
-    """
+    """Set limits, scales, labels and ticks of the axes of a panel; return their title."""
     from matplotlib import rcParams
 
     chosen: Any = rcParams

@@ -25,8 +25,6 @@ class Rows:
 
     Attributes
     ----------
-    panel
-        to be drawn; the names are its y ticks.
     right
         words beyond the x axis, by their heights.
     wordy

@@ -84,7 +84,7 @@ def checked_dpi(dpi: float) -> float:
     Raises
     ------
     ModelError
-        it is none.
+        it is below 72 or above 2400 points an inch, or no number.
     """
     if not isinstance(dpi, int | float) or not _LOWEST <= dpi <= _HIGHEST:
         rule = f"must be {_LOWEST:g} to {_HIGHEST:g} dots an inch"
@@ -97,16 +97,10 @@ def saved(figure: Figure, kind: str, *, dpi: float = DPI, title: str = "", subje
 
     Parameters
     ----------
-    figure
-        to be saved.
-    kind
-        of ``FORMATS``.
     dpi
         points an inch of PNG and TIFF, and of pictures inside the others.
     title
         kept in the file, as far as its format can.
-    subject
-        the same.
     """
     from matplotlib import rc_context, rcParams
 
@@ -123,8 +117,6 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], *, dpi: float = DP
 
     Parameters
     ----------
-    figure
-        to be saved.
     path
         a file that ends in one of ``FORMATS``.
     dpi

@@ -40,8 +40,6 @@ def matplotlib_figure(chart: Chart, style: Style | None = None) -> Figure:
 
     Parameters
     ----------
-    chart
-        what to draw.
     style
         how; None: 175 mm wide, sans-serif letters of 8 pt.
 

@@ -35,19 +35,7 @@ _APART = 0.12
 
 @dataclass(frozen=True)
 class Looks:
-    """How each colour of a chart is drawn.
-
-    Attributes
-    ----------
-    dashes
-        of curves, by colour.
-    widths
-        of curves in the legend, by colour [pt].
-    markers
-        of points, by colour.
-    hatches
-        of bars and cells, by colour.
-    """
+    """How each colour of a chart is drawn: dashes and widths [pt] of curves, markers of points, hatches of areas."""
 
     dashes: dict[str, Dashes]
     widths: dict[str, float]

@@ -34,23 +34,9 @@ _BEYOND = 10.0
 
 
 def draw_marks(axes: Axes, rows: Rows, looks: Looks, *, inches: float) -> list[Annotation]:
-    """Draw all that a panel holds, from the heat up; limits and scales must have been set.
+    """Draw all that a panel holds, from the heat up, and return the words in it, the most important first.
 
-    Parameters
-    ----------
-    axes
-        where.
-    rows
-        the panel.
-    looks
-        of the chart's colours.
-    inches
-        width of the figure.
-
-    Returns
-    -------
-    list[Annotation]
-        The words inside the panel, in the order of their importance.
+    Limits and scales must have been set.
     """
     panel = rows.panel
     if panel.heat is not None:

@@ -38,8 +38,6 @@ def settle_axes(figure: Figure, titles: Mapping[Axes, Text], height: float) -> N
     ----------
     figure
         with its layout engine.
-    titles
-        of the panels, by their axes.
     height
         that panels shall have [in].
     """
