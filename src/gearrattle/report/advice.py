@@ -1,7 +1,4 @@
-"""Advice as a result: what to do before simulating, on what evidence, and what a run will show.
-
-Takes an Advice; gives its presentation.
-"""
+"""Advice as a result: steps before simulating, their evidence, and a forecast of the run."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The advice given before the run, and its forecasts compared with the run.
-
-Takes Findings; gives a sentence and a Table to the page.
-"""
+"""The advice given before the run, and its forecasts compared with the run."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Branches of periodic motions as a result: where motions are stable, where they jump, what they touch.
-
-Takes a Branch; gives its presentation.
-"""
+"""Branches of periodic motions as a result: where motions are stable, where they jump, what they touch."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Causes as a result: what every order of every source does to a body, through which mode, and the linear driveline.
-
-Takes a Cause; gives its presentation.
-"""
+"""Causes as a result: the response of a body to every order of every source by modes, and the linear driveline."""
 
 from __future__ import annotations
 

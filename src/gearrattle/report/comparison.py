@@ -1,7 +1,4 @@
-"""The comparison as a result: the recommendation first, then the numbers and figures it follows from.
-
-Takes a Comparison, or the DataFrame it hangs on, and perhaps a WorkPrecision; gives their presentation.
-"""
+"""The comparison as a result: the recommendation first, then the numbers and figures it follows from."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The tables of a comparison: cost, truth, statistics, transmissibility by distance, coherence.
-
-Takes a Comparison; gives Tables.
-"""
+"""The tables of a comparison: cost, truth, statistics, transmissibility by distance, coherence."""
 
 from __future__ import annotations
 

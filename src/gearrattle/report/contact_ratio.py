@@ -1,7 +1,4 @@
-"""Contact ratios as a result: one slope for every clearance, with limits, or with every fixed point of a forecast.
-
-Takes the Series of ``gearrattle.contact_ratio``; gives its presentation.
-"""
+"""Contact ratios as a result: one slope for every clearance, with limits, or with every fixed point of a forecast."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""What a measured file holds, as a result: a row a channel; .toml saves the mapping file to begin with.
-
-Takes Contents; gives their presentation.
-"""
+"""Contents of a measured file as a result: a row a channel; saved as .toml, a mapping file to begin with."""
 
 from __future__ import annotations
 

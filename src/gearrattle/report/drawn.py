@@ -1,8 +1,6 @@
-"""What charts belong to a result: those of its page.
+"""The charts that belong to a result: those of its page.
 
-A folder that a command wrote keeps its charts in figures/charts.npz, so it need not be known what it holds.
-
-Takes results, Datasets, files and folders; gives Charts.
+A folder that a command wrote keeps its charts in figures/charts.npz, which are read without knowing the kind of result.
 """
 
 from __future__ import annotations

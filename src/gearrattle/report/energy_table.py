@@ -1,7 +1,4 @@
-"""Where the energy went: work, losses by element with friction's share, what is stored; and what the audit misses.
-
-Takes Findings; gives a Table to the page, and JSON types to the summary.
-"""
+"""The energy balance of a run: work, losses by element with friction's share, stored energy, and the audit's error."""
 
 from __future__ import annotations
 

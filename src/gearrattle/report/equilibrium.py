@@ -1,7 +1,4 @@
-"""The static equilibrium as a result: where every element rests under the mean loads.
-
-Takes an Equilibrium; gives its presentation.
-"""
+"""The static equilibrium as a result: deflections and regions of all elements under the mean loads."""
 
 from __future__ import annotations
 

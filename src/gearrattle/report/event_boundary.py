@@ -1,7 +1,4 @@
-"""An event of a branch over a second value as a result: the border of where motions exist, as a curve.
-
-Takes the Dataset of ``Branch.boundary``; gives its presentation.
-"""
+"""An event of a branch over a second value as a result: a curve that bounds the existence of motions."""
 
 from __future__ import annotations
 

@@ -1,9 +1,7 @@
 """Events that lie near each other as one family: "a cascade of 5 period doublings from 1187.4 to 1188.1 rpm".
 
 Events in the order of their values belong to one family while each is nearer to the one before it than a width. Two are
-no family yet: a fold with a grazing beside it is told as both.
-
-Takes the events of a Branch; gives families of their rows.
+no family: a fold with a grazing beside it is listed as both.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""What happens in a transient, in tiles and tables: first and hardest impact, peak torques.
-
-Takes Verdicts with an event; gives tiles and Tables to the page.
-"""
+"""Tiles and tables of a transient: first and hardest impact, peak torques."""
 
 from __future__ import annotations
 

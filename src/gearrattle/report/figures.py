@@ -1,7 +1,4 @@
-"""``figures``: every figure of a result as a matplotlib figure, to be changed, and saved for print.
-
-Takes results; gives matplotlib Figures by name, and files.
-"""
+"""``figures``: every figure of a result as a matplotlib figure, which can be changed and saved for print."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A fit as a result: the parameters with errors, every datum's residual, what stays open, other minima.
-
-Takes a Fit; gives its presentation.
-"""
+"""A fit as a result: parameters with errors, the residual of every datum, undetermined combinations, other minima."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The torque of an engine as a result: mean, work and harmonics.
-
-Takes a GasTorque; gives its presentation.
-"""
+"""The torque of an engine as a result: mean, work and harmonics."""
 
 from __future__ import annotations
 

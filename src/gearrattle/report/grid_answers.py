@@ -1,7 +1,4 @@
-"""What a grid answers on the terminal and to machines: probabilities, what decides, counts, the boundary.
-
-Takes the Dataset of a study; gives Tables and plain values.
-"""
+"""Answers of a grid for the terminal and machines: probabilities, deciding values, counts, the boundary of regimes."""
 
 from __future__ import annotations
 

@@ -1,8 +1,6 @@
 """The table of the kinds of results: how each one is presented.
 
 To add a kind: a class derived from ``Presentation`` in a file of this folder, and its line here.
-
-Takes a result of any kind; gives its Presentation.
 """
 
 from __future__ import annotations

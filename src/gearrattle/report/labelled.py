@@ -1,7 +1,4 @@
-"""What presentations of labelled data share: its attributes, plain; whether it has units; the name of its channel.
-
-Takes Datasets and DataArrays; gives text and numbers.
-"""
+"""Common parts of presentations of labelled data: plain attributes, whether it has units, the name of its channel."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""What is known without simulation, as tables: where the driveline rests and how it vibrates.
-
-Takes Findings; gives Tables to the page.
-"""
+"""Tables of the linear driveline, which need no simulation: static equilibrium, modes and natural frequencies."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""What makes a page's figures interactive: their data for plotly.js, plotly.js itself, and the page's own script.
-
-Takes Charts; gives text for the template.
-"""
+"""Interactive figures of a page: their data for plotly.js, plotly.js itself, and the page's own script."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A fitted torque-angle loop as a result: the stages with their errors, and the law drawn over the samples.
-
-Takes a LoopFit; gives its presentation.
-"""
+"""A fitted torque-angle loop as a result: the stages with their errors, and the law drawn over the samples."""
 
 from __future__ import annotations
 

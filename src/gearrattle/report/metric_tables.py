@@ -1,7 +1,4 @@
-"""Rattle metrics in tables, one a metric, with definition, window and source.
-
-Takes rows of metrics; gives Tables to the page.
-"""
+"""Rattle metrics in tables, one a metric, with definition, window and source."""
 
 from __future__ import annotations
 

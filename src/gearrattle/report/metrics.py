@@ -1,7 +1,4 @@
-"""Rattle metrics as a result: a row a value, and the figure of all of them.
-
-Takes the DataFrame of ``gearrattle.metrics``; gives its presentation.
-"""
+"""Rattle metrics as a result: a row a value, and the figure of all of them."""
 
 from __future__ import annotations
 

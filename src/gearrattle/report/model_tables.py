@@ -1,7 +1,4 @@
-"""The model and the computation, as tables: what went in, and what it cost.
-
-Takes Findings; gives Tables to the page.
-"""
+"""Tables of the model and of the computation's cost."""
 
 from __future__ import annotations
 

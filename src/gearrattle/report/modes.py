@@ -1,7 +1,4 @@
-"""Modes and the Campbell diagram as results: what each mode works in and what excites it, shapes on the driveline.
-
-Takes Modes or a Campbell; gives their presentations.
-"""
+"""Modes and the Campbell diagram as results: energies and excitation of every mode, shapes on the driveline."""
 
 from __future__ import annotations
 

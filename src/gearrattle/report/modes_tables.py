@@ -1,7 +1,4 @@
-"""The tables of the page on modes: modes in words, energies, excitation, crossings.
-
-Takes Modes and a Campbell; gives Tables.
-"""
+"""The tables of the page on modes: modes in words, energies, excitation, crossings."""
 
 from __future__ import annotations
 

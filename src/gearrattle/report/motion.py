@@ -1,9 +1,7 @@
-"""A motion as a result: the report of a run when a page is asked for, what it cost when it has just been simulated.
+"""A motion as a result: the report of a run as a page; on the terminal its cost, where it has just been simulated.
 
 The report, its judgement and its figures are imported when they are asked for: a motion that is only saved or listed on
 a terminal needs none of them.
-
-Takes a Run; gives its presentations.
 """
 
 from __future__ import annotations

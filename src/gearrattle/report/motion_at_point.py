@@ -1,10 +1,8 @@
-"""What is shown of the point of branches that is pointed at: its motion in the phase plane, and its multipliers.
+"""The motion at a selected point of the branches: its phase plane and its multipliers.
 
-The motions of at most 120 points travel with the page, and with the view of the workbench, as whole numbers of 16 bits,
-each with as many samples as a screen shows; with many impacts those of fewer points. On the page the script beside this
-file draws them; a slider moves along the branches without a pointer.
-
-Takes a Branch; gives HTML, and the data behind it.
+The motions of at most 120 points travel with the page, and with the view of the workbench, as integers of 16 bits,
+each with as many samples as a screen shows; with many impacts the motions of fewer points travel. On the page
+the script ``motion_at_point.js`` draws them; without a pointer, a slider moves along the branches.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
-"""A motion in the phase plane of a clearance, by as few points as a screen shows it smooth with.
+"""A motion in the phase plane of a clearance, with as few points as a smooth curve on a screen needs.
 
 The exact flow is sampled as finely as its most curved stay needs, and the crossings, which are known as times, stand
-between the samples: there the curve has its corners. What a screen does not show of it is left out (``plots/chords``).
-
-Takes an Orbit; gives points.
+between the samples: there the curve has its corners. Points that a screen does not show are left out
+(``plots/chords``).
 """
 
 from __future__ import annotations

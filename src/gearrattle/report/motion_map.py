@@ -1,7 +1,4 @@
-"""The map of motions over two values as a result: where rattle must be, where it may be, where none is found.
-
-Takes a MotionMap; gives its presentation.
-"""
+"""The map of motions over two values as a result: where rattle must be, where it may be, where none is found."""
 
 from __future__ import annotations
 

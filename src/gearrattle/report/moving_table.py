@@ -1,9 +1,7 @@
-"""What moves the jumps of a branch: by how much 10 % more of every number of the model shifts them.
+"""Sensitivity of the jumps of a branch: their shift when a number of the model grows by 10 %.
 
 A jump is a fold at which stable motions end, or a hard loss of stability. One in a corner of the branch, where the
 motion or its gradient jumps, has no gradient, and is left out.
-
-Takes a Branch; gives a Table.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 There is no script and no style sheet: a notebook that is not trusted runs and keeps neither. Text takes the notebook's
 own colours, light or dark; a figure stands on white.
-
-Takes a result; gives HTML.
 """
 
 from __future__ import annotations

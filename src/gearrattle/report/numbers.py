@@ -1,7 +1,4 @@
-"""The numbers of a result as files: netCDF-4 and CSV.
-
-Takes Datasets, or arrays by name; writes files.
-"""
+"""The numbers of a result as files: netCDF-4 and CSV."""
 
 from __future__ import annotations
 

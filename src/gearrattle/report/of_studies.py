@@ -1,7 +1,4 @@
-"""What is made of a study, as results: sensitivities, probabilities of rattle, the boundary of regimes.
-
-Takes the Datasets of ``sensitivities``, ``rattle_probability`` and ``regime_boundary``; gives their presentations.
-"""
+"""Evaluations of a study as results: sensitivities, probabilities of rattle, the boundary of regimes."""
 
 from __future__ import annotations
 

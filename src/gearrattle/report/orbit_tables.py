@@ -1,7 +1,4 @@
-"""Tables of motions that repeat: multipliers, impacts in their order, the state, several motions side by side.
-
-Takes Orbits; gives Tables.
-"""
+"""Tables of motions that repeat: multipliers, impacts in their order, the state, several motions side by side."""
 
 from __future__ import annotations
 

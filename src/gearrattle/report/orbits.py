@@ -1,7 +1,4 @@
-"""Periodic motions as results: what repeats, whether it is stable, how it touches its clearances.
-
-Takes an Orbit, or several of one driveline; gives their presentations.
-"""
+"""Periodic motions as results: period, stability, and contacts in the clearances."""
 
 from __future__ import annotations
 

@@ -1,9 +1,7 @@
 """Orders and spectra along a change of speed as results: the strongest ones, and the map or the curves.
 
-What is drawn over a map stands in the attributes ``excited_orders`` and ``natural_frequencies`` [rad/s], which the
-command sets from the model.
-
-Takes the data of ``order_map``, ``order_cuts`` and ``waterfall``; gives their presentations.
+The attributes ``excited_orders`` and ``natural_frequencies`` [rad/s], which the command sets from the model, are drawn
+over a map.
 """
 
 from __future__ import annotations

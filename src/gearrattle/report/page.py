@@ -1,8 +1,6 @@
 """The content of a page: sections of sentences, figures and tables. ``written_page`` turns it into HTML.
 
 Nothing that plots or renders is imported here, because a result on a terminal needs no figure.
-
-Takes sentences, figures and tables; gives frozen Pages.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
-"""How a kind of result is read: its words, tables and figures, and what machines get.
+"""The presentation of a kind of result: its words, tables and figures, and its content for machines.
 
 A kind of result has one class, derived from ``Presentation``, and one line in ``kinds``. It says what stands on the
 page (``sections``), what the terminal shows (``answer``), what summary.json holds (``content``) and what results.nc
 holds (``data``). Page, files, command line, notebooks and figures for print are made from these for all kinds alike.
-
-Takes a result; gives words, Tables, Charts and data.
 """
 
 from __future__ import annotations

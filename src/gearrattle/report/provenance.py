@@ -1,7 +1,4 @@
-"""What made these results: versions and when.
-
-Takes nothing; gives plain dictionaries to the report and the summary.
-"""
+"""Provenance of results: versions of the software, and the time."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A proof of quiet as a result: shares of the box, what stands against the rest, the largest proven boxes.
-
-Takes a QuietProof; gives its presentation.
-"""
+"""A proof of quiet as a result: shares of the box, what stands against the rest, the largest proven boxes."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Records as a Dataset: a variable a field, a row a record.
-
-Takes frozen dataclasses of one kind, or mappings with the same keys; gives a Dataset.
-"""
+"""Records as a Dataset: a variable a field, a row a record."""
 
 from __future__ import annotations
 

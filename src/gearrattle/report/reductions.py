@@ -1,7 +1,4 @@
-"""Smaller models as results: what was lumped or kept, why, and how far from the full model.
-
-Takes Reductions and Condensed models; gives their presentations.
-"""
+"""Smaller models as results: bodies lumped or modes kept, the reasons, and the distance from the full model."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Remedies as a result: which change makes the driveline quiet, at which cost, and what else it changes.
-
-Takes Remedies; gives their presentation.
-"""
+"""Remedies as a result: changes that make the driveline quiet, their cost, and their side effects."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The report of a run: the verdict first, then figures, modes, criteria, metrics, the model and what it cost.
-
-Takes Findings or a Verdict; gives their presentations.
-"""
+"""The report of a run: the verdict first, then figures, modes, criteria, metrics, the model and the cost."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Jumps of a run-up and a run-down beside those of the branches, as a result.
-
-Takes RunUpJumps; gives their presentation.
-"""
+"""Jumps of a run-up and a run-down beside those of the branches, as a result."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The validation of a run-up as a result: what differs most, orders over speed, and a row an order.
-
-Takes a RunUp; gives its presentation.
-"""
+"""The validation of a run-up as a result: the largest difference, orders over speed, and a row an order."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Results as files: a file of numbers, or a folder with a page, a summary, numbers and figures; whole or not at all.
-
-Takes results and their presentations; writes HTML, JSON, netCDF, CSV and SVG.
-"""
+"""Results as files: a file of numbers, or a folder with a page, a summary, numbers and figures; whole or not at all."""
 
 from __future__ import annotations
 

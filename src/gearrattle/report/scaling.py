@@ -1,7 +1,4 @@
-"""A model without dimensions as a result: what counts as one, the coefficients, and the conditioning.
-
-Takes a Nondimensional, and the Stiffness of its model; gives their presentation.
-"""
+"""A model without dimensions as a result: its scales, the coefficients, and the conditioning."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A screening as a result: which gears lift off and where, the maps, and the tables behind them.
-
-Takes the Dataset of ``gearrattle.screen``; gives its presentation.
-"""
+"""A screening as a result: the gears that lift off, by speed and load, with maps and tables."""
 
 from __future__ import annotations
 

@@ -1,11 +1,9 @@
-"""What a screening says, gear by gear: in how many cases it is quiet, undecided or lifts off, and how it ran there.
+"""Tables of a screening, gear by gear: cases that are quiet, undecided or lift off, and simulated cases that rattle.
 
 The margin is 20 log10 of the lift ratio [dB], a range over the linear drivelines that may stand for the real one: a
 gear is quiet where the largest is below zero, lifts off where the least is above, and is undecided in between. Where a
 gear rests within its gap it is off its flank already, and the margin is infinite. Screenings of earlier versions have
 no range: theirs is the lift ratio alone.
-
-Takes the Dataset of ``gearrattle.screen``; gives numbers, sentences and Tables.
 """
 
 from __future__ import annotations

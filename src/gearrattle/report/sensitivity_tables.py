@@ -1,7 +1,4 @@
-"""Tables of what outputs follow, by the design of the samples: rank coefficients, Sobol' indices, one value at a time.
-
-Takes the Dataset of a study without axes; gives Tables.
-"""
+"""Tables of sensitivities by the design of the samples: rank coefficients, Sobol' indices, one value at a time."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""What a driveline does after a while, where no motion that repeats is found.
-
-Takes a SettledMotion; gives its presentation.
-"""
+"""The settled motion as a result: the long-term behaviour of a driveline where no periodic motion is known."""
 
 from __future__ import annotations
 

@@ -1,9 +1,7 @@
-"""Spectra as results: where the power is, how far another signal explains it, and the curves between their limits.
+"""Spectra as results: the peaks of power, the coherence with another signal, and the curves between their limits.
 
 Figures are interactive, and static SVG without JavaScript. Natural frequencies to mark stand in the attribute
 ``natural_frequencies`` [rad/s], which the command sets.
-
-Takes the Datasets of ``spectra``, ``psd``, ``cross_psd`` and ``coherence``; gives their presentations.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Words and the table of a page of spectra: the highest peaks between their limits.
-
-Takes the Dataset of ``gearrattle.spectra``, or its content for machines; gives text.
-"""
+"""Words and the table of a page of spectra: the highest peaks between their limits."""
 
 from __future__ import annotations
 

@@ -1,9 +1,7 @@
-"""How many stable motions there are where, and where the driveline jumps: the first sentences of a page of branches.
+"""The number of stable motions over a value, and the jumps: the first sentences of a page of branches.
 
 Ranges of a stable motion on a branch, and the runs of sweeps, both say how many motions there are at a value. Ranges
-narrower than a width are not told.
-
-Takes a Branch; gives counts over ranges, and words.
+narrower than a width are left out.
 """
 
 from __future__ import annotations

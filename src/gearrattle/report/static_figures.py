@@ -1,7 +1,4 @@
-"""figures/ of a result: every chart as SVG, and the charts themselves, so that they can be drawn anew.
-
-Takes Charts and a folder; gives their SVG to the page.
-"""
+"""The folder figures/ of a result: every chart as SVG, and the charts themselves, which can be drawn anew."""
 
 from __future__ import annotations
 

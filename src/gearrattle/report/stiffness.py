@@ -1,7 +1,4 @@
-"""Numerical stiffness as a result: eigenvalues, R_lambda over contact ratios and regions, and fixed steps.
-
-Takes a Stiffness, and what was computed with it; gives their presentation.
-"""
+"""Numerical stiffness as a result: eigenvalues, R_lambda over contact ratios and regions, and fixed steps."""
 
 from __future__ import annotations
 

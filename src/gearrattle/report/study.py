@@ -1,8 +1,6 @@
-"""A study as a result: what came out in a sentence, then its figures, and the tables behind them.
+"""A study as a result: its outcome in a sentence, its figures, and the tables behind them.
 
-What is said, drawn and tabulated its kind says (``study_pages``). The page has no script and loads nothing.
-
-Takes the Dataset of a study and the messages of its failed cases; gives its presentation.
+The kind of study decides what is said, drawn and tabulated (``study_pages``). The page has no script and loads nothing.
 """
 
 from __future__ import annotations

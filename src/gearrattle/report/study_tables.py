@@ -1,7 +1,4 @@
-"""Tables of a study's page: counts of regimes, probabilities of rattle, regime boundaries, failed cases.
-
-Takes the Dataset of a study; gives Tables.
-"""
+"""Tables of a study's page: counts of regimes, probabilities of rattle, regime boundaries, failed cases."""
 
 from __future__ import annotations
 

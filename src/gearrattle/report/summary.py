@@ -1,10 +1,8 @@
-"""The findings for machines.
+"""The findings of a run for machines.
 
 The keys of ``Verdict.to_dict()`` (verdict, sentence, rule, parts, entries) stand at the top, beside the model's name,
 the linear results, the settings and cost of the run, and every rattle metric. JSON types only; numbers that are not
 finite are null.
-
-Takes Findings; gives a dictionary.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Sweeps in words and tables: what changes at every jump, what the driveline does between two of them.
-
-Takes a Branch with sweeps; gives sentences and Tables.
-"""
+"""Sweeps in words and tables: the change at every jump, and the motion between two jumps."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""What a table of the report is.
-
-Takes text; gives frozen tables to the page template.
-"""
+"""A table of the report."""
 
 from __future__ import annotations
 

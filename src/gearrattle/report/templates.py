@@ -1,7 +1,4 @@
-"""The templates of all pages, and what they do with text: numbers such as 1e-14 or 5 Hz are not broken.
-
-Gives a jinja environment.
-"""
+"""The jinja environment with the templates of all pages; numbers such as 1e-14 or 5 Hz stay on one line."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A result as plain text: its sentence and its short tables in columns.
-
-Takes presentations; gives text to terminals.
-"""
+"""A result as plain text: its sentence and its short tables in columns."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A threshold as a result: where the driveline becomes quiet, and how hard it hits on the way.
-
-Takes a Threshold; gives its presentation.
-"""
+"""A threshold as a result: the value from which the driveline is quiet, and the hardest impact along the scan."""
 
 from __future__ import annotations
 

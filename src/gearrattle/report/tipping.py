@@ -1,7 +1,4 @@
-"""The smallest pulses of torque that tip a motion over, as a result.
-
-Takes the table of ``Orbit.tipping``; gives its presentation.
-"""
+"""The smallest pulses of torque that tip a motion over, as a result."""
 
 from __future__ import annotations
 

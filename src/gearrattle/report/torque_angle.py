@@ -1,7 +1,4 @@
-"""The static characteristic of a coupling as a result: its loop, and what friction takes.
-
-Takes a TorqueAngle; gives its presentation.
-"""
+"""The static characteristic of a coupling as a result: its loop, and what friction takes."""
 
 from __future__ import annotations
 

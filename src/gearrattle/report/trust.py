@@ -1,8 +1,6 @@
-"""How far the numbers can be trusted: the facts an engineer needs to judge that.
+"""Reliability of the numbers of a run: the facts by which an engineer judges it.
 
-States how the motion was computed, which part of it was judged, and whether its first and second half tell the same.
-
-Takes Findings; gives sentences to the page.
+They are the method of computation, the part of the motion that was judged, and whether its first and second half agree.
 """
 
 from __future__ import annotations

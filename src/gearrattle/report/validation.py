@@ -1,7 +1,4 @@
-"""A validation as a result: the verdict first, then levels, budget, mean cycles, orders, spectra and impacts.
-
-Takes a Validation; gives its presentation.
-"""
+"""A validation as a result: the verdict first, then levels, budget, mean cycles, orders, spectra and impacts."""
 
 from __future__ import annotations
 

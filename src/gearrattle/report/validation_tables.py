@@ -1,7 +1,4 @@
-"""The tables of the page on a validation.
-
-Takes a Validation; gives Tables.
-"""
+"""The tables of the page on a validation."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The verdict in tiles and tables: the worst part at a glance, every part in a row, every criterion behind it.
-
-Takes Findings; gives tiles and Tables to the page.
-"""
+"""The verdict as tiles and tables: the worst part, a row for every part, and all criteria."""
 
 from __future__ import annotations
 

@@ -4,8 +4,6 @@ Every result has one template (``page.html.j2``); the report of a run extends it
 nothing else: no network, no folder beside it. Every figure is in it as SVG, which is shown without JavaScript and
 printed. On a page that is interactive it is there a second time as data, which plotly.js, inlined once, turns into a
 plot when the figure scrolls into view. A page forbids itself to load anything from elsewhere.
-
-Takes Pages; writes HTML and figures.
 """
 
 from __future__ import annotations

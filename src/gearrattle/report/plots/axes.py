@@ -1,8 +1,6 @@
-"""The x and y axes of a panel in static SVG: limits, ticks, and where a value stands.
+"""The x and y axes of a panel in static SVG: limits, ticks, and the pixels of values.
 
 Ticks stand at 1, 2 or 5 times a power of ten, on whole decades of a logarithmic axis.
-
-Takes a Panel; gives scales to ``static``.
 """
 
 from __future__ import annotations

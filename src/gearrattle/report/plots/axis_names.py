@@ -1,10 +1,8 @@
-"""How the axes of a study are drawn: where their values stand, how they are labelled, what they are called.
+"""The axes of a study in figures: positions of the values, their labels, and titles.
 
 Words and SI units stand in the attributes ``long_name`` and ``units`` of the Dataset (``model.path_labels``); here they
 get a prefix that suits the values, and the reference speed is in rpm. In maps every value takes one cell, in order; a
 linear or logarithmic range is then drawn as such. An axis of several paths is labelled with the values of the first.
-
-Takes the Dataset of a study; gives positions and words to maps and sweeps.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 A grid over two initial values is a map, over one a strip; over more it is cut at the middle of the others. Drawn states
 are points. Where both axes are quantities of the section, seen at the phase at which motions begin, the attractors' own
 points are marked.
-
-Takes the Dataset of ``basins``; gives Charts.
 """
 
 from __future__ import annotations

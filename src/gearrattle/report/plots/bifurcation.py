@@ -2,8 +2,6 @@
 
 Below the points stand the largest Lyapunov exponent and one strip of regimes per direction; where both directions end
 in different motions the panels are shaded.
-
-Takes the Dataset of ``bifurcation``; gives Charts.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Where severity or regime changes over the grid of a study: over two axes points in a plane, over one a row a part.
-
-Takes the Dataset of ``regime_boundary``; gives a Chart.
-"""
+"""Changes of severity or regime over the grid of a study: points in a plane, or over one axis a row a part."""
 
 from __future__ import annotations
 

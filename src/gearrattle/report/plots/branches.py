@@ -1,8 +1,6 @@
-"""Branches of periodic motions over a value of the model: how far they swing, and whether they are stable.
+"""Branches of periodic motions over a value of the model: their swing and their stability.
 
 Stable motions are solid, unstable ones dashed; every kind of event has a shape of its own.
-
-Takes a Branch; gives Charts.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 Torques and transmission errors have panels of their own, as their orders differ by the number of teeth. A crossing is
 as large as the share of energy that its source gives to the mode.
-
-Takes a Campbell; gives a Chart.
 """
 
 from __future__ import annotations

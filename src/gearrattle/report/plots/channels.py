@@ -1,7 +1,4 @@
-"""The channels of a measured file as a figure: each over time, outlined by its extremes.
-
-Takes Contents; gives a Chart.
-"""
+"""The channels of a measured file as a figure: each over time, outlined by its extremes."""
 
 from __future__ import annotations
 

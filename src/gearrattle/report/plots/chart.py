@@ -1,10 +1,8 @@
-"""What a figure is, before anyone draws it.
+"""A figure as plain data, without a renderer.
 
 A ``Chart`` is a grid of ``Panel``s; a panel holds lines, filled bars and cells, shaded bands and thin rules. Charts
-are plain frozen data, so the same figure is drawn twice without being written twice: interactively (``interactive``)
-and as static SVG (``static``), and a test can look into it.
-
-Takes plain arrays; gives nouns to the two renderers.
+are frozen, so every renderer draws the same data: ``interactive`` a plotly figure, ``static`` an SVG, ``typeset`` a
+matplotlib figure for print. A test can read them too.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 Points are left out as long as the chords stay within a distance of what they replace (U. Ramer 1972, Comput. Graph.
 Image Process. 1, 244-256; D. H. Douglas, T. K. Peucker 1973, Cartographica 10, 112-122), all chords of a depth at once.
-
-Takes points; gives indices of those that are kept.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
-"""Which bodies and clearances a figure shows of a large driveline.
+"""The choice of bodies and clearances that the figures of a large driveline show.
 
 A report draws a panel each for at most ``MOST`` of them: a hundred panels would make a page of tens of
 megabytes. The clearances are the worst ones of the verdict; the bodies the driven one, those at these clearances, then
 those of the largest acceleration. Captions say how many are left out and where they stand.
-
-Takes a motion that has been judged, such as Findings; gives indices and a sentence.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
-"""Figures of a comparison: errors growing along the motion, and what precision costs.
+"""Figures of a comparison: growth of errors along the motion, and work over precision.
 
 Colours are in the order of the rows; the exact solution is drawn in black.
-
-Takes a Comparison or a WorkPrecision; gives Charts.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""How a probability settles: the share of the first 1, 2, 3, ... samples that rattle, with its interval.
-
-Takes the Dataset of a study without axes; gives a Chart.
-"""
+"""Convergence of a probability: the share of the first 1, 2, 3, ... samples that rattle, with its interval."""
 
 from __future__ import annotations
 

@@ -1,8 +1,6 @@
-"""How a clearance looks in every figure: its corners, the shading of its two sides, its units.
+"""The common drawing of a clearance in all figures: its corners, the shading of its two sides, its units.
 
 A clearance is in contact beyond its corners: blue on the drive side, vermilion on the coast side.
-
-Takes Findings and a Layout; gives bands, rules and units to the figures.
 """
 
 from __future__ import annotations

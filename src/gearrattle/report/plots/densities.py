@@ -3,8 +3,6 @@
 A transfer function lies in a circle about its estimate with the stated probability (``signals.spectral.densities``):
 its gain between |H| - r and |H| + r, its phase within asin(r / |H|) either way; where the circle encloses zero nothing
 is known of the phase, and it is not drawn.
-
-Takes the Dataset of ``spectra``; gives Charts.
 """
 
 from __future__ import annotations

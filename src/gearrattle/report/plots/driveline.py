@@ -1,8 +1,6 @@
-"""A driveline laid out for drawing: where bodies and elements stand in pixels, and their symbols there.
+"""A driveline laid out for drawing: positions of bodies and elements in pixels, and their symbols.
 
-What a sketch says with colours and words is its own affair; how a driveline looks is this page's.
-
-Takes a Layout; gives SVG text to sketches.
+Colours and words are those of the sketches (``sketch``, ``mode_shapes``).
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Numerical stiffness as figures: how far apart the eigenvalues are, and R_lambda over contact ratios.
-
-Takes a Stiffness, and R_lambda over contact ratios; gives Charts.
-"""
+"""Numerical stiffness as figures: the spread of the eigenvalues, and R_lambda over contact ratios."""
 
 from __future__ import annotations
 

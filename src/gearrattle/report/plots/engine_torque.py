@@ -1,7 +1,4 @@
-"""The torque of an engine as figures: over the crank angle of a cycle, and its harmonics.
-
-Takes a GasTorque; gives Charts.
-"""
+"""The torque of an engine as figures: over the crank angle of a cycle, and its harmonics."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""An event of a branch as a curve in the plane of two values.
-
-Takes the numbers of a curve; gives a Chart.
-"""
+"""An event of a branch as a curve in the plane of two values."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Figures of an optimisation: the front among all designs, how it grew, and its members across all values.
-
-Takes the Dataset of ``optimize``; gives Charts.
-"""
+"""Figures of an optimisation: the front among all designs, its growth, and the values of its members."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Impact statistics: when in the cycle impacts fall, how fast they are and how hard.
+"""Impact statistics: phase within the cycle, approach speed and energy.
 
 One row a clearance with impacts in the steady part, all from the exact log of crossings. The left panel shows each
 impact at its phase in the cycle, cycle over cycle: vertical stripes are a periodic rattle, scatter a chaotic one.

@@ -3,8 +3,6 @@
 A plotly figure is a JSON object with ``data`` (traces) and ``layout``; it is written here directly, so that drawing
 needs no import of plotly at all. Curves travel as base64 of little-endian float32 (float64 on the x axis, whose
 spacing can be fine against its size), equally spaced level axes as start and step.
-
-Takes a ``Chart``; gives a dictionary ready for ``Plotly.newPlot``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""A measured torque-angle loop and the law fitted to it: the law's loop over the samples, and what is left beside it.
-
-Takes a LoopFit; gives a Chart.
-"""
+"""A measured torque-angle loop and the law fitted to it: the law's loop over the samples, and the residuals."""
 
 from __future__ import annotations
 

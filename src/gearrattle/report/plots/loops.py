@@ -1,8 +1,6 @@
 """Closed loops in phase planes: motions that repeat, one or several in a panel.
 
 Dots on a loop stand at the start of each of its periods T.
-
-Takes runs over whole periods; gives Panels.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 Cells of one meaning have one colour; a thick line parts what rattles from the rest. Where a study has more than two
 axes the largest over the others is drawn.
-
-Takes the Dataset of a study; gives Charts.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 Orders and quantities stand side by side on the x axis, values on a logarithmic one, subjects of one group a little
 apart; colours are those of M. Okabe and K. Ito (2008). Shares of time are bars that fill the width.
-
-Takes rows of metrics, of a run or of a recording; gives a Chart.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
-"""Mode shapes on the driveline: how far each inertia turns, and where the energy is.
+"""Mode shapes on the driveline: the angles of the inertias, and the strain energy of the elements.
 
 A file of SVG for each mode. The stem of a body is its share of the largest angle, up or down; on one shaft line the
 tips are joined. Elements go from thin and grey to thick and crimson with their share of the mode's strain energy; those
 that work in it carry the share in words.
-
-Takes a Layout and Modes; gives the bytes of an SVG file.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The map of motions over two values: what every cell says, and the curves of events that bound it.
-
-Takes a MotionMap; gives a Chart.
-"""
+"""The map of motions over two values: a colour a cell, and the curves of events that bound the cells."""
 
 from __future__ import annotations
 

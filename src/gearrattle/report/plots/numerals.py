@@ -1,8 +1,6 @@
 """Numbers as people read them on a page: in groups, in columns of one unit, with no line broken before a unit.
 
 How one number is written, with its unit and prefix, is in ``wording``, for pages and sentences alike.
-
-Takes floats; gives text to ticks, sketches and tables.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Figures of periodic motions: phase planes, several motions in one, multipliers.
-
-Takes Orbits; gives Charts.
-"""
+"""Figures of periodic motions: phase planes, several motions in one, multipliers."""
 
 from __future__ import annotations
 

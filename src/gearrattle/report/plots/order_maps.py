@@ -3,8 +3,6 @@
 Levels are in decibels, 20 log10 of an amplitude or 10 log10 of a density over a stated reference, one SI unit unless
 told otherwise. With orders and natural frequencies drawn over it (``overlays``) a map is a Campbell diagram of what was
 measured or simulated.
-
-Takes the data of ``waterfall``, ``order_map``, ``order_cuts`` and ``coherence``; gives Panels and Charts.
 """
 
 from __future__ import annotations

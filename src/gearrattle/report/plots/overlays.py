@@ -1,10 +1,8 @@
-"""What a Campbell diagram draws over a map of a run-up: orders of the excitation, and natural frequencies.
+"""Overlays on a map of a run-up, as in a Campbell diagram: orders of the excitation, and natural frequencies.
 
 Over frequencies an order rises with the speed, f = o Omega / (2 pi), and a natural frequency is level; over orders an
 order is level and a natural frequency falls, o = omega_r / Omega. Where the map is over time both follow the speed of
 each row. A level order would cover the ridge it names, so it is a tick at the map's edge.
-
-Takes ranges, speeds and frequencies; gives Lines and Labels.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
-"""The few colours of every figure, and what each one means.
+"""The few colours of all figures and of the report's style sheet, and their meaning.
 
 One accent for ordinary lines, one colour for each side of a clearance, grey for what is context. The two sides are the
 blue and the vermilion of M. Okabe and K. Ito, "Color Universal Design" (2008), chosen so that the common forms of
 colour blindness can tell them apart; they also differ in lightness, so they survive a black-and-white printer.
-
-Takes nothing; every figure and the report's style sheet take from here.
 """
 
 from __future__ import annotations

@@ -1,11 +1,9 @@
-"""Where each body of a driveline sketch stands.
+"""The placement of bodies in the sketch of a driveline.
 
 Bodies joined by couplings stand side by side on one shaft line; a gear mesh leads down to the next line, as on any
 transmission drawing; a carrier stands at the end of its planets' line. A body that drives several gears gets a longer
 shaft: one *seat* for each of them, side by side. Each train begins with an end of its shaft, the driven body if that
 is one.
-
-Takes what connects bodies, such as a Layout; gives grid cells to drawings.
 """
 
 from __future__ import annotations

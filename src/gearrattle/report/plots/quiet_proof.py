@@ -1,7 +1,4 @@
-"""Where quiet is proven: a map over two parameters, and shares of the volume over every parameter.
-
-Takes a QuietProof; gives Charts.
-"""
+"""Proven quiet: a map over two parameters, and shares of the volume over every parameter."""
 
 from __future__ import annotations
 

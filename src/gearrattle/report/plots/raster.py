@@ -1,10 +1,8 @@
-"""Maps of numbers as SVG: one picture of shades inside an SVG, and how rows of spectra become equal cells.
+"""Maps of numbers as SVG: one picture of shades inside an SVG; rows of spectra gathered into equal cells.
 
 A map of thousands of rows and bins has more cells than a page has points. Each point shows the *largest* of the cells
 it covers, as a line one bin wide must not vanish; a point that no cell covers shows the cell about it. The picture is a
 PNG of 256 shades.
-
-Takes a Heat and axes; gives text for ``static``. Takes spectra; gives a Heat's values.
 """
 
 from __future__ import annotations

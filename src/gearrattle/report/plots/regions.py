@@ -1,4 +1,4 @@
-"""Regions over time: where every clearance is, in the centre or in which stage of which side, from when to when.
+"""Regions of every clearance over time: the centre, or a stage of a side.
 
 A region is a stretch of the deflection between two corners: 0 the centre, 1, 2, ... outward on the drive side, -1, -2,
 ... on the coast side. The times are those of the crossings, not of the samples.

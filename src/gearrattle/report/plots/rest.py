@@ -1,7 +1,4 @@
-"""The static equilibrium as a figure: where every element with corners rests on its torque or force.
-
-Takes an Equilibrium; gives a Chart.
-"""
+"""The static equilibrium as a figure: elements with corners at rest on their characteristic."""
 
 from __future__ import annotations
 

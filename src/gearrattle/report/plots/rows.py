@@ -1,7 +1,4 @@
-"""Charts of rows: a name on the left, its values as points on one x axis, the first row on top.
-
-Takes names and values; gives Charts.
-"""
+"""Charts of rows: a name on the left, its values as points on one x axis, the first row on top."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A run-up and a run-down over the branches they follow.
-
-Takes RunUpJumps; gives a Chart.
-"""
+"""A run-up and a run-down over the branches they follow."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Figures of a validated run-up: the amplitude of every order over speed, measured and simulated.
-
-Takes a RunUp; gives a Chart a channel.
-"""
+"""Figures of a validated run-up: the amplitude of every order over speed, measured and simulated."""
 
 from __future__ import annotations
 

@@ -2,8 +2,6 @@
 
 The maps are Campbell diagrams of the motion: order lines of the excitation, natural frequencies with every clearance
 closed. What lies above half the sampling rate folds back onto them; the caption says where that can be.
-
-Takes Findings; gives Charts, or None where the speed does not change.
 """
 
 from __future__ import annotations

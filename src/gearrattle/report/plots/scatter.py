@@ -1,7 +1,4 @@
-"""Samples of a study: how likely each part rattles, how outputs scatter, and which value they follow (tornado).
-
-Takes the Dataset of a study without axes; gives Charts.
-"""
+"""Samples of a study: probabilities of rattle, the spread of outputs, and rank regression coefficients (tornado)."""
 
 from __future__ import annotations
 

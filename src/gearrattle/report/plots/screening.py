@@ -1,10 +1,8 @@
-"""The map of a screening: which loose gear rattles at which speed and load.
+"""The map of a screening: margin of lift-off of every loose gear over speed and load.
 
 A panel a gear. Blue cells hold, crimson ones lift off, darker further from the threshold; yellow ones are undecided:
 some of the linear drivelines that may stand for the real one lift the gear off. A dark line parts cells that hold from
 all others. Where cases were simulated, dots mark those that rattle. Over speed alone, curves instead of cells.
-
-Takes the Dataset of ``gearrattle.screen``; gives a Chart.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""What outputs follow, from samples drawn for it: Sobol' indices with their intervals, and one value at a time.
-
-Takes the Dataset of a study without axes; gives Charts.
-"""
+"""Sensitivities from samples drawn for them: Sobol' indices with their intervals, and one value at a time."""
 
 from __future__ import annotations
 

@@ -1,9 +1,7 @@
-"""Shapes of points that mean something, so that they are told apart without colour; and dashes of lines.
+"""Shapes of points and dashes of lines that carry a meaning, so that it is told apart without colour.
 
 Every renderer draws the same shape: static SVG a path, plotly and matplotlib a marker by its name, the legend of a page
 a letter.
-
-Takes the shape of a ``Line`` or ``Key``; gives what each renderer draws.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 To add one: write a module with a function that takes Findings and gives a Chart (or None where it has nothing to show),
 and name it in the table.
-
-Takes Findings from the pipeline; gives Charts.
 """
 
 from __future__ import annotations

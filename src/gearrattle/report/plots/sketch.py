@@ -3,8 +3,6 @@
 An inline SVG of our own drawing. Bodies are discs seen from the side, taller for larger inertia. Whatever rattles
 carries the colour of its regime, its word and its rate, what touches those of its severity, so that no meaning rests
 on colour alone.
-
-Takes Findings; gives SVG text to the report.
 """
 
 from __future__ import annotations

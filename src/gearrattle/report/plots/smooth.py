@@ -3,8 +3,6 @@
 Between two samples without a crossing the deflection is the polynomial of fifth degree that has its value, rate and
 second derivative at both. At a crossing of its own corners value and rate are known, and the second derivative jumps:
 from there to a sample it is of fourth degree, to another crossing of third. So arcs of few samples are drawn as arcs.
-
-Takes samples and crossings; gives points of a phase plane.
 """
 
 from __future__ import annotations

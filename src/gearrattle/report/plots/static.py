@@ -1,8 +1,6 @@
 """Charts as static SVG: the same figures for paper, slides and readers without JavaScript.
 
 SVG of our own drawing, text kept as text. A panel is a nested ``<svg>``, which clips what lies beyond its axes.
-
-Takes a ``Chart``; gives the bytes of an SVG file.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 A NumPy archive (``.npz``: NumPy Enhancement Proposal 1, in a ZIP file): one entry of JSON that says what the charts
 are, in which ``{"array": k}`` stands for the k-th of the arrays beside it. Nothing in it is executed on reading.
-
-Takes Charts; gives bytes, and Charts again.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """Sweeps of a study: outputs and probabilities over one axis, a line a subject.
 
 Where values scatter beside the axis, the median is drawn with the 5 and 95 % quantiles, thin.
-
-Takes the Dataset of a study; gives Charts.
 """
 
 from __future__ import annotations

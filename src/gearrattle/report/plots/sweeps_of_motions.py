@@ -1,7 +1,4 @@
-"""Stable motions by exact runs over a value: the rms deflection of every clearance, going up and going down.
-
-Takes a Branch with sweeps; gives a Chart.
-"""
+"""Stable motions by exact runs over a value: the rms deflection of every clearance, going up and going down."""
 
 from __future__ import annotations
 

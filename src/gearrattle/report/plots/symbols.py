@@ -1,9 +1,7 @@
 """The drawing symbols of a driveline sketch, as SVG.
 
-A zigzag is a spring, two vertical bars a clearance, teeth facing teeth a gear mesh, hatching the ground. Those of
-components are theirs (``model/symbol.py``).
-
-Takes positions [px] and colours; gives SVG text to ``sketch``.
+A zigzag is a spring, two vertical bars a clearance, teeth facing teeth a gear mesh, hatching the ground. Symbols
+of components are in ``model/symbol.py``. Positions are in pixels.
 """
 
 from __future__ import annotations

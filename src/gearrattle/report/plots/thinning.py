@@ -1,11 +1,11 @@
-"""Fewer points on the screen, the same picture.
+"""The thinning of curves to what a screen can show.
 
 A rattling run has some 1e5 samples a curve and a screen some 1e3 columns. Keeping every n-th sample would drop the
 impacts, the very thing looked for. So two selections are joined: MinMaxLTTB (J. Van Der Donckt et al., "MinMaxLTTB:
 Leveraging MinMax-Preselection to Scale LTTB", IEEE VIS 2023) for the shape, and the lowest and highest sample of every
 bucket for the envelope. Every spike therefore stays visible, whatever its neighbours do.
 
-Takes plain arrays and gives indices, so that one selection can serve several curves.
+The selection is an array of indices, so that one selection can serve several curves.
 """
 
 from __future__ import annotations

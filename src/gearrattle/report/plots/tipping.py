@@ -1,7 +1,4 @@
-"""The smallest pulses that tip a motion over, over the instants of its period.
-
-Takes the table of ``Orbit.tipping``; gives a Chart.
-"""
+"""The smallest pulses that tip a motion over, over the instants of its period."""
 
 from __future__ import annotations
 

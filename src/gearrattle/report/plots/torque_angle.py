@@ -2,8 +2,6 @@
 
 The static loop goes between the motion's extremes, so both cover the same range; what the motion has beside it is
 viscous damping, and smaller loops inside.
-
-Takes Findings; gives a Chart.
 """
 
 from __future__ import annotations

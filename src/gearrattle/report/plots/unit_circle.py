@@ -1,7 +1,4 @@
-"""Floquet multipliers in the complex plane with the unit circle: inside it a disturbance dies out.
-
-Takes multipliers; gives a Panel.
-"""
+"""Floquet multipliers in the complex plane with the unit circle: inside it a disturbance dies out."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Figures of a validation: sigma with its interval, error budgets, mean cycles, orders, spectra and their ratios.
-
-Takes a Validation; gives Charts.
-"""
+"""Figures of a validation: sigma with its interval, error budgets, mean cycles, orders, spectra and their ratios."""
 
 from __future__ import annotations
 

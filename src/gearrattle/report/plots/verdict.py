@@ -1,7 +1,4 @@
-"""A verdict as figures: impacts on either side, and the share of time in contact, a row a part.
-
-Takes a Verdict; gives Charts.
-"""
+"""A verdict as figures: impacts on either side, and the share of time in contact, a row a part."""
 
 from __future__ import annotations
 

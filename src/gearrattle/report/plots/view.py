@@ -1,10 +1,8 @@
-"""Which part of a motion a figure shows, and in which unit.
+"""The window of a motion that a figure shows, and the units of its axes.
 
 Histories are drawn over normalised cycles, time / T with T the common period, or of an event over time; and twice: the
 last few cycles, or those in which an event hits, in full detail, and the whole run thinned. Axes read best between 0.1
 and 1000, so small quantities take an SI prefix.
-
-Takes a Trajectory; gives windows, thinned curves and scale factors to the figures.
 """
 
 from __future__ import annotations

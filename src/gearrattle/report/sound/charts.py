@@ -1,7 +1,4 @@
-"""Sounds as figures: pressure over time, and spectra of all designs in one panel.
-
-Takes a Sound; gives Charts.
-"""
+"""Sounds as figures: pressure over time, and spectra of all designs in one panel."""
 
 from __future__ import annotations
 

@@ -7,8 +7,6 @@ the quasi-static load (``gearrattle.signals.impacts``), for a load that is merel
 rates are those of the log of crossings: no sampling of the motion plays a part. The length of a contact is left out, so
 what lies above the reciprocal of a contact's duration is too strong.
 A recording's sound pressure is taken as it is, a force goes through the path.
-
-Takes runs or recordings; gives a frozen ``Sound``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Designs to listen to, as a result: a WAV file each beside the page, and their levels.
-
-Takes a Sound; gives its presentation.
-"""
+"""Designs to listen to, as a result: a WAV file each beside the page, and their levels."""
 
 from __future__ import annotations
 

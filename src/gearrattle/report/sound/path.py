@@ -8,8 +8,6 @@ built from its spectrum g omega_d / (omega^2 - w^2 + 2 i zeta omega w), so that 
 aliasing. ``CASING`` is ASSUMED, not measured: six modes at frequencies where the casing of a car gearbox may have its
 modes, with gains that give 66 dB for the rattle of ``examples/manual_transmission.toml``. Use it to compare designs,
 not to predict a level.
-
-Takes modes or a file; gives a ``SoundPath``.
 """
 
 from __future__ import annotations

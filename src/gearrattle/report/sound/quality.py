@@ -4,8 +4,6 @@ Loudness after ISO 532-1:2017 (Zwicker), stationary and, for what changes in tim
 sharpness after DIN 45692:2009; roughness after P. Daniel and R. Weber, Psychoacoustical Roughness: Implementation of an
 Optimized Model, Acustica 83, 1997, pp. 113-123. By MoSQITo (extra ``sound``), which is imported here and nowhere else.
 They are levels of an ear: without a measured path they compare designs and tell no product's sound.
-
-Takes sound pressure; gives numbers.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 A polyphase filter under the Kaiser window of ``train`` (R. E. Crochiere, L. R. Rabiner, Multirate Digital Signal
 Processing, 1983, ch. 2): what lies above half the lower rate is taken out before it can fold back.
-
-Takes samples; gives samples.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ it would be up to half a sample off; cut off sharply at half the sampling rate i
 w the Kaiser window with beta = 10.06, is flat to 3/8 of the rate (18 of 48 kHz) and 100 dB down from half of it on, so
 what folds back lies 100 dB below the impulse (J. F. Kaiser, Nonrecursive Digital Filter Design Using the I0-sinh Window
 Function, Proc. IEEE Int. Symp. Circuits and Systems 1974, pp. 20-23).
-
-Takes times and impulses; gives samples of a force.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The shelf of pages, by kind of study.
-
-Takes the Dataset of a study; gives its StudyPage.
-"""
+"""The pages of studies, by the kind of study."""
 
 from __future__ import annotations
 

@@ -1,9 +1,7 @@
-"""What the page of a kind of study is: what it draws, says and tabulates, from the Dataset alone.
+"""The page of a kind of study: its figures, sentences and tables, all from the Dataset.
 
-To add one: its file with a ``StudyPage``, and one line in the table in ``__init__``. A page says in words and tables
-what its figures show.
-
-Takes nothing; the pages beside it build on this, and do not see each other.
+To add one: a file with a ``StudyPage``, and its line in the table in ``__init__``. A page says in words and tables what
+its figures show. Pages import this module and not each other.
 """
 
 from __future__ import annotations

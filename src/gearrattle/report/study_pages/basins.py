@@ -1,7 +1,4 @@
-"""The page of a basin study: the map of initial states, the attractors with their shares, how well they are told apart.
-
-Takes the Dataset of ``basins``; gives charts, sentences and sections.
-"""
+"""The page of a basin study: the map of initial states, the attractors with their shares, and their separation."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The page of a bifurcation diagram: the points over the swept value, stretches of one motion, where two coexist.
-
-Takes the Dataset of ``bifurcation``; gives charts, sentences and sections.
-"""
+"""The page of a bifurcation diagram: the points over the swept value, stretches of one motion, where two coexist."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The page of a grid: maps, sweeps or scatter, what came out in a few sentences, and the tables behind them.
-
-Takes the Dataset of a study; gives charts, sentences and sections.
-"""
+"""The page of a grid: maps, sweeps or scatter, what came out in a few sentences, and the tables behind them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The page of an optimisation: the best design in words, the front and how it grew, its members and their values.
-
-Takes the Dataset of ``optimize``; gives charts, sentences and sections.
-"""
+"""The page of an optimisation: the best design in words, the front and how it grew, its members and their values."""
 
 from __future__ import annotations
 

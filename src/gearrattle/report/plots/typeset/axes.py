@@ -2,8 +2,6 @@
 
 Limits are those of the static SVG (``plots.axes``). Ticks follow when other limits are set later, except those a chart
 prescribes. How many there are is decided by the words' own sizes (``settle``).
-
-Takes a Panel and matplotlib axes; gives them limits, labels and ticks.
 """
 
 from __future__ import annotations

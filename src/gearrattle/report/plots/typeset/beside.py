@@ -4,8 +4,6 @@ On the page, charts of bars that lie name their rows inside the panel, whose x a
 (``Label`` at the left limit, no y ticks). In print, letters are larger against a panel, so names would lie on
 bars. Here they become words of the y axis, words at the right end stand beyond the axis, and the x axis ends
 where the bars do.
-
-Takes a Panel; gives the Panel without those words, and the words.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 Letters in PDF and EPS are embedded TrueType (type 42), which publishers take and editors can change; SVG has them as
 outlines, so that no font need be there. No file carries a date. EPS knows no transparency: what is translucent becomes
 what it looks like on paper.
-
-Takes matplotlib Figures; gives bytes and files.
 """
 
 from __future__ import annotations

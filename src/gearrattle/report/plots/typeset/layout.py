@@ -3,7 +3,7 @@
 The figure is exactly as wide as asked. Panels are as high as on the page at the same scale, within what fits a sheet;
 on a narrow figure a grid has fewer columns. What stands around the panels is measured and added, so the height follows.
 
-Takes a Chart and a Style; gives a matplotlib Figure that its owner may go on changing.
+The figure's owner may go on changing it.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
-"""What tells curves apart without colour: dashes, markers and hatching, by their colours.
+"""Dashes, markers and hatching by colour, so that curves are told apart without colour.
 
 On a black-and-white printer two colours may be one grey. So every colour of a chart that curves are drawn in has dashes
 of its own, every colour of its points a marker, and areas whose greys lie close together are hatched. A colour keeps
 its look in all panels of a chart. Grey that the legend does not name is context and stays as it is: thin solid lines.
-
-Takes a Chart; gives looks to marks and to the legend.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 What is drawn is the chart's own data. Only a curve of more samples than print can show is thinned (``thinning``): to
 four samples a column of a 600 dpi printer, of which the lowest and the highest of every bucket are kept. Maps, and
 what has thousands of pieces, become pictures inside a vector file.
-
-Takes panels, axes and looks; gives artists to the axes.
 """
 
 from __future__ import annotations

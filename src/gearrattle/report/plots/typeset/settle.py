@@ -1,11 +1,9 @@
-"""The last look before print: no two words on one another, none outside the paper.
+"""The last step of the layout for print: no two words overlap, and none lies outside the paper.
 
 Words have sizes only once they are set in a font, so the figure is laid out, every tick and title is measured, and what
 collides gives way: an axis of numbers takes fewer ticks, words in a row are broken or turned, panels whose rows
 have names become higher, long titles are broken, words inside a panel move to the other side of their point or, where
 there is no room at all, are left out.
-
-Takes a laid-out matplotlib figure; changes its ticks and the words in its panels.
 """
 
 from __future__ import annotations

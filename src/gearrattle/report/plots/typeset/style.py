@@ -1,4 +1,4 @@
-"""How figures for print look: width, letters, strokes, and how the reader's own style enters.
+"""The style of figures for print: width, letters, strokes, and the reader's own style file.
 
 A figure is made at the size it is set in, so that its letters keep their size: 85 mm is one column of a journal, 175 mm
 both (Elsevier, Artwork sizing: 90 and 190 mm; ASME, two columns of 3.5 in). What a stroke of the screen measures in
@@ -6,8 +6,6 @@ pixels of a page 880 px wide is drawn in points of a page 175 mm wide.
 
 matplotlib's settings of the running session are neither read nor changed. Letters are named by family, because
 "sans-serif" would be looked up in those settings when the figure is drawn, long after it was made.
-
-Takes a width, a font and a style file; gives a context in which figures are made.
 """
 
 from __future__ import annotations
